@@ -1,0 +1,30 @@
+"""Bond graphs as a language: declare, assign causality, derive, compile, simulate."""
+
+from bondgraph.causality import CausalConflict as CausalConflict
+from bondgraph.causality import assign_causality as assign_causality
+from bondgraph.elements import GY as GY
+from bondgraph.elements import TF as TF
+from bondgraph.elements import C as C
+from bondgraph.elements import De as De
+from bondgraph.elements import Df as Df
+from bondgraph.elements import Dq as Dq
+from bondgraph.elements import I as I
+from bondgraph.elements import One as One
+from bondgraph.elements import Parameter as Parameter
+from bondgraph.elements import R as R
+from bondgraph.elements import Se as Se
+from bondgraph.elements import Sf as Sf
+from bondgraph.elements import Zero as Zero
+from bondgraph.equations import AlgebraicLoop as AlgebraicLoop
+from bondgraph.equations import DerivativeCausality as DerivativeCausality
+from bondgraph.equations import StateSpace as StateSpace
+from bondgraph.equations import derive as derive
+from bondgraph.errors import BondsightError as BondsightError
+from bondgraph.errors import GraphError as GraphError
+from bondgraph.errors import UnknownName as UnknownName
+from bondgraph.errors import UnusableInput as UnusableInput
+from bondgraph.graph import Bond as Bond
+from bondgraph.graph import BondGraph as BondGraph
+from bondgraph.signals import Recording as Recording
+from bondgraph.simulate import Trajectory as Trajectory
+from bondgraph.simulate import simulate as simulate

@@ -1,0 +1,118 @@
+"""Scalar functions in one vocabulary for NumPy, CasADi and SymPy.
+
+A law is written once against an `Ops` and then serves numbers and arrays (`NUMPY`), compiled
+expressions (`CASADI`, both ``SX`` and ``MX``) and derivations (`SYMPY`). CasADi and SymPy are
+imported at the first call, so importing this module stays cheap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Expression: TypeAlias = Any
+"""A float, a NumPy array, a CasADi SX/MX or a SymPy expression: whatever the `Ops` works on."""
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+__all__ = ["CASADI", "NUMPY", "SYMPY", "Expression", "FloatArray", "Ops"]
+
+_Unary: TypeAlias = Callable[[Expression], Expression]
+_Binary: TypeAlias = Callable[[Expression, Expression], Expression]
+_Ternary: TypeAlias = Callable[[Expression, Expression, Expression], Expression]
+
+
+@dataclass(frozen=True, slots=True)
+class Ops:
+    """The scalar functions a law may use, for one kind of value.
+
+    Arithmetic and comparisons are the operators of Python; everything else comes from here.
+    ``where(condition, a, b)`` evaluates both branches on every back end, so each must be defined
+    on the whole domain.
+
+    Parameters
+    ----------
+    name : str
+        ``"numpy"``, ``"casadi"`` or ``"sympy"``.
+    maximum, minimum : callable
+        Elementwise, two arguments.
+    absolute, sign, tanh, exp, log, sqrt : callable
+        Elementwise, one argument.
+    where : callable
+        ``where(condition, a, b)``, elementwise.
+
+    Examples
+    --------
+    >>> float(NUMPY.maximum(1.0, 2.0))
+    2.0
+    """
+
+    name: str
+    maximum: _Binary = field(repr=False)
+    minimum: _Binary = field(repr=False)
+    absolute: _Unary = field(repr=False)
+    sign: _Unary = field(repr=False)
+    tanh: _Unary = field(repr=False)
+    exp: _Unary = field(repr=False)
+    log: _Unary = field(repr=False)
+    sqrt: _Unary = field(repr=False)
+    where: _Ternary = field(repr=False)
+
+
+def _late(module: str, function: str) -> Callable[..., Expression]:
+    """Return a function that imports ``module`` only when it is first called."""
+
+    def call(*arguments: Expression) -> Expression:
+        return getattr(import_module(module), function)(*arguments)
+
+    call.__name__ = call.__qualname__ = function
+    return call
+
+
+def _piecewise(condition: Expression, a: Expression, b: Expression) -> Expression:
+    return import_module("sympy").Piecewise((a, condition), (b, True))
+
+
+NUMPY = Ops(
+    name="numpy",
+    maximum=np.maximum,
+    minimum=np.minimum,
+    absolute=np.abs,
+    sign=np.sign,
+    tanh=np.tanh,
+    exp=np.exp,
+    log=np.log,
+    sqrt=np.sqrt,
+    where=np.where,
+)
+
+CASADI = Ops(
+    name="casadi",
+    maximum=_late("casadi", "fmax"),
+    minimum=_late("casadi", "fmin"),
+    absolute=_late("casadi", "fabs"),
+    sign=_late("casadi", "sign"),
+    tanh=_late("casadi", "tanh"),
+    exp=_late("casadi", "exp"),
+    log=_late("casadi", "log"),
+    sqrt=_late("casadi", "sqrt"),
+    where=_late("casadi", "if_else"),
+)
+
+SYMPY = Ops(
+    name="sympy",
+    maximum=_late("sympy", "Max"),
+    minimum=_late("sympy", "Min"),
+    absolute=_late("sympy", "Abs"),
+    sign=_late("sympy", "sign"),
+    tanh=_late("sympy", "tanh"),
+    exp=_late("sympy", "exp"),
+    log=_late("sympy", "log"),
+    sqrt=_late("sympy", "sqrt"),
+    where=_piecewise,
+)

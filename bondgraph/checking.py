@@ -1,0 +1,128 @@
+"""Everything that can be wrong with a graph before causality is asked for."""
+
+from __future__ import annotations
+
+import networkx as nx
+import sympy as sp
+
+from bondgraph.elements import (
+    C,
+    De,
+    Df,
+    Dq,
+    Element,
+    Junction,
+    One,
+    Sensor,
+    Source,
+    TwoPort,
+    Valued,
+    Zero,
+)
+from bondgraph.errors import BondsightError
+from bondgraph.graph import BondGraph
+
+_TAPS: dict[type[Element], tuple[type[Element], str]] = {
+    De: (Zero, "a 0-junction (one effort)"),
+    Df: (One, "a 1-junction (one flow)"),
+    Dq: (One, "a 1-junction (one flow)"),
+}
+
+
+def problems(graph: BondGraph) -> tuple[str, ...]:
+    """Return one line for each problem: the element, what is wrong, what to do."""
+    if not graph.elements:
+        return (
+            "the graph has no elements: create them inside 'with BondGraph(...)' and bond them "
+            "with >>",
+        )
+    lines: list[str] = []
+    for e in graph.elements.values():
+        lines.extend(_bond_problems(graph, e))
+        lines.extend(_value_problems(graph, e))
+    lines.extend(_parameter_problems(graph))
+    lines.extend(_connection_problems(graph))
+    return tuple(lines)
+
+
+def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
+    bonds = graph.bonds_of(e.name)
+    n = len(bonds)
+    if n == 0 and len(graph.elements) > 1:
+        return [f"{e.name} ({e.kind}) has no bond: connect it with >> or remove it"]
+    if isinstance(e, Junction):
+        if n < 2:
+            return [f"{e.name} ({e.kind}-junction) has {n} bond: a junction joins at least two"]
+        return []
+    if isinstance(e, TwoPort):
+        return _two_port_problems(e, n, [b.head == e.name for b in bonds])
+    if n != 1:
+        return [f"{e.name} ({e.kind}) has {n} bonds: a one-port has one; put a junction between"]
+    b = bonds[0]
+    other = graph[b.head if b.tail == e.name else b.tail]
+    if isinstance(e, Sensor):
+        wanted, text = _TAPS[type(e)]
+        if not isinstance(other, wanted):
+            return [f"{e.name} ({e.kind}) is bonded to {other.name} ({other.kind}): attach it to {text}"]
+        return []
+    if not isinstance(other, Junction | TwoPort) and not isinstance(e, Source):
+        if not isinstance(other, Source):
+            return [f"{e.name} is bonded straight to {other.name}: put a junction between them"]
+    if isinstance(e, Source) and b.head == e.name:
+        return [f"{e.name} ({e.kind}): the half arrow points into the source; write {e.name} >> {other.name}"]
+    if isinstance(e, Valued) and b.tail == e.name:
+        return [
+            f"{e.name} ({e.kind}): the half arrow points out of it; write {other.name} >> {e.name} "
+            "(power into stores and resistors is positive)"
+        ]
+    return []
+
+
+def _two_port_problems(e: TwoPort, n: int, into: list[bool]) -> list[str]:
+    if n != 2:
+        return [f"{e.name} ({e.kind}) has {n} bonds: a two-port has two, one in and one out"]
+    if into[0] == into[1]:
+        return [
+            f"{e.name} ({e.kind}): both half arrows point {'in' if into[0] else 'out'}; "
+            "one goes in, one goes out, write a >> two_port >> b"
+        ]
+    return []
+
+
+def _value_problems(graph: BondGraph, e: Element) -> list[str]:
+    if not isinstance(e, Valued | TwoPort):
+        return []
+    try:
+        c = graph.coefficient(e)
+    except BondsightError as error:
+        return [str(error)]
+    if isinstance(e, C) and e.value is not None and e.stiffness is not None:
+        return [f"{e.name} (C) has both a capacitance and a stiffness: give one"]
+    numbers = {s: graph.parameters[str(s)].value for s in c.free_symbols}
+    v = complex(sp.N(c.subs(numbers))) if numbers else complex(sp.N(c))
+    if v.imag or v.real != v.real or abs(v) == float("inf"):
+        return [f"{e.name} ({e.kind}): its coefficient {c} is not a finite number; check its parameters"]
+    if isinstance(e, Valued) and v.real < 0:
+        return [f"{e.name} ({e.kind}): coefficient {v.real:g} is negative, which creates energy; give a positive value"]
+    if v.real == 0 and not (isinstance(e, Valued) and e.law is not None):
+        return [f"{e.name} ({e.kind}): coefficient is zero; give a nonzero value or remove the element"]
+    return []
+
+
+def _parameter_problems(graph: BondGraph) -> list[str]:
+    lines = []
+    for p in graph.parameters.values():
+        if p.value != p.value or abs(p.value) == float("inf"):
+            lines.append(f"parameter {p.name} is {p.value}: give a finite number")
+        elif p.positive and p.value < 0:
+            lines.append(f"parameter {p.name} = {p.value:g} must be positive: check its sign and unit")
+    return lines
+
+
+def _connection_problems(graph: BondGraph) -> list[str]:
+    parts = list(nx.weakly_connected_components(graph.network()))
+    if len(parts) < 2:
+        return []
+    parts.sort(key=len, reverse=True)
+    rest = ", ".join(sorted(n for part in parts[1:] for n in part))
+    return [f"the graph falls into {len(parts)} parts: {rest} not connected to {min(parts[0])}; bond them"]

@@ -1,0 +1,206 @@
+"""StateSpace -> numbers: the linear rest as matrices of the parameters, the laws as ports.
+
+Every model of the language is a linear system closed by scalar laws::
+
+    dx/dt = A x + B u + E w       s = Cs x + Ds u + Dsw w
+    y     = Cy x + Dy u + Dyw w   w = law.deviation(s, memory)
+
+so that the linear part, stiff or not, can be integrated exactly.
+Sizes: n_x states, n_u inputs, n_w laws, n_y outputs, n_p parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import sympy as sp
+
+from bondgraph.backend import CASADI
+from bondgraph.elements import symbol
+from bondgraph.equations import LawPort, StateSpace, derive
+from bondgraph.errors import unknown_name
+from bondgraph.graph import BondGraph
+from bondgraph.printing import to_casadi
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A state space with its CasADi functions.
+
+    Attributes
+    ----------
+    space : StateSpace
+        The symbolic model.
+    observed : tuple of str
+        Signals given out after the sensors' readings.
+    """
+
+    space: StateSpace
+    observed: tuple[str, ...] = ()
+
+    @property
+    def n_x(self) -> int:
+        """Number of states."""
+        return len(self.space.states)
+
+    @property
+    def n_u(self) -> int:
+        """Number of inputs, pseudo-inputs (``one``, ``ramp``) included."""
+        return len(self.space.inputs)
+
+    @property
+    def n_w(self) -> int:
+        """Number of laws."""
+        return len(self.space.laws)
+
+    @property
+    def n_y(self) -> int:
+        """Number of sensor readings (observed signals not counted)."""
+        return len(self.space.outputs)
+
+    @cached_property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of all parameters, in the order of the vector `p`."""
+        return tuple(self.space.parameters)
+
+    @cached_property
+    def law_parameters(self) -> tuple[int, ...]:
+        """Positions in `p` of the parameters of all laws, law by law."""
+        index = {n: i for i, n in enumerate(self.parameter_names)}
+        return tuple(index[n] for port in self.space.laws for n in port.parameters)
+
+    @cached_property
+    def _signals(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
+        space = self.space
+        x, u = ca.SX.sym("x", self.n_x), ca.SX.sym("u", self.n_u)
+        w, p = ca.SX.sym("w", self.n_w), ca.SX.sym("p", len(self.parameter_names))
+        table: dict[sp.Symbol, Any] = {}
+        for i, s in enumerate(space.states):
+            table[s.symbol] = x[i]
+        for i, s in enumerate(space.inputs):
+            table[s] = u[i]
+        for i, port in enumerate(space.laws):
+            table[port.w] = w[i]
+        for i, par in enumerate(space.parameters.values()):
+            table[par.symbol] = p[i]
+        for a in space.assignments:
+            table[a.target] = to_casadi(a.expression, table)
+        outputs = [to_casadi(s, table) for _, s, _ in space.outputs]
+        for name in self.observed:
+            if symbol(name) not in table:
+                raise unknown_name("signal", name, space.name, [str(t) for t in table])
+            outputs.append(table[symbol(name)])
+        rates = ca.vertcat(*[to_casadi(s.rate, table) for s in space.states])
+        arguments = ca.vertcat(*[to_casadi(port.argument, table) for port in space.laws])
+        return x, u, w, p, rates, arguments, ca.vertcat(*outputs)
+
+    @cached_property
+    def matrices(self) -> ca.Function:
+        """``p -> [[A, B, E], [Cs, Ds, Dsw], [Cy, Dy, Dyw]]``."""
+        x, u, w, p, rates, arguments, outputs = self._signals
+        z = ca.vertcat(x, u, w)
+        block = ca.densify(ca.jacobian(ca.vertcat(rates, arguments, outputs), z))
+        return ca.Function("matrices", [p], [block], ["p"], ["block"])
+
+    @cached_property
+    def matrices_jacobian(self) -> ca.Function:
+        """Derivative of the column-major block with respect to `p`."""
+        p = ca.SX.sym("p", len(self.parameter_names))
+        block = ca.vec(self.matrices(p))
+        return ca.Function("dmatrices", [p], [ca.densify(ca.jacobian(block, p))])
+
+    @cached_property
+    def rhs(self) -> ca.Function:
+        """``(t, x, u, p, m) -> (dx/dt, y)`` with the laws at memory `m`.
+
+        The continuous right-hand side for other integrators and exports; laws that depend on
+        their own output through an algebraic path are solved by their closed form or Newton steps.
+        """
+        x, u, w, p, rates, arguments, outputs = self._signals
+        t = ca.SX.sym("t")
+        memory = ca.SX.sym("m", sum(port.law.n_memory for port in self.space.laws))
+        block = self.matrices(p)
+        n, m = self.n_x, self.n_u
+        rows = slice(n, n + self.n_w)
+        free = block[rows, :n] @ x + block[rows, n : n + m] @ u
+        values = solve_laws(self, free, block[rows, n + m :], memory, p, ca.SX.zeros(self.n_w))
+        put = [(w, values)] if self.n_w else []
+        rates, outputs = (ca.substitute(v, *put[0]) if put else v for v in (rates, outputs))
+        return ca.Function(
+            "rhs", [t, x, u, p, memory], [rates, outputs], ["t", "x", "u", "p", "m"], ["dx", "y"]
+        )
+
+    def nominal(self) -> np.ndarray:
+        """Parameter vector of the declared values, shape (n_p,)."""
+        return np.array([q.value for q in self.space.parameters.values()])
+
+    def vector(self, values: Mapping[str, float]) -> np.ndarray:
+        """Parameter vector with some values changed by name."""
+        p = self.nominal()
+        for name, v in values.items():
+            if name not in self.parameter_names:
+                raise unknown_name("parameter", name, self.space.name, self.parameter_names)
+            p[self.parameter_names.index(name)] = v
+        return p
+
+
+def compile_model(graph: BondGraph, observed: Sequence[str] = ()) -> Compiled:
+    """Derive and compile `graph`; `observed` signals follow the sensors in the outputs."""
+    return Compiled(derive(graph), tuple(observed))
+
+
+def law_slices(compiled: Compiled) -> tuple[tuple[LawPort, slice, slice], ...]:
+    """For each law: the port, its part of the memory, its part of the law parameters."""
+    found = []
+    m = q = 0
+    for port in compiled.space.laws:
+        n_m, n_q = port.law.n_memory, len(port.parameters)
+        found.append((port, slice(m, m + n_m), slice(q, q + n_q)))
+        m, q = m + n_m, q + n_q
+    return tuple(found)
+
+
+def solve_laws(
+    compiled: Compiled, free: ca.SX, gain: ca.SX, memory: ca.SX, p: ca.SX, w_last: ca.SX
+) -> ca.SX:
+    """Deviations that satisfy ``s = free + gain w``, ``w_j = law_j(s_j)``; sweeps if several."""
+    laws = law_slices(compiled)
+    q = ca.vertcat(*[p[i] for i in compiled.law_parameters]) if compiled.law_parameters else ca.SX()
+    w = w_last
+    for _ in range(1 if len(laws) == 1 else 4):
+        for j, (port, ms, qs) in enumerate(laws):
+            others = free[j] + gain[j, :] @ w - gain[j, j] * w[j]
+            wj = scalar_solution(port, others, gain[j, j], memory[ms], q[qs], w[j])
+            w = ca.vertcat(w[:j], wj, w[j + 1 :])
+    return w
+
+
+def scalar_solution(
+    port: LawPort, free: Any, gain: Any, memory: ca.SX, q: ca.SX, w_last: Any
+) -> Any:
+    """One law closed over its own gain."""
+    return port.law.solve(
+        free, gain, ca.vertsplit(memory) if memory.numel() else (), split(q), w_last
+    )
+
+
+def split(q: ca.SX) -> Sequence[Any]:
+    """Entries of a column."""
+    return tuple(ca.vertsplit(q)) if q.numel() else ()
+
+
+def advance_laws(compiled: Compiled, s: ca.SX, memory: ca.SX, p_laws: ca.SX) -> ca.SX:
+    """Memory after the arguments `s` have been accepted."""
+    new: list[Any] = []
+    for j, (port, ms, qs) in enumerate(law_slices(compiled)):
+        if port.law.n_memory:
+            new.extend(port.law.advance(CASADI, s[j], split(memory[ms]), split(p_laws[qs])))
+    return ca.vertcat(*new) if new else ca.SX(0, 1)
+
+
+Progress = Callable[[str, float], None]

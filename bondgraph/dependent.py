@@ -1,0 +1,117 @@
+"""Storages in derivative causality, solved where their constraint is one scalar law."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from bondgraph.elements import C, Element, symbol
+
+if TYPE_CHECKING:
+    from bondgraph.equations import _Derivation
+
+
+def eliminate(d: _Derivation, e: Element) -> None:
+    """Eliminate the dependent storage `e` from the assignments collected in `d`.
+
+    Raises
+    ------
+    DerivativeCausality
+        The storage is an inertia, or more than one scalar equation would be needed.
+    """
+    from bondgraph.equations import DerivativeCausality, State
+
+    def refuse(why: str) -> DerivativeCausality:
+        return DerivativeCausality(
+            f"{d.graph.name}: {e.kind} {e.name} has derivative causality ({why}); put a resistance "
+            f"in series (or a compliance in parallel) with {e.name} so that it can store freely"
+        )
+
+    if not isinstance(e, C):
+        raise refuse("its momentum is fixed by other elements")
+    (bond,) = d.graph.bonds_of(e.name)
+    effort, flow = d.effort(bond), d.flow(bond)
+    closed = _closed(d)
+    imposed = closed.get(effort)
+    if imposed is None or flow in imposed.free_symbols:
+        raise refuse("its effort is not a function of the states")
+    # which stores does its flow drive, and how strongly
+    shift: dict[sp.Symbol, sp.Expr] = {}
+    for i, s in enumerate(d.states):
+        rate = sp.expand(s.rate.xreplace(closed))
+        c = rate.coeff(flow)
+        if flow in (rate - c * flow).free_symbols or c.free_symbols - _parameters(d):
+            raise refuse("its flow enters the rates nonlinearly")
+        if c != 0:
+            rest = sp.expand(rate - c * flow)
+            z = symbol(f"z_{s.symbol}")
+            shift[s.symbol] = c
+            d.states[i] = State(z, rest, s.element, s.unit)
+    if not shift:
+        raise refuse("its flow drives no other storage")
+    q = symbol(f"q_{e.name}")
+    moved = {s: symbol(f"z_{s}") + c * q for s, c in shift.items()}
+    effort_of_z = sp.expand(imposed.xreplace(moved))
+    beta = -effort_of_z.coeff(q)
+    a = sp.expand(effort_of_z + beta * q)
+    if q in a.free_symbols or beta == 0:
+        raise refuse("its constraint is not a scalar law")
+    for x in [v for v in a.free_symbols if str(v).startswith("w_")]:
+        raise refuse(f"a nonlinear law ({x}) takes part in the constraint")
+    first = _first_integrals(d, closed, {symbol(f"z_{s}") for s in shift})
+    a, moved = a.xreplace(first), {s: v.xreplace(first) for s, v in moved.items()}
+    slope = d.graph.coefficient(e)
+    why = f"C {e.name} in derivative causality, solved at the level of displacements"
+    free = symbol(f"a_{e.name}")
+    d.assign(free, a, f"{why}: effort at zero displacement")
+    if e.law is None:
+        d.assign(q, free / (beta + slope), why)
+    else:
+        # the implicit step solves s = q(w), w = law(s): the operator (I + C H)^-1 with C = 1/beta
+        w = d.law_port(e, "storage", e.law, q)
+        shown = sp.Function(f"{e.name}_loop_inverse")(sp.expand(a / beta))
+        d.assign(q, (free - w) / (beta + slope), why, shown)
+    d.assign(effort, free - beta * q, why)
+    for s, v in moved.items():
+        d.assign(s, v, why)
+
+
+def _parameters(d: _Derivation) -> set[sp.Symbol]:
+    return {p.symbol for p in d.graph.parameters.values()}
+
+
+def _closed(d: _Derivation) -> dict[sp.Symbol, sp.Expr]:
+    """Closed forms of the signals that can be had without the dependent storage."""
+    closed: dict[sp.Symbol, sp.Expr] = {}
+    progress = True
+    while progress:
+        progress = False
+        for t, a in d.found.items():
+            if t not in closed and not any(
+                s in d.found and s not in closed for s in a.expression.free_symbols
+            ):
+                closed[t] = sp.expand(a.expression.xreplace(closed))
+                progress = True
+    return closed
+
+
+def _first_integrals(
+    d: _Derivation, closed: dict[sp.Symbol, sp.Expr], zs: set[sp.Symbol]
+) -> dict[sp.Symbol, sp.Expr]:
+    """``z = c x`` where the rates are proportional: the charge that only the motion moves."""
+    found: dict[sp.Symbol, sp.Expr] = {}
+    for s in list(d.states):
+        if s.symbol not in zs:
+            continue
+        for other in d.states:
+            if other.symbol in zs:
+                continue
+            rate = sp.expand(other.rate.xreplace(closed))
+            ratio = sp.cancel(s.rate / rate) if rate != 0 else None
+            if ratio is not None and not ratio.free_symbols - _parameters(d):
+                found[s.symbol] = ratio * other.symbol
+                d.states.remove(s)
+                break
+    return found
+

@@ -1,0 +1,115 @@
+"""Errors that say, in one line, what is wrong, where, why and what to try.
+
+Every error of the project derives from `BondsightError`, so a program catches one class; each
+also derives from the built-in class a Python reader expects (`KeyError`, `ValueError`).
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+__all__ = [
+    "BondsightError",
+    "GraphError",
+    "UnknownName",
+    "UnusableInput",
+    "nearest",
+    "unknown_name",
+]
+
+_SHOWN = 12
+
+
+class BondsightError(Exception):
+    """Base of all errors of this project; `str()` is one plain line.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong, where, why, and what to try. Line breaks become spaces.
+    """
+
+    def __str__(self) -> str:
+        """Return the message as one plain line (`KeyError` would quote it)."""
+        return " ".join(" ".join(str(part).splitlines()) for part in self.args)
+
+
+class UnknownName(BondsightError, KeyError):
+    """A name (channel, parameter, element, recording, ...) that nothing carries."""
+
+
+class UnusableInput(BondsightError, ValueError):
+    """A file, unit or value that cannot be used as it is."""
+
+
+class GraphError(BondsightError, ValueError):
+    """A bond graph that is not well formed or has a true causal conflict."""
+
+
+def nearest(name: str, known: Iterable[str], count: int = 3) -> tuple[str, ...]:
+    """Names most like `name`, best first, without regard to upper and lower case.
+
+    Parameters
+    ----------
+    name : str
+        The name as it was written.
+    known : iterable of str
+        The names that exist.
+    count : int
+        At most so many answers.
+
+    Returns
+    -------
+    tuple of str
+        The close matches; empty if nothing is close.
+
+    Examples
+    --------
+    >>> nearest("Ra", ["R_a", "L_a", "K_t"])[0]
+    'R_a'
+    """
+    names = list(dict.fromkeys(known))
+    score = {
+        k: max(
+            difflib.SequenceMatcher(None, name, k).ratio(),
+            difflib.SequenceMatcher(None, name.lower(), k.lower()).ratio() - 0.01,
+        )
+        for k in names
+    }
+    close = [k for k in names if score[k] >= 0.6]
+    return tuple(sorted(close, key=lambda k: -score[k])[:count])
+
+
+def unknown_name(kind: str, name: object, where: str, known: Iterable[str]) -> UnknownName:
+    """Make (not raise) the error for a name that does not exist.
+
+    Parameters
+    ----------
+    kind : str
+        What the name should name, such as `"channel"` or `"parameter"`.
+    name : object
+        The name as it was written.
+    where : str
+        The object or file searched; empty if there is none to tell.
+    known : iterable of str
+        The names that exist, in the order to show them.
+
+    Returns
+    -------
+    UnknownName
+        To be raised by the caller.
+
+    Examples
+    --------
+    >>> print(unknown_name("parameter", "Ra", "dc_motor", ["R_a", "L_a"]))
+    no parameter 'Ra' in dc_motor. Did you mean 'R_a'? Known: R_a, L_a
+    """
+    names = list(dict.fromkeys(str(k) for k in known))
+    close = nearest(str(name), names)
+    place = f" in {where}" if where else ""
+    hint = f" Did you mean {' or '.join(repr(k) for k in close)}?" if close else ""
+    shown = ", ".join(names[:_SHOWN]) + (
+        f", ... ({len(names)} in all)" if len(names) > _SHOWN else ""
+    )
+    return UnknownName(f"no {kind} {str(name)!r}{place}.{hint} Known: {shown or 'none'}")

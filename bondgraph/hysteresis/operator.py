@@ -1,0 +1,274 @@
+"""What every operator with memory offers, whatever its mathematics.
+
+An operator is frozen; its memory is a plain tuple that the caller carries along. Within a step
+`Operator.value` is evaluated from the memory of the last accepted step; once the step is accepted
+`Operator.advance` gives the next memory. Both assume that the input moved monotonically since then,
+so a simulation has to accept a step at every turning point.
+
+Sizes: N samples, n_memory states.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from typing import Any, ClassVar, Self, TypeAlias, cast, final
+
+from numpy.typing import ArrayLike
+
+from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
+from bondgraph.hysteresis.checks import finite_record, memory_states, numbers, require_finite
+from bondgraph.hysteresis.errors import BadMemory, BadParameter
+
+__all__ = ["Memory", "Operator"]
+
+Memory: TypeAlias = tuple[Expression, ...]
+"""The states of an operator, shape (n_memory,); floats, arrays of one shape, or expressions."""
+
+
+class Operator(ABC):
+    """A rate-independent operator with explicit memory.
+
+    Subclasses are final frozen dataclasses whose fields are numbers, tuples of numbers or other
+    operators (each number may be an expression); they implement the underscored methods and
+    are entered in `catalogue.OPERATORS`.
+    """
+
+    __slots__ = ()
+
+    kind: ClassVar[str]
+    """Name in files and in `catalogue.OPERATORS`."""
+
+    @property
+    @abstractmethod
+    def n_memory(self) -> int:
+        """Number of memory states."""
+
+    @property
+    @abstractmethod
+    def linear_slope(self) -> Expression:
+        """Slope right after a reversal, where no hysteron moves; output per input.
+
+        For an operator with a bent output stage, the slope there at output 0 of the inner stage.
+        """
+
+    @abstractmethod
+    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
+        """Return an admissible memory at ``x0``; ``states = None`` asks for the virgin one."""
+
+    @abstractmethod
+    def _value(self, ops: Ops, x: Expression, memory: Memory) -> Expression:
+        """Return the output at ``x``."""
+
+    @abstractmethod
+    def _advance(self, ops: Ops, x: Expression, memory: Memory) -> Memory:
+        """Return the memory at ``x``."""
+
+    @abstractmethod
+    def _record(self, x: FloatArray, memory: Memory) -> tuple[FloatArray, Memory]:
+        """Return the output over a checked record, shape (N,), and the last memory."""
+
+    @final
+    def initial_memory(
+        self,
+        x0: Expression = 0.0,
+        states: Sequence[Expression] | None = None,
+        *,
+        ops: Ops = NUMPY,
+    ) -> Memory:
+        """Return the memory to start from at input ``x0``.
+
+        Parameters
+        ----------
+        x0 : expression, optional
+            First input, unit of the input.
+        states : sequence of expression, optional
+            Wanted states, shape (n_memory,), unit of the input. They are moved to the nearest
+            states that some input history can produce. Default: virgin, i.e. as if the input had
+            come straight from 0.
+        ops : Ops, optional
+            Back end of ``x0`` and ``states``.
+
+        Returns
+        -------
+        tuple of expression
+            Shape (n_memory,), unit of the input.
+
+        Raises
+        ------
+        BadMemory
+            If ``states`` has the wrong length or is not finite.
+        BadInput
+            If ``x0`` is not finite.
+        """
+        if ops is NUMPY:
+            require_finite("x0", x0)
+        given = None if states is None else self._states(states)
+        return self._states(self._initial(ops, x0, given))
+
+    @final
+    def value(self, ops: Ops, x: Expression, memory: Sequence[Expression]) -> Expression:
+        """Return the output at ``x``, reached monotonically from the memory's step.
+
+        Parameters
+        ----------
+        ops : Ops
+            Back end of ``x``, ``memory`` and any symbolic parameters.
+        x : expression
+            Input, scalar or array, unit of the input.
+        memory : sequence of expression
+            Memory of the last accepted step, shape (n_memory,); it is not changed.
+
+        Returns
+        -------
+        expression
+            Output, shape of ``x``, unit of the output.
+
+        Raises
+        ------
+        BadMemory
+            If the memory is not one of this operator.
+        """
+        return self._value(ops, x, self._states(memory))
+
+    @final
+    def advance(self, ops: Ops, x: Expression, memory: Sequence[Expression]) -> Memory:
+        """Return the memory after an accepted step that ended at ``x``.
+
+        Parameters
+        ----------
+        ops : Ops
+            Back end of ``x``, ``memory`` and any symbolic parameters.
+        x : expression
+            Input at the end of the step, unit of the input.
+        memory : sequence of expression
+            Memory of the last accepted step, shape (n_memory,).
+
+        Returns
+        -------
+        tuple of expression
+            New memory, shape (n_memory,).
+
+        Raises
+        ------
+        BadMemory
+            If the memory is not one of this operator.
+        BadInput
+            If ``x`` is a number that is not finite: it would spoil the memory for good.
+        """
+        if ops is NUMPY:
+            require_finite("x", x)
+        return self._states(self._advance(ops, x, self._states(memory)))
+
+    @final
+    def run(
+        self, x: ArrayLike, memory: Sequence[Expression] | None = None
+    ) -> tuple[FloatArray, Memory]:
+        """Return the output over a whole record and the memory after it.
+
+        Parameters
+        ----------
+        x : array
+            Input, shape (N,), N >= 1, unit of the input.
+        memory : sequence of float, optional
+            Memory before the first sample, shape (n_memory,). Default: virgin at ``x[0]``.
+
+        Returns
+        -------
+        array
+            Output, shape (N,), unit of the output.
+        tuple of float
+            Memory after the last sample, shape (n_memory,).
+
+        Raises
+        ------
+        BadInput
+            If the record is empty, not one-dimensional or not finite (names the first sample).
+        BadMemory
+            If the memory is not one of this operator.
+        BadParameter
+            If a parameter is symbolic.
+        """
+        record = finite_record(x)
+        start = self._initial(NUMPY, float(record[0]), None) if memory is None else memory
+        states = self._states(start)
+        self._json_states(states)
+        output, after = self._record(record, states)
+        return output, self._states(after)
+
+    @final
+    def to_dict(self) -> dict[str, Any]:
+        """Return kind and parameters as plain JSON data.
+
+        Raises
+        ------
+        BadParameter
+            If a parameter is symbolic.
+        """
+        data = {f.name: _encode(f.name, getattr(self, f.name)) for f in fields(cast(Any, self))}
+        return {"kind": self.kind, **data}
+
+    @classmethod
+    @final
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
+        """Rebuild an operator from `to_dict`.
+
+        Raises
+        ------
+        BadParameter
+            If the kind is another one, or a parameter is missing, unknown or out of its domain.
+        """
+        # The catalogue knows every subclass, so this base cannot import it at the top.
+        from bondgraph.hysteresis.catalogue import operator_from_dict
+
+        operator = operator_from_dict(data)
+        if not isinstance(operator, cls):
+            raise BadParameter(f"the data hold a {operator.kind}, not a {cls.__name__}")
+        return operator
+
+    @final
+    def memory_to_dict(self, memory: Sequence[Expression]) -> dict[str, Any]:
+        """Return a memory as plain JSON data, with the kind it belongs to.
+
+        Raises
+        ------
+        BadMemory
+            If the memory is not one of this operator, or is not made of single numbers.
+        """
+        return {"kind": self.kind, "states": self._json_states(self._states(memory))}
+
+    @final
+    def memory_from_dict(self, data: Mapping[str, Any]) -> Memory:
+        """Rebuild a memory from `memory_to_dict`.
+
+        Raises
+        ------
+        BadMemory
+            If it belongs to another kind, or has the wrong length or a state that is no number.
+        """
+        if data.get("kind") != self.kind:
+            raise BadMemory(f"the memory is one of {data.get('kind')!r}, not of {self.kind!r}")
+        if not isinstance(data.get("states"), list):
+            raise BadMemory("the memory data need a list 'states'")
+        states = self._states(data["states"])
+        return tuple(self._json_states(states))
+
+    def _states(self, memory: Sequence[Expression]) -> Memory:
+        return memory_states(self.kind, self.n_memory, memory)
+
+    def _json_states(self, states: Memory) -> list[float]:
+        for i, state in enumerate(states):
+            if not isinstance(state, float):
+                raise BadMemory(f"memory[{i}] = {state!r} of {self.kind} is not a single number")
+        return list(states)
+
+
+def _encode(name: str, value: Any) -> Any:
+    if isinstance(value, Operator):
+        return value.to_dict()
+    if isinstance(value, int):
+        return value
+    if isinstance(value, tuple):
+        return numbers(name, value)
+    return numbers(name, (value,))[0]

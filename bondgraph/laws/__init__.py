@@ -1,0 +1,11 @@
+"""Constitutive laws: what an element does beyond being linear."""
+
+from bondgraph.laws.friction import Coulomb as Coulomb
+from bondgraph.laws.friction import QuadraticDrag as QuadraticDrag
+from bondgraph.laws.friction import Stribeck as Stribeck
+from bondgraph.laws.law import Law as Law
+from bondgraph.laws.limits import DeadZone as DeadZone
+from bondgraph.laws.limits import Saturation as Saturation
+from bondgraph.laws.memory import Hysteretic as Hysteretic
+from bondgraph.laws.memory import StopSum as StopSum
+from bondgraph.laws.polynomial import Polynomial as Polynomial

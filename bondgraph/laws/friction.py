@@ -1,0 +1,115 @@
+"""Friction and drag in a resistor: deviations from ``e = R f``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import casadi as ca
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+
+@dataclass(frozen=True)
+class Coulomb(Law):
+    """Dry friction ``F_c sign(f)``; sticks exactly, without a regularising velocity.
+
+    The implicit step ``f = f_free + gain * F`` with a set-valued sign has the closed solution
+    ``f = shrink(f_free, |gain| F_c)`` (Moreau, Unilateral contact and dry friction, 1988).
+    """
+
+    force: float = 1.0
+    unit: str = "N"
+    name: ClassVar[str] = "coulomb"
+    energy: ClassVar[str] = "dissipates"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Friction level ``F_c``."""
+        return (Parameter(f"F_c_{element}", self.force, self.unit, lower=0.0, scale=self.force),)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """``F_c sign(f)``."""
+        return p[0] * ops.sign(s)
+
+    def solve(
+        self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
+    ) -> Any:
+        """Friction that stops the motion if it can, else its level."""
+        stopping = -s_free / gain
+        return ca.fmax(-p[0], ca.fmin(p[0], stopping))
+
+
+@dataclass(frozen=True)
+class Stribeck(Law):
+    """Dry friction that falls with speed: ``(F_c + F_d exp(-(f/f_s)^2)) sign(f)``.
+
+    Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083.
+    """
+
+    force: float = 1.0
+    drop: float = 0.5
+    speed: float = 1e-2
+    unit: str = "N"
+    flow_unit: str = "m/s"
+    name: ClassVar[str] = "stribeck"
+    energy: ClassVar[str] = "dissipates"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """``F_c``, ``F_d`` (static level less ``F_c``) and ``f_s``."""
+        return (
+            Parameter(f"F_c_{element}", self.force, self.unit, lower=0.0, scale=self.force),
+            Parameter(f"F_d_{element}", self.drop, self.unit, lower=0.0, scale=self.force),
+            Parameter(
+                f"f_s_{element}",
+                self.speed,
+                self.flow_unit,
+                lower=0.1 * self.speed,
+                upper=10.0 * self.speed,
+                scale=self.speed,
+            ),
+        )
+
+    def _level(self, ops: Ops, s: Any, p: Sequence[Any]) -> Any:
+        return p[0] + p[1] * ops.exp(-((s / p[2]) ** 2))
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Level at this speed, against the motion."""
+        return self._level(ops, s, p) * ops.sign(s)
+
+    def solve(
+        self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
+    ) -> Any:
+        """Shrink with the level of the speed that the last pass found."""
+        from bondgraph.backend import CASADI
+
+        stopping = -s_free / gain
+        speed = s_free + gain * w_last
+        w = w_last
+        for _ in range(6):
+            level = self._level(CASADI, speed, p)
+            w = ca.fmax(-level, ca.fmin(level, stopping))
+            speed = s_free + gain * w
+        return w
+
+
+@dataclass(frozen=True)
+class QuadraticDrag(Law):
+    """Turbulent drag ``c |f| f``."""
+
+    coefficient: float = 1.0
+    unit: str = "N*s2/m2"
+    name: ClassVar[str] = "quadratic_drag"
+    energy: ClassVar[str] = "dissipates"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """The drag coefficient."""
+        return (
+            Parameter(f"c_2_{element}", self.coefficient, self.unit, lower=0.0, scale=self.coefficient),
+        )
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """``c |f| f``."""
+        return p[0] * ops.absolute(s) * s

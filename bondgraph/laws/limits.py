@@ -1,0 +1,81 @@
+"""Limits of an amplifier: saturation and dead zone, as deviations from the identity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+
+def _soft_excess(ops: Ops, z: Any, width: Any) -> Any:
+    """``max(z, 0)`` with a rounded corner of half width `width`."""
+    return 0.5 * (z + ops.sqrt(z * z + width * width))
+
+
+@dataclass(frozen=True)
+class Saturation(Law):
+    """Output follows the command between two limits and bends flat outside, with a soft knee.
+
+    Parameters
+    ----------
+    low, high : float
+        Start values of the limits, units of the command.
+    knee : float
+        Start value of the rounding.
+    """
+
+    low: float = -1.0
+    high: float = 1.0
+    knee: float = 0.05
+    unit: str = "V"
+    name: ClassVar[str] = "saturation"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Lower limit, upper limit, knee."""
+        size = self.high - self.low
+        return (
+            Parameter(f"low_{element}", self.low, self.unit, positive=False, scale=0.1 * size),
+            Parameter(f"high_{element}", self.high, self.unit, positive=False, scale=0.1 * size),
+            Parameter(
+                f"knee_{element}",
+                self.knee,
+                self.unit,
+                lower=1e-4 * size,
+                upper=0.5 * size,
+                scale=0.05 * size,
+            ),
+        )
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """What is cut off, negative above the upper limit."""
+        low, high, knee = p
+        return _soft_excess(ops, low - s, knee) - _soft_excess(ops, s - high, knee)
+
+
+@dataclass(frozen=True)
+class DeadZone(Law):
+    """No response within ``centre +- width``, identity less the width outside."""
+
+    centre: float = 0.0
+    width: float = 0.1
+    size: float = 1.0
+    unit: str = "V"
+    name: ClassVar[str] = "dead_zone"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Half width and centre."""
+        return (
+            Parameter(f"width_{element}", self.width, self.unit, lower=0.0, scale=self.width),
+            Parameter(
+                f"centre_{element}", self.centre, self.unit, positive=False, scale=0.1 * self.size
+            ),
+        )
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """``-clip(s - centre, -width, width)``: what the command loses."""
+        width, centre = p
+        return -ops.maximum(-width, ops.minimum(width, s - centre))

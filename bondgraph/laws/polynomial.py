@@ -1,0 +1,43 @@
+"""Smooth departure from proportionality: quadratic and cubic terms about a centre."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+
+@dataclass(frozen=True)
+class Polynomial(Law):
+    """``a_2 z^2 + a_3 z^3 + ...`` with ``z = (s - centre) / half``; `a` in output units.
+
+    The scaled argument keeps the coefficients comparable: ``a_j`` is what the term adds at the
+    edge of the range. As a storage law it derives from the energy ``integral e dq`` and so stores.
+    """
+
+    centre: float = 0.0
+    half: float = 1.0
+    size: float = 1.0
+    orders: tuple[int, ...] = (2, 3)
+    unit: str = "1"
+    name: ClassVar[str] = "polynomial"
+    energy: ClassVar[str] = "stores"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """One coefficient for each order."""
+        return tuple(
+            Parameter(f"a_{j}_{element}", 0.0, self.unit, positive=False, scale=self.size)
+            for j in self.orders
+        )
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Sum of the powers."""
+        z = (s - self.centre) / self.half
+        total: Any = 0.0
+        for j, a in zip(self.orders, p, strict=True):
+            total = total + a * z**j
+        return total

@@ -1,0 +1,294 @@
+"""Simulation of a whole record: exact linear part, implicit laws, memory on accepted steps only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from bondgraph.compiled import Compiled, compile_model, law_slices
+from bondgraph.discrete import blocks, discretise
+from bondgraph.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.graph import BondGraph
+from bondgraph.kernel import layout, runner
+from bondgraph.spline import between_samples
+
+Array = np.ndarray
+HOLDS = ("hold", "linear", "band-limited")
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Simulated outputs over time.
+
+    Attributes
+    ----------
+    time : ndarray, shape (N,), s
+    outputs : dict of str to ndarray, shape (N,), SI
+        Sensor readings, then observed signals.
+    laws : dict of str to tuple of ndarray
+        For each nonlinear law its argument and its deviation, shape (N,) each.
+    steps_per_sample : int
+        Sub-steps that met the accuracy asked for.
+    """
+
+    name: str
+    time: Array
+    outputs: dict[str, Array]
+    laws: dict[str, tuple[Array, Array]] = field(default_factory=dict)
+    steps_per_sample: int = 1
+
+    def __getitem__(self, name: str) -> Array:
+        """Output by name."""
+        if name not in self.outputs:
+            raise unknown_name("output", name, self.name, self.outputs)
+        return self.outputs[name]
+
+    def __repr__(self) -> str:
+        """Short text."""
+        return f"Trajectory({self.name!r}, {self.time.size} samples, {', '.join(self.outputs)})"
+
+    def to_pandas(self) -> Any:
+        """Data frame with time as index (needs pandas)."""
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise BondsightError("to_pandas needs pandas: pip install 'bondsight[tables]'") from error
+        return pd.DataFrame(self.outputs, index=pd.Index(self.time, name="t"))
+
+
+@dataclass(frozen=True)
+class Run:
+    """One pass of the kernel: values and derivatives.
+
+    Attributes
+    ----------
+    y : ndarray, shape (N, n_y)
+    dy : ndarray, shape (N, n_y, n_d)
+    s, w : ndarray, shape (N, n_w)
+        Arguments and deviations of the laws.
+    """
+
+    y: Array
+    dy: Array
+    s: Array
+    w: Array
+
+
+def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
+    """State at rest under constant inputs `u` (shape (n_u,)); integrators stay at zero."""
+    block = np.asarray(compiled.matrices(p).full(), float)
+    parts = blocks(compiled, block)
+    a, b = parts.a, parts.b[:, : compiled.n_u] @ u
+    if not a.size:
+        return np.zeros(0)
+    scale = np.sqrt(np.maximum(np.abs(a).max(axis=1), 1e-300))
+    x, *_ = np.linalg.lstsq(a / scale[:, None], -b / scale, rcond=1e-12)
+    return np.asarray(x)
+
+
+def fine_inputs(u: Array, n_sub: int, hold: str) -> Array:
+    """Inputs at both ends of each sub-step, shape ((N - 1) * n_sub, 2, n_u).
+
+    Parameters
+    ----------
+    u : ndarray, shape (N, n_u)
+    hold : {"hold", "linear", "band-limited"}
+        What the input does between samples.
+    """
+    if hold not in HOLDS:
+        raise unknown_name("inter-sample behaviour", hold, "simulate", HOLDS)
+    n = u.shape[0] - 1
+    if hold == "hold":
+        left = np.repeat(u[:-1], n_sub, axis=0)
+        return np.stack([left, left], axis=1)
+    if hold == "linear":
+        part = np.arange(n_sub + 1) / n_sub
+        nodes = u[:-1, None, :] + (u[1:] - u[:-1])[:, None, :] * part[None, :, None]
+    else:
+        fine = between_samples(u, n_sub)
+        index = np.arange(n)[:, None] * n_sub + np.arange(n_sub + 1)[None, :]
+        nodes = fine[index]
+    pairs = np.stack([nodes[:, :-1], nodes[:, 1:]], axis=2)
+    return pairs.reshape(n * n_sub, 2, u.shape[1])
+
+
+def run_record(
+    compiled: Compiled,
+    p: Array,
+    u: Array,
+    step: float,
+    x0: Array,
+    *,
+    n_sub: int = 1,
+    hold: str = "linear",
+    directions: Sequence[int] = (),
+    state_directions: bool = False,
+    fine: Array | None = None,
+) -> Run:
+    """Simulate a record and, if asked, its derivatives.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n_p,), SI
+    u : ndarray, shape (N, n_u), SI
+        Inputs at the samples, pseudo-inputs included.
+    step : float
+        Time between samples, s.
+    x0 : ndarray, shape (n_x,)
+        State at the first sample.
+    directions : sequence of int
+        Parameters (positions in `p`) to differentiate by.
+    state_directions : bool
+        Differentiate by the initial state too (last n_x columns of ``dy``).
+    """
+    wanted = np.asarray(directions, int)
+    n_p, n_x = wanted.size, compiled.n_x
+    n_d = n_p + (n_x if state_directions else 0)
+    lay = layout(compiled, n_d)
+    run = runner(compiled, n_d)
+    law_positions = np.asarray(compiled.law_parameters, int)
+    q = p[law_positions]
+    dq = np.zeros((law_positions.size, n_d))
+    for column, i in enumerate(wanted):
+        dq[law_positions == i, column] = 1.0
+
+    def packed(h: float) -> tuple[Array, Array]:
+        d = discretise(compiled, p, h, wanted)
+        return d.packed, np.hstack([d.derivative, np.zeros((d.packed.size, n_d - n_p))])
+
+    z = np.zeros((lay.n_z, 1 + n_d))
+    z[:n_x, 0] = x0
+    if state_directions:
+        z[:n_x, 1 + n_p :] = np.eye(n_x)
+    still, dstill = packed(0.0)
+    _initial_memory(compiled, lay, still, dstill, u[0], z)
+    at_rest = np.stack([u[:1], u[:1]], axis=1)
+    first, z = run(at_rest, z, 1, still, q, dstill, dq)
+    moving, dmoving = packed(step / n_sub)
+    if fine is None:
+        fine = fine_inputs(u, n_sub, hold)
+    rest, z = run(fine, z, n_sub, moving, q, dmoving, dq)
+    out = np.concatenate([first, rest])
+    n_y, n_w = lay.n_y, lay.n_w
+    return Run(
+        out[:, :n_y, 0],
+        out[:, :n_y, 1:],
+        out[:, n_y : n_y + n_w, 0],
+        out[:, n_y + n_w :, 0],
+    )
+
+
+def _initial_memory(
+    compiled: Compiled, lay: Any, packed: Array, dpacked: Array, u: Array, z: Array
+) -> None:
+    """Relax the memories at the initial arguments (and their derivatives)."""
+    if not lay.n_m:
+        return
+    at = sum(r * c for r, c in lay.pieces[:3])
+    cs = packed[at : at + lay.n_w * lay.n_x].reshape(lay.n_w, lay.n_x, order="F")
+    at += lay.n_w * lay.n_x
+    ds = packed[at : at + lay.n_w * lay.n_u].reshape(lay.n_w, lay.n_u, order="F")
+    s = cs @ z[: lay.n_x] + 0.0
+    s[:, 0] += ds @ u
+    at_m = lay.n_x + lay.n_w
+    for j, (port, ms, _) in enumerate(law_slices(compiled)):
+        if port.law.n_memory:
+            rows = slice(at_m + ms.start, at_m + ms.stop)
+            z[rows, 0] = port.law.initial_memory(float(s[j, 0]))
+            z[rows, 1:] = np.outer(port.law.memory_sensitivity(), s[j, 1:])
+
+
+def inputs_of(compiled: Compiled, commands: Mapping[str, Array], n: int) -> Array:
+    """Input matrix, shape (n, n_u), from commands by source name; pseudo-inputs are filled in."""
+    u = np.empty((n, compiled.n_u))
+    for i, name in enumerate(compiled.space.input_names):
+        if name in commands:
+            u[:, i] = commands[name]
+        elif name == "one":
+            u[:, i] = 1.0
+        elif name.startswith("ramp"):
+            u[:, i] = np.linspace(0.0, 1.0, n) ** int(name[4:] or 1)
+        else:
+            raise unknown_name("input", name, "the commands", list(commands))
+    return u
+
+
+def simulate(
+    model: BondGraph | Compiled,
+    time: Array,
+    commands: Mapping[str, Array] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    x0: Array | None = None,
+    hold: str = "linear",
+    accuracy: float = 1e-4,
+    observed: Sequence[str] = (),
+) -> Trajectory:
+    """Simulate `model` on the even grid `time`.
+
+    Nothing has to be chosen: the linear part is integrated exactly, stiff or not, and the number
+    of sub-steps doubles until the outputs change by less than `accuracy` (relative to their
+    range), so only the shape of the nonlinear laws within a step costs anything.
+
+    Parameters
+    ----------
+    time : ndarray, shape (N,), s
+        Even grid.
+    commands : dict of str to ndarray, shape (N,), SI
+        Command of each source.
+    parameters : dict of str to float
+        Values that differ from the declared ones.
+    x0 : ndarray, shape (n_x,), optional
+        Initial state; the rest under the first inputs when not given.
+    """
+    compiled = compile_model(model, observed) if isinstance(model, BondGraph) else model
+    time = np.asarray(time, float)
+    if time.ndim != 1 or time.size < 2:
+        raise UnusableInput(f"{compiled.space.name}: time needs at least two samples on one axis")
+    steps = np.diff(time)
+    if not np.allclose(steps, steps.mean(), rtol=1e-3, atol=0) or steps.mean() <= 0:
+        raise UnusableInput(f"{compiled.space.name}: time must rise evenly; resample it first")
+    commands = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
+    for name, v in commands.items():
+        if v.shape != time.shape:
+            raise UnusableInput(f"{compiled.space.name}: input {name} has shape {v.shape}, time has {time.shape}")
+        if not np.isfinite(v).all():
+            raise UnusableInput(f"{compiled.space.name}: input {name} holds NaN or infinity; clean it first")
+    u = inputs_of(compiled, commands, time.size)
+    p = compiled.vector(parameters or {})
+    start = equilibrium(compiled, p, u[0]) if x0 is None else np.asarray(x0, float)
+    n_sub, run = settle(compiled, p, u, float(steps.mean()), start, hold, accuracy)
+    names = (*compiled.space.output_names, *compiled.observed)
+    outputs = {n: run.y[:, i] for i, n in enumerate(names)}
+    laws = {
+        port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.space.laws)
+    }
+    return Trajectory(compiled.space.name, time, outputs, laws, n_sub)
+
+
+def settle(
+    compiled: Compiled,
+    p: Array,
+    u: Array,
+    step: float,
+    x0: Array,
+    hold: str,
+    accuracy: float,
+    largest: int = 256,
+) -> tuple[int, Run]:
+    """Double the sub-steps until the outputs settle; returns the number and the last run."""
+    n_sub = 1 if hold != "band-limited" else 2
+    run = run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold)
+    if compiled.n_w == 0 and hold != "band-limited":
+        return n_sub, run
+    while n_sub < largest:
+        finer = run_record(compiled, p, u, step, x0, n_sub=2 * n_sub, hold=hold)
+        span = np.maximum(np.ptp(finer.y, axis=0), 1e-300)
+        change = np.sqrt(np.mean(((finer.y - run.y) / span) ** 2, axis=0)).max(initial=0.0)
+        run, n_sub = finer, 2 * n_sub
+        if change < accuracy:
+            break
+    return n_sub, run

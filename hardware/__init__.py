@@ -1,0 +1,1 @@
+"""Hardware and virtual hardware of the Bondsight benches."""

@@ -1,0 +1,83 @@
+"""Commitment to a truth before the diagnosis, opened after it.
+
+The commitment is SHA-256 over a random salt and the canonical JSON of the truth.  Publishing the
+hash binds the bench; the salt keeps a small catalogue from being guessed by hashing it through.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hardware.simulators.draw import Truth
+
+_SALT_BYTES = 32
+
+
+class SealBrokenError(ValueError):
+    """The content of an envelope is not what its hash promised."""
+
+
+@dataclass(frozen=True, slots=True)
+class SealedTruth:
+    """Hash of a truth and the envelope that opens it.
+
+    Parameters
+    ----------
+    hash
+        Commitment, 64 hexadecimal digits; the only part to show before the diagnosis.
+    salt
+        Random salt, hexadecimal; not shown by ``repr``.
+    payload
+        Canonical JSON of the truth; not shown by ``repr``.
+    """
+
+    hash: str
+    salt: str = field(repr=False)
+    payload: str = field(repr=False)
+
+    def open(self) -> Truth:
+        """Give the truth after checking it against the hash.
+
+        Raises
+        ------
+        SealBrokenError
+            If salt or payload was changed after sealing.
+        """
+        if not hmac.compare_digest(_digest(self.salt, self.payload), self.hash):
+            raise SealBrokenError(
+                f"the envelope does not match its commitment {self.hash[:12]}...: the truth or "
+                "the salt was changed after sealing; discard this run"
+            )
+        return Truth.from_dict(json.loads(self.payload))
+
+    def save(self, path: str | Path) -> None:
+        """Write hash, salt and payload as JSON; keep the file away from the diagnosis."""
+        content = {"hash": self.hash, "salt": self.salt, "payload": self.payload}
+        Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | Path) -> SealedTruth:
+        """Read what ``save`` wrote; ``open`` does the checking."""
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        return cls(content["hash"], content["salt"], content["payload"])
+
+
+def seal(truth: Truth) -> SealedTruth:
+    """Commit to a truth with a fresh salt."""
+    salt = os.urandom(_SALT_BYTES).hex()
+    payload = canonical_json(truth)
+    return SealedTruth(hash=_digest(salt, payload), salt=salt, payload=payload)
+
+
+def canonical_json(truth: Truth) -> str:
+    """JSON with sorted keys, no spaces and shortest exact floats."""
+    return json.dumps(truth.as_dict(), sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def _digest(salt: str, payload: str) -> str:
+    return hashlib.sha256(f"{salt}:{payload}".encode()).hexdigest()

@@ -1,0 +1,286 @@
+"""What every operator of the catalogue promises, on fixed examples and on random ones."""
+
+from __future__ import annotations
+
+import json
+
+import casadi as ca
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bondgraph.backend import CASADI, NUMPY, SYMPY
+from bondgraph.hysteresis import (
+    OPERATORS,
+    AlJanaideh,
+    Ang,
+    BadInput,
+    BadMemory,
+    BadParameter,
+    DeadZone,
+    MaxwellResistiveCapacitor,
+    Operator,
+    PrandtlIshlinskii,
+    operator_from_dict,
+    turning_points,
+)
+
+PI = PrandtlIshlinskii((0.0, 0.3, 1.0, 2.5), (1.2, 0.6, -0.4, 0.9))
+ZONES = DeadZone((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
+EXAMPLES: dict[str, Operator] = {
+    "prandtl_ishlinskii": PI,
+    "prandtl_ishlinskii linear": PrandtlIshlinskii((0.0,), (2.0,)),
+    "dead_zone": ZONES,
+    "ang": Ang(PI, ZONES),
+    "ang_inverse": Ang(PI, ZONES).inverse(),
+    "al_janaideh": AlJanaideh(q=1.0, c=1.5, sigma=0.4, alpha=0.5, beta=0.3, count=6),
+    "maxwell_resistive_capacitor": MaxwellResistiveCapacitor((2.0, 1.0, 0.5), (0.4, 0.5, 1.2)),
+}
+INVERTIBLE = [name for name, operator in EXAMPLES.items() if hasattr(operator, "inverse")]
+
+quick = settings(max_examples=30, deadline=None, derandomize=True, database=None)
+every = pytest.mark.parametrize("operator", EXAMPLES.values(), ids=EXAMPLES.keys())
+seeds = st.integers(0, 2**32 - 1)
+
+
+def wander(seed: int, n: int = 60, size: float = 5.0) -> np.ndarray:
+    """Random record with reversals of all sizes."""
+    rng = np.random.default_rng(seed)
+    return size * rng.uniform(-1, 1, n) * rng.choice([0.05, 0.3, 1.0], n)
+
+
+def wandered_memory(operator: Operator, seed: int):
+    """Memory with a past, and the input it was left at."""
+    x = wander(seed)
+    return operator.run(x)[1], float(x[-1])
+
+
+def step_by_step(operator, x, memory):
+    outputs = []
+    for value in x:
+        outputs.append(float(operator.value(NUMPY, float(value), memory)))
+        memory = operator.advance(NUMPY, float(value), memory)
+    return np.array(outputs), memory
+
+
+def test_every_kind_has_an_example():
+    assert {operator.kind for operator in EXAMPLES.values()} == set(OPERATORS)
+
+
+@every
+@quick
+@given(seed=seeds)
+def test_run_equals_steps(operator, seed):
+    memory, _ = wandered_memory(operator, seed)
+    x = wander(seed + 1, n=1 + seed % 40)
+    fast, after_fast = operator.run(x, memory)
+    slow, after_slow = step_by_step(operator, x, memory)
+    np.testing.assert_allclose(fast, slow, rtol=1e-12, atol=1e-12)
+    assert tuple(map(float, after_slow)) == after_fast
+
+
+@every
+def test_run_over_more_than_one_chunk(operator):
+    x = wander(5, n=10_001)
+    whole, after = operator.run(x)
+    first, between = operator.run(x[:3000])
+    second, last = operator.run(x[3000:], between)
+    np.testing.assert_allclose(whole, np.concatenate((first, second)), rtol=1e-13, atol=1e-13)
+    assert after == last
+
+
+@every
+@quick
+@given(seed=seeds, samples=st.integers(1, 30))
+def test_rate_independence(operator, seed, samples):
+    turns = wander(seed, n=20)
+    grid = np.arange((turns.size - 1) * samples + 1) / samples
+    x = np.interp(grid, np.arange(turns.size), turns)
+    index = turning_points(x)
+    memory = operator.initial_memory(float(x[0]))
+    dense, after_dense = operator.run(x, memory)
+    sparse, after_sparse = operator.run(x[index], memory)
+    np.testing.assert_allclose(dense[index], sparse, rtol=1e-13, atol=1e-13)
+    assert after_dense == after_sparse
+
+
+@every
+@quick
+@given(seed=seeds)
+def test_wiping_out(operator, seed):
+    """A minor excursion that returns to its turning point leaves no trace."""
+    memory, _ = wandered_memory(operator, seed)
+    rng = np.random.default_rng(seed)
+    low, high = np.sort(rng.uniform(-5, 5, 2))
+    minor = rng.uniform(low, high, 10)
+    _, plain = operator.run([low, high], memory)
+    _, detour = operator.run([low, high, *minor, high], memory)
+    assert plain == detour
+
+
+@every
+@quick
+@given(seed=seeds)
+def test_value_does_not_depend_on_where_steps_are_accepted(operator, seed):
+    memory, x0 = wandered_memory(operator, seed)
+    x1 = float(np.random.default_rng(seed).uniform(-5, 5))
+    direct = operator.value(NUMPY, x1, memory)
+    between = operator.advance(NUMPY, 0.5 * (x0 + x1), memory)
+    assert float(operator.value(NUMPY, x1, between)) == pytest.approx(float(direct), abs=1e-13)
+    after = operator.advance(NUMPY, x1, memory)
+    assert float(operator.value(NUMPY, x1, after)) == pytest.approx(float(direct), abs=1e-13)
+
+
+@every
+def test_array_input_is_many_trial_points(operator):
+    memory, _ = wandered_memory(operator, 3)
+    trial = np.linspace(-4, 4, 9)
+    together = operator.value(NUMPY, trial, memory)
+    single = [float(operator.value(NUMPY, float(x), memory)) for x in trial]
+    np.testing.assert_array_equal(together, single)
+
+
+@every
+@pytest.mark.parametrize("matrix", [ca.SX, ca.MX])
+def test_casadi_agrees(operator, matrix):
+    x, memory = matrix.sym("x"), matrix.sym("m", operator.n_memory)
+    compiled = ca.Function(
+        "f",
+        [x, memory],
+        [operator.value(CASADI, x, memory), ca.vertcat(*operator.advance(CASADI, x, memory))],
+    )
+    for seed in range(20):
+        states, _ = wandered_memory(operator, seed)
+        at = float(np.random.default_rng(seed).uniform(-5, 5))
+        value, after = compiled(at, ca.DM(states))
+        assert float(value) == pytest.approx(
+            float(operator.value(NUMPY, at, states)), rel=1e-13, abs=1e-13
+        )
+        np.testing.assert_allclose(
+            np.array(after).ravel(), operator.advance(NUMPY, at, states), rtol=1e-14
+        )
+
+
+@every
+def test_sympy_agrees(operator):
+    x = sympy.Symbol("x", real=True)
+    for seed in range(3):
+        states, _ = wandered_memory(operator, seed)
+        value, after = operator.value(SYMPY, x, states), operator.advance(SYMPY, x, states)
+        for at in np.random.default_rng(seed).uniform(-5, 5, 3):
+            expected = float(operator.value(NUMPY, float(at), states))
+            assert float(sympy.sympify(value).subs(x, at)) == pytest.approx(expected, rel=1e-12)
+            np.testing.assert_allclose(
+                [float(state.subs(x, at)) for state in after],
+                operator.advance(NUMPY, float(at), states),
+                rtol=1e-12,
+            )
+
+
+@every
+def test_derivative_by_input(operator):
+    """CasADi's derivative is the difference quotient away from kinks."""
+    x, memory = ca.SX.sym("x"), ca.SX.sym("m", operator.n_memory)
+    slope = ca.Function("s", [x, memory], [ca.jacobian(operator.value(CASADI, x, memory), x)])
+    h, checked = 1e-6, 0
+    for seed in range(20):
+        states, _ = wandered_memory(operator, seed)
+        at = float(np.random.default_rng(seed).uniform(-5, 5))
+        below, mid, above = (float(operator.value(NUMPY, at + d, states)) for d in (-h, 0.0, h))
+        if abs(above - 2 * mid + below) > 1e-12:
+            continue  # a kink lies within the difference
+        assert float(slope(at, ca.DM(states))) == pytest.approx((above - below) / (2 * h), rel=1e-7)
+        checked += 1
+    assert checked >= 10
+
+
+@every
+def test_linear_slope_is_the_slope_after_a_reversal(operator):
+    # Around 0 the dead zones do nothing; the reversal at 0 makes every play rest.
+    memory = operator.advance(NUMPY, 0.0, operator.initial_memory(0.0))
+    h = 1e-3
+    quotient = (operator.value(NUMPY, h, memory) - operator.value(NUMPY, 0.0, memory)) / h
+    assert float(quotient) == pytest.approx(operator.linear_slope, rel=1e-9)
+
+
+@every
+def test_json_round_trip(operator):
+    again = operator_from_dict(json.loads(json.dumps(operator.to_dict())))
+    assert again == operator
+    assert type(operator).from_dict(operator.to_dict()) == operator
+    memory, _ = wandered_memory(operator, 8)
+    assert operator.memory_from_dict(json.loads(json.dumps(operator.memory_to_dict(memory)))) == (
+        memory
+    )
+
+
+@every
+def test_memory_is_a_fixed_point_of_initial_memory(operator):
+    """Given states that a history produced, `initial_memory` returns them."""
+    memory, x0 = wandered_memory(operator, 11)
+    np.testing.assert_allclose(operator.initial_memory(x0, memory), memory, rtol=1e-14, atol=1e-14)
+
+
+@every
+def test_virgin_memory_is_a_straight_way_from_zero(operator):
+    virgin = operator.initial_memory(3.0)
+    np.testing.assert_array_equal(
+        operator.advance(NUMPY, 3.0, operator.initial_memory(0.0)), virgin
+    )
+
+
+@pytest.mark.parametrize("name", INVERTIBLE)
+@quick
+@given(seed=seeds)
+def test_inverse_from_a_memory_with_a_past(name, seed):
+    operator = EXAMPLES[name]
+    memory, _ = wandered_memory(operator, seed)
+    x = wander(seed + 7)
+    z, after = operator.run(x, memory)
+    if operator.n_memory:
+        back, after_back = operator.inverse().run(z, operator.inverse_memory(memory))
+        np.testing.assert_allclose(after_back, operator.inverse_memory(after), atol=1e-10)
+    else:
+        back, _ = operator.inverse().run(z, ())
+    assert np.max(np.abs(back - x)) < 1e-9 * np.max(np.abs(x))
+
+
+@every
+@pytest.mark.parametrize("bad", [[], [[1.0]], [0.0, np.nan], [np.inf]])
+def test_bad_records_are_refused(operator, bad):
+    with pytest.raises(BadInput):
+        operator.run(bad)
+
+
+@every
+def test_errors_name_the_culprit(operator):
+    with pytest.raises(BadInput, match=r"x\[2\] = nan"):
+        operator.run([0.0, 1.0, np.nan])
+    with pytest.raises(BadInput, match="x = nan"):
+        operator.advance(NUMPY, float("nan"), operator.initial_memory())
+    too_long = (0.0,) * (operator.n_memory + 1)
+    with pytest.raises(BadMemory, match=f"has {operator.n_memory} memory states"):
+        operator.value(NUMPY, 0.0, too_long)
+    with pytest.raises(BadMemory, match="not of"):
+        operator.memory_from_dict({"kind": "bouc_wen", "states": []})
+    with pytest.raises(BadMemory, match="states"):
+        operator.memory_from_dict({"kind": operator.kind})
+
+
+def test_foreign_data_are_refused():
+    with pytest.raises(BadParameter, match="unknown operator kind 'preisach'"):
+        operator_from_dict({"kind": "preisach"})
+    with pytest.raises(BadParameter, match="unknown operator kind"):
+        operator_from_dict({"kind": ["ang"]})
+    with pytest.raises(BadParameter, match=r"missing \['weights'\]"):
+        operator_from_dict({"kind": "dead_zone", "thresholds": [0]})
+    with pytest.raises(BadParameter, match=r"weights\[0\] = '2'"):
+        operator_from_dict({"kind": "dead_zone", "thresholds": [0], "weights": ["2"]})
+    with pytest.raises(BadParameter, match="hold a dead_zone, not a Ang"):
+        Ang.from_dict({"kind": "dead_zone", "thresholds": [0], "weights": [2]})
+    with pytest.raises(BadMemory, match="is not finite"):
+        PI.memory_from_dict({"kind": PI.kind, "states": [0.0, float("nan"), 0.0]})
+    with pytest.raises(BadMemory, match="not a single number"):
+        PI.memory_from_dict({"kind": PI.kind, "states": [0.0, "1", 0.0]})
