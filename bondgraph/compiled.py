@@ -171,13 +171,15 @@ def solve_laws(
     """Deviations that satisfy ``s = free + gain w``, ``w_j = law_j(s_j)``; sweeps if several."""
     laws = law_slices(compiled)
     q = ca.vertcat(*[p[i] for i in compiled.law_parameters]) if compiled.law_parameters else ca.SX()
-    w = w_last
+    w = list(ca.vertsplit(w_last)) if len(laws) else []
     for _ in range(1 if len(laws) == 1 else 4):
         for j, (port, ms, qs) in enumerate(laws):
-            others = free[j] + gain[j, :] @ w - gain[j, j] * w[j]
-            wj = scalar_solution(port, others, gain[j, j], memory[ms], q[qs], w[j])
-            w = ca.vertcat(w[:j], wj, w[j + 1 :])
-    return w
+            others = free[j]
+            for k, wk in enumerate(w):
+                if k != j:
+                    others = others + gain[j, k] * wk
+            w[j] = scalar_solution(port, others, gain[j, j], memory[ms], q[qs], w[j])
+    return ca.vertcat(*w) if w else ca.SX(0, 1)
 
 
 def scalar_solution(

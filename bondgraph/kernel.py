@@ -134,7 +134,7 @@ def step_function(compiled: Compiled, n_d: int) -> ca.Function:
         out.append(ca.vertcat(cy @ tx1 + tcy @ x1 + dy @ tv1 + tdy @ v1, ts1, tw))
         carried.append(ca.vertcat(tx1, tw, tm1))
     return ca.Function(
-        "step",
+        "bondsight_step",  # plain "step" is a symbol of glibc
         [z, u0, u1, m, q, dm, dq],
         [ca.densify(ca.horzcat(*carried)), ca.densify(ca.horzcat(*out))],
         {"cse": True},
@@ -208,9 +208,10 @@ def _memory_tangent(
     if not memory.numel():
         return ca.SX(0, 1)
     a, b, c = ca.SX.sym("s", s.numel()), ca.SX.sym("m", memory.numel()), ca.SX.sym("q", q.numel())
+    seeds = [ca.SX.sym("d", v.numel()) for v in (a, b, c)]
     new = advance_laws(compiled, a, b, c)
-    tangent = ca.jtimes(new, ca.vertcat(a, b, c), ca.vertcat(ts, tm, tq))
-    f = ca.Function("memory", [a, b, c, ts, tm, tq], [tangent])
+    tangent = ca.densify(ca.jtimes(new, ca.vertcat(a, b, c), ca.vertcat(*seeds)))
+    f = ca.Function("memory", [a, b, c, *seeds], [tangent])
     return f(s, memory, q, ts, tm, tq)
 
 
@@ -229,7 +230,7 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
     for (j = 0; j < n_sub; ++j) {
       arg[0] = z; arg[1] = u; arg[2] = u + n_u; arg[3] = m; arg[4] = q; arg[5] = dm; arg[6] = dq;
       res[0] = znew; res[1] = out;
-      step(arg, res, iw, w, 0);
+      bondsight_step(arg, res, iw, w, 0);
       for (k = 0; k < n_z; ++k) z[k] = znew[k];
       u += 2 * n_u;
     }
