@@ -72,7 +72,7 @@ def stack_bond_graph(
         force >> C("k", stiffness=stiffness, unit="N/m", source=SOURCE)
         if external_force:
             Se("F_e", unit="N") >> body
-        body >> I("m", mass, unit="kg", source="a third of the ceramics' mass", fixed=True)
+        body >> I("m", mass, unit="kg", source="a third of the ceramics, and the payload")
         body >> R("R_nl", damping, unit="N*s/m", source=SOURCE)
         if "i" in sensors:
             loop >> Df("i", unit="A")

@@ -89,7 +89,10 @@ def _hold(parts: Blocks, tangents: list[Blocks], h: float) -> tuple[Held, list[H
     if n == 0:
         return (zero[0], zero[1], zero[2]), [tuple(zero) for _ in tangents]  # type: ignore[misc]
     scale = _state_scale(parts.a)
-    column = np.maximum(np.abs(parts.b / scale[:, None]).max(axis=0), 1e-300) * h
+    column = np.abs(parts.b / scale[:, None]).max(axis=0) * h
+    for t in tangents:
+        column = np.where(column > 0, column, np.abs(t.b / scale[:, None]).max(axis=0) * h)
+    column = np.where(column > 0, column, 1.0)
 
     def augmented(a: Array, b: Array) -> Array:
         z = np.zeros((n + 2 * m, n + 2 * m))
@@ -107,13 +110,17 @@ def _hold(parts: Blocks, tangents: list[Blocks], h: float) -> tuple[Held, list[H
         return phi, whole - late, late
 
     held = read(expm(z))
-    derivatives = [
-        read(expm_frechet(z, augmented(t.a, t.b), compute_expm=False))
-        if t.a.any() or t.b.any()
-        else (zero[0], zero[1], zero[2])
-        for t in tangents
-    ]
-    return held, derivatives
+
+    def derivative(t: Blocks) -> Held:
+        e = augmented(t.a, t.b)
+        size = float(np.abs(e).max())
+        if size == 0.0:
+            return zero[0], zero[1], zero[2]
+        # linear in its direction: a unit direction keeps the squaring phase in range
+        phi, early, late = read(expm_frechet(z, e / size, compute_expm=False))
+        return phi * size, early * size, late * size
+
+    return held, [derivative(t) for t in tangents]
 
 
 def _state_scale(a: Array) -> Array:

@@ -21,7 +21,10 @@ class Drive:
         Memoryless or hysteretic law of the command, identity plus a deviation.
     lag : str or None
         Name of the time constant parameter (s) of a first-order lag.
+    delay : str or None
+        Name of the dead time parameter (s); it shifts every output.
     """
 
     law: Law | None = None
     lag: str | None = None
+    delay: str | None = None

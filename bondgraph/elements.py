@@ -210,6 +210,7 @@ class Sensor(Element, ABC):
     unit: str = ""
     law: Law | None = field(default=None, kw_only=True)
     lag: str | None = field(default=None, kw_only=True)
+    delay: str | None = field(default=None, kw_only=True)
     drift: tuple[str, ...] = field(default=(), kw_only=True)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -32,7 +32,7 @@ _TARGETS: Mapping[str, tuple[float, float]] = {
     "medium": (13.0, 23.0),
     "strong": (65.0, 115.0),
 }
-_SEARCH_STEPS = 10
+_SEARCH_STEPS = 30
 _LARGEST_AMPLITUDE = 30.0
 
 
@@ -235,12 +235,14 @@ def _size(
     return chosen.effect(shape, amplitude, plant)
 
 
-def _invert(mark: Any, target: float, guess: float, allowed: tuple[float, float]) -> float:
+def _invert(
+    mark: Callable[[float], float], target: float, guess: float, allowed: tuple[float, float]
+) -> float:
     """Solve mark(a) = target on logarithms, by secants kept inside a bracket."""
     low, high = 1e-6, _LARGEST_AMPLITUDE
     a, exponent = guess, 1.0
     previous: tuple[float, float] | None = None
-    for _ in range(_SEARCH_STEPS):
+    for n in range(_SEARCH_STEPS):
         value = mark(a)
         if math.isfinite(value) and abs(math.log(max(value, 1e-12) / target)) < 0.08:
             return a
@@ -252,12 +254,13 @@ def _invert(mark: Any, target: float, guess: float, allowed: tuple[float, float]
             here = (math.log(a), math.log(value))
             if previous is not None and here[0] != previous[0]:
                 slope = (here[1] - previous[1]) / (here[0] - previous[0])
-                exponent = min(max(slope, 0.3), 8.0)
+                exponent = min(max(slope, 0.3), 30.0)
             previous = here
             proposal = math.exp(here[0] + (math.log(target) - here[1]) / exponent)
         else:
             proposal = math.sqrt(low * high)
-        a = proposal if low < proposal < high else math.sqrt(low * high)
+        secant = low < proposal < high and n % 4 != 3
+        a = proposal if secant else math.sqrt(low * high)
     if not allowed[0] <= mark(a) <= allowed[1]:
         raise RuntimeError(f"the effect cannot leave a mark of {target:.1f} times the noise")
     return a

@@ -183,8 +183,8 @@ def _limits_shape(rng: np.random.Generator) -> Parameters:
 
 
 def _limits(shape: Parameters, a: float, p: PlantParameters) -> Parameters:
-    """Limits move from the rails inwards with the amplitude."""
-    reach = BIAS * math.exp(-a)
+    """Limits move inwards with the amplitude, from where no command reaches them."""
+    reach = 1.2 * BIAS * math.exp(-a)
     return {
         "top": BIAS + reach * (1.0 + shape["skew"]),
         "bottom": BIAS - reach * (1.0 - shape["skew"]),
@@ -269,7 +269,7 @@ CATALOGUE: tuple[EffectEntry, ...] = (
         _angle_shape,
         _dielectric,
     ),
-    EffectEntry("saturation", "V_in", "knees at top and bottom", _limits_shape, _limits, 0.2),
+    EffectEntry("saturation", "V_in", "knees at top and bottom", _limits_shape, _limits, 0.35),
     EffectEntry(
         "dead_zone",
         "V_in",

@@ -1,0 +1,264 @@
+"""A model, a recording and what is free: everything a fit needs, as one frozen value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from bondgraph.compiled import Compiled, compile_model
+from bondgraph.elements import Parameter, Sensor, Source
+from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.graph import BondGraph
+from bondgraph.signals import Recording, Split
+from bondgraph.simulate import equilibrium, fine_inputs, inputs_of, run_record
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Data:
+    """A recording seen through a model: commands, readings, noise floor, split.
+
+    Attributes
+    ----------
+    commands : dict of str to ndarray, shape (N,), SI
+    readings : ndarray, shape (N, n_y), SI
+    names : tuple of str
+        Sensors, in the order of `readings`.
+    floor : ndarray, shape (n_y,), SI
+        Standard deviation of the noise of each reading.
+    split : Split
+        Which samples are scored in training, which are held out.
+    hold : str
+        Behaviour of the commands between samples.
+    """
+
+    name: str
+    time: Array
+    commands: dict[str, Array]
+    readings: Array
+    names: tuple[str, ...]
+    floor: Array
+    split: Split
+    hold: str = "linear"
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return int(self.time.size)
+
+    @property
+    def dt(self) -> float:
+        """Time between samples, s."""
+        return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
+
+    def mask(self, part: str) -> Array:
+        """Boolean mask of the samples of ``train`` or ``test``."""
+        m = np.zeros(self.n, bool)
+        m[self.split.train if part == "train" else self.split.test] = True
+        return m
+
+    def thinned(self, factor: int) -> Data:
+        """Every `factor`-th sample; the split is carried over."""
+        if factor == 1:
+            return self
+
+        def part(s: slice) -> slice:
+            return slice(-(-(s.start or 0) // factor), -(-(s.stop or self.n) // factor))
+
+        split = replace(self.split, train=part(self.split.train), test=part(self.split.test))
+        return replace(
+            self,
+            time=self.time[::factor],
+            commands={k: v[::factor] for k, v in self.commands.items()},
+            readings=self.readings[::factor],
+            split=split,
+        )
+
+
+def data_for(
+    graph: BondGraph,
+    recording: Recording,
+    split: Split,
+    floor: Mapping[str, float],
+    hold: str = "linear",
+) -> Data:
+    """Match the channels of `recording` to the sources and sensors of `graph` by name."""
+    sources = [s.name for s in graph.of_type(Source)]
+    sensors = [s.name for s in graph.of_type(Sensor)]
+    for kind, wanted in (("input", sources), ("sensor", sensors)):
+        for n in wanted:
+            if n not in recording.channels:
+                error = unknown_name(f"channel for {kind}", n, recording.name, recording.channels)
+                raise UnusableInput(f"{error}; name it with --map {n}=COLUMN")
+    readings = np.stack([recording[n] for n in sensors], axis=1)
+    return Data(
+        recording.name,
+        np.asarray(recording.time),
+        {n: np.asarray(recording[n]) for n in sources},
+        readings,
+        tuple(sensors),
+        np.array([floor[n] for n in sensors]),
+        split,
+        hold,
+    )
+
+
+@dataclass(frozen=True)
+class Free:
+    """One fitted number: physical value = scale of theta, logarithmic or linear.
+
+    Attributes
+    ----------
+    parameter : Parameter
+    log : bool
+        ``value = start * exp(theta)`` instead of ``value = start + scale * theta``.
+    """
+
+    parameter: Parameter
+    start: float
+    log: bool
+    scale: float
+
+    def value(self, theta: float) -> float:
+        """Physical value."""
+        return self.start * float(np.exp(theta)) if self.log else self.start + self.scale * theta
+
+    def slope(self, theta: float) -> float:
+        """Derivative of the value by theta."""
+        return self.value(theta) if self.log else self.scale
+
+    def bounds(self) -> tuple[float, float]:
+        """Bounds on theta."""
+        lo, hi = self.parameter.lower, self.parameter.upper
+        if self.log:
+            low = np.log(lo / self.start) if lo and lo > 0 else -12.0
+            high = np.log(hi / self.start) if hi and hi > 0 else 12.0
+            return float(low), float(high)
+        low = -np.inf if lo is None else (lo - self.start) / self.scale
+        high = np.inf if hi is None else (hi - self.start) / self.scale
+        return float(low), float(high)
+
+
+def free_parameter(p: Parameter, start: float | None = None) -> Free:
+    """Logarithmic for positive parameters without a lower bound of zero, else linear."""
+    value = p.value if start is None else start
+    log = p.positive and value > 0 and not (p.lower is not None and p.lower <= 0)
+    scale = p.scale or (abs(value) if value else 1.0)
+    return Free(p, value, log, scale)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Fit `graph` to `data`.
+
+    Attributes
+    ----------
+    starts : dict of str to float
+        Start values that differ from the nominal ones.
+    window : int or None
+        Samples of each window with an initial state of its own (multiple shooting with the
+        states eliminated); None simulates the record in one piece.
+    nuisances : bool
+        Fit offsets of sensors and sources, sub-sample delays and the initial state.
+    """
+
+    graph: BondGraph
+    data: Data
+    starts: Mapping[str, float] = field(default_factory=dict)
+    window: int | None = None
+    n_sub: int = 1
+    nuisances: bool = True
+    fixed: Sequence[str] = ()
+
+    @cached_property
+    def compiled(self) -> Compiled:
+        """Compiled model with source offsets added as nuisances."""
+        return compile_model(self.with_offsets)
+
+    @cached_property
+    def with_offsets(self) -> BondGraph:
+        """The graph with one offset parameter for every moving source."""
+        g = self.graph
+        if not self.nuisances:
+            return g
+        for s in g.of_type(Source):
+            command = self.data.commands[s.name]
+            span = float(np.ptp(command))
+            if s.offset is None and span > 0:
+                name = f"offset_{s.name}"
+                g = g.with_element(s.name, offset=name).with_parameters(
+                    [
+                        Parameter(
+                            name, 0.0, s.unit or "1", positive=False,
+                            lower=-0.25 * span, upper=0.25 * span, scale=0.05 * span,
+                        )
+                    ]
+                )  # fmt: skip
+        return g
+
+    @cached_property
+    def free(self) -> tuple[Free, ...]:
+        """Free model parameters, in the order of the compiled parameter vector."""
+        found = []
+        for n, p in self.compiled.space.parameters.items():
+            if not p.fixed and n not in self.fixed and n not in self.delays:
+                found.append(free_parameter(p, self.starts.get(n)))
+        return tuple(found)
+
+    @cached_property
+    def delays(self) -> dict[str, tuple[int, ...]]:
+        """Delay parameters declared by drives and sensors -> the outputs they shift."""
+        found: dict[str, tuple[int, ...]] = {}
+        everything = tuple(range(len(self.data.names)))
+        for s in self.graph.of_type(Source):
+            if s.drive is not None and s.drive.delay:
+                found[s.drive.delay] = everything
+        for i, n in enumerate(self.data.names):
+            sensor = self.graph[n]
+            if isinstance(sensor, Sensor) and sensor.delay:
+                found[sensor.delay] = (i,)
+        return found
+
+    @cached_property
+    def inputs(self) -> Array:
+        """Inputs at the samples, shape (N, n_u)."""
+        return inputs_of(self.compiled, self.data.commands, self.data.n)
+
+    @cached_property
+    def start_vector(self) -> Array:
+        """Parameter vector with the start values, shape (n_p,)."""
+        known = {k: v for k, v in self.starts.items() if k in self.compiled.parameter_names}
+        return self.compiled.vector(known)
+
+    @cached_property
+    def rest_state(self) -> Array:
+        """Equilibrium under the first inputs at the start values."""
+        return equilibrium(self.compiled, self.start_vector, self.inputs[0])
+
+    @cached_property
+    def state_scale(self) -> Array:
+        """Spread of each state in a simulation at the start values, shape (n_x,)."""
+        states = tuple(str(s.symbol) for s in self.compiled.space.states)
+        seen = Compiled(self.compiled.space, states)
+        run = run_record(
+            seen, self.start_vector, self.inputs, self.data.dt, self.rest_state,
+            n_sub=self.n_sub, hold=self.data.hold,
+        )  # fmt: skip
+        moved = run.y[:, len(self.data.names) :]
+        spread = np.where(np.isfinite(moved), moved, 0.0).std(axis=0)
+        return np.maximum(spread, 1e-6 * np.abs(self.rest_state) + 1e-30)
+
+    def fine_inputs(self, window: slice) -> Array:
+        """Inputs at both ends of each sub-step of a window."""
+        key = (window.start, window.stop)
+        if key not in self._fine:
+            self._fine[key] = fine_inputs(self.inputs[window], self.n_sub, self.data.hold)
+        return self._fine[key]
+
+    @cached_property
+    def _fine(self) -> dict[tuple[int, int], Array]:
+        return {}
