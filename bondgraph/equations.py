@@ -177,6 +177,17 @@ def derive(graph: BondGraph) -> StateSpace:
     return _Derivation(graph).result()
 
 
+def port_signals(graph: BondGraph) -> dict[str, tuple[str, str]]:
+    """Names of the effort and the flow at every one-port element."""
+    d = _Derivation(graph)
+    found = {}
+    for e in graph.elements.values():
+        if e.n_ports == 1 and not isinstance(e, Sensor):
+            (b,) = graph.bonds_of(e.name)
+            found[e.name] = (str(d.effort(b)), str(d.flow(b)))
+    return found
+
+
 class _Derivation:
     """Collects assignments element by element, then orders them."""
 

@@ -194,6 +194,11 @@ class BondGraph:
             return self._parameters[value].symbol
         if isinstance(value, sp.Expr):
             known = {p.symbol: n for n, p in self._parameters.items()}
+            known |= {
+                symbol(n, positive=True): n
+                for n, e in self._elements.items()
+                if isinstance(e, Valued | TwoPort) and n != element.name
+            }
             for s in value.free_symbols:
                 if s not in known:
                     raise unknown_name(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -163,7 +163,9 @@ class Problem:
         Samples of each window with an initial state of its own (multiple shooting with the
         states eliminated); None simulates the record in one piece.
     nuisances : bool
-        Fit offsets of sensors and sources, sub-sample delays and the initial state.
+        Fit offsets of the sensors, sub-sample delays and the initial state.
+    source_offsets : bool
+        Fit a constant added to each command (needed where the model integrates).
     """
 
     graph: BondGraph
@@ -172,7 +174,12 @@ class Problem:
     window: int | None = None
     n_sub: int = 1
     nuisances: bool = True
+    source_offsets: bool = False
     fixed: Sequence[str] = ()
+
+    def __getstate__(self) -> dict[str, object]:
+        """Only the fields travel to other processes; compiled functions are rebuilt there."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @cached_property
     def compiled(self) -> Compiled:
@@ -183,7 +190,7 @@ class Problem:
     def with_offsets(self) -> BondGraph:
         """The graph with one offset parameter for every moving source."""
         g = self.graph
-        if not self.nuisances:
+        if not self.source_offsets:
             return g
         for s in g.of_type(Source):
             command = self.data.commands[s.name]

@@ -3,6 +3,7 @@
 from bondgraph.laws.friction import Coulomb as Coulomb
 from bondgraph.laws.friction import QuadraticDrag as QuadraticDrag
 from bondgraph.laws.friction import Stribeck as Stribeck
+from bondgraph.laws.hats import Hats as Hats
 from bondgraph.laws.law import Law as Law
 from bondgraph.laws.limits import DeadZone as DeadZone
 from bondgraph.laws.limits import Saturation as Saturation

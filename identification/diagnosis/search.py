@@ -1,0 +1,213 @@
+"""Fit every effect of the catalogue at every port where it makes sense, cheap ones first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from bondgraph.errors import BondsightError
+from identification.diagnosis.effects import CATALOGUE, UNNAMED, Effect, Insertion
+from identification.diagnosis.scene import Scene
+from identification.fit import Fit, Status, fit
+from identification.problem import Data, Problem
+
+Array = np.ndarray
+BLOCKS = 40
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One effect at one place after its fit.
+
+    Attributes
+    ----------
+    home : bool
+        The place is a usual one for the effect.
+    train, test : float
+        Mean square residual over the floor.
+    blocks : ndarray, shape (BLOCKS,)
+        The same on consecutive parts of the held-out samples.
+    """
+
+    insertion: Insertion
+    home: bool
+    fit: Fit
+    train: float
+    test: float
+    blocks: Array
+
+    @property
+    def label(self) -> str:
+        """Text such as ``hysteresis at C_nl``."""
+        return self.insertion.label
+
+    @property
+    def effect(self) -> str:
+        """Name of the effect."""
+        return self.insertion.effect
+
+    @property
+    def element(self) -> str:
+        """Place of the effect."""
+        return self.insertion.element
+
+
+def blocks_of(result: Fit, part: str = "test") -> Array:
+    """Mean square weighted residual on consecutive parts of the held-out samples."""
+    r = result.residuals(part) / result.problem.data.floor
+    square = np.mean(r**2, axis=1)
+    count = min(BLOCKS, square.size)
+    return np.array([float(b.mean()) for b in np.array_split(square, count)])
+
+
+def paired_z(worse: Array, better: Array) -> float:
+    """How many standard errors `better` lies below `worse`, block by block."""
+    d = worse - better
+    if d.size < 2:
+        return 0.0
+    spread = float(d.std(ddof=1)) / np.sqrt(d.size)
+    return float(d.mean() / spread) if spread > 0 else float(np.inf * np.sign(d.mean()))
+
+
+def insertions(scene: Scene, catalogue: Sequence[Effect]) -> list[tuple[Effect, Insertion, bool]]:
+    """Every effect at every place."""
+    found = []
+    for effect in catalogue:
+        for element in effect.places(scene.graph):
+            found.append((effect, effect.insert(scene, element), effect.home(element)))
+    return found
+
+
+@dataclass(frozen=True)
+class Options:
+    """Cost of the search.
+
+    Attributes
+    ----------
+    jobs : int
+        Processes; -1 for all cores. The joblib backend in force is used.
+    keep : int
+        Candidates that are fitted to the end.
+    """
+
+    jobs: int = -1
+    keep: int = 8
+    screen_iterations: int = 14
+    final_iterations: int = 40
+    screen_samples: int = 12000
+
+
+def search(
+    scene: Scene, template: Problem, options: Options, progress: Progress | None = None
+) -> list[Trial]:
+    """Return all trials, best held-out score first; the first `keep` are fitted to the end."""
+    catalogue = (*CATALOGUE, UNNAMED)
+    todo = insertions(scene, catalogue)
+    factor = thinning(scene.data, options.screen_samples)
+    thin = scene.data.thinned(factor)
+    base = replace(template, data=thin, window=template.window and max(template.window // factor, 16))
+    screened = _run(
+        [(i, home, replace(base, graph=i.graph), options.screen_iterations, tuple(i.starts)) for _, i, home in todo],
+        options, progress, 0.15, 0.6, "screening",
+    )  # fmt: skip
+    if not screened:
+        return []
+    order = sorted(screened, key=lambda t: t.test)
+    names = list(dict.fromkeys((t.effect, t.element) for t in order))[: options.keep]
+    again = []
+    for t in order:
+        if (t.effect, t.element) in names:
+            known = {k: v for k, v in t.fit.values.items() if k in t.insertion.graph.parameters}
+            problem = replace(template, graph=t.insertion.graph)
+            again.append((t.insertion, t.home, problem, options.final_iterations, (known,)))
+    finished = _run(again, options, progress, 0.75, 0.2, "fitting to the end")
+    done = {(t.effect, t.element) for t in finished}
+    rest = [t for t in screened if (t.effect, t.element) not in done]
+    return sorted(finished, key=lambda t: t.test) + sorted(rest, key=lambda t: t.test)
+
+
+def thinning(data: Data, samples: int) -> int:
+    """Largest factor that keeps the commands and leaves at least `samples` samples."""
+    factor = 1
+    while data.n // (2 * factor) >= samples // 2 and data.n > samples:
+        wider = 2 * factor
+        if not all(_kept(v, wider) for v in data.commands.values()):
+            break
+        if not all(_kept(data.readings[:, c], wider) for c in range(data.readings.shape[1])):
+            break
+        factor = wider
+    return factor
+
+
+def _kept(v: Array, factor: int) -> bool:
+    """Whether straight lines between every `factor`-th sample still follow `v`."""
+    index = np.arange(v.size)
+    off = np.abs(np.interp(index, index[::factor], v[::factor]) - v)
+    return bool(np.quantile(off, 0.999) < 5e-3 * (np.ptp(v) or 1.0))
+
+
+Task = tuple[Insertion, bool, Problem, int, tuple[dict[str, float], ...]]
+
+
+def _run(
+    tasks: Sequence[Task],
+    options: Options,
+    progress: Progress | None,
+    begin: float,
+    share: float,
+    what: str,
+) -> list[Trial]:
+    found: list[Trial] = []
+    jobs = Parallel(n_jobs=options.jobs, return_as="generator_unordered")(
+        delayed(attempt)(*t) for t in tasks
+    )
+    for done, (label, trial) in enumerate(jobs, start=1):
+        if trial is not None:
+            found.append(trial)
+        if progress is not None:
+            progress(f"{what}: {label}", begin + share * done / len(tasks))
+    order = {t[0].label: i for i, t in enumerate(tasks)}
+    return sorted(found, key=lambda t: order[t.label])
+
+
+def attempt(
+    insertion: Insertion, home: bool, problem: Problem, iterations: int, starts: tuple[dict[str, float], ...]
+) -> tuple[str, Trial | None]:
+    """Fit one insertion from all its starts; None when it cannot be simulated."""
+    results = []
+    for start in starts:
+        try:
+            results.append(settled_fit(replace(problem, starts=start), iterations))
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            continue
+    results = [r for r in results if r.status is not Status.BROKEN and np.isfinite(r.cost)]
+    if not results:
+        return insertion.label, None
+    result = min(results, key=lambda r: r.cost)
+    if not np.isfinite(result.simulated[result.problem.data.mask("test")]).all():
+        return insertion.label, None
+    return insertion.label, Trial(
+        insertion, home, result, result.chi2("train"), result.chi2("test"), blocks_of(result)
+    )
+
+
+def settled_fit(problem: Problem, iterations: int) -> Fit:
+    """Fit, then refine the sub-steps until they no longer matter beside the residual."""
+    result = fit(problem, max_iterations=iterations)
+    if problem.compiled.n_w == 0 and problem.data.hold != "band-limited":
+        return result
+    from identification.residual import evaluate
+
+    while result.problem.n_sub < 16 and result.status is not Status.BROKEN:
+        finer = replace(result.problem, n_sub=2 * result.problem.n_sub)
+        y = evaluate(finer, result.point, derivatives=False).y
+        m = problem.data.mask("train") | problem.data.mask("test")
+        change = float(np.mean(((y - result.simulated)[m] / problem.data.floor) ** 2))
+        if not np.isfinite(change) or change < 0.02 * max(1.0, result.cost):
+            return result
+        result = fit(finer, max_iterations=iterations, start=result.point)
+    return result
