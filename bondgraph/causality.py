@@ -30,7 +30,9 @@ class Stroke:
 
     def __str__(self) -> str:
         """Readable line."""
-        return f"{self.bond.name}: effort to {self.effort_to}, flow to {self.flow_to} ({self.reason})"
+        return (
+            f"{self.bond.name}: effort to {self.effort_to}, flow to {self.flow_to} ({self.reason})"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,14 +74,20 @@ def assign_causality(graph: BondGraph) -> Causality:
     graph.require_sound()
     table = _Table(graph)
     for e in graph.of_type(Se, Sf):
-        table.impose(e, effort_out=isinstance(e, Se), reason=f"{e.kind} {e.name} imposes its variable")
+        table.impose(
+            e, effort_out=isinstance(e, Se), reason=f"{e.kind} {e.name} imposes its variable"
+        )
     for e in graph.of_type(R):
         if e.value == 0 and e.law is not None:
-            table.impose(e, effort_out=True, reason=f"{e.name}: its law gives effort from flow only")
+            table.impose(
+                e, effort_out=True, reason=f"{e.name}: its law gives effort from flow only"
+            )
     derivative = []
     for e in graph.of_type(C, I):
         wanted = isinstance(e, C)
-        if not table.prefer(e, effort_out=wanted, reason=f"integral causality of {e.kind} {e.name}"):
+        if not table.prefer(
+            e, effort_out=wanted, reason=f"integral causality of {e.kind} {e.name}"
+        ):
             derivative.append(e.name)
     chosen = []
     for e in graph.of_type(R):
@@ -155,8 +163,8 @@ class _Table:
 
     def _conflict(self, b: Bond, old: Stroke, to: str, why: str) -> CausalConflict:
         return CausalConflict(
-            f"{self.graph.name}: causal conflict at bond {b.name}: effort to {old.effort_to} because "
-            f"{old.reason}, but effort to {to} because {why}; put a resistance, a compliance or an "
+            f"{self.graph.name}: causal conflict at bond {b.name}: effort to {old.effort_to} "
+            f"because {old.reason}, but effort to {to} because {why}; put a resistance, a compliance or an "
             "inertia between the two elements that impose the same variable"
         )
 
@@ -179,10 +187,16 @@ class _Table:
                 wants_in = effort_in if isinstance(e, GY) else not effort_in
                 out.append((b, _end(b, e.name, not wants_in), f"{e.kind} {e.name} passes it on"))
         if len(known) == 2:
-            a, b = (self.strokes[k].effort_to == e.name for k in known)
-            if (a == b) != isinstance(e, GY):
+            first, second = (self.strokes[k].effort_to == e.name for k in known)
+            if (first == second) != isinstance(e, GY):
                 other = known[1]
-                out.append((other, _other(other, self.strokes[other].effort_to), f"{e.kind} {e.name} passes it on from {known[0].name}"))
+                out.append(
+                    (
+                        other,
+                        _other(other, self.strokes[other].effort_to),
+                        f"{e.kind} {e.name} passes it on from {known[0].name}",
+                    )
+                )
         return out
 
     def _junction(self, e: Element, bonds: list[Bond]) -> list[tuple[Bond, str, str]]:
@@ -197,10 +211,20 @@ class _Table:
         if strong:
             why = f"{strong[0].name} sets the {word} of {e.name}"
             # a second strong bond contradicts the first: _end yields the opposite stroke for it
-            return [(b, _end(b, e.name, zero), why) for b in bonds if b != strong[0] and (b not in known or b in strong)]
+            return [
+                (b, _end(b, e.name, zero), why)
+                for b in bonds
+                if b != strong[0] and (b not in known or b in strong)
+            ]
         if len(known) == len(bonds) - 1:
             (last,) = (b for b in bonds if b not in self.strokes)
-            return [(last, _end(last, e.name, not zero), f"the only bond left to set the {word} of {e.name}")]
+            return [
+                (
+                    last,
+                    _end(last, e.name, not zero),
+                    f"the only bond left to set the {word} of {e.name}",
+                )
+            ]
         if len(known) == len(bonds):
             last = known[-1]
             return [(last, _end(last, e.name, not zero), f"no bond sets the {word} of {e.name}")]
@@ -217,4 +241,4 @@ def _other(b: Bond, end: str) -> str:
     return b.head if b.tail == end else b.tail
 
 
-__all__ = ["CausalConflict", "Causality", "Stroke", "assign_causality", "De", "Df", "Dq"]
+__all__ = ["CausalConflict", "Causality", "De", "Df", "Dq", "Stroke", "assign_causality"]

@@ -63,13 +63,18 @@ def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
     if isinstance(e, Sensor):
         wanted, text = _TAPS[type(e)]
         if not isinstance(other, wanted):
-            return [f"{e.name} ({e.kind}) is bonded to {other.name} ({other.kind}): attach it to {text}"]
+            return [
+                f"{e.name} ({e.kind}) is bonded to {other.name} ({other.kind}): attach it to {text}"
+            ]
         return []
     if not isinstance(other, Junction | TwoPort) and not isinstance(e, Source):
         if not isinstance(other, Source):
             return [f"{e.name} is bonded straight to {other.name}: put a junction between them"]
     if isinstance(e, Source) and b.head == e.name:
-        return [f"{e.name} ({e.kind}): the half arrow points into the source; write {e.name} >> {other.name}"]
+        return [
+            f"{e.name} ({e.kind}): the half arrow points into the source; "
+            f"write {e.name} >> {other.name}"
+        ]
     if isinstance(e, Valued) and b.tail == e.name:
         return [
             f"{e.name} ({e.kind}): the half arrow points out of it; write {other.name} >> {e.name} "
@@ -101,11 +106,18 @@ def _value_problems(graph: BondGraph, e: Element) -> list[str]:
     numbers = {s: graph.parameters[str(s)].value for s in c.free_symbols}
     v = complex(sp.N(c.subs(numbers))) if numbers else complex(sp.N(c))
     if v.imag or v.real != v.real or abs(v) == float("inf"):
-        return [f"{e.name} ({e.kind}): its coefficient {c} is not a finite number; check its parameters"]
+        return [
+            f"{e.name} ({e.kind}): its coefficient {c} is not a finite number; check its parameters"
+        ]
     if isinstance(e, Valued) and v.real < 0:
-        return [f"{e.name} ({e.kind}): coefficient {v.real:g} is negative, which creates energy; give a positive value"]
+        return [
+            f"{e.name} ({e.kind}): coefficient {v.real:g} is negative, which creates energy; "
+            "give a positive value"
+        ]
     if v.real == 0 and not (isinstance(e, Valued) and e.law is not None):
-        return [f"{e.name} ({e.kind}): coefficient is zero; give a nonzero value or remove the element"]
+        return [
+            f"{e.name} ({e.kind}): coefficient is zero; give a nonzero value or remove the element"
+        ]
     return []
 
 
@@ -115,7 +127,9 @@ def _parameter_problems(graph: BondGraph) -> list[str]:
         if p.value != p.value or abs(p.value) == float("inf"):
             lines.append(f"parameter {p.name} is {p.value}: give a finite number")
         elif p.positive and p.value < 0:
-            lines.append(f"parameter {p.name} = {p.value:g} must be positive: check its sign and unit")
+            lines.append(
+                f"parameter {p.name} = {p.value:g} must be positive: check its sign and unit"
+            )
     return lines
 
 
@@ -125,4 +139,7 @@ def _connection_problems(graph: BondGraph) -> list[str]:
         return []
     parts.sort(key=len, reverse=True)
     rest = ", ".join(sorted(n for part in parts[1:] for n in part))
-    return [f"the graph falls into {len(parts)} parts: {rest} not connected to {min(parts[0])}; bond them"]
+    return [
+        f"the graph falls into {len(parts)} parts: {rest} not connected to "
+        f"{min(parts[0])}; bond them"
+    ]

@@ -121,7 +121,7 @@ class Compiled:
         The continuous right-hand side for other integrators and exports; laws that depend on
         their own output through an algebraic path are solved by their closed form or Newton steps.
         """
-        x, u, w, p, rates, arguments, outputs = self._signals
+        x, u, w, p, rates, _, outputs = self._signals
         t = ca.SX.sym("t")
         memory = ca.SX.sym("m", sum(port.law.n_memory for port in self.space.laws))
         block = self.matrices(p)

@@ -82,7 +82,7 @@ def _parameters(d: _Derivation) -> set[sp.Symbol]:
 
 
 def _closed(d: _Derivation) -> dict[sp.Symbol, sp.Expr]:
-    """Closed forms of the signals that can be had without the dependent storage."""
+    """Return the signals, in closed form, that can be had without the dependent storage."""
     closed: dict[sp.Symbol, sp.Expr] = {}
     progress = True
     while progress:
@@ -114,4 +114,3 @@ def _first_integrals(
                 d.states.remove(s)
                 break
     return found
-

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm, expm_frechet, matrix_balance
 
 from bondgraph.compiled import Compiled
 
@@ -82,6 +81,8 @@ Held = tuple[Array, Array, Array]
 
 
 def _hold(parts: Blocks, tangents: list[Blocks], h: float) -> tuple[Held, list[Held]]:
+    from scipy.linalg import expm, expm_frechet
+
     n, m = parts.a.shape[0], parts.b.shape[1]
     zero = [np.zeros_like(parts.a), np.zeros((n, m)), np.zeros((n, m))]
     if h == 0.0:
@@ -124,7 +125,9 @@ def _hold(parts: Blocks, tangents: list[Blocks], h: float) -> tuple[Held, list[H
 
 
 def _state_scale(a: Array) -> Array:
-    """Diagonal scaling that balances the rows and columns of `a` (charge and momentum differ by 1e11)."""
+    """Diagonal scaling that balances rows and columns (charge and momentum differ by 1e11)."""
+    from scipy.linalg import matrix_balance
+
     _, (scale, _) = matrix_balance(a, permute=False, separate=True)
     return np.asarray(scale, float)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
 
 import sympy as sp
 
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from bondgraph.drives import Drive
     from bondgraph.laws.law import Law
 
-Value = float | int | str | sp.Expr
+# a number, the name of a declared parameter, or a SymPy expression (untyped) of such
+Value: TypeAlias = float | int | str | Any
 _Other = TypeVar("_Other", bound="Element")
 
 
@@ -82,8 +83,8 @@ class Element(ABC):
         """Refuse names that cannot be addresses; join the graph that is being built."""
         if not self.name.isidentifier() or self.name.startswith("_"):
             raise GraphError(
-                f"element name {self.name!r} is not an identifier: it is the address of the element "
-                "in equations and verdicts; use letters, digits and underscores, a letter first"
+                f"element name {self.name!r} is not an identifier: it is the address of the "
+                "element in equations and verdicts; use letters, digits and underscores, a letter first"
             )
         building.join(self)
 
@@ -172,7 +173,7 @@ class C(Valued):
 
 
 @dataclass(frozen=True)
-class I(Valued):  # noqa: E742 - the field's name for inertia
+class I(Valued):
     """Storage of momentum ``f = p / I``."""
 
     kind: ClassVar[str] = "I"

@@ -146,7 +146,7 @@ class StateSpace:
         return tuple(str(u) for u in self.inputs)
 
     def signal(self, name: str) -> sp.Expr:
-        """Closed form of a signal by name."""
+        """Return the closed form of a signal by name."""
         s = symbol(name)
         if s not in self.signals:
             raise unknown_name("signal", name, self.name, [str(t) for t in self.signals])
@@ -160,7 +160,7 @@ class StateSpace:
         return "\n".join(lines)
 
     def _repr_latex_(self) -> str:
-        """Closed equations for notebooks."""
+        """Return the closed equations for notebooks."""
         from bondgraph.export.latex import latex
 
         return "$$" + latex(self) + "$$"
@@ -271,9 +271,7 @@ class _Derivation:
     def _junction(self, e: Element) -> None:
         zero = isinstance(e, Zero)
         bonds = [b for b in self.graph.bonds_of(e.name) if b in self.causality.strokes]
-        (strong,) = (
-            b for b in bonds if (self.causality.strokes[b].effort_to == e.name) == zero
-        )
+        (strong,) = (b for b in bonds if (self.causality.strokes[b].effort_to == e.name) == zero)
         variable = self.flow if zero else self.effort
         total = sp.S.Zero
         for b in bonds:
@@ -392,7 +390,7 @@ class _Derivation:
         self.outputs.append((e.name, target, e.unit))
 
     def _displacement(self, e: Dq, flow: sp.Symbol) -> sp.Expr:
-        """Stored displacements that already integrate this flow, or a new state."""
+        """Return stored displacements that already integrate this flow, or a new state."""
         stored = [s for s in self.states if str(s.symbol).startswith("q_")]
         for s in stored:
             if s.rate == flow:
@@ -411,7 +409,7 @@ def _as_integral(
     found: Mapping[sp.Symbol, Assignment],
     parameters: set[str],
 ) -> sp.Expr | None:
-    """Combination of stored displacements whose rate is `flow` identically, if there is one."""
+    """Return the combination of stored displacements whose rate is `flow` identically, if any."""
     if not 0 < len(stored) <= 6:
         return None
     closed: dict[sp.Symbol, sp.Expr] = {}
@@ -427,7 +425,10 @@ def _as_integral(
     solution = sp.solve(equations, unknowns, dict=True)
     if not solution or len(solution[0]) != len(unknowns):
         return None
-    return sum((sp.cancel(solution[0][c]) * s.symbol for c, s in zip(unknowns, stored, strict=True)), sp.S.Zero)
+    return sum(
+        (sp.cancel(solution[0][c]) * s.symbol for c, s in zip(unknowns, stored, strict=True)),
+        sp.S.Zero,
+    )
 
 
 def _stored_unit(e: C | I) -> str:

@@ -22,8 +22,8 @@ from bondgraph.elements import (
     Sensor,
     Source,
     TwoPort,
-    Valued,
     Value,
+    Valued,
     Zero,
     symbol,
 )
@@ -103,9 +103,7 @@ class BondGraph:
             )
         self._bonds.append(Bond(tail.name, head.name))
 
-    def parameter(
-        self, name: str, value: float, unit: str = "1", **more: Any
-    ) -> sp.Symbol:
+    def parameter(self, name: str, value: float, unit: str = "1", **more: Any) -> sp.Symbol:
         """Declare a parameter that ratios and values may use; returns its symbol."""
         p = Parameter(name, float(value), unit, **more)
         if name in self._parameters:
@@ -135,7 +133,7 @@ class BondGraph:
         return tuple(b for b in self._bonds if name in (b.tail, b.head))
 
     def neighbour(self, name: str) -> str:
-        """The one element a one-port is bonded to."""
+        """Return the one element a one-port is bonded to."""
         (b,) = self.bonds_of(name)
         return b.head if b.tail == name else b.tail
 
@@ -144,7 +142,7 @@ class BondGraph:
         return tuple(e for e in self._elements.values() if isinstance(e, types))
 
     def network(self) -> nx.DiGraph:
-        """The graph for networkx: nodes carry ``element``, edges carry ``bond``."""
+        """Return the graph for networkx: nodes carry ``element``, edges carry ``bond``."""
         g = nx.DiGraph(name=self.name)
         for n, e in self._elements.items():
             g.add_node(n, element=e)
@@ -190,7 +188,9 @@ class BondGraph:
     def _expression(self, element: Element, value: Value) -> sp.Expr:
         if isinstance(value, str):
             if value not in self._parameters:
-                raise unknown_name("parameter", value, f"{self.name}.{element.name}", self._parameters)
+                raise unknown_name(
+                    "parameter", value, f"{self.name}.{element.name}", self._parameters
+                )
             return self._parameters[value].symbol
         if isinstance(value, sp.Expr):
             known = {p.symbol: n for n, p in self._parameters.items()}
@@ -221,7 +221,7 @@ class BondGraph:
 
     # -- rewriting ------------------------------------------------------------------------
     def copy(self, name: str | None = None) -> BondGraph:
-        """An independent copy."""
+        """Return an independent copy."""
         g = BondGraph(name or self.name)
         g._elements = dict(self._elements)
         g._bonds = list(self._bonds)
@@ -229,19 +229,19 @@ class BondGraph:
         return g
 
     def with_element(self, name: str, **changes: Any) -> BondGraph:
-        """The graph with fields of one element changed."""
+        """Return the graph with fields of one element changed."""
         g = self.copy()
         g._elements[name] = replace(self[name], **changes)
         return g
 
     def with_parameters(self, parameters: Iterable[Parameter]) -> BondGraph:
-        """The graph with further (or replaced) declared parameters."""
+        """Return the graph with further (or replaced) declared parameters."""
         g = self.copy()
         g._parameters.update({p.name: p for p in parameters})
         return g
 
     def with_branch(self, at: str, chain: Iterable[Element]) -> BondGraph:
-        """The graph with a new chain of elements bonded to element `at`."""
+        """Return the graph with a new chain of elements bonded to element `at`."""
         g = self.copy()
         tail = self[at]
         for e in chain:
@@ -251,7 +251,7 @@ class BondGraph:
         return g
 
     def with_inserted(self, bond: Bond, junction: Junction) -> BondGraph:
-        """The graph with `junction` put into the middle of a bond."""
+        """Return the graph with `junction` put into the middle of a bond."""
         g = self.copy()
         if bond not in g._bonds:
             raise GraphError(f"{self.name}: there is no bond {bond.name}")
@@ -261,7 +261,7 @@ class BondGraph:
         return g
 
     def with_values(self, values: Mapping[str, float]) -> BondGraph:
-        """The graph with new nominal values for parameters (by name)."""
+        """Return the graph with new nominal values for parameters (by name)."""
         g = self.copy()
         for n, v in values.items():
             if n in g._parameters:

@@ -21,6 +21,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from bondgraph.backend import CASADI
 from bondgraph.compiled import (
     Compiled,
     advance_laws,
@@ -29,7 +30,6 @@ from bondgraph.compiled import (
     solve_laws,
     split,
 )
-from bondgraph.backend import CASADI
 from bondgraph.laws.law import Law
 
 Array = np.ndarray
@@ -159,7 +159,9 @@ def _law_partials(
     rows = []
     for j, (port, ms, qs) in enumerate(law_slices(compiled)):
         free = s_free[j] + gain[j, :] @ w - gain[j, j] * w[j]
-        rows.append((ms, qs, _one_partial(port.law, port, free, gain[j, j], memory[ms], q[qs], w[j])))
+        rows.append(
+            (ms, qs, _one_partial(port.law, port, free, gain[j, j], memory[ms], q[qs], w[j]))
+        )
 
     def total(ts: ca.SX, tg: ca.SX, tm: ca.SX, tq: ca.SX) -> ca.SX:
         coupling, right = ca.SX.eye(lay.n_w), []
@@ -315,7 +317,9 @@ def _native_runner(library: Path, step: ca.Function, lay: Layout) -> Runner:
     pointer = ctypes.POINTER(ctypes.c_double)
     n_arg, n_res = step.sz_arg(), step.sz_res()
 
-    def run(u: Array, z: Array, n_sub: int, m: Array, q: Array, dm: Array, dq: Array) -> tuple[Array, Array]:
+    def run(
+        u: Array, z: Array, n_sub: int, m: Array, q: Array, dm: Array, dq: Array
+    ) -> tuple[Array, Array]:
         u = np.ascontiguousarray(u, float)
         n_samples = u.shape[0] // n_sub
         width = 1 + lay.n_d
@@ -345,7 +349,9 @@ def _machine_runner(step: ca.Function, lay: Layout) -> Runner:
     many = step.mapaccum("record", chunk, 1)
     one = step
 
-    def run(u: Array, z: Array, n_sub: int, m: Array, q: Array, dm: Array, dq: Array) -> tuple[Array, Array]:
+    def run(
+        u: Array, z: Array, n_sub: int, m: Array, q: Array, dm: Array, dq: Array
+    ) -> tuple[Array, Array]:
         width = 1 + lay.n_d
         steps = u.shape[0]
         out = np.empty((steps, lay.n_out, width))

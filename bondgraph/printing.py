@@ -45,7 +45,9 @@ def _constant(node: sp.NumberSymbol, table: Table) -> Any:
 @_print.register
 def _symbol(node: sp.Symbol, table: Table) -> Any:
     if node not in table:
-        raise BondsightError(f"symbol {node} has no value here; known: {', '.join(map(str, table))}")
+        raise BondsightError(
+            f"symbol {node} has no value here; known: {', '.join(map(str, table))}"
+        )
     return table[node]
 
 

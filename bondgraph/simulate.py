@@ -51,11 +51,13 @@ class Trajectory:
         return f"Trajectory({self.name!r}, {self.time.size} samples, {', '.join(self.outputs)})"
 
     def to_pandas(self) -> Any:
-        """Data frame with time as index (needs pandas)."""
+        """Return a data frame with time as index (needs pandas)."""
         try:
             import pandas as pd
         except ImportError as error:
-            raise BondsightError("to_pandas needs pandas: pip install 'bondsight[tables]'") from error
+            raise BondsightError(
+                "to_pandas needs pandas: pip install 'bondsight[tables]'"
+            ) from error
         return pd.DataFrame(self.outputs, index=pd.Index(self.time, name="t"))
 
 
@@ -90,7 +92,7 @@ def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
 
 
 def fine_inputs(u: Array, n_sub: int, hold: str) -> Array:
-    """Inputs at both ends of each sub-step, shape ((N - 1) * n_sub, 2, n_u).
+    """Return the inputs at both ends of each sub-step, shape ((N - 1) * n_sub, 2, n_u).
 
     Parameters
     ----------
@@ -254,18 +256,20 @@ def simulate(
     commands = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
     for name, v in commands.items():
         if v.shape != time.shape:
-            raise UnusableInput(f"{compiled.space.name}: input {name} has shape {v.shape}, time has {time.shape}")
+            raise UnusableInput(
+                f"{compiled.space.name}: input {name} has shape {v.shape}, time has {time.shape}"
+            )
         if not np.isfinite(v).all():
-            raise UnusableInput(f"{compiled.space.name}: input {name} holds NaN or infinity; clean it first")
+            raise UnusableInput(
+                f"{compiled.space.name}: input {name} holds NaN or infinity; clean it first"
+            )
     u = inputs_of(compiled, commands, time.size)
     p = compiled.vector(parameters or {})
     start = equilibrium(compiled, p, u[0]) if x0 is None else np.asarray(x0, float)
     n_sub, run = settle(compiled, p, u, float(steps.mean()), start, hold, accuracy)
     names = (*compiled.space.output_names, *compiled.observed)
     outputs = {n: run.y[:, i] for i, n in enumerate(names)}
-    laws = {
-        port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.space.laws)
-    }
+    laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.space.laws)}
     return Trajectory(compiled.space.name, time, outputs, laws, n_sub)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import resample
 
 Array = np.ndarray
 
@@ -14,6 +13,8 @@ def between_samples(u: Array, n_sub: int) -> Array:
     The record is mirrored at its ends before the Fourier interpolation, so that a jump between
     the last and the first sample does not ring.
     """
+    from scipy.signal import resample  # late: it takes half a second
+
     n = u.shape[0]
     mirrored = np.concatenate([u, u[-2:0:-1]])
     fine = resample(mirrored, mirrored.shape[0] * n_sub, axis=0)

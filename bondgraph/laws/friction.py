@@ -105,9 +105,11 @@ class QuadraticDrag(Law):
     energy: ClassVar[str] = "dissipates"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
-        """The drag coefficient."""
+        """Return the drag coefficient."""
         return (
-            Parameter(f"c_2_{element}", self.coefficient, self.unit, lower=0.0, scale=self.coefficient),
+            Parameter(
+                f"c_2_{element}", self.coefficient, self.unit, lower=0.0, scale=self.coefficient
+            ),
         )
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:

@@ -49,23 +49,19 @@ class Law(ABC):
         return ()
 
     def memory_sensitivity(self) -> tuple[float, ...]:
-        """Derivative of `initial_memory` with respect to `s`."""
+        """Return the derivative of `initial_memory` with respect to `s`."""
         return (0.0,) * self.n_memory
 
     @abstractmethod
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Value less ``slope * s``, from the memory of the last accepted step."""
 
-    def advance(
-        self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]
-    ) -> tuple[Any, ...]:
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Memory after `s` has been accepted."""
         return ()
 
-    def value(
-        self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any], slope: Any
-    ) -> Any:
-        """The whole law."""
+    def value(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any], slope: Any) -> Any:
+        """Return the whole law."""
         return slope * s + self.deviation(ops, s, memory, p)
 
     def solve(

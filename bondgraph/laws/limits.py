@@ -51,7 +51,7 @@ class Saturation(Law):
         )
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
-        """What is cut off, negative above the upper limit."""
+        """Return what is cut off, negative above the upper limit."""
         low, high, knee = p
         return _soft_excess(ops, low - s, knee) - _soft_excess(ops, s - high, knee)
 

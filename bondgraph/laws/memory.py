@@ -39,7 +39,7 @@ class StopSum(Law):
     energy: ClassVar[str] = "dissipates"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
-        """The heights ``h_i``."""
+        """Return the heights ``h_i``."""
         return tuple(
             Parameter(f"h_{i}_{element}", self.height, self.unit, lower=0.0, scale=self.scale)
             for i in range(1, len(self.thresholds) + 1)
@@ -58,13 +58,9 @@ class StopSum(Law):
         """Relaxed memory follows `s`."""
         return (1.0,) * self.n_memory
 
-    def advance(
-        self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]
-    ) -> tuple[Any, ...]:
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Each play moved to `s`."""
-        return tuple(
-            play(ops, s, r, y) for r, y in zip(self.thresholds, memory, strict=True)
-        )
+        return tuple(play(ops, s, r, y) for r, y in zip(self.thresholds, memory, strict=True))
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Weighted stops at `s`."""
@@ -93,16 +89,14 @@ class Hysteretic(Law):
         return self.operator.n_memory
 
     def initial_memory(self, s: float) -> tuple[float, ...]:
-        """The operator's own initial memory at `s`."""
+        """Return the operator's own initial memory at `s`."""
         return tuple(float(v) for v in self.operator.initial_memory(s))
 
     def memory_sensitivity(self) -> tuple[float, ...]:
-        """Initial memory is given, not fitted."""
+        """Return zeros: the initial memory is given, not fitted."""
         return (0.0,) * self.n_memory
 
-    def advance(
-        self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]
-    ) -> tuple[Any, ...]:
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Memory of the operator at `s`."""
         return tuple(self.operator.advance(ops, s, tuple(memory)))
 

@@ -1,5 +1,4 @@
 """Recordings: reading, refusing, writing, splitting."""
-# ruff: noqa: D103 (the names of the tests say what they check)
 
 from __future__ import annotations
 

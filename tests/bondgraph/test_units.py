@@ -1,5 +1,4 @@
 """Units, domains and error messages."""
-# ruff: noqa: D103 (the names of the tests say what they check)
 
 from __future__ import annotations
 

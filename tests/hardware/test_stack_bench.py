@@ -8,6 +8,7 @@ import json
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,13 +29,13 @@ SEED = 11
 
 
 @functools.cache
-def truth(name, place):
+def truth(name: Any, place: Any) -> Any:
     """Give one truth per entry; the class goes round the catalogue."""
     strength = STRENGTHS[PAIRS.index((name, place)) % 3]
     return draw_truth(SEED, name, place, strength)
 
 
-def test_bench_imports_nothing_of_the_tool():
+def test_bench_imports_nothing_of_the_tool() -> None:
     """Only numpy, scipy, the standard library and the bench itself."""
     allowed = {"numpy", "scipy", "hardware", *sys.stdlib_module_names}
     folder = Path(simulators.__file__).parent
@@ -53,7 +54,7 @@ def test_bench_imports_nothing_of_the_tool():
 
 
 @pytest.mark.parametrize(("name", "place"), PAIRS)
-def test_halving_the_step_changes_less_than_the_noise_by_orders(name, place):
+def test_halving_the_step_changes_less_than_the_noise_by_orders(name: Any, place: Any) -> None:
     """Error of the default step is far below the noise floor for every law."""
     t = truth(name, place)
     command = voltage(SEED, 512)
@@ -65,7 +66,7 @@ def test_halving_the_step_changes_less_than_the_noise_by_orders(name, place):
 
 
 @pytest.mark.parametrize(("name", "place"), INNER)
-def test_bench_dissipates(name, place):
+def test_bench_dissipates(name: Any, place: Any) -> None:
     """Supplied minus stored energy never falls by more than the error of its quadrature."""
     t = truth(name, place)
     path = simulate(t.plant, t.effect, voltage(SEED, 512), substeps=32, energy=True).path
@@ -74,7 +75,7 @@ def test_bench_dissipates(name, place):
     assert np.min(np.diff(lost)) > -1e-4 * lost[-1]
 
 
-def test_linear_plant_against_its_transfer_function():
+def test_linear_plant_against_its_transfer_function() -> None:
     """Steady response to one sine equals the phasor solution of the state equations."""
     p = PlantParameters(1.5e-6, 0.036, 60e6, 0.108, 400.0, 20.0)
     n, f, fs = 4000, 1000.0, 40e3
@@ -99,7 +100,7 @@ def test_linear_plant_against_its_transfer_function():
         assert abs(measured - phasor) < 1e-5 * abs(phasor)
 
 
-def test_free_static_displacement():
+def test_free_static_displacement() -> None:
     """A step held long ends at x = T q = T C_q V."""
     p = draw_truth(1, "none").plant
     command = np.full(1200, 60.0)
@@ -109,7 +110,7 @@ def test_free_static_displacement():
 
 
 @pytest.mark.parametrize(("name", "place"), PAIRS)
-def test_recording_is_finite_and_inside_the_range(name, place):
+def test_recording_is_finite_and_inside_the_range(name: Any, place: Any) -> None:
     """All channels are finite, the command keeps to 0..100 V and starts at the bias."""
     r = record(truth(name, place), SEED, n_samples=512)
     for channel in (r.time, r.V, r.x, r.i):
@@ -121,7 +122,7 @@ def test_recording_is_finite_and_inside_the_range(name, place):
 
 
 @pytest.mark.parametrize(("name", "place"), SIZED)
-def test_mark_is_in_the_promised_class(name, place):
+def test_mark_is_in_the_promised_class(name: Any, place: Any) -> None:
     """Deviation from the twin over noise lies in the range of the class."""
     t = truth(name, place)
     low, high = RATIO_RANGES[t.strength]
@@ -129,7 +130,7 @@ def test_mark_is_in_the_promised_class(name, place):
 
 
 @pytest.mark.parametrize("strength", STRENGTHS)
-def test_delays_and_pole_follow_their_own_classes(strength):
+def test_delays_and_pole_follow_their_own_classes(strength: Any) -> None:
     """These are drawn from plausible values; all leave a clear mark."""
     for e in CATALOGUE:
         if e.classes is not None:
@@ -140,7 +141,7 @@ def test_delays_and_pole_follow_their_own_classes(strength):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_excitation(seed):
+def test_excitation(seed: Any) -> None:
     """Range, start, and a held-out third unlike the training part."""
     v = voltage(seed)
     assert v.min() >= 0.0
@@ -154,7 +155,7 @@ def test_excitation(seed):
     assert np.max(np.abs(match)) < 0.95
 
 
-def test_seed_decides_everything():
+def test_seed_decides_everything() -> None:
     """Same seed, same bench and bytes; another seed, another bench."""
     a, b = (draw_truth(5, "quadratic_drag", "b") for _ in range(2))
     assert a == b
@@ -165,7 +166,7 @@ def test_seed_decides_everything():
     assert not np.array_equal(record(a, 10, n_samples=256).x, ra.x)
 
 
-def test_noise_level():
+def test_noise_level() -> None:
     """Sensors are 55 to 65 dB below the signal."""
     t = draw_truth(3, "none")
     r = record(t, 3, substeps=4)
@@ -173,7 +174,7 @@ def test_noise_level():
         assert 54.9 < 20 * np.log10(np.std(signal) / noise) < 65.1
 
 
-def test_parameters_stay_within_twenty_percent():
+def test_parameters_stay_within_twenty_percent() -> None:
     """True parameters are near the nominal ones but not equal."""
     from hardware.simulators.plant import NOMINAL
 
@@ -183,7 +184,7 @@ def test_parameters_stay_within_twenty_percent():
         assert 1 / 1.2 <= ratio <= 1.2
 
 
-def test_seal_opens_to_the_same_truth(tmp_path):
+def test_seal_opens_to_the_same_truth(tmp_path: Any) -> None:
     """Opening gives the sealed truth, also from a file; salts differ; repr tells nothing."""
     t = truth("creep", "C_nl")
     sealed, again = seal(t), seal(t)
@@ -195,7 +196,7 @@ def test_seal_opens_to_the_same_truth(tmp_path):
     assert SealedTruth.load(tmp_path / "envelope.json").open() == t
 
 
-def test_tampering_is_found():
+def test_tampering_is_found() -> None:
     """Changed payload, salt or hash do not open."""
     sealed = seal(truth("creep", "C_nl"))
     content = json.loads(sealed.payload)
@@ -210,7 +211,7 @@ def test_tampering_is_found():
             bad.open()
 
 
-def test_csv_is_exact_and_silent(tmp_path):
+def test_csv_is_exact_and_silent(tmp_path: Any) -> None:
     """The file gives back every bit and says nothing of the truth."""
     t = truth("creep", "C_nl")
     r = record(t, SEED, n_samples=64)
@@ -223,7 +224,7 @@ def test_csv_is_exact_and_silent(tmp_path):
     assert not any(name in shown for name in effects())
 
 
-def test_catalogue_and_wishes():
+def test_catalogue_and_wishes() -> None:
     """Catalogue lists places; impossible wishes are refused."""
     table = effects()
     assert table["hysteresis"] == ("C_nl", "k")

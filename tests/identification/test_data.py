@@ -1,5 +1,4 @@
 """Known recordings: those in the folder of the user, and small stand-ins made here."""
-# ruff: noqa: D103 (the names of the tests say what they check)
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -19,7 +20,7 @@ BINARY = ["maximum", "minimum"]
 
 @pytest.mark.parametrize("name", UNARY)
 @pytest.mark.parametrize("matrix", [ca.SX, ca.MX])
-def test_unary_functions_agree(name, matrix):
+def test_unary_functions_agree(name: Any, matrix: Any) -> None:
     rng = np.random.default_rng(1)
     positive = name in ("log", "sqrt")
     x, s = matrix.sym("x"), sympy.Symbol("s", real=True)
@@ -33,7 +34,7 @@ def test_unary_functions_agree(name, matrix):
 
 @pytest.mark.parametrize("name", BINARY)
 @pytest.mark.parametrize("matrix", [ca.SX, ca.MX])
-def test_binary_functions_agree(name, matrix):
+def test_binary_functions_agree(name: Any, matrix: Any) -> None:
     x, s = matrix.sym("x"), sympy.Symbol("s", real=True)
     compiled = ca.Function("f", [x], [getattr(CASADI, name)(x, 0.5)])
     symbolic = getattr(SYMPY, name)(s, 0.5)
@@ -44,7 +45,7 @@ def test_binary_functions_agree(name, matrix):
 
 
 @pytest.mark.parametrize("matrix", [ca.SX, ca.MX])
-def test_where_agrees(matrix):
+def test_where_agrees(matrix: Any) -> None:
     x, s = matrix.sym("x"), sympy.Symbol("s", real=True)
     compiled = ca.Function("f", [x], [CASADI.where(x > 0.5, x, -x)])
     symbolic = SYMPY.where(s > 0.5, s, -s)
@@ -54,11 +55,11 @@ def test_where_agrees(matrix):
         assert float(symbolic.subs(s, value)) == expected
 
 
-def test_numpy_works_on_arrays():
+def test_numpy_works_on_arrays() -> None:
     np.testing.assert_array_equal(NUMPY.maximum(np.array([-1.0, 1.0]), 0.0), [0.0, 1.0])
 
 
-def test_import_brings_in_neither_casadi_nor_sympy():
+def test_import_brings_in_neither_casadi_nor_sympy() -> None:
     """Run by path: the package around the module may import what it likes."""
     code = (
         f"import runpy, sys; runpy.run_path({bondgraph.backend.__file__!r}); "
@@ -67,5 +68,5 @@ def test_import_brings_in_neither_casadi_nor_sympy():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_repr_is_short():
+def test_repr_is_short() -> None:
     assert repr(NUMPY) == "Ops(name='numpy')"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import doctest
 from importlib import import_module
 from pkgutil import iter_modules
+from typing import Any
 
 import pytest
 
@@ -16,5 +17,5 @@ MODULES = ["bondgraph.backend", "bondgraph.hysteresis"] + [
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_examples_run(name):
+def test_examples_run(name: Any) -> None:
     assert doctest.testmod(import_module(name)).failed == 0

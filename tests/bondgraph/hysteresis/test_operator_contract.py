@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -48,16 +49,16 @@ seeds = st.integers(0, 2**32 - 1)
 def wander(seed: int, n: int = 60, size: float = 5.0) -> np.ndarray:
     """Random record with reversals of all sizes."""
     rng = np.random.default_rng(seed)
-    return size * rng.uniform(-1, 1, n) * rng.choice([0.05, 0.3, 1.0], n)
+    return np.asarray(size * rng.uniform(-1, 1, n) * rng.choice([0.05, 0.3, 1.0], n))
 
 
-def wandered_memory(operator: Operator, seed: int):
+def wandered_memory(operator: Operator, seed: int) -> Any:
     """Memory with a past, and the input it was left at."""
     x = wander(seed)
     return operator.run(x)[1], float(x[-1])
 
 
-def step_by_step(operator, x, memory):
+def step_by_step(operator: Any, x: Any, memory: Any) -> Any:
     outputs = []
     for value in x:
         outputs.append(float(operator.value(NUMPY, float(value), memory)))
@@ -65,14 +66,14 @@ def step_by_step(operator, x, memory):
     return np.array(outputs), memory
 
 
-def test_every_kind_has_an_example():
+def test_every_kind_has_an_example() -> None:
     assert {operator.kind for operator in EXAMPLES.values()} == set(OPERATORS)
 
 
 @every
 @quick
 @given(seed=seeds)
-def test_run_equals_steps(operator, seed):
+def test_run_equals_steps(operator: Any, seed: Any) -> None:
     memory, _ = wandered_memory(operator, seed)
     x = wander(seed + 1, n=1 + seed % 40)
     fast, after_fast = operator.run(x, memory)
@@ -82,7 +83,7 @@ def test_run_equals_steps(operator, seed):
 
 
 @every
-def test_run_over_more_than_one_chunk(operator):
+def test_run_over_more_than_one_chunk(operator: Any) -> None:
     x = wander(5, n=10_001)
     whole, after = operator.run(x)
     first, between = operator.run(x[:3000])
@@ -94,7 +95,7 @@ def test_run_over_more_than_one_chunk(operator):
 @every
 @quick
 @given(seed=seeds, samples=st.integers(1, 30))
-def test_rate_independence(operator, seed, samples):
+def test_rate_independence(operator: Any, seed: Any, samples: Any) -> None:
     turns = wander(seed, n=20)
     grid = np.arange((turns.size - 1) * samples + 1) / samples
     x = np.interp(grid, np.arange(turns.size), turns)
@@ -109,7 +110,7 @@ def test_rate_independence(operator, seed, samples):
 @every
 @quick
 @given(seed=seeds)
-def test_wiping_out(operator, seed):
+def test_wiping_out(operator: Any, seed: Any) -> None:
     """A minor excursion that returns to its turning point leaves no trace."""
     memory, _ = wandered_memory(operator, seed)
     rng = np.random.default_rng(seed)
@@ -123,7 +124,7 @@ def test_wiping_out(operator, seed):
 @every
 @quick
 @given(seed=seeds)
-def test_value_does_not_depend_on_where_steps_are_accepted(operator, seed):
+def test_value_does_not_depend_on_where_steps_are_accepted(operator: Any, seed: Any) -> None:
     memory, x0 = wandered_memory(operator, seed)
     x1 = float(np.random.default_rng(seed).uniform(-5, 5))
     direct = operator.value(NUMPY, x1, memory)
@@ -134,7 +135,7 @@ def test_value_does_not_depend_on_where_steps_are_accepted(operator, seed):
 
 
 @every
-def test_array_input_is_many_trial_points(operator):
+def test_array_input_is_many_trial_points(operator: Any) -> None:
     memory, _ = wandered_memory(operator, 3)
     trial = np.linspace(-4, 4, 9)
     together = operator.value(NUMPY, trial, memory)
@@ -144,7 +145,7 @@ def test_array_input_is_many_trial_points(operator):
 
 @every
 @pytest.mark.parametrize("matrix", [ca.SX, ca.MX])
-def test_casadi_agrees(operator, matrix):
+def test_casadi_agrees(operator: Any, matrix: Any) -> None:
     x, memory = matrix.sym("x"), matrix.sym("m", operator.n_memory)
     compiled = ca.Function(
         "f",
@@ -164,7 +165,7 @@ def test_casadi_agrees(operator, matrix):
 
 
 @every
-def test_sympy_agrees(operator):
+def test_sympy_agrees(operator: Any) -> None:
     x = sympy.Symbol("x", real=True)
     for seed in range(3):
         states, _ = wandered_memory(operator, seed)
@@ -180,7 +181,7 @@ def test_sympy_agrees(operator):
 
 
 @every
-def test_derivative_by_input(operator):
+def test_derivative_by_input(operator: Any) -> None:
     """CasADi's derivative is the difference quotient away from kinks."""
     x, memory = ca.SX.sym("x"), ca.SX.sym("m", operator.n_memory)
     slope = ca.Function("s", [x, memory], [ca.jacobian(operator.value(CASADI, x, memory), x)])
@@ -197,7 +198,7 @@ def test_derivative_by_input(operator):
 
 
 @every
-def test_linear_slope_is_the_slope_after_a_reversal(operator):
+def test_linear_slope_is_the_slope_after_a_reversal(operator: Any) -> None:
     # Around 0 the dead zones do nothing; the reversal at 0 makes every play rest.
     memory = operator.advance(NUMPY, 0.0, operator.initial_memory(0.0))
     h = 1e-3
@@ -206,7 +207,7 @@ def test_linear_slope_is_the_slope_after_a_reversal(operator):
 
 
 @every
-def test_json_round_trip(operator):
+def test_json_round_trip(operator: Any) -> None:
     again = operator_from_dict(json.loads(json.dumps(operator.to_dict())))
     assert again == operator
     assert type(operator).from_dict(operator.to_dict()) == operator
@@ -217,14 +218,14 @@ def test_json_round_trip(operator):
 
 
 @every
-def test_memory_is_a_fixed_point_of_initial_memory(operator):
+def test_memory_is_a_fixed_point_of_initial_memory(operator: Any) -> None:
     """Given states that a history produced, `initial_memory` returns them."""
     memory, x0 = wandered_memory(operator, 11)
     np.testing.assert_allclose(operator.initial_memory(x0, memory), memory, rtol=1e-14, atol=1e-14)
 
 
 @every
-def test_virgin_memory_is_a_straight_way_from_zero(operator):
+def test_virgin_memory_is_a_straight_way_from_zero(operator: Any) -> None:
     virgin = operator.initial_memory(3.0)
     np.testing.assert_array_equal(
         operator.advance(NUMPY, 3.0, operator.initial_memory(0.0)), virgin
@@ -234,8 +235,8 @@ def test_virgin_memory_is_a_straight_way_from_zero(operator):
 @pytest.mark.parametrize("name", INVERTIBLE)
 @quick
 @given(seed=seeds)
-def test_inverse_from_a_memory_with_a_past(name, seed):
-    operator = EXAMPLES[name]
+def test_inverse_from_a_memory_with_a_past(name: Any, seed: Any) -> None:
+    operator: Any = EXAMPLES[name]
     memory, _ = wandered_memory(operator, seed)
     x = wander(seed + 7)
     z, after = operator.run(x, memory)
@@ -249,13 +250,13 @@ def test_inverse_from_a_memory_with_a_past(name, seed):
 
 @every
 @pytest.mark.parametrize("bad", [[], [[1.0]], [0.0, np.nan], [np.inf]])
-def test_bad_records_are_refused(operator, bad):
+def test_bad_records_are_refused(operator: Any, bad: Any) -> None:
     with pytest.raises(BadInput):
         operator.run(bad)
 
 
 @every
-def test_errors_name_the_culprit(operator):
+def test_errors_name_the_culprit(operator: Any) -> None:
     with pytest.raises(BadInput, match=r"x\[2\] = nan"):
         operator.run([0.0, 1.0, np.nan])
     with pytest.raises(BadInput, match="x = nan"):
@@ -269,7 +270,7 @@ def test_errors_name_the_culprit(operator):
         operator.memory_from_dict({"kind": operator.kind})
 
 
-def test_foreign_data_are_refused():
+def test_foreign_data_are_refused() -> None:
     with pytest.raises(BadParameter, match="unknown operator kind 'preisach'"):
         operator_from_dict({"kind": "preisach"})
     with pytest.raises(BadParameter, match="unknown operator kind"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ records = st.lists(finite, min_size=1, max_size=80)
 
 @quick
 @given(x=records, width=st.floats(0, 5), y=finite)
-def test_record_is_the_step_to_the_last_bit(x, width, y):
+def test_record_is_the_step_to_the_last_bit(x: Any, width: Any, y: Any) -> None:
     expected, state = [], y
     for value in x:
         state = float(play(NUMPY, value, width, state))
@@ -38,13 +39,13 @@ def test_record_is_the_step_to_the_last_bit(x, width, y):
 
 @quick
 @given(x=records)
-def test_width_zero_is_the_identity(x):
+def test_width_zero_is_the_identity(x: Any) -> None:
     assert play_record(np.array(x), np.zeros(1), np.ones(1))[:, 0].tolist() == x
 
 
 @quick
 @given(x=records, width=st.floats(0.01, 5))
-def test_stop_is_the_clipped_increment(x, width):
+def test_stop_is_the_clipped_increment(x: Any, width: Any) -> None:
     x = [0.0, *x]
     anchor = stretch = 0.0
     for before, now in pairwise(x):
@@ -53,14 +54,14 @@ def test_stop_is_the_clipped_increment(x, width):
         anchor = float(play(NUMPY, now, width, anchor))
 
 
-def test_held_input_keeps_a_slipping_stop():
+def test_held_input_keeps_a_slipping_stop() -> None:
     anchor = float(play(NUMPY, 3.0, 1.0, 0.0))
     assert float(stop(NUMPY, 3.0, 1.0, anchor)) == 1.0
 
 
 @quick
 @given(x0=finite, y=st.lists(finite, min_size=3, max_size=3))
-def test_reachable_states_are_nested(x0, y):
+def test_reachable_states_are_nested(x0: Any, y: Any) -> None:
     r = (0.5, 2.0, 2.1)
     states = reachable_plays(NUMPY, x0, r, y)
     gaps = np.abs(np.diff([x0, *states]))
@@ -68,13 +69,13 @@ def test_reachable_states_are_nested(x0, y):
     assert reachable_plays(NUMPY, x0, r, states) == pytest.approx(states, abs=1e-12)
 
 
-def test_unreachable_states_are_why_the_inverse_needs_the_projection():
+def test_unreachable_states_are_why_the_inverse_needs_the_projection() -> None:
     """With states no history produces, the inverse recursion is wrong; projected it is exact."""
     operator = PrandtlIshlinskii((0.0, 1.0, 2.0), (1.0, 1.0, 1.0))
     wild = (1.0, -2.0)
     x = np.array([0.0, -0.5, 0.7, -3.0])
 
-    def error(memory):
+    def error(memory: Any) -> Any:
         z, _ = operator.run(x, memory)
         return np.abs(operator.inverse().run(z, operator.inverse_memory(memory))[0] - x).max()
 
@@ -84,7 +85,7 @@ def test_unreachable_states_are_why_the_inverse_needs_the_projection():
 
 @quick
 @given(x=records)
-def test_turning_points_keep_every_extremum(x):
+def test_turning_points_keep_every_extremum(x: Any) -> None:
     record = np.array(x)
     index = turning_points(record)
     assert index[0] == 0
@@ -95,6 +96,6 @@ def test_turning_points_keep_every_extremum(x):
     assert np.all((between == 0) | (np.sign(between) == signs))
 
 
-def test_turning_points_of_a_constant():
+def test_turning_points_of_a_constant() -> None:
     assert turning_points([1.0, 1.0, 1.0]).tolist() == [0, 2]
     assert turning_points([1.0]).tolist() == [0]

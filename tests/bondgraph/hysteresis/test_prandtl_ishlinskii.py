@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -23,21 +24,21 @@ def random_operator(rng: np.random.Generator, *, n: int | None = None) -> Prandt
     n = int(rng.integers(0, 12)) if n is None else n
     slopes = rng.uniform(0.3, 3.0, n + 1)
     thresholds = np.concatenate(([0.0], np.cumsum(rng.uniform(0.05, 0.6, n))))
-    return PrandtlIshlinskii(thresholds, np.diff(slopes, prepend=0.0))
+    return PrandtlIshlinskii(tuple(thresholds), tuple(np.diff(slopes, prepend=0.0)))
 
 
-def area(x, y):
+def area(x: Any, y: Any) -> Any:
     """Cyclic integral of x dy, exact for piecewise linear loops sampled at their corners."""
     return np.sum(0.5 * (x[1:] + x[:-1]) * np.diff(y))
 
 
 @quick
 @given(seed=seeds)
-def test_inverse_from_random_states(seed):
+def test_inverse_from_random_states(seed: Any) -> None:
     rng = np.random.default_rng(seed)
     operator = random_operator(rng)
     x0 = rng.uniform(-3, 3)
-    memory = operator.initial_memory(x0, rng.uniform(-6, 6, operator.n_memory))
+    memory = operator.initial_memory(x0, tuple(rng.uniform(-6, 6, operator.n_memory)))
     x = np.concatenate(([x0], rng.uniform(-5, 5, 80)))
     z, _ = operator.run(x, memory)
     back, _ = operator.inverse().run(z, operator.inverse_memory(memory))
@@ -46,7 +47,7 @@ def test_inverse_from_random_states(seed):
 
 @quick
 @given(seed=seeds)
-def test_inverse_twice_is_the_operator(seed):
+def test_inverse_twice_is_the_operator(seed: Any) -> None:
     operator = random_operator(np.random.default_rng(seed))
     again = operator.inverse().inverse()
     np.testing.assert_allclose(again.thresholds, operator.thresholds, rtol=1e-11, atol=1e-13)
@@ -55,7 +56,7 @@ def test_inverse_twice_is_the_operator(seed):
 
 @quick
 @given(seed=seeds)
-def test_congruency(seed):
+def test_congruency(seed: Any) -> None:
     """Minor loops between the same inputs differ by a shift only, whatever the past."""
     rng = np.random.default_rng(seed)
     operator = random_operator(rng)
@@ -72,7 +73,7 @@ def test_congruency(seed):
 
 @quick
 @given(seed=seeds)
-def test_loop_loss(seed):
+def test_loop_loss(seed: Any) -> None:
     rng = np.random.default_rng(seed)
     operator = random_operator(rng)
     centre, amplitude = rng.uniform(-2, 2), rng.uniform(0.1, 4)
@@ -84,30 +85,30 @@ def test_loop_loss(seed):
     assert area(x, y) == pytest.approx(float(operator.loop_loss(amplitude)), rel=1e-9, abs=1e-11)
 
 
-def test_regressors_times_weights_is_the_output():
+def test_regressors_times_weights_is_the_output() -> None:
     rng = np.random.default_rng(4)
     operator = random_operator(rng, n=5)
     x = rng.uniform(-3, 3, 200)
     phi = operator.regressors(x)
     assert phi.shape == (200, 6)
     np.testing.assert_allclose(phi @ operator.weights, operator.run(x)[0], atol=1e-12)
-    unknown = PrandtlIshlinskii(operator.thresholds, ca.SX.sym("w", 6))
+    unknown = PrandtlIshlinskii(operator.thresholds, tuple(ca.vertsplit(ca.SX.sym("w", 6))))
     np.testing.assert_array_equal(unknown.regressors(x), phi)
 
 
-def test_slopes():
+def test_slopes() -> None:
     operator = PrandtlIshlinskii((0.0, 1.0, 2.0), (1.0, 0.5, 0.25))
     assert operator.slope_virgin == 1.0
     assert operator.slope_full == 1.75
 
 
 @pytest.mark.parametrize("matrix", [ca.SX, ca.MX])
-def test_casadi_weights_thresholds_and_inverse(matrix):
+def test_casadi_weights_thresholds_and_inverse(matrix: Any) -> None:
     n = 4
     numeric = random_operator(np.random.default_rng(2), n=n)
     w, r, x = matrix.sym("w", n + 1), matrix.sym("r", n), matrix.sym("x")
     m = matrix.sym("m", n)
-    symbolic = PrandtlIshlinskii([0, *(r[i] for i in range(n))], w)
+    symbolic = PrandtlIshlinskii((0, *ca.vertsplit(r)), tuple(ca.vertsplit(w)))
     inverse = symbolic.inverse()
     compiled = ca.Function(
         "f",
@@ -126,12 +127,13 @@ def test_casadi_weights_thresholds_and_inverse(matrix):
     assert float(loss) == pytest.approx(float(numeric.loop_loss(1.3)), rel=1e-12)
 
 
-def test_derivative_by_weights_and_thresholds():
+def test_derivative_by_weights_and_thresholds() -> None:
     n = 4
     numeric = random_operator(np.random.default_rng(6), n=n)
-    w, r, m = ca.SX.sym("w", n + 1), ca.SX.sym("r", n), ca.SX.sym("m", n)
+    w, r = ca.SX.sym("w", n + 1), ca.SX.sym("r", n)
+    m: Any = ca.SX.sym("m", n)
     x = ca.SX.sym("x")
-    operator = PrandtlIshlinskii([0, *(r[i] for i in range(n))], w)
+    operator = PrandtlIshlinskii((0, *ca.vertsplit(r)), tuple(ca.vertsplit(w)))
     for target in (operator, operator.inverse()):
         states = m if target is operator else operator.inverse_memory(m)
         y = target.value(CASADI, x, states)
@@ -139,7 +141,7 @@ def test_derivative_by_weights_and_thresholds():
         _, memory = numeric.run(np.random.default_rng(7).uniform(-2, 2, 20))
         point = np.array([*numeric.weights, *numeric.thresholds[1:]])
 
-        def output(p, f=f, memory=memory):
+        def output(p: Any, f: Any = f, memory: Any = memory) -> Any:
             return float(f(p[: n + 1], p[n + 1 :], 0.77, memory)[0])
 
         gradient = np.array(f(point[: n + 1], point[n + 1 :], 0.77, memory)[1]).ravel()
@@ -149,7 +151,7 @@ def test_derivative_by_weights_and_thresholds():
             assert gradient[i] == pytest.approx(quotient, rel=1e-6, abs=1e-8)
 
 
-def test_sympy_inverse_is_exact_algebra():
+def test_sympy_inverse_is_exact_algebra() -> None:
     w = sympy.symbols("w_0:3", positive=True)
     r = sympy.symbols("r_1:3", positive=True)
     operator = PrandtlIshlinskii((0, *r), w)
@@ -162,7 +164,7 @@ def test_sympy_inverse_is_exact_algebra():
     assert sympy.simplify(again.thresholds[2] - r[1]) == 0
 
 
-def test_symbolic_parameters_cannot_run_or_be_saved():
+def test_symbolic_parameters_cannot_run_or_be_saved() -> None:
     operator = PrandtlIshlinskii((0.0, 1.0), (1.0, sympy.Symbol("w")))
     with pytest.raises(BadParameter, match=r"weights\[1\] = w is symbolic"):
         operator.run([0.0, 1.0])
@@ -174,7 +176,7 @@ def test_symbolic_parameters_cannot_run_or_be_saved():
     ("weights", "index"),
     [((0.0, 1.0), 0), ((-1.0, 3.0), 0), ((1.0, -1.5, 1.0), 1), ((0.3, 0.1, -0.4), 2)],
 )
-def test_not_invertible_names_the_index(weights, index):
+def test_not_invertible_names_the_index(weights: Any, index: Any) -> None:
     operator = PrandtlIshlinskii(tuple(range(len(weights))), weights)
     with pytest.raises(NotInvertible, match=rf"weights\[{index}\]") as caught:
         operator.inverse()
@@ -198,12 +200,12 @@ def test_not_invertible_names_the_index(weights, index):
         ((0.0, 1.0), (1, np.ones(3)), r"weights\[1\] must be a scalar"),
     ],
 )
-def test_bad_parameters_name_the_entry(thresholds, weights, message):
+def test_bad_parameters_name_the_entry(thresholds: Any, weights: Any, message: Any) -> None:
     with pytest.raises(BadParameter, match=message):
         PrandtlIshlinskii(thresholds, weights)
 
 
-def test_memory_of_another_operator_is_refused():
+def test_memory_of_another_operator_is_refused() -> None:
     operator = PrandtlIshlinskii((0.0, 1.0), (1.0, 1.0))
     for call in (operator.inverse_memory, lambda m: operator.regressors([0.0], m)):
         with pytest.raises(BadMemory, match="has 1 memory states"):

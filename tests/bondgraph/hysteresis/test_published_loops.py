@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -21,7 +23,7 @@ def drive(periods: int) -> np.ndarray:
     return 50.0 - 50.0 * np.cos(2.0 * np.pi * t)
 
 
-def third_period(operator) -> tuple[float, float, float]:
+def third_period(operator: Any) -> tuple[float, float, float]:
     """Bottom, top and thickness of the loop."""
     u = drive(3)
     z, _ = operator.run(u)
@@ -32,18 +34,18 @@ def third_period(operator) -> tuple[float, float, float]:
     return z.min(), z.max(), np.max(down - up)
 
 
-def test_al_janaideh_6_2():
+def test_al_janaideh_6_2() -> None:
     assert third_period(AlJanaideh.stack_2hz()) == pytest.approx(
         (506.8e-9, 4914.7e-9, 790e-9), rel=6e-4
     )
 
 
-def test_ang_6_3():
+def test_ang_6_3() -> None:
     assert third_period(Ang.stack_2hz()) == pytest.approx((475.5e-9, 4873.2e-9, 766e-9), rel=6e-4)
 
 
 @pytest.mark.parametrize("operator", [AlJanaideh.stack_2hz(), Ang.stack_2hz()])
-def test_inverse_on_the_reference_7_3(operator):
+def test_inverse_on_the_reference_7_3(operator: Any) -> None:
     t = np.linspace(0.0, 3.0, 3001)
     fast = 2000.0 * np.sin(2 * np.pi * t - np.pi / 2) + 2000.0
     slow = 1500.0 * np.sin(2 * np.pi * t - np.pi / 2) + 2500.0
@@ -54,7 +56,7 @@ def test_inverse_on_the_reference_7_3(operator):
 
 
 @pytest.mark.parametrize("operator", [AlJanaideh.stack_2hz(), Ang.stack_2hz()])
-def test_inverse_of_an_actuator_with_a_past(operator):
+def test_inverse_of_an_actuator_with_a_past(operator: Any) -> None:
     _, memory = operator.run([0.0, 90.0, 20.0, 60.0])
     u = drive(2)
     z, _ = operator.run(u, memory)
@@ -62,7 +64,7 @@ def test_inverse_of_an_actuator_with_a_past(operator):
     assert np.max(np.abs(back - u)) < 1e-9 * 100.0
 
 
-def test_maxwell_table_6_4_in_the_lumped_model():
+def test_maxwell_table_6_4_in_the_lumped_model() -> None:
     """Solve q + C H(q) = C V + T x with x = (T/k)(V - H): one capacitance C + T^2/k."""
     maxwell = MaxwellResistiveCapacitor.stack_2hz()
     free = 1.5e-6 + 3.52**2 / 65e6

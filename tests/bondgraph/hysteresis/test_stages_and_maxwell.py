@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -31,13 +33,13 @@ seeds = st.integers(0, 2**32 - 1)
     ("y", "d", "side", "expected"),
     [(3, 1, 1, 2), (0, 1, 1, 0), (-3, -1, -1, -2), (0, -1, -1, 0), (-3, 0, 0, -3)],
 )
-def test_dead_zone(y, d, side, expected):
+def test_dead_zone(y: Any, d: Any, side: Any, expected: Any) -> None:
     assert dead_zone(NUMPY, float(y), float(d), side) == expected
 
 
 @quick
 @given(seed=seeds)
-def test_dead_zone_inverse(seed):
+def test_dead_zone_inverse(seed: Any) -> None:
     rng = np.random.default_rng(seed)
     left, right = rng.integers(0, 5, 2)
     slopes = rng.uniform(0.3, 3, left + right + 1)
@@ -49,7 +51,7 @@ def test_dead_zone_inverse(seed):
         )
     )
     below = -np.cumsum(rng.uniform(0.1, 1, left))[::-1]
-    zones = DeadZone((*below, 0.0, *np.cumsum(rng.uniform(0.1, 1, right))), weights)
+    zones = DeadZone((*below, 0.0, *np.cumsum(rng.uniform(0.1, 1, right))), tuple(weights))
     y = np.linspace(-6, 6, 301)
     z, _ = zones.run(y, ())
     assert np.all(np.diff(z) > 0)
@@ -57,7 +59,7 @@ def test_dead_zone_inverse(seed):
     np.testing.assert_allclose(zones.inverse().inverse().thresholds, zones.thresholds, atol=1e-11)
 
 
-def test_dead_zone_symbols():
+def test_dead_zone_symbols() -> None:
     d = ca.SX.sym("d", 2)
     zones = DeadZone((-d[0], 0, d[1]), (1.0, 2.0, 3.0))
     y = ca.SX.sym("y")
@@ -73,7 +75,7 @@ def test_dead_zone_symbols():
 @pytest.mark.parametrize(
     ("weights", "index"), [((0.1, 0.0, 0.1), 1), ((1.0, 1.0, -2.0), 2), ((-1.0, 1.0, 1.0), 0)]
 )
-def test_dead_zone_not_invertible(weights, index):
+def test_dead_zone_not_invertible(weights: Any, index: Any) -> None:
     with pytest.raises(NotInvertible, match=rf"thresholds\[{index}\]") as caught:
         DeadZone((-1.0, 0.0, 1.0), weights).inverse()
     assert caught.value.index == index
@@ -83,31 +85,31 @@ def test_dead_zone_not_invertible(weights, index):
     ("thresholds", "message"),
     [((1.0, 2.0), "0 times"), ((0.0, 0.0), "not above"), ((0.0, -1.0), "not above")],
 )
-def test_dead_zone_bad_thresholds(thresholds, message):
+def test_dead_zone_bad_thresholds(thresholds: Any, message: Any) -> None:
     with pytest.raises(BadParameter, match=message):
         DeadZone(thresholds, (1.0, 1.0))
 
 
-def test_dead_zone_number_on_the_wrong_side_of_a_symbol():
+def test_dead_zone_number_on_the_wrong_side_of_a_symbol() -> None:
     with pytest.raises(BadParameter, match="wrong side"):
         DeadZone((1.0, sympy.Symbol("d"), 0.0), (1.0, 1.0, 1.0))
 
 
-def test_ang_stages_are_checked():
+def test_ang_stages_are_checked() -> None:
     zones = DeadZone((0.0,), (1.0,))
     with pytest.raises(BadParameter, match="play must be"):
-        Ang(zones, zones)
+        Ang(zones, zones)  # type: ignore[arg-type]
     with pytest.raises(BadParameter, match="dead_zone must be"):
-        Ang(PrandtlIshlinskii((0.0,), (1.0,)), None)
+        Ang(PrandtlIshlinskii((0.0,), (1.0,)), None)  # type: ignore[arg-type]
 
 
-def test_ang_inverse_twice_is_the_operator():
+def test_ang_inverse_twice_is_the_operator() -> None:
     again = Ang.stack_2hz().inverse().inverse()
     np.testing.assert_allclose(again.play.weights, Ang.stack_2hz().play.weights, atol=1e-22)
     np.testing.assert_allclose(again.dead_zone.thresholds, (0, 342.58e-9), rtol=1e-12)
 
 
-def test_al_janaideh_without_its_envelope():
+def test_al_janaideh_without_its_envelope() -> None:
     operator = AlJanaideh(q=1.0, c=1.5, sigma=0.4, alpha=0.5, beta=0.3, count=6)
     x = np.random.default_rng(0).uniform(-3, 3, 100)
     np.testing.assert_allclose(
@@ -121,7 +123,7 @@ def test_al_janaideh_without_its_envelope():
     )
 
 
-def test_al_janaideh_has_one_number_too_many():
+def test_al_janaideh_has_one_number_too_many() -> None:
     scale = 2.7
     a = AlJanaideh(q=1.0, c=1.5, sigma=0.4, alpha=0.5, beta=0.3, count=6)
     b = AlJanaideh(
@@ -136,9 +138,9 @@ def test_al_janaideh_has_one_number_too_many():
     np.testing.assert_allclose(a.run(x)[0], b.run(x)[0], atol=1e-12)
 
 
-def test_al_janaideh_symbols():
+def test_al_janaideh_symbols() -> None:
     p = ca.SX.sym("p", 5)
-    operator = AlJanaideh(*(p[i] for i in range(5)), count=3)
+    operator = AlJanaideh(p[0], p[1], p[2], p[3], p[4], count=3)
     x = ca.SX.sym("x")
     memory = operator.initial_memory(0.2, ops=CASADI)
     inverse = operator.inverse(ops=CASADI)
@@ -146,7 +148,7 @@ def test_al_janaideh_symbols():
     back = inverse.value(CASADI, z, operator.inverse_memory(memory, ops=CASADI))
     f = ca.Function("f", [x, p], [z, back, ca.jacobian(z, p)])
     point = [1.0, 1.5, 0.4, 0.5, 0.3]
-    numeric = AlJanaideh(*point, count=3)
+    numeric = AlJanaideh(1.0, 1.5, 0.4, 0.5, 0.3, count=3)
     z0, back0, slope = f(1.1, point)
     assert float(z0) == pytest.approx(float(numeric.value(NUMPY, 1.1, numeric.initial_memory(0.2))))
     assert float(back0) == pytest.approx(1.1)
@@ -165,13 +167,13 @@ def test_al_janaideh_symbols():
         ({"q": np.nan}, "q = nan must be finite"),
     ],
 )
-def test_al_janaideh_bad_parameters(change, message):
+def test_al_janaideh_bad_parameters(change: Any, message: Any) -> None:
     good = {"q": 1.0, "c": 1.0, "sigma": 1.0, "alpha": 1.0, "beta": 1.0, "count": 2}
     with pytest.raises(BadParameter, match=message):
         AlJanaideh(**(good | change))
 
 
-def test_maxwell_is_plays():
+def test_maxwell_is_plays() -> None:
     operator = MaxwellResistiveCapacitor.stack_2hz()
     plays = operator.as_prandtl_ishlinskii()
     q = 1e-6 * np.random.default_rng(1).uniform(-200, 200, 300)
@@ -184,7 +186,7 @@ def test_maxwell_is_plays():
     assert caught.value.index == 15
 
 
-def test_maxwell_table_in_any_order_and_merged():
+def test_maxwell_table_in_any_order_and_merged() -> None:
     operator = MaxwellResistiveCapacitor.from_table([2.0, 1.0, 4.0], [3.0, 1.0, 1.5])
     assert operator.stiffnesses == (1.0, 0.75)
     assert operator.breakaways == (1.0, 4.5)
@@ -192,12 +194,12 @@ def test_maxwell_table_in_any_order_and_merged():
 
 @quick
 @given(seed=seeds)
-def test_maxwell_energy_closes(seed):
+def test_maxwell_energy_closes(seed: Any) -> None:
     """Work in = energy stored + friction loss >= energy stored; a closed loop loses the formula."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 6))
     slips, k = np.cumsum(rng.uniform(0.1, 0.5, n)), rng.uniform(0.1, 2, n)
-    operator = MaxwellResistiveCapacitor(k, k * slips)
+    operator = MaxwellResistiveCapacitor(tuple(k), tuple(k * slips))
     start, amplitude = rng.uniform(-2, 2), rng.uniform(0.05, 2)
     top = start + 2 * amplitude
     _, memory = operator.run([*rng.uniform(-4, 4, 9), start, top, start])
@@ -220,12 +222,12 @@ def test_maxwell_energy_closes(seed):
         ((1.0,), (1.0, 2.0), "1 entries but breakaways has 2"),
     ],
 )
-def test_maxwell_bad_parameters(stiffnesses, breakaways, message):
+def test_maxwell_bad_parameters(stiffnesses: Any, breakaways: Any, message: Any) -> None:
     with pytest.raises(BadParameter, match=message):
         MaxwellResistiveCapacitor(stiffnesses, breakaways)
 
 
-def test_capacitor_in_series_with_hysteresis():
+def test_capacitor_in_series_with_hysteresis() -> None:
     """The solution satisfies q + C H(q) = w from a memory with a past, in volts."""
     operator = MaxwellResistiveCapacitor.stack_2hz()
     c = 1.5e-6
@@ -239,11 +241,11 @@ def test_capacitor_in_series_with_hysteresis():
     assert np.max(np.abs(q + c * v - w)) / c < 1e-12
 
 
-def test_capacitor_with_symbols():
+def test_capacitor_with_symbols() -> None:
     c, k, w = ca.SX.sym("c"), ca.SX.sym("k", 2), ca.SX.sym("w")
     v = (1.0, 2.5)
     operator = MaxwellResistiveCapacitor((k[0], k[1]), v)
-    m = ca.SX.sym("m", 2)
+    m: Any = ca.SX.sym("m", 2)
     solution = inverse_of_identity_plus(c, operator)
     memory = identity_plus(c, operator).inverse_memory(m)
     q = solution.value(CASADI, w, memory)
@@ -255,7 +257,7 @@ def test_capacitor_with_symbols():
         assert abs(float(residual(rng.uniform(-9, 9), states, 0.7, [1.3, 0.8]))) < 1e-13
 
 
-def test_capacitor_bad_gain():
+def test_capacitor_bad_gain() -> None:
     operator = MaxwellResistiveCapacitor((1.0,), (1.0,))
     with pytest.raises(BadParameter, match=r"c = -1\.0 must be zero or positive"):
         inverse_of_identity_plus(-1.0, operator)

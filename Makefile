@@ -1,0 +1,68 @@
+# Every target sets up what it needs; PYTHON names the interpreter if the default does not fit.
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+SHELL := /bin/sh
+
+PYTHON ?= python3
+WORKERS ?= 2
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: help demo test bench notebooks format clean
+
+help:
+	@echo "make demo       set up and show what the project does"
+	@echo "make test       set up, then lint, types, tests with coverage"
+	@echo "make bench      set up, then the virtual bench"
+	@echo "make notebooks  set up, then run every notebook"
+	@echo "make format     set up, then rewrite the sources as the linter wants them"
+	@echo "make clean      remove the environment and all caches"
+
+demo: $(VENV)/.core
+	$(BIN)/bondsight demo
+
+bench: $(VENV)/.core
+	$(BIN)/bondsight bench
+
+test: $(VENV)/.test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --cov --cov-report=term
+
+notebooks: $(VENV)/.test
+	@found=; for n in notebooks/*.py; do \
+	  [ -e "$$n" ] || continue; found=yes; echo "$$n"; \
+	  $(BIN)/jupytext --to ipynb --execute --output "$${n%.py}.ipynb" "$$n" || exit 1; \
+	done; [ -n "$$found" ] || echo "notebooks: there is none"
+
+format: $(VENV)/.test
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage htmlcov
+
+# An interpreter of at least 3.11: PYTHON if it is one, else the newest python3.x on the path.
+# Without ensurepip (some distributions split it off) the outer pip fills the environment.
+$(BIN)/python:
+	@set -e; chosen=; \
+	for p in $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 python; do \
+	  if command -v "$$p" >/dev/null 2>&1 && \
+	     "$$p" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then \
+	    chosen=$$p; break; fi; \
+	done; \
+	if [ -z "$$chosen" ]; then \
+	  echo "no Python >= 3.11 found; install one or call make PYTHON=..." >&2; exit 1; fi; \
+	if "$$chosen" -c 'import ensurepip' 2>/dev/null; then "$$chosen" -m venv --clear $(VENV); \
+	else "$$chosen" -m venv --clear --without-pip $(VENV); \
+	  "$$chosen" -m pip --python $(BIN)/python install --quiet pip; fi
+
+$(VENV)/.core: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@touch $@
+
+$(VENV)/.test: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,dev]'
+	@touch $@ $(VENV)/.core

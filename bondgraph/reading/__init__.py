@@ -1,0 +1,1 @@
+"""From files and tables to checked, even, SI columns; `bondgraph.signals` makes recordings."""

@@ -1,0 +1,136 @@
+"""Which ports these sensors can tell apart, and which further signal would split a class.
+
+A latent effort at a port reaches the sensors through one column of transfer functions. Ports
+whose columns are parallel at every frequency explain any residual equally well: only the shape
+of the law, not the residual alone, can separate them (Samantaray and Ould Bouamama, Model-based
+Process Supervision, 2008, for the fault signature of bond graphs).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import networkx as nx
+import numpy as np
+
+from bondgraph.compiled import compile_model
+from bondgraph.discrete import blocks
+from bondgraph.elements import C, Df, De, One, R, Sensor, Source, Zero
+from bondgraph.equations import StateSpace
+from bondgraph.errors import BondsightError
+from bondgraph.graph import BondGraph
+from bondgraph.laws import Polynomial
+
+Array = np.ndarray
+PARALLEL = 1e-6
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Isolability of the ports with the sensors at hand.
+
+    Attributes
+    ----------
+    classes : tuple of tuple of str
+        Elements that a residual alone cannot separate.
+    """
+
+    classes: tuple[tuple[str, ...], ...]
+
+    def class_of(self, element: str) -> tuple[str, ...]:
+        """The class that contains `element` (alone if unknown)."""
+        for c in self.classes:
+            if element in c:
+                return c
+        return (element,)
+
+
+def structure(graph: BondGraph, frequencies: Array) -> Structure:
+    """Classes of ports of the linear part of `graph` over `frequencies` (rad/s)."""
+    names, columns = latent_columns(graph, frequencies)
+    same: nx.Graph = nx.Graph()
+    same.add_nodes_from(names)
+    for i, a in enumerate(names):
+        for j in range(i):
+            if _parallel(columns[:, :, i], columns[:, :, j]):
+                same.add_edge(a, names[j])
+    return Structure(tuple(tuple(n for n in names if n in part) for part in nx.connected_components(same)))
+
+
+def latent_columns(graph: BondGraph, frequencies: Array) -> tuple[list[str], Array]:
+    """Transfer of a latent signal at each port, shape (n_f, n_y, n_ports)."""
+    probed = graph
+    ports: list[str] = []
+    for e in graph.of_type(C, R):
+        if e.law is None:
+            probed = probed.with_element(e.name, law=Polynomial(orders=()))
+            ports.append(e.name)
+    compiled = compile_model(probed)
+    parts = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float))
+    space: StateSpace = compiled.space
+    w_of = {port.element: compiled.n_u + j for j, port in enumerate(space.laws)}
+    u_of = {n: j for j, n in enumerate(space.input_names)}
+    sources = [s.name for s in graph.of_type(Source)]
+    sensors = list(space.output_names)
+    picked = [w_of[n] for n in ports] + [u_of[n] for n in sources]
+    out = np.zeros((frequencies.size, len(sensors), len(picked) + len(sensors)), complex)
+    scale = np.sqrt(np.maximum(np.abs(parts.a).sum(axis=0), 1e-300) / np.maximum(np.abs(parts.a).sum(axis=1), 1e-300))
+    a = parts.a * scale[None, :] / scale[:, None]
+    b, cy = parts.b / scale[:, None], parts.cy * scale[None, :]
+    for f, w in enumerate(frequencies):
+        x = np.linalg.lstsq(1j * w * np.eye(a.shape[0]) - a, b[:, picked], rcond=None)[0]
+        out[f, :, : len(picked)] = cy @ x + parts.dy[:, picked]
+        out[f, :, len(picked) :] = np.eye(len(sensors))
+    return [*ports, *sources, *sensors], out
+
+
+def _parallel(a: Array, b: Array) -> bool:
+    """Whether two columns point the same way at every frequency (each row is scaled first)."""
+    size = np.sqrt(np.mean(np.abs(a) ** 2 + np.abs(b) ** 2, axis=0)) + 1e-300
+    a, b = a / size, b / size
+    na, nb = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
+    seen = (na > 1e-9 * na.max(initial=0.0)) & (nb > 1e-9 * nb.max(initial=0.0))
+    if not seen.any():
+        return True
+    cosine = np.abs(np.sum(a[seen].conj() * b[seen], axis=1)) / (na[seen] * nb[seen])
+    return bool((cosine > 1 - PARALLEL).all())
+
+
+def splitting_signals(
+    graph: BondGraph, element: str, rivals: Sequence[str], frequencies: Array
+) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
+    """Further signals that separate `element` from `rivals`: (signal, place, separated)."""
+    taken = {(type(s), graph.neighbour(s.name)) for s in graph.of_type(Sensor)}
+    found = []
+    for junction in graph.of_type(One, Zero):
+        kind = Df if isinstance(junction, One) else De
+        if (kind, junction.name) in taken:
+            continue
+        name = f"{'f' if kind is Df else 'e'}_{junction.name}"
+        try:
+            wider = graph.with_branch(junction.name, [kind(f"extra_{name}")])
+            group = structure(wider, frequencies).class_of(element)
+        except BondsightError:
+            continue
+        split = tuple(r for r in rivals if r not in group and r in graph.elements)
+        if split:
+            found.append((name, junction.name, split))
+    return tuple(sorted(found, key=lambda t: (-len(t[2]), t[0])))
+
+
+def excited_frequencies(commands: Sequence[Array], dt: float, count: int = 24) -> Array:
+    """Angular frequencies (rad/s) that carry most of the commands' power, low to high."""
+    power = 0.0
+    for u in commands:
+        v = np.asarray(u) - np.mean(u)
+        power = power + np.abs(np.fft.rfft(v * np.hanning(v.size))) ** 2
+    power = np.asarray(power)
+    if power.ndim == 0 or power.size < 3 or not power[1:].any():
+        return np.geomspace(1e-3, 1.0, count) * np.pi / dt
+    order = np.sort(np.argsort(power[1:])[::-1][: 4 * count] + 1)
+    picked = order[np.linspace(0, order.size - 1, min(count, order.size)).astype(int)]
+    n = np.asarray(commands[0]).size
+    return np.unique(picked) * 2 * np.pi / (n * dt)
+
+

@@ -1,0 +1,110 @@
+"""Who may import whom; read from the sources, so that lazy imports count as well."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import bondgraph
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("bondgraph", "actuators", "identification", "hardware")
+
+# folder -> what it may import of the project beside itself; the longest fitting folder counts
+ALLOWED: dict[str, set[str]] = {
+    "bondgraph": set(),
+    "actuators": {"bondgraph"},
+    "identification": {"bondgraph", "actuators"},
+    "identification/command_line": {"bondgraph", "actuators", "identification", "hardware"},
+    "hardware": {"bondgraph"},
+    "hardware/simulators": set(),
+}
+# the virtual bench must not know the code that is judged by it
+SEALED = "hardware/simulators"
+
+SOURCES = sorted(
+    p.relative_to(ROOT).as_posix() for name in PACKAGES for p in (ROOT / name).rglob("*.py")
+)
+
+
+def rule_for(source: str) -> str:
+    """Return the longest folder of `ALLOWED` that holds `source`."""
+    return max((f for f in ALLOWED if source.startswith(f + "/")), key=len)
+
+
+def imports(text: str, source: str) -> Iterator[tuple[int, str]]:
+    """Yield line and absolute module of every import, relative ones resolved."""
+    package = source.split("/")[:-1]
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            module = ".".join([*base, *(node.module or "").split(".")]).strip(".")
+            yield from ((node.lineno, f"{module}.{alias.name}") for alias in node.names)
+        elif isinstance(node, ast.Call) and node.args:
+            called = ast.unparse(node.func)
+            first = node.args[0]
+            if called in ("__import__", "importlib.import_module", "import_module") and isinstance(
+                first, ast.Constant
+            ):
+                yield node.lineno, str(first.value)
+
+
+def offences(text: str, source: str) -> list[str]:
+    """Return one line for every import that the layering forbids."""
+    folder = rule_for(source)
+    found = []
+    for line, module in imports(text, source):
+        top = module.split(".")[0]
+        if top == "tests":
+            found.append(f"{source}:{line} imports {module}")
+        if top not in PACKAGES:
+            continue
+        inside = (
+            module.startswith(SEALED.replace("/", "."))
+            if folder == SEALED
+            else top == source.split("/")[0]
+        )
+        if not inside and top not in ALLOWED[folder]:
+            found.append(f"{source}:{line} imports {module}")
+    return found
+
+
+@pytest.mark.parametrize("source", SOURCES)
+def test_imports_stay_in_their_layer(source: str) -> None:
+    assert offences((ROOT / source).read_text(encoding="utf-8"), source) == []
+
+
+@pytest.mark.parametrize(
+    ("source", "text", "caught"),
+    [
+        ("bondgraph/a.py", "from identification.fit import fit", True),
+        ("bondgraph/a.py", "def f():\n    import hardware.real", True),
+        ("bondgraph/a.py", "import importlib\nimportlib.import_module('actuators')", True),
+        ("bondgraph/a.py", "from . import b\nfrom bondgraph.c import d", False),
+        ("bondgraph/laws/a.py", "from ..graph import BondGraph", False),
+        ("actuators/a.py", "import bondgraph", False),
+        ("actuators/a.py", "import hardware", True),
+        ("identification/a.py", "import actuators, bondgraph.graph", False),
+        ("identification/a.py", "import hardware.simulators", True),
+        ("identification/command_line/a.py", "import hardware.simulators", False),
+        ("hardware/a.py", "import bondgraph\nimport hardware.simulators", False),
+        ("hardware/a.py", "import identification", True),
+        ("hardware/simulators/a.py", "from hardware.simulators.plant import p", False),
+        ("hardware/simulators/a.py", "from .plant import p", False),
+        ("hardware/simulators/a.py", "import bondgraph.graph", True),
+        ("hardware/simulators/a.py", "from ..real import driver", True),
+        ("hardware/a.py", "import tests.helpers", True),
+    ],
+)
+def test_the_rules_catch_what_they_should(source: str, text: str, caught: bool) -> None:
+    assert bool(offences(text, source)) is caught
+
+
+def test_this_checkout_is_tested() -> None:
+    assert bondgraph.__file__ is not None
+    assert Path(bondgraph.__file__).resolve() == ROOT / "bondgraph" / "__init__.py"
