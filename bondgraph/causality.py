@@ -164,8 +164,8 @@ class _Table:
     def _conflict(self, b: Bond, old: Stroke, to: str, why: str) -> CausalConflict:
         return CausalConflict(
             f"{self.graph.name}: causal conflict at bond {b.name}: effort to {old.effort_to} "
-            f"because {old.reason}, but effort to {to} because {why}; put a resistance, a compliance or an "
-            "inertia between the two elements that impose the same variable"
+            f"because {old.reason}, but effort to {to} because {why}; put a resistance, "
+            "a compliance or an inertia between the two elements that impose the same variable"
         )
 
     def _consequences(self, name: str) -> list[tuple[Bond, str, str]]:

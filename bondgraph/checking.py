@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import networkx as nx
 import sympy as sp
 
 from bondgraph.elements import (
@@ -134,6 +133,8 @@ def _parameter_problems(graph: BondGraph) -> list[str]:
 
 
 def _connection_problems(graph: BondGraph) -> list[str]:
+    import networkx as nx
+
     parts = list(nx.weakly_connected_components(graph.network()))
     if len(parts) < 2:
         return []

@@ -84,7 +84,8 @@ class Element(ABC):
         if not self.name.isidentifier() or self.name.startswith("_"):
             raise GraphError(
                 f"element name {self.name!r} is not an identifier: it is the address of the "
-                "element in equations and verdicts; use letters, digits and underscores, a letter first"
+                "element in equations and verdicts; use letters, digits and underscores, "
+                "a letter first"
             )
         building.join(self)
 

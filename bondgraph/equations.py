@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-import networkx as nx
 import sympy as sp
 
 from bondgraph.causality import Causality, assign_causality
@@ -437,6 +436,8 @@ def _stored_unit(e: C | I) -> str:
 
 def _flow_aliases(graph: BondGraph) -> dict[str, str]:
     """Junctions of one kind bonded to each other share their variable: one name for all."""
+    import networkx as nx
+
     same: nx.Graph = nx.Graph()
     for b in graph.bonds:
         if type(graph[b.tail]) is type(graph[b.head]) and isinstance(graph[b.tail], Zero | One):
@@ -450,6 +451,8 @@ def _flow_aliases(graph: BondGraph) -> dict[str, str]:
 
 
 def _ordered(name: str, found: Mapping[sp.Symbol, Assignment]) -> tuple[Assignment, ...]:
+    import networkx as nx
+
     g: nx.DiGraph = nx.DiGraph()
     g.add_nodes_from(found)
     for t, a in found.items():

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import sympy as sp
 
 from bondgraph import building
@@ -28,6 +27,9 @@ from bondgraph.elements import (
     symbol,
 )
 from bondgraph.errors import GraphError, unknown_name
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +145,8 @@ class BondGraph:
 
     def network(self) -> nx.DiGraph:
         """Return the graph for networkx: nodes carry ``element``, edges carry ``bond``."""
+        import networkx as nx
+
         g = nx.DiGraph(name=self.name)
         for n, e in self._elements.items():
             g.add_node(n, element=e)

@@ -197,14 +197,9 @@ class Recording:
             while block := stream.read(1 << 20):
                 digest.update(block)
         return cls(
-            name or file.stem,
-            even.time,
-            even.channels,
-            even.units,
-            file.name,
-            digest.hexdigest(),
-            {"notes": even.notes},
-        )
+            name or file.stem, even.time, even.channels, even.units,
+            file.name, digest.hexdigest(), {"notes": even.notes},
+        )  # fmt: skip
 
     @classmethod
     def from_arrays(
@@ -300,18 +295,14 @@ class Recording:
         part = slice(start, stop)
         if not len(range(*part.indices(self.n))):
             raise UnusableInput(f"{self.name}: slice {start}:{stop} of {self.n} samples is empty")
-        return replace(
-            self,
-            time=self.time[part],
-            channels={k: v[part] for k, v in self.channels.items()},
-        )
+        channels = {k: v[part] for k, v in self.channels.items()}
+        return replace(self, time=self.time[part], channels=channels)
 
     def decimate(self, factor: int, unfiltered: Collection[str] = ()) -> Recording:
         """Keep every `factor`-th sample after a zero-phase low-pass that prevents aliasing.
 
-        All channels pass the same symmetric windowed-sinc filter (40 `factor` + 1 taps, Kaiser
-        window, flat to 0.75 of the new Nyquist rate, 80 dB down beyond it), so a linear relation
-        between them survives.
+        All channels pass the same symmetric filter (see `bondgraph.decimation`), so a linear
+        relation between them survives.
 
         Parameters
         ----------

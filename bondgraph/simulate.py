@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bondgraph.compiled import Compiled, compile_model, law_slices
-from bondgraph.discrete import blocks, discretise
 from bondgraph.errors import BondsightError, UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.kernel import layout, runner
 from bondgraph.spline import between_samples
+
+if TYPE_CHECKING:
+    from bondgraph.compiled import Compiled
+
+# compiled, discrete and kernel need CasADi; they are imported when something is simulated
 
 Array = np.ndarray
 HOLDS = ("hold", "linear", "band-limited")
@@ -81,6 +83,8 @@ class Run:
 
 def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
     """State at rest under constant inputs `u` (shape (n_u,)); integrators stay at zero."""
+    from bondgraph.discrete import blocks
+
     block = np.asarray(compiled.matrices(p).full(), float)
     parts = blocks(compiled, block)
     a, b = parts.a, parts.b[:, : compiled.n_u] @ u
@@ -146,6 +150,9 @@ def run_record(
     state_directions : bool
         Differentiate by the initial state too (last n_x columns of ``dy``).
     """
+    from bondgraph.discrete import discretise
+    from bondgraph.kernel import layout, runner
+
     wanted = np.asarray(directions, int)
     n_p, n_x = wanted.size, compiled.n_x
     n_d = n_p + (n_x if state_directions else 0)
@@ -187,6 +194,8 @@ def _initial_memory(
     compiled: Compiled, lay: Any, packed: Array, dpacked: Array, u: Array, z: Array
 ) -> None:
     """Relax the memories at the initial arguments (and their derivatives)."""
+    from bondgraph.compiled import law_slices
+
     if not lay.n_m:
         return
     at = sum(r * c for r, c in lay.pieces[:3])
@@ -246,6 +255,8 @@ def simulate(
     x0 : ndarray, shape (n_x,), optional
         Initial state; the rest under the first inputs when not given.
     """
+    from bondgraph.compiled import compile_model
+
     compiled = compile_model(model, observed) if isinstance(model, BondGraph) else model
     time = np.asarray(time, float)
     if time.ndim != 1 or time.size < 2:

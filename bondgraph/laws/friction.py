@@ -6,11 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import casadi as ca
-
 from bondgraph.backend import Ops
 from bondgraph.elements import Parameter
 from bondgraph.laws.law import Law
+
+
+def _stopping(s_free: Any, gain: Any) -> Any:
+    """Friction that would stop the motion within the step; without a step, its direction."""
+    import casadi as ca  # late: most of the time to import bondgraph
+
+    moving = gain < 0
+    return ca.if_else(moving, -s_free / ca.if_else(moving, gain, -1.0), 1e30 * ca.sign(s_free))
 
 
 @dataclass(frozen=True)
@@ -38,7 +44,9 @@ class Coulomb(Law):
         self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
     ) -> Any:
         """Friction that stops the motion if it can, else its level."""
-        stopping = -s_free / gain
+        import casadi as ca
+
+        stopping = _stopping(s_free, gain)
         return ca.fmax(-p[0], ca.fmin(p[0], stopping))
 
 
@@ -83,9 +91,11 @@ class Stribeck(Law):
         self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
     ) -> Any:
         """Shrink with the level of the speed that the last pass found."""
+        import casadi as ca
+
         from bondgraph.backend import CASADI
 
-        stopping = -s_free / gain
+        stopping = _stopping(s_free, gain)
         speed = s_free + gain * w_last
         w = w_last
         for _ in range(6):

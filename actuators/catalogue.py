@@ -1,0 +1,23 @@
+"""Models by name, for the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from actuators.stack_bond_graph import stack_bond_graph
+from actuators.textbook import mass_with_viscous_friction, resonator, thermal_lag
+from bondgraph import BondGraph
+
+
+def stack_with_payload() -> BondGraph:
+    """Return the linear stack that moves 0.1 kg through a 20 ohm lead; reads ``x`` and ``i``."""
+    return stack_bond_graph(mass=0.1, resistance=20.0, damping=150.0, sensors=("x", "i"))
+
+
+MODELS: dict[str, Callable[[], BondGraph]] = {
+    "stack_bond_graph": stack_bond_graph,
+    "stack_with_payload": stack_with_payload,
+    "mass_with_viscous_friction": mass_with_viscous_friction,
+    "resonator": resonator,
+    "thermal_lag": thermal_lag,
+}

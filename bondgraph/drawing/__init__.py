@@ -1,0 +1,1 @@
+"""Parts of the drawing of bond graphs: geometry, labels, layout, routing, paint."""

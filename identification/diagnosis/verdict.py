@@ -1,0 +1,198 @@
+"""The verdict of a diagnosis in the contract's JSON, and in words."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification.diagnosis.diagnose import Diagnosis, element_kind
+from identification.diagnosis.effects import by_name
+from identification.diagnosis.search import Trial
+from identification.fit import Estimate, Fit
+
+SCHEMA = "bondsight.verdict/1"
+
+
+def verdict(d: Diagnosis) -> dict[str, Any]:
+    """Return the verdict as plain data (schema ``bondsight.verdict/1``)."""
+    return {
+        "schema": SCHEMA,
+        "verdict": d.kind,
+        "model": d.model,
+        "recording": {
+            "name": d.recording.name,
+            "sha256": d.recording.sha256,
+            "samples": int(d.recording.n),
+            "channels": list(d.recording.channels),
+        },
+        "findings": _findings(d),
+        "fit": {
+            "noise_floor": {}
+            if d.data is None
+            else {n: float(s) for n, s in zip(d.data.names, d.data.floor, strict=True)},
+            "nominal": _errors(d.nominal),
+            "repaired": _errors(d.repaired),
+        },
+        "parameters": [_estimate(e) for e in (d.repaired or d.nominal).estimates] if d.nominal else [],
+        "nuisances": [_nuisance(e) for e in (d.repaired or d.nominal).nuisances] if d.nominal else [],
+        "advice": list(d.advice),
+        "notes": list(d.notes),
+        "seconds": round(d.seconds, 3),
+        "seed": d.seed,
+    }
+
+
+def _findings(d: Diagnosis) -> list[dict[str, Any]]:
+    if d.decision is None or d.decision.chosen is None or d.kind not in ("missing_physics", "unknown_physics"):
+        if d.kind == "unknown_physics":
+            return [_unknown(None, d)]
+        return []
+    chosen = d.decision.chosen
+    if d.kind == "unknown_physics":
+        return [_unknown(chosen, d)]
+    return [
+        {
+            "location": _location(chosen.element, [t.element for t in d.decision.same_place], d),
+            "effect": chosen.effect,
+            "family": chosen.insertion.family,
+            "law": chosen.insertion.law,
+            "confidence": round(d.decision.confidence, 3),
+            "parameters": [_estimate(e) for e in effect_parameters(chosen, d)],
+            "also_possible": [_rival(t) for t in d.decision.rivals],
+            "share_of_misfit_explained": round(d.decision.share, 4),
+        }
+    ]
+
+
+def _unknown(chosen: Trial | None, d: Diagnosis) -> dict[str, Any]:
+    """An honest "unknown": what comes closest is listed, nothing is named."""
+    rivals = [] if d.decision is None else list(d.decision.rivals)
+    possible = ([chosen] if chosen else []) + rivals
+    families = {t.insertion.family for t in possible}
+    place = unresolved_place(d)
+    return {
+        "location": place,
+        "effect": "unknown",
+        "family": families.pop() if len(families) == 1 else "outside",
+        "law": "none",
+        "confidence": 0.0,
+        "parameters": [],
+        "also_possible": [_rival(t) for t in possible],
+        "share_of_misfit_explained": round(d.decision.share, 4) if d.decision else 0.0,
+    }
+
+
+def unresolved_place(d: Diagnosis) -> dict[str, Any]:
+    """Place of an unnamed mismatch: where the best description sits, with all that are as good."""
+    ranked = [t for t in d.trials if t.fit.chi2("test") < np.inf]
+    if not ranked:
+        return {"element": "", "kind": "junction", "indistinguishable_from": []}
+    best = min(ranked, key=lambda t: t.test)
+    close = {t.element for t in ranked if (t.test - 1) < 1.5 * max(best.test - 1, 0.05)}
+    return _location(best.element, sorted(close - {best.element}), d)
+
+
+def _location(element: str, same: list[str], d: Diagnosis) -> dict[str, Any]:
+    return {
+        "element": element,
+        "kind": element_kind(d.graph, element),
+        "indistinguishable_from": sorted(set(same) - {element}),
+    }
+
+
+def _rival(t: Trial) -> dict[str, Any]:
+    return {
+        "effect": t.effect,
+        "element": t.element,
+        "evidence": f"held-out mean square {t.test:.4g} times the noise floor",
+    }
+
+
+def effect_parameters(trial: Trial, d: Diagnosis) -> list[Estimate]:
+    """Parameters that the effect brought in."""
+    known = set(d.nominal.problem.compiled.parameter_names) if d.nominal else set()
+    return [e for e in trial.fit.estimates if e.name not in known]
+
+
+def _estimate(e: Estimate) -> dict[str, Any]:
+    return {"name": e.name, "value": _number(e.value), "unit": e.unit, "ci95": [_number(v) for v in e.ci95]}
+
+
+def _nuisance(e: Estimate) -> dict[str, Any]:
+    return {"name": e.name, "value": _number(e.value), "unit": e.unit, "within_bounds": not e.at_bound}
+
+
+def _number(v: float) -> float | None:
+    return float(v) if np.isfinite(v) else None
+
+
+def _errors(f: Fit | None) -> dict[str, dict[str, float]]:
+    if f is None:
+        return {"train_rmse": {}, "test_rmse": {}}
+    return {"train_rmse": f.rmse("train"), "test_rmse": f.rmse("test")}
+
+
+def normalised_error(f: Fit, part: str = "test") -> dict[str, float]:
+    """Residual norm over the norm of the centred reading, for each sensor."""
+    m = f.problem.data.mask(part)
+    y = f.problem.data.readings[m]
+    r = f.residuals(part)
+    spread = np.linalg.norm(y - y.mean(axis=0), axis=0)
+    return {
+        n: float(np.linalg.norm(r[:, c]) / max(spread[c], 1e-300))
+        for c, n in enumerate(f.problem.data.names)
+    }
+
+
+def sentence(d: Diagnosis) -> str:
+    """The answer in one sentence."""
+    if d.kind == "insufficient_data":
+        return f"There is too little to go on: {d.notes[0] if d.notes else 'no excitation'}."
+    if d.kind == "explained":
+        return f"The model {d.model} explains {d.recording.name} as far as its noise allows; nothing is missing."
+    if d.kind == "parameters_only":
+        return (
+            f"The model {d.model} has the right structure for {d.recording.name}; only its parameter "
+            "values were off."
+        )
+    assert d.decision is not None
+    chosen = d.decision.chosen
+    if d.kind == "missing_physics" and chosen is not None and d.nominal is not None:
+        where = element_kind(d.graph, chosen.element)
+        before, after = normalised_error(d.nominal), normalised_error(chosen.fit)
+        n = max(before, key=lambda k: before[k] / max(after[k], 1e-300))
+        same = sorted({t.element for t in d.decision.same_place} - {chosen.element})
+        also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
+        return (
+            f"{chosen.effect.replace('_', ' ').capitalize()} is missing at the {where} {chosen.element}{also}: "
+            f"{by_name(chosen.effect).sentence}; with it the held-out error of {n} falls from "
+            f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
+        )
+    hint = f"; closest is {chosen.label}" if chosen else ""
+    return f"Something is missing in {d.model} that the catalogue cannot name with confidence{hint}."
+
+
+def write_verdict(d: Diagnosis, folder: Path) -> Path:
+    """Write ``verdict.json`` atomically; returns its path."""
+    target = folder / "verdict.json"
+    write_atomically(target, json.dumps(verdict(d), indent=2, allow_nan=False) + "\n")
+    return target
+
+
+def write_atomically(target: Path, text: str) -> None:
+    """Write a text file so that a reader sees the old or the new one, never a part."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as f:
+            f.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, target)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
