@@ -43,6 +43,9 @@ class Parameter:
         Known well enough not to be fitted (a gauge, a counted number, a weighed mass).
     source : str
         Where the number comes from.
+    spread : float or None
+        The true value lies within this factor of `value` (data sheet, drawing, weighing); fits
+        stay inside, so that a wrong structure cannot hide behind absurd parameters.
     """
 
     name: str
@@ -54,6 +57,7 @@ class Parameter:
     scale: float | None = None
     fixed: bool = False
     source: str = ""
+    spread: float | None = None
 
     @property
     def symbol(self) -> sp.Symbol:
@@ -155,6 +159,7 @@ class Valued(Element, ABC):
     unit: str = ""
     law: Law | None = field(default=None, kw_only=True)
     fixed: bool = field(default=False, kw_only=True)
+    spread: float | None = field(default=None, kw_only=True)
     source: str = field(default="", kw_only=True)
 
 
@@ -188,6 +193,7 @@ class TwoPort(Element, ABC):
     unit: str = ""
     n_ports: ClassVar[int | None] = 2
     fixed: bool = field(default=False, kw_only=True)
+    spread: float | None = field(default=None, kw_only=True)
     source: str = field(default="", kw_only=True)
 
 

@@ -121,6 +121,83 @@ def fine_inputs(u: Array, n_sub: int, hold: str) -> Array:
     return pairs.reshape(n * n_sub, 2, u.shape[1])
 
 
+@dataclass(frozen=True)
+class Prepared:
+    """A model at one parameter vector, ready to run over any inputs.
+
+    Attributes
+    ----------
+    still, moving : tuple of ndarray
+        Packed matrices and their derivatives for a step of zero and for a sub-step.
+    """
+
+    compiled: Compiled
+    n_p: int
+    n_d: int
+    n_sub: int
+    q: Array
+    dq: Array
+    still: tuple[Array, Array]
+    moving: tuple[Array, Array]
+
+
+def prepare(
+    compiled: Compiled,
+    p: Array,
+    step: float,
+    n_sub: int = 1,
+    directions: Sequence[int] = (),
+    state_directions: bool = False,
+) -> Prepared:
+    """Discretise `compiled` at parameters `p` (SI, shape (n_p,)) for samples `step` (s) apart."""
+    from bondgraph.discrete import discretise
+
+    wanted = np.asarray(directions, int)
+    n_p = wanted.size
+    n_d = n_p + (compiled.n_x if state_directions else 0)
+    law_positions = np.asarray(compiled.law_parameters, int)
+    dq = np.zeros((law_positions.size, n_d))
+    for column, i in enumerate(wanted):
+        dq[law_positions == i, column] = 1.0
+
+    def packed(h: float) -> tuple[Array, Array]:
+        d = discretise(compiled, p, h, wanted)
+        return d.packed, np.hstack([d.derivative, np.zeros((d.packed.size, n_d - n_p))])
+
+    return Prepared(
+        compiled, n_p, n_d, n_sub, p[law_positions], dq, packed(0.0), packed(step / n_sub)
+    )
+
+
+def run_prepared(
+    ready: Prepared, u: Array, x0: Array, hold: str = "linear", fine: Array | None = None
+) -> Run:
+    """Simulate inputs `u` (shape (N, n_u)) from state `x0`; `fine` are their sub-step values."""
+    from bondgraph.kernel import layout, runner
+
+    compiled, n_p, n_x = ready.compiled, ready.n_p, ready.compiled.n_x
+    lay = layout(compiled, ready.n_d)
+    run = runner(compiled, ready.n_d)
+    z = np.zeros((lay.n_z, 1 + ready.n_d))
+    z[:n_x, 0] = x0
+    if ready.n_d > n_p:
+        z[:n_x, 1 + n_p :] = np.eye(n_x)
+    _initial_memory(compiled, lay, *ready.still, u[0], z)
+    at_rest = np.stack([u[:1], u[:1]], axis=1)
+    first, z = run(at_rest, z, 1, ready.still[0], ready.q, ready.still[1], ready.dq)
+    if fine is None:
+        fine = fine_inputs(u, ready.n_sub, hold)
+    rest, z = run(fine, z, ready.n_sub, ready.moving[0], ready.q, ready.moving[1], ready.dq)
+    out = np.concatenate([first, rest])
+    n_y, n_w = lay.n_y, lay.n_w
+    return Run(
+        out[:, :n_y, 0],
+        out[:, :n_y, 1:],
+        out[:, n_y : n_y + n_w, 0],
+        out[:, n_y + n_w :, 0],
+    )
+
+
 def run_record(
     compiled: Compiled,
     p: Array,
@@ -132,7 +209,6 @@ def run_record(
     hold: str = "linear",
     directions: Sequence[int] = (),
     state_directions: bool = False,
-    fine: Array | None = None,
 ) -> Run:
     """Simulate a record and, if asked, its derivatives.
 
@@ -150,44 +226,7 @@ def run_record(
     state_directions : bool
         Differentiate by the initial state too (last n_x columns of ``dy``).
     """
-    from bondgraph.discrete import discretise
-    from bondgraph.kernel import layout, runner
-
-    wanted = np.asarray(directions, int)
-    n_p, n_x = wanted.size, compiled.n_x
-    n_d = n_p + (n_x if state_directions else 0)
-    lay = layout(compiled, n_d)
-    run = runner(compiled, n_d)
-    law_positions = np.asarray(compiled.law_parameters, int)
-    q = p[law_positions]
-    dq = np.zeros((law_positions.size, n_d))
-    for column, i in enumerate(wanted):
-        dq[law_positions == i, column] = 1.0
-
-    def packed(h: float) -> tuple[Array, Array]:
-        d = discretise(compiled, p, h, wanted)
-        return d.packed, np.hstack([d.derivative, np.zeros((d.packed.size, n_d - n_p))])
-
-    z = np.zeros((lay.n_z, 1 + n_d))
-    z[:n_x, 0] = x0
-    if state_directions:
-        z[:n_x, 1 + n_p :] = np.eye(n_x)
-    still, dstill = packed(0.0)
-    _initial_memory(compiled, lay, still, dstill, u[0], z)
-    at_rest = np.stack([u[:1], u[:1]], axis=1)
-    first, z = run(at_rest, z, 1, still, q, dstill, dq)
-    moving, dmoving = packed(step / n_sub)
-    if fine is None:
-        fine = fine_inputs(u, n_sub, hold)
-    rest, z = run(fine, z, n_sub, moving, q, dmoving, dq)
-    out = np.concatenate([first, rest])
-    n_y, n_w = lay.n_y, lay.n_w
-    return Run(
-        out[:, :n_y, 0],
-        out[:, :n_y, 1:],
-        out[:, n_y : n_y + n_w, 0],
-        out[:, n_y + n_w :, 0],
-    )
+    return run_prepared(prepare(compiled, p, step, n_sub, directions, state_directions), u, x0, hold)
 
 
 def _initial_memory(

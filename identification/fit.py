@@ -125,8 +125,14 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
                 break
             damping *= 8.0
             if damping > 1e9:
+                break
+        if damping > 1e9:
+            moved = _unstick(problem, point, cost)
+            if moved is None:
                 status = Status.NO_PROGRESS
-                return _finish(problem, point, now, status, iteration, lower, upper)
+                break
+            point, now, cost, damping = *moved, 1e-2
+            continue
         gain = (cost - trial_cost) / max(cost, 1e-300)
         moved = float(np.abs(trial.theta - point.theta).max(initial=0.0))
         point, now, cost = trial, after, trial_cost
@@ -135,6 +141,16 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
             status = Status.CONVERGED
             break
     return _finish(problem, point, now, status, iteration, lower, upper)
+
+
+def _unstick(problem: Problem, point: Point, cost: float) -> tuple[Point, Evaluation, float] | None:
+    """Move the windows' states on their own when no joint step lowers the misfit."""
+    if problem.window is None:
+        return None
+    moved = refine_states(problem, point, passes=4)
+    after = evaluate(problem, moved)
+    new = _cost(problem, after, moved)
+    return (moved, after, new) if new < cost * (1 - 1e-3) else None
 
 
 @dataclass(frozen=True)
@@ -206,7 +222,9 @@ def _scored_states(problem: Problem, point: Point) -> list[Array]:
 def _step(
     problem: Problem, system: _System, point: Point, damping: float, lower: Array, upper: Array
 ) -> Point:
-    size = np.sqrt(np.sum(system.factor**2, axis=0)) + 1e-12
+    size = np.linalg.norm(system.factor, axis=0) + 1e-12
+    if not np.isfinite(size).all() or not np.isfinite(system.right).all():
+        return Point(point.theta * np.nan, point.states)
     a = np.vstack([system.factor, np.sqrt(damping) * np.diag(size)])
     b = np.concatenate([system.right, np.zeros(size.size)])
     low = np.maximum(lower - point.theta, _least(problem, -LARGEST_STEP))
@@ -256,16 +274,43 @@ def _finish(
 def _held_out_states(problem: Problem, point: Point) -> Point:
     """Initial states of the held-out windows, parameters kept: what an observer would know."""
     data = problem.data
-    held_out = replace(problem, data=replace(data, split=replace(data.split, train=data.split.test, test=data.split.train)))
-    states = point.states.copy()
-    for _ in range(3):
-        e = evaluate(held_out, Point(point.theta, states))
-        train = held_out.data.mask("train")
-        scored = [i for i, w in enumerate(windows(held_out)) if train[w].any()]
-        for i, (rows, local) in zip(scored, e.local, strict=True):
-            scaled = local * problem.state_scale
-            dx, *_ = np.linalg.lstsq(scaled, e.residual[rows], rcond=1e-10)
-            states[i] = states[i] + dx * problem.state_scale
+    swapped = replace(data.split, train=data.split.test, test=data.split.train)
+    return refine_states(replace(problem, data=replace(data, split=swapped)), point)
+
+
+def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
+    """Improve the initial states of the training windows, parameters kept.
+
+    Damped Gauss-Newton, window by window: a window keeps its state unless its own misfit falls,
+    so that one window at a kink (sticking friction) does not hold up the others.
+    """
+    states, scale = point.states.copy(), problem.state_scale
+    train = problem.data.mask("train")
+    scored = [i for i, w in enumerate(windows(problem)) if train[w].any()]
+    damping = np.full(len(scored), 1e-6)
+    now = evaluate(problem, Point(point.theta, states))
+    for _ in range(passes):
+        trial = states.copy()
+        for k, (i, (rows, local)) in enumerate(zip(scored, now.local, strict=True)):
+            a = local * scale
+            size = np.sqrt(damping[k]) * np.diag(np.linalg.norm(a, axis=0) + 1e-9)
+            right = np.concatenate([now.residual[rows], np.zeros(scale.size)])
+            trial[i] += np.linalg.lstsq(np.vstack([a, size]), right, rcond=1e-12)[0] * scale
+        after = evaluate(problem, Point(point.theta, trial))
+        gain = 0.0
+        for k, (i, (rows, _)) in enumerate(zip(scored, now.local, strict=True)):
+            old = float(now.residual[rows] @ now.residual[rows])
+            new = float(after.residual[rows] @ after.residual[rows])
+            if np.isfinite(new) and new <= old:
+                states[i] = trial[i]
+                damping[k] = max(damping[k] / 10, 1e-12)
+                gain = max(gain, (old - new) / max(old, 1e-300))
+            else:
+                damping[k] = min(damping[k] * 100, 1e6)
+                gain = max(gain, 1e-2)
+        now = evaluate(problem, Point(point.theta, states))
+        if gain < 1e-4:
+            break
     return Point(point.theta, states)
 
 

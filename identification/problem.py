@@ -137,6 +137,10 @@ class Free:
         if self.log:
             low = np.log(lo / self.start) if lo and lo > 0 else -12.0
             high = np.log(hi / self.start) if hi and hi > 0 else 12.0
+            if self.parameter.spread is not None:
+                away = np.log(self.parameter.value / self.start)
+                low = max(low, away - np.log(self.parameter.spread))
+                high = min(high, away + np.log(self.parameter.spread))
             return float(low), float(high)
         low = -np.inf if lo is None else (lo - self.start) / self.scale
         high = np.inf if hi is None else (hi - self.start) / self.scale
@@ -164,6 +168,8 @@ class Problem:
         states eliminated); None simulates the record in one piece.
     nuisances : bool
         Fit offsets of the sensors, sub-sample delays and the initial state.
+    known_states : dict of str to ndarray, shape (n_windows,)
+        Start values of the windows' initial states, by name of the state.
     source_offsets : bool
         Fit a constant added to each command (needed where the model integrates).
     """
@@ -176,6 +182,7 @@ class Problem:
     nuisances: bool = True
     source_offsets: bool = False
     fixed: Sequence[str] = ()
+    known_states: Mapping[str, Array] = field(default_factory=dict)
 
     def __getstate__(self) -> dict[str, object]:
         """Only the fields travel to other processes; compiled functions are rebuilt there."""

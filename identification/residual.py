@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.shift import delayed
-from bondgraph.simulate import Run, run_record
+from bondgraph.simulate import Run, prepare, run_prepared
 from identification.problem import Problem
 
 Array = np.ndarray
@@ -92,7 +92,12 @@ def start_point(problem: Problem) -> Point:
     at = slots(problem)
     theta = np.zeros(at.size)
     theta[at.delays] = [problem.starts.get(n, 0.0) / problem.data.dt for n in problem.delays]
-    return Point(theta, np.tile(problem.rest_state, (len(windows(problem)), 1)))
+    states = np.tile(problem.rest_state, (len(windows(problem)), 1))
+    for i, s in enumerate(problem.compiled.space.states):
+        known = problem.known_states.get(str(s.symbol))
+        if known is not None and known.size == states.shape[0]:
+            states[:, i] = known
+    return Point(theta, states)
 
 
 def offset_scale(problem: Problem) -> Array:
@@ -125,12 +130,9 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
     jacobians: list[Array] = []
     local: list[tuple[slice, Array]] = []
     filled = 0
+    ready = prepare(compiled, p, data.dt, problem.n_sub, directions, derivatives)
     for w, x0 in zip(windows(problem), point.states, strict=True):
-        run = run_record(
-            compiled, p, problem.inputs[w], data.dt, x0,
-            n_sub=problem.n_sub, hold=data.hold, directions=directions,
-            state_directions=derivatives, fine=problem.fine_inputs(w),
-        )  # fmt: skip
+        run = run_prepared(ready, problem.inputs[w], x0, fine=problem.fine_inputs(w))
         simulated, shifts, tangent = _lagged(run, n_y, lags, derivatives)
         y[w] = simulated + point.theta[at.offsets] * offsets
         chosen = train[w]

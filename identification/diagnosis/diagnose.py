@@ -19,7 +19,7 @@ from bondgraph.simulate import HOLDS
 from identification.diagnosis.decide import Decision, Thresholds, decide
 from identification.diagnosis.regions import Region, regions
 from identification.diagnosis.scene import Scene, scene
-from identification.diagnosis.search import Options, Trial, blocks_of, search
+from identification.diagnosis.search import Options, Trial, blocks_of, search, thinning
 from identification.diagnosis.structure import (
     Structure,
     excited_frequencies,
@@ -29,6 +29,7 @@ from identification.diagnosis.structure import (
 from identification.fit import Fit, Status, best, fit
 from identification.floor import noise_floor
 from identification.problem import Data, Problem, data_for
+from identification.residual import Point, slots, start_point, windows
 
 Array = np.ndarray
 Progress = Callable[[str, float], None]
@@ -137,11 +138,13 @@ def diagnose(
         declared = _declared_fit(template, nominal)
         seen = scene(nominal)
         say("trying the catalogue", 0.15)
-        trials = tuple(search(seen, replace(template, graph=seen.graph, starts={}), options, say))
-        decision = decide(nominal.chi2("test"), blocks_of(nominal), trials, limits)
+        base, thin_nominal = _thinned(template, nominal, seen, options)
+        trials = tuple(search(seen, base, options, say))
+        decision = decide(thin_nominal.chi2("test"), blocks_of(thin_nominal), trials, limits)
+        decision = _on_full_data(decision, template)
         say("reading the structure", 0.96)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
-        classes = structure(seen.graph, frequencies)
+        classes = structure(seen.fitted, frequencies)
     kind = decision.kind
     if kind == "explained" and declared.chi2("test") > max(1.5 * nominal.chi2("test"), 1.3):
         kind = "parameters_only"
@@ -249,6 +252,63 @@ def _rebased(base: Problem, result: Fit) -> Fit:
     return replace(result, problem=base, point=replace(point, theta=theta))
 
 
+def _thinned(
+    template: Problem, nominal: Fit, seen: Scene, options: Options
+) -> tuple[Problem, Fit]:
+    """Problem for the search on thinned data, and the nominal fit on the same data."""
+    factor = thinning(template.data, options.samples)
+    states = [str(s.symbol) for s in template.compiled.space.states]
+    known = {n: nominal.point.states[:, i] for i, n in enumerate(states)}
+    if factor == 1:
+        return replace(template, graph=seen.graph, starts=dict(nominal.values), known_states=known), nominal
+    window = template.window and max(template.window // factor, 16)
+    thin = replace(template, data=template.data.thinned(factor), window=window)
+    base = replace(thin, graph=seen.graph, starts=dict(nominal.values), known_states=known)
+    return base, fit(replace(thin, known_states=known), start=_lags_scaled(nominal, thin, factor), max_iterations=8)
+
+
+def _lags_scaled(f: Fit, problem: Problem, factor: float) -> Point:
+    """The point of a fit on another sampling grid: lags and delays count samples."""
+    at = slots(problem)
+    theta = f.point.theta.copy()
+    theta[at.lags] /= factor
+    theta[at.delays] /= factor
+    return Point(theta, f.point.states)
+
+
+def _on_full_data(decision: Decision, template: Problem) -> Decision:
+    """Refit the chosen effect on all samples, and with what the commands do between them.
+
+    The behaviour between samples is chosen again here: beside a large misfit it does not show.
+    """
+    chosen = decision.chosen
+    if chosen is None:
+        return decision
+    old = chosen.fit
+    factor = max(1, round(template.data.n / old.problem.data.n))
+    fits = [old] if factor == 1 else []
+    for hold in dict.fromkeys((template.data.hold, *HOLDS)):
+        if factor == 1 and hold == old.problem.data.hold:
+            continue
+        n_sub = max(old.problem.n_sub // factor, 4 if hold == "band-limited" else 1)
+        data = replace(template.data, hold=hold)
+        problem = replace(old.problem, data=data, window=template.window, n_sub=n_sub)
+        point = _lags_scaled(old, problem, 1 / factor)
+        if len(windows(problem)) != old.point.states.shape[0]:
+            problem = replace(problem, known_states={})
+            point = Point(point.theta, start_point(problem).states)
+        fits.append(fit(problem, start=point, max_iterations=10))
+    sound = [f for f in fits if f.status is not Status.BROKEN and np.isfinite(f.simulated[template.data.mask("test")]).all()]
+    if not sound:
+        return decision
+    first = sound[0]
+    result = min(sound, key=lambda f: f.cost * (1.0 if f is first else 1.03))
+    trial = replace(
+        chosen, fit=result, train=result.chi2("train"), test=result.chi2("test"), blocks=blocks_of(result)
+    )
+    return replace(decision, chosen=trial)
+
+
 def _declared_fit(template: Problem, nominal: Fit) -> Fit:
     names = [n for n in template.graph.parameters if not n.startswith("offset_")]
     return fit(replace(template, fixed=tuple(names), starts={}), max_iterations=10)
@@ -274,7 +334,7 @@ def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     chosen, lines = d.decision.chosen, []
     same = [t.element for t in d.decision.same_place]
     group = [n for n in d.structure.class_of(chosen.element) if n != chosen.element]
-    for signal, junction, split in splitting_signals(d.scene.graph, chosen.element, same or group, frequencies)[:1]:
+    for signal, junction, split in splitting_signals(d.scene.fitted, chosen.element, same or group, frequencies)[:1]:
         what = "current or flow" if signal.startswith("f_") else "effort"
         lines.append(
             f"record {_signal_name(d.scene.graph, signal, junction)} (the {what} at {junction}): it separates "

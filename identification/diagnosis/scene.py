@@ -10,7 +10,7 @@ from bondgraph.compiled import Compiled
 from bondgraph.elements import C, Element, R, Sensor, Source
 from bondgraph.equations import port_signals
 from bondgraph.graph import BondGraph
-from bondgraph.simulate import run_record
+from bondgraph.simulate import prepare, run_prepared
 from identification.fit import Fit
 from identification.problem import Data
 from identification.residual import parameters_at, windows
@@ -58,10 +58,18 @@ class Past:
 class Scene:
     """Nominal fit and the past of every port."""
 
+    # the declared graph: its values carry what is known about them, the fit has its own
+
     graph: BondGraph
     data: Data
     nominal: Fit
     past: dict[str, Past]
+
+    @property
+    def fitted(self) -> BondGraph:
+        """The graph with the fitted values."""
+        known = {n: v for n, v in self.nominal.values.items() if n in self.graph.parameters}
+        return self.graph.with_values(known)
 
     def of(self, element: Element) -> Past:
         """Past of one element."""
@@ -82,10 +90,9 @@ def scene(nominal: Fit) -> Scene:
     seen = Compiled(problem.compiled.space, tuple(observed))
     p = parameters_at(problem, nominal.point.theta)
     trace = np.full((data.n, len(data.names) + len(observed)), np.nan)
+    ready = prepare(seen, p, data.dt, problem.n_sub)
     for w, x0 in zip(windows(problem), nominal.point.states, strict=True):
-        trace[w] = run_record(
-            seen, p, problem.inputs[w], data.dt, x0, n_sub=problem.n_sub, hold=data.hold
-        ).y
+        trace[w] = run_prepared(ready, problem.inputs[w], x0, fine=problem.fine_inputs(w)).y
     inside = np.isfinite(trace).all(axis=1)
     scored = inside & (data.mask("train") | data.mask("test"))
     trace = trace[scored]
@@ -97,7 +104,4 @@ def scene(nominal: Fit) -> Scene:
         past[s.name] = Past(data.commands[s.name][scored], data.commands[s.name][scored])
     for i, s in enumerate(graph.of_type(Sensor)):
         past[s.name] = Past(trace[:, i], trace[:, i])
-    fitted = graph.with_values(
-        {n: v for n, v in nominal.values.items() if n in graph.parameters and n not in problem.delays}
-    )
-    return Scene(fitted, data, nominal, past)
+    return Scene(graph, data, nominal, past)

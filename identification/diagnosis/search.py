@@ -13,6 +13,7 @@ from identification.diagnosis.effects import CATALOGUE, UNNAMED, Effect, Inserti
 from identification.diagnosis.scene import Scene
 from identification.fit import Fit, Status, fit
 from identification.problem import Data, Problem
+from identification.residual import Point, evaluate
 
 Array = np.ndarray
 BLOCKS = 40
@@ -70,7 +71,9 @@ def paired_z(worse: Array, better: Array) -> float:
     if d.size < 2:
         return 0.0
     spread = float(d.std(ddof=1)) / np.sqrt(d.size)
-    return float(d.mean() / spread) if spread > 0 else float(np.inf * np.sign(d.mean()))
+    if spread > 0:
+        return float(d.mean() / spread)
+    return float(np.copysign(np.inf, d.mean())) if d.any() else 0.0
 
 
 def insertions(scene: Scene, catalogue: Sequence[Effect]) -> list[tuple[Effect, Insertion, bool]]:
@@ -98,33 +101,29 @@ class Options:
     keep: int = 8
     screen_iterations: int = 14
     final_iterations: int = 40
-    screen_samples: int = 12000
+    samples: int = 12000
 
 
 def search(
     scene: Scene, template: Problem, options: Options, progress: Progress | None = None
 ) -> list[Trial]:
-    """Return all trials, best held-out score first; the first `keep` are fitted to the end."""
-    catalogue = (*CATALOGUE, UNNAMED)
-    todo = insertions(scene, catalogue)
-    factor = thinning(scene.data, options.screen_samples)
-    thin = scene.data.thinned(factor)
-    base = replace(template, data=thin, window=template.window and max(template.window // factor, 16))
+    """Return all trials, best held-out score first; the first `keep` are fitted to the end.
+
+    `template` holds the data (thinned if that loses nothing) and how to score them.
+    """
+    todo = insertions(scene, (*CATALOGUE, UNNAMED))
     screened = _run(
-        [(i, home, replace(base, graph=i.graph), options.screen_iterations, tuple(i.starts)) for _, i, home in todo],
+        [(i, home, replace(template, graph=i.graph), options.screen_iterations, tuple(i.starts)) for _, i, home in todo],
         options, progress, 0.15, 0.6, "screening",
     )  # fmt: skip
     if not screened:
         return []
     order = sorted(screened, key=lambda t: t.test)
-    names = list(dict.fromkeys((t.effect, t.element) for t in order))[: options.keep]
     again = []
-    for t in order:
-        if (t.effect, t.element) in names:
-            known = {k: v for k, v in t.fit.values.items() if k in t.insertion.graph.parameters}
-            problem = replace(template, graph=t.insertion.graph)
-            again.append((t.insertion, t.home, problem, options.final_iterations, (known,)))
-    finished = _run(again, options, progress, 0.75, 0.2, "fitting to the end")
+    for t in order[: options.keep]:
+        problem = replace(template, graph=t.insertion.graph, starts=dict(t.fit.problem.starts))
+        again.append((t, problem, options.final_iterations))
+    finished = _finish(again, options, progress)
     done = {(t.effect, t.element) for t in finished}
     rest = [t for t in screened if (t.effect, t.element) not in done]
     return sorted(finished, key=lambda t: t.test) + sorted(rest, key=lambda t: t.test)
@@ -174,6 +173,34 @@ def _run(
     return sorted(found, key=lambda t: order[t.label])
 
 
+def _finish(
+    tasks: Sequence[tuple[Trial, Problem, int]], options: Options, progress: Progress | None
+) -> list[Trial]:
+    found = []
+    jobs = Parallel(n_jobs=options.jobs, return_as="generator_unordered")(
+        delayed(finish)(*t) for t in tasks
+    )
+    for done, trial in enumerate(jobs, start=1):
+        found.append(trial)
+        if progress is not None:
+            progress(f"fitting to the end: {trial.label}", 0.75 + 0.2 * done / len(tasks))
+    return found
+
+
+def finish(trial: Trial, problem: Problem, iterations: int) -> Trial:
+    """Go on from where the screening stopped."""
+    problem = replace(problem, n_sub=trial.fit.problem.n_sub)
+    try:
+        result = settled_fit(problem, iterations, trial.fit.point)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return trial
+    if result.status is Status.BROKEN or not result.cost <= trial.fit.cost * 1.001:
+        return trial
+    return Trial(
+        trial.insertion, trial.home, result, result.chi2("train"), result.chi2("test"), blocks_of(result)
+    )
+
+
 def attempt(
     insertion: Insertion, home: bool, problem: Problem, iterations: int, starts: tuple[dict[str, float], ...]
 ) -> tuple[str, Trial | None]:
@@ -181,7 +208,9 @@ def attempt(
     results = []
     for start in starts:
         try:
-            results.append(settled_fit(replace(problem, starts=start), iterations))
+            results.append(settled_fit(
+                    replace(problem, starts={**problem.starts, **start}), iterations
+                ))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
     results = [r for r in results if r.status is not Status.BROKEN and np.isfinite(r.cost)]
@@ -195,13 +224,11 @@ def attempt(
     )
 
 
-def settled_fit(problem: Problem, iterations: int) -> Fit:
+def settled_fit(problem: Problem, iterations: int, start: Point | None = None) -> Fit:
     """Fit, then refine the sub-steps until they no longer matter beside the residual."""
-    result = fit(problem, max_iterations=iterations)
+    result = fit(problem, max_iterations=iterations, start=start)
     if problem.compiled.n_w == 0 and problem.data.hold != "band-limited":
         return result
-    from identification.residual import evaluate
-
     while result.problem.n_sub < 16 and result.status is not Status.BROKEN:
         finer = replace(result.problem, n_sub=2 * result.problem.n_sub)
         y = evaluate(finer, result.point, derivatives=False).y

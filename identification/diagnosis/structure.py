@@ -116,7 +116,8 @@ def splitting_signals(
         split = tuple(r for r in rivals if r not in group and r in graph.elements)
         if split:
             found.append((name, junction.name, split))
-    return tuple(sorted(found, key=lambda t: (-len(t[2]), t[0])))
+    at_source = {graph.neighbour(s.name) for s in graph.of_type(Source)}
+    return tuple(sorted(found, key=lambda t: (-len(t[2]), t[1] not in at_source, t[0])))
 
 
 def excited_frequencies(commands: Sequence[Array], dt: float, count: int = 24) -> Array:
