@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from actuators.stack_bond_graph import stack_bond_graph
+from actuators.stack_lumped import stack_lumped
 from actuators.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from bondgraph import BondGraph
 
@@ -16,6 +17,7 @@ def stack_with_payload() -> BondGraph:
 
 MODELS: dict[str, Callable[[], BondGraph]] = {
     "stack_bond_graph": stack_bond_graph,
+    "stack_lumped": stack_lumped,
     "stack_with_payload": stack_with_payload,
     "mass_with_viscous_friction": mass_with_viscous_friction,
     "resonator": resonator,

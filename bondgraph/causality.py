@@ -83,7 +83,8 @@ def assign_causality(graph: BondGraph) -> Causality:
                 e, effort_out=True, reason=f"{e.name}: its law gives effort from flow only"
             )
     derivative = []
-    for e in graph.of_type(C, I):
+    # a dependent C can be solved, best if it is the one with a law; a dependent I cannot
+    for e in sorted(graph.of_type(C, I), key=lambda e: (isinstance(e, C), e.law is not None)):
         wanted = isinstance(e, C)
         if not table.prefer(
             e, effort_out=wanted, reason=f"integral causality of {e.kind} {e.name}"

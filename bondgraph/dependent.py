@@ -43,14 +43,21 @@ def eliminate(d: _Derivation, e: Element) -> None:
         c = rate.coeff(flow)
         if flow in (rate - c * flow).free_symbols or c.free_symbols - _parameters(d):
             raise refuse("its flow enters the rates nonlinearly")
-        if c != 0:
+        if c == 0:
+            d.states[i] = State(s.symbol, _without(d, s.rate, rate, flow), s.element, s.unit)
+        else:
             rest = sp.expand(rate - c * flow)
             z = symbol(f"z_{s.symbol}")
             shift[s.symbol] = c
             d.states[i] = State(z, rest, s.element, s.unit)
-    if not shift:
-        raise refuse("its flow drives no other storage")
     q = symbol(f"q_{e.name}")
+    d.derivatives[flow] = e.name
+    if not shift:
+        if e.law is not None:
+            raise refuse("a source imposes its effort, and its law would have to be inverted")
+        why = f"C {e.name} in derivative causality: its effort is imposed"
+        d.assign(q, imposed / d.graph.coefficient(e), why)
+        return
     moved = {s: symbol(f"z_{s}") + c * q for s, c in shift.items()}
     effort_of_z = sp.expand(imposed.xreplace(moved))
     beta = -effort_of_z.coeff(q)
@@ -75,6 +82,47 @@ def eliminate(d: _Derivation, e: Element) -> None:
     d.assign(effort, free - beta * q, why)
     for s, v in moved.items():
         d.assign(s, v, why)
+
+
+def _without(d: _Derivation, rate: sp.Expr, closed_rate: sp.Expr, flow: sp.Symbol) -> sp.Expr:
+    """Return the rate as it is, or closed where `flow` only cancels in it."""
+    return closed_rate if depends(d, rate, flow) else rate
+
+
+def depends(d: _Derivation, expression: sp.Expr, flow: sp.Symbol) -> bool:
+    """Whether `flow` is met on the way from `expression` through the assignments."""
+    seen: set[sp.Symbol] = set()
+    ahead = set(expression.free_symbols)
+    while ahead:
+        s = ahead.pop()
+        if s == flow:
+            return True
+        seen.add(s)
+        if s in d.found:
+            ahead |= d.found[s].expression.free_symbols - seen
+    return False
+
+
+def drop_derivatives(d: _Derivation) -> None:
+    """Leave out the signals that need the flow of a dependent storage: nothing needs them.
+
+    Raises
+    ------
+    DerivativeCausality
+        A sensor reads such a signal.
+    """
+    from bondgraph.equations import DerivativeCausality
+
+    for flow, name in d.derivatives.items():
+        for reader, reading, _ in d.outputs:
+            if depends(d, reading, flow):
+                e = d.graph[reader]
+                raise DerivativeCausality(
+                    f"{d.graph.name}: {e.kind} {reader} reads a signal that needs the flow of "
+                    f"{name}, which has derivative causality, so the reading would be a "
+                    f"derivative; put a resistance in series with {name} or remove {reader}"
+                )
+        d.found = {t: a for t, a in d.found.items() if not depends(d, t, flow)}
 
 
 def _parameters(d: _Derivation) -> set[sp.Symbol]:

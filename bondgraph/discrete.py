@@ -70,6 +70,8 @@ def discretise(compiled: Compiled, p: Array, step: float, wanted: Array | None =
     shape = block.shape
     tangents = [blocks(compiled, jac[:, i].reshape(shape, order="F")) for i in range(wanted.size)]
     held, dheld = _hold(parts, tangents, step)
+    held = _at_the_end(compiled, held)
+    dheld = [_at_the_end(compiled, t) for t in dheld]
     packed = _pack(parts, held, compiled)
     derivative = np.empty((packed.size, len(tangents)))
     for i, t in enumerate(tangents):
@@ -122,6 +124,16 @@ def _hold(parts: Blocks, tangents: list[Blocks], h: float) -> tuple[Held, list[H
         return phi * size, early * size, late * size
 
     return held, [derivative(t) for t in tangents]
+
+
+def _at_the_end(compiled: Compiled, held: Held) -> Held:
+    """Let set-valued laws act with their end value: the force of sticking may jump, not ring."""
+    phi, early, late = held[0], held[1].copy(), held[2].copy()
+    for j, port in enumerate(compiled.space.laws, start=compiled.n_u):
+        if port.law.set_valued:
+            late[:, j] += early[:, j]
+            early[:, j] = 0.0
+    return phi, early, late
 
 
 def _state_scale(a: Array) -> Array:

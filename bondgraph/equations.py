@@ -199,6 +199,7 @@ class _Derivation:
         self.inputs: list[sp.Symbol] = []
         self.outputs: list[tuple[str, sp.Expr, str]] = []
         self.laws: list[LawPort] = []
+        self.derivatives: dict[sp.Symbol, str] = {}
 
     # -- names of signals -------------------------------------------------------------------
     def effort(self, b: Bond) -> sp.Symbol:
@@ -221,11 +222,14 @@ class _Derivation:
 
     # -- assembly ---------------------------------------------------------------------------
     def result(self) -> StateSpace:
+        from bondgraph.dependent import drop_derivatives
+
         for e in self.graph.elements.values():
             self._element(e)
         _resolve_dependent_storages(self)
         for s in self.graph.of_type(Sensor):
             self._sensor(s)
+        drop_derivatives(self)
         ordered = _ordered(self.graph.name, self.found)
         return StateSpace(
             self.graph.name,

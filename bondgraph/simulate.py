@@ -340,7 +340,8 @@ def settle(
         return n_sub, run
     while n_sub < largest:
         finer = run_record(compiled, p, u, step, x0, n_sub=2 * n_sub, hold=hold)
-        span = np.maximum(np.ptp(finer.y, axis=0), 1e-300)
+        floor = np.maximum(1e-12 * np.abs(finer.y).max(axis=0, initial=0.0), 1e-150)
+        span = np.maximum(np.ptp(finer.y, axis=0), floor)
         change = np.sqrt(np.mean(((finer.y - run.y) / span) ** 2, axis=0)).max(initial=0.0)
         run, n_sub = finer, 2 * n_sub
         if change < accuracy:

@@ -31,6 +31,7 @@ class Coulomb(Law):
     unit: str = "N"
     name: ClassVar[str] = "coulomb"
     energy: ClassVar[str] = "dissipates"
+    set_valued: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Friction level ``F_c``."""

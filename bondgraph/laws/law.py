@@ -29,6 +29,8 @@ class Law(ABC):
 
     name: ClassVar[str] = ""
     energy: ClassVar[str] = "signal"
+    set_valued: ClassVar[bool] = False
+    """The deviation jumps and is held at its end value over a step: a line would ring."""
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Parameters of the deviation, named after `element`."""

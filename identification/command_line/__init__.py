@@ -1,0 +1,1 @@
+"""The command ``bondsight``: joins models, recordings, diagnosis and the virtual bench."""

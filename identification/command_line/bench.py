@@ -1,0 +1,119 @@
+"""Times and memory of the main jobs, printed as a table anyone can make."""
+
+from __future__ import annotations
+
+import resource
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from actuators import stack_bond_graph
+from bondgraph.compiled import compile_model
+from bondgraph.equations import derive
+from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.laws import StopSum
+from bondgraph.simulate import equilibrium, inputs_of, run_record
+
+
+def bench(names: Sequence[str]) -> int:
+    """Run the named measurements, or all."""
+    for n in names:
+        if n not in MEASUREMENTS:
+            raise UnusableInput(str(unknown_name("measurement", n, "bench", MEASUREMENTS)))
+    for n in names or MEASUREMENTS:
+        print(f"== {n}")
+        MEASUREMENTS[n]()
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    print(f"peak memory: this process {peak:.0f} MiB, largest child {children:.0f} MiB")
+    return 0
+
+
+def _best(action: Callable[[], object], repeats: int = 3) -> float:
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def derivation() -> None:
+    """Equations of the stack model."""
+    graph = stack_bond_graph(sensors=("x", "i"))
+    print(f"causality and equations of {graph.name}: {1e3 * _best(lambda: derive(graph)):.1f} ms")
+
+
+def simulation() -> None:
+    """How the time of a simulation grows with samples and operators, with and without derivatives."""
+    for samples in (5_000, 50_000, 200_000):
+        _simulate(samples, 8)
+    for operators in (1, 4, 16, 64):
+        _simulate(20_000, operators)
+
+
+def _simulate(samples: int, operators: int) -> None:
+    t = np.arange(samples) * 2e-4
+    law = StopSum(tuple(1e-6 * np.linspace(0.05, 1, operators)), height=1e8, scale=1e8)
+    compiled = compile_model(stack_bond_graph(law, sensors=("x", "i")))
+    p = compiled.nominal()
+    u = inputs_of(compiled, {"V_in": 50 - 50 * np.cos(4 * np.pi * t)}, samples)
+    x0 = equilibrium(compiled, p, u[0])
+    directions = [i for i, n in enumerate(compiled.parameter_names) if n in ("T", "R_e", "C_nl", "k", "m", "R_nl")]
+
+    def plain() -> object:
+        return run_record(compiled, p, u, 2e-4, x0)
+
+    def gradients() -> object:
+        return run_record(compiled, p, u, 2e-4, x0, directions=directions)
+
+    begin = time.perf_counter()
+    plain()
+    gradients()
+    first = time.perf_counter() - begin
+    a, b = _best(plain), _best(gradients)
+    print(
+        f"{samples:7d} samples, {operators:3d} operators: {1e9 * a / samples:7.0f} ns a sample, with 6 "
+        f"derivatives {1e9 * b / samples:7.0f} ns (first call {first:.2f} s)"
+    )
+
+
+def diagnosis() -> None:
+    """The bench recording, and the 50,001-sample piezo recording when it is here."""
+    from hardware.simulators import draw_truth, record
+    from identification.command_line.demo import run
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "recording.csv"
+        record(draw_truth(7, effect="hysteresis", place="C_nl"), 7).write_csv(path)
+        for what in ("first time", "again"):
+            d = run(path, -1, None, 7)
+            print(f"virtual bench, 8192 samples, 3 channels, {len(d.trials)} candidates, {what}: {d.seconds:.1f} s")
+
+
+def piezo() -> None:
+    """The 50,001-sample piezo recording when it is here."""
+    from identification.command_line.recordings import match_by_unit
+    from identification.data import available, load
+    from identification.diagnosis.diagnose import diagnose
+
+    if not available("piezo-actuator-sine"):
+        print("piezo-actuator-sine is absent; set BONDSIGHT_RECORDINGS to measure it")
+        return
+    recording, split = load("piezo-actuator-sine")
+    graph = stack_bond_graph()
+    recording, _ = match_by_unit(recording, graph)
+    for what in ("first time", "again"):
+        d = diagnose(graph, recording, split, model="stack_bond_graph")
+        print(f"piezo-actuator-sine, {recording.n} samples, {len(d.trials)} candidates, {what}: {d.seconds:.1f} s")
+
+
+MEASUREMENTS: dict[str, Callable[[], None]] = {
+    "derivation": derivation,
+    "simulation": simulation,
+    "diagnosis": diagnosis,
+    "piezo": piezo,
+}

@@ -1,0 +1,197 @@
+"""``bondsight``: diagnose a recording, run the demonstration, print equations, measure."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from bondgraph.errors import BondsightError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns the exit code (0 finished, 2 unusable input)."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if not hasattr(options, "run"):
+        parser.print_help()
+        return 0
+    try:
+        return int(options.run(options))
+    except BondsightError as error:
+        print(f"bondsight: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        print("bondsight: stopped; nothing was written", file=sys.stderr)
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="bondsight",
+        description="Find the physics that a model leaves out, from a recording.",
+    )
+    verbs = parser.add_subparsers(title="commands", metavar="COMMAND")
+
+    p = verbs.add_parser("diagnose", help="locate, name and repair a mismatch")
+    p.add_argument("recording", help="a .csv, .npz or .mat file, or a known recording")
+    p.add_argument("--model", required=True, help="catalogue name, package.module:factory or file.py")
+    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    p.add_argument("--out", type=Path, default=Path("bondsight-out"), help="folder for the results")
+    p.add_argument("--json", action="store_true", help="print the verdict as JSON")
+    p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None)
+    p.add_argument("--jobs", type=int, default=-1, help="processes (default: all cores)")
+    p.add_argument("--seed", type=int, default=0)
+    p.set_defaults(run=_diagnose)
+
+    p = verbs.add_parser("demo", help="conceal an effect on a virtual bench and find it")
+    p.add_argument("--seed", type=int, default=None, help="draw of the bench (default: by chance)")
+    p.add_argument("--seeds", type=int, default=None, help="run that many draws and print the score")
+    p.add_argument("--first", type=int, default=1, help="first seed of --seeds")
+    p.add_argument("--effect", default=None, help="conceal this effect instead of drawing one")
+    p.add_argument("--out", type=Path, default=Path("bondsight-out/demo"))
+    p.add_argument("--jobs", type=int, default=-1)
+    p.set_defaults(run=_demo)
+
+    p = verbs.add_parser("check", help="say everything that is wrong with a model")
+    p.add_argument("model")
+    p.set_defaults(run=_check)
+
+    p = verbs.add_parser("equations", help="print the equations of a model")
+    p.add_argument("model")
+    p.add_argument("--format", choices=("ordered", "closed", "latex", "causality"), default="ordered")
+    p.set_defaults(run=_equations)
+
+    p = verbs.add_parser("draw", help="draw a model with its causal strokes as SVG")
+    p.add_argument("model")
+    p.add_argument("--out", type=Path, default=None, help="file (default: MODEL.svg)")
+    p.set_defaults(run=_draw)
+
+    p = verbs.add_parser("bench", help="measure times and memory")
+    p.add_argument("what", nargs="*", help="names of measurements (default: all)")
+    p.set_defaults(run=_bench)
+
+    p = verbs.add_parser("recordings", help="list the known public recordings")
+    p.set_defaults(run=_recordings)
+    return parser
+
+
+def _diagnose(options: argparse.Namespace) -> int:
+    from identification.command_line.models import load_model
+    from identification.command_line.progress import Bar
+    from identification.command_line.recordings import load_recording
+    from identification.diagnosis.diagnose import diagnose
+    from identification.diagnosis.report import write_report
+    from identification.diagnosis.search import Options
+    from identification.diagnosis.verdict import verdict, write_verdict
+
+    graph = load_model(options.model)
+    graph.require_sound()
+    recording, split, said = load_recording(options.recording, options.maps, graph)
+    _writable(options.out)
+    with Bar(quiet=not sys.stderr.isatty()) as bar:
+        result = diagnose(
+            graph, recording, split, model=options.model, hold=options.hold,
+            options=Options(jobs=options.jobs), progress=bar, seed=options.seed,
+        )  # fmt: skip
+    path = write_verdict(result, options.out)
+    report = write_report(result, options.out)
+    if options.json:
+        print(json.dumps(verdict(result), indent=2, allow_nan=False))
+    else:
+        from identification.command_line.words import in_words
+
+        print(in_words(result, said))
+        print(f"verdict: {path}\nreport:  {report}")
+    return 0
+
+
+def _writable(folder: Path) -> None:
+    """Refuse a folder that cannot be written before the work is done, not after."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BondsightError(f"cannot write to {folder}: {error.strerror}; give another --out") from None
+    if not os.access(folder, os.W_OK):
+        raise BondsightError(f"cannot write to {folder}: no permission; give another --out")
+
+
+def _demo(options: argparse.Namespace) -> int:
+    from identification.command_line.demo import demo, score
+
+    if options.seeds is not None:
+        return score(options.seeds, options.first, options.out, options.jobs, options.effect)
+    return demo(options.seed, options.out, options.jobs, options.effect)
+
+
+def _check(options: argparse.Namespace) -> int:
+    from bondgraph.causality import assign_causality
+    from bondgraph.equations import derive
+    from identification.command_line.models import load_model
+
+    graph = load_model(options.model)
+    if lines := graph.check():
+        print("\n".join(lines), file=sys.stderr)
+        return 2
+    print(assign_causality(graph))
+    space = derive(graph)
+    print(f"sound: {len(graph.elements)} elements, states {', '.join(str(s.symbol) for s in space.states)}")
+    return 0
+
+
+def _equations(options: argparse.Namespace) -> int:
+    from bondgraph.equations import derive
+    from bondgraph.export.latex import latex
+    from identification.command_line.models import load_model
+
+    space = derive(load_model(options.model))
+    if options.format == "latex":
+        print(latex(space))
+    elif options.format == "causality":
+        print(space.causality)
+    elif options.format == "closed":
+        for s, rate in zip(space.states, space.dxdt, strict=True):
+            print(f"d{s.symbol}/dt = {rate}")
+        for n, y in zip(space.output_names, space.y, strict=True):
+            print(f"{n} = {y}")
+    else:
+        print(space)
+    return 0
+
+
+def _draw(options: argparse.Namespace) -> int:
+    from bondgraph.draw import svg
+    from identification.command_line.models import load_model
+    from identification.diagnosis.verdict import write_atomically
+
+    graph = load_model(options.model)
+    target = options.out or Path(f"{graph.name}.svg")
+    write_atomically(target, svg(graph))
+    print(target)
+    return 0
+
+
+def _bench(options: argparse.Namespace) -> int:
+    from identification.command_line.bench import bench
+
+    return bench(options.what)
+
+
+def _recordings(options: argparse.Namespace) -> int:
+    from identification.data import about, available, names
+
+    for n in names():
+        known = about(n)
+        state = "here" if available(n) else "absent"
+        print(f"{n:24s} {state:7s} {known.title}\n{'':24s} {known.source}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

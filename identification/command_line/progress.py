@@ -1,0 +1,34 @@
+"""A progress bar that says what is being tried."""
+
+from __future__ import annotations
+
+import sys
+from types import TracebackType
+
+from tqdm import tqdm
+
+
+class Bar:
+    """Progress on standard error; silent when `quiet`."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        self._bar = tqdm(
+            total=100, disable=quiet, file=sys.stderr, leave=False,
+            bar_format="{l_bar}{bar}| {elapsed}", dynamic_ncols=True,
+        )  # fmt: skip
+
+    def __enter__(self) -> Bar:
+        """Show the bar."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Remove the bar."""
+        self._bar.close()
+
+    def __call__(self, text: str, fraction: float) -> None:
+        """Move to `fraction` (0..1) and show `text`."""
+        self._bar.set_description_str(text[:48].ljust(48))
+        self._bar.n = max(self._bar.n, round(100 * fraction))
+        self._bar.refresh()

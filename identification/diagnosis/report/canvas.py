@@ -1,0 +1,78 @@
+"""Figures without pyplot, and their SVG made safe to put inside a page."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from identification.diagnosis.report.style import PLOT
+
+WIDTH = 9.3
+_FONT = "system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,sans-serif"
+_NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+
+
+@dataclass
+class Canvas:
+    """A figure being drawn; `svg` is filled when the drawing context ends."""
+
+    figure: Any
+    svg: str = ""
+
+    def rows(self, n: int, heights: tuple[float, ...] | None = None, columns: int = 1) -> Any:
+        """Axes, shape (n, columns)."""
+        ratios = {"height_ratios": heights} if heights else None
+        return self.figure.subplots(n, columns, squeeze=False, gridspec_kw=ratios)
+
+
+@contextmanager
+def drawing(name: str, height: float, width: float = WIDTH) -> Iterator[Canvas]:
+    """Draw a figure of `width` by `height` inches; the same drawing gives the same bytes.
+
+    Parameters
+    ----------
+    name : str
+        Prefix of all ids, so that figures do not refer into each other.
+    """
+    settings = {**PLOT, "svg.hashsalt": name}
+    with mpl.rc_context(settings):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasSVG(figure)
+        canvas = Canvas(figure)
+        yield canvas
+        canvas.svg = inline(figure, name)
+
+
+def inline(figure: Any, name: str, tight: bool = False) -> str:
+    """SVG element of a figure: no prolog, no metadata, ids that start with `name`."""
+    out = io.StringIO()
+    options: dict[str, Any] = {"bbox_inches": "tight", "pad_inches": 0.02} if tight else {}
+    figure.savefig(out, format="svg", metadata=_NO_METADATA, transparent=True, **options)
+    text = out.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
+    text = re.sub(r'<g id="[^"]*"', "<g", text)
+    text = re.sub(r'\bid="', f'id="{name}-', text)
+    text = re.sub(r'href="#', f'href="#{name}-', text)
+    text = text.replace("url(#", f"url(#{name}-")
+    text = text.replace("'DejaVu Sans'", _FONT)
+    return re.sub(r"\n\s*", "\n", text).strip()
+
+
+def plain(text: str) -> str:
+    """Text that matplotlib shows as it is."""
+    return text.replace("\\", "\\\\").replace("$", r"\$") if "$" in text else text
+
+
+def label(name: str, unit: str) -> str:
+    """Axis label with its unit."""
+    return plain(f"{name} ({unit})" if unit else name)

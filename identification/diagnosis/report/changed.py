@@ -1,0 +1,148 @@
+"""The equations that the effect changed, before and after."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from bondgraph.equations import StateSpace, derive
+from bondgraph.errors import BondsightError
+from bondgraph.export.latex import latex, ordered_latex, pretty
+from bondgraph.graph import BondGraph
+from identification.diagnosis.report.canvas import inline
+from identification.diagnosis.report.style import PLOT
+from identification.diagnosis.search import Trial
+
+LONGEST = 420
+
+
+@dataclass(frozen=True)
+class Change:
+    """One equation as it was and as it is; empty where there is none.
+
+    Attributes
+    ----------
+    before, after : str
+        LaTeX.
+    why : str
+        What the equation is.
+    """
+
+    before: str
+    after: str
+    why: str
+
+
+def changes(before: BondGraph, after: BondGraph) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
+    """Changed assignments, and changed closed rates and outputs."""
+    try:
+        old, new = derive(before), derive(after)
+    except BondsightError:
+        return (), ()
+    return _differences(_ordered(old), _ordered(new)), _differences(_closed(old), _closed(new))
+
+
+def _ordered(space: StateSpace) -> dict[str, tuple[str, str]]:
+    """Left side -> right side and reason of each ordered assignment."""
+    reasons = [a.reason for a in space.assignments]
+    reasons += [f"state of {s.element}" for s in space.states]
+    reasons += [f"reading {n}" for n in space.output_names]
+    found = {}
+    for line, reason in zip(_lines(ordered_latex(space)), reasons, strict=True):
+        left, _, right = re.sub(r"\s*&& \\text\{.*$", "", line).partition(" &:= ")
+        found[left] = (right, reason)
+    return found
+
+
+def _closed(space: StateSpace) -> dict[str, tuple[str, str]]:
+    names = [f"rate of {s.symbol}" for s in space.states] + [f"reading {n}" for n in space.output_names]
+    found = {}
+    for line, name in zip(_lines(latex(space)), names, strict=True):
+        left, _, right = line.partition(" &= ")
+        found[left] = (right, name)
+    return found
+
+
+def _lines(aligned: str) -> list[str]:
+    body = aligned.removeprefix("\\begin{aligned}\n").removesuffix("\n\\end{aligned}")
+    return [line for line in body.split(" \\\\\n") if line.strip()]
+
+
+def _differences(
+    old: dict[str, tuple[str, str]], new: dict[str, tuple[str, str]]
+) -> tuple[Change, ...]:
+    found = []
+    for left in dict.fromkeys((*old, *new)):
+        a, b = old.get(left), new.get(left)
+        if (a and a[0]) == (b and b[0]):
+            continue
+        why = (b or a or ("", ""))[1]
+        found.append(Change(f"{left} = {a[0]}" if a else "", f"{left} = {b[0]}" if b else "", why))
+    return tuple(found)
+
+
+def definition(trial: Trial) -> tuple[str, str]:
+    """LaTeX of the inserted law and words for its symbols; empty when equations say it all."""
+    n = pretty(trial.element)
+    formulas = {
+        "hysteresis": (
+            rf"w_{{{n}}}(t) = \pm\sum_{{i}} h_i\,\left(s - \mathcal{{P}}_{{r_i}}[s](t)\right)",
+            "s the argument, P the play operator of half-width r_i (its memory), h_i the heights",
+        ),
+        "coulomb_friction": (r"w(v) = F_c\,\mathrm{sgn}\,v", "v the flow; at rest any force up to F_c holds"),
+        "stribeck_friction": (
+            r"w(v) = \left(F_c + F_s\,e^{-(v/v_s)^2}\right)\,\mathrm{sgn}\,v",
+            "v the flow; the extra force near rest decays over the speed v_s",
+        ),
+        "quadratic_drag": (r"w(v) = c\,v\,|v|", "v the flow"),
+        "nonlinear_stiffness": (
+            r"w(s) = a_2\,z^2 + a_3\,z^3,\quad z = (s - s_0)/s_1",
+            "s the displacement, s_0 and s_1 the centre and half-width of its range",
+        ),
+        "sensor_nonlinearity": (
+            r"w(s) = a_2\,z^2 + a_3\,z^3,\quad z = (s - s_0)/s_1",
+            "s the true value, s_0 and s_1 the centre and half-width of its range",
+        ),
+        "saturation": (
+            r"u_{\mathrm{out}} \approx \min(\max(u, u_{\mathrm{low}}), u_{\mathrm{high}})",
+            "u the command; the corners are rounded over the fitted knee",
+        ),
+        "dead_zone": (
+            r"u_{\mathrm{out}} = u - \mathrm{clip}(u - u_0, -b, b)",
+            "u the command, b the half-width of the dead band about u_0",
+        ),
+        "delay": (
+            rf"{n}(t) \rightarrow {n}(t - \tau)",
+            "a dead time does not change the equations; it shifts what comes after it",
+        ),
+    }
+    return formulas.get(trial.effect, ("", ""))
+
+
+def math_svg(tex: str, name: str, size: float = 13.0) -> str:
+    """Equation as SVG with glyphs as paths, or an empty text when it cannot be set."""
+    if not tex or len(tex) > LONGEST:
+        return ""
+    with mpl.rc_context({**PLOT, "svg.fonttype": "path", "svg.hashsalt": name}):
+        figure = Figure(figsize=(0.1, 0.1))
+        figure.text(0, 0, f"${_for_mathtext(tex)}$", fontsize=size, color="#1f2933")
+        try:
+            return inline(figure, name, tight=True)
+        except (ValueError, RuntimeError):
+            return ""
+
+
+def _for_mathtext(tex: str) -> str:
+    """Commands that matplotlib's parser spells differently."""
+    tex = re.sub(r"\\operatorname\{(\w+)\}", r"\\mathrm{\1}", tex)
+    tex = tex.replace(r"\tfrac", r"\frac").replace(r"\lvert", "|").replace(r"\rvert", "|")
+    return tex.replace(r"{\left(", r"\left(").replace(r"\right)}", r"\right)")
+
+
+def words(tex: str) -> str:
+    """LaTeX as plain text, for what cannot be set."""
+    tex = tex.replace(r"\mathrm{d}", "d").replace(r"\left", "").replace(r"\right", "")
+    return re.sub(r"\\[,;! ]", " ", tex)

@@ -1,0 +1,107 @@
+"""The law that was found, along the recording: argument, deviation, whole output."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from bondgraph.elements import C, R, Sensor, Source
+from bondgraph.graph import BondGraph
+from bondgraph.simulate import prepare, run_prepared
+from identification.diagnosis.search import Trial
+from identification.fit import Fit
+from identification.residual import parameters_at, windows
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Path:
+    """Where the argument of a law went and what the law added to the straight line.
+
+    Attributes
+    ----------
+    time, argument, deviation : ndarray, shape (N,), SI
+    slope : float
+        Slope of the straight line it deviates from, SI.
+    """
+
+    time: Array
+    argument: Array
+    deviation: Array
+    slope: float
+    argument_unit: str
+    output_unit: str
+    argument_word: str
+    output_word: str
+
+
+def path(trial: Trial) -> Path | None:
+    """Path of the law that `trial` inserted; None when it inserted none."""
+    f = trial.fit
+    ports = [p.element for p in f.problem.compiled.space.laws]
+    if trial.element not in ports:
+        return None
+    s, w = _run(f, ports.index(trial.element))
+    good = np.isfinite(s) & np.isfinite(w)
+    if not good.any():
+        return None
+    graph = f.problem.graph
+    return Path(
+        f.problem.data.time[good], s[good], w[good], slope_of(graph, trial.element, f.values),
+        *_units(graph, trial.element), *_words(graph, trial.element),
+    )  # fmt: skip
+
+
+def _run(f: Fit, column: int) -> tuple[Array, Array]:
+    problem = f.problem
+    s, w = np.full(problem.data.n, np.nan), np.full(problem.data.n, np.nan)
+    p = parameters_at(problem, f.point.theta)
+    ready = prepare(problem.compiled, p, problem.data.dt, problem.n_sub)
+    for part, x0 in zip(windows(problem), f.point.states, strict=True):
+        run = run_prepared(ready, problem.inputs[part], x0, fine=problem.fine_inputs(part))
+        s[part], w[part] = run.s[:, column], run.w[:, column]
+    return s, w
+
+
+def slope_of(graph: BondGraph, element: str, values: dict[str, float]) -> float:
+    """Linear coefficient of an element at fitted values; 1 for sources and sensors."""
+    e = graph[element]
+    if not isinstance(e, C | R):
+        return 1.0
+    if isinstance(e, R) and e.value == 0:
+        return 0.0
+    expression = sp.sympify(graph.coefficient(e))
+    known = {v: values[str(v)] for v in expression.free_symbols if str(v) in values}
+    found = expression.subs(known)
+    return float(found) if found.is_number else 1.0
+
+
+def _units(graph: BondGraph, element: str) -> tuple[str, str]:
+    """SI units of argument and output as far as the element's own unit tells."""
+    e = graph[element]
+    unit = getattr(e, "unit", "") or ""
+    if isinstance(e, Source | Sensor):
+        return unit, unit
+    if isinstance(e, R):
+        known = {"ohm": ("A", "V"), "N*m*s/rad": ("rad/s", "N*m"), "N*m*s": ("rad/s", "N*m")}
+        return known.get(unit, ("m/s", "N") if unit.startswith(("N", "kg/s")) else ("", ""))
+    known = {"F": ("C", "V"), "N/m": ("m", "N"), "m/N": ("m", "N"), "N*m/rad": ("rad", "N*m")}
+    return known.get(unit, ("", ""))
+
+
+def _words(graph: BondGraph, element: str) -> tuple[str, str]:
+    e = graph[element]
+    if isinstance(e, Source):
+        return f"command {element}", "drive output"
+    if isinstance(e, Sensor):
+        return f"true value at {element}", "reading"
+    argument, output = _units(graph, element)
+    words = {
+        "C": "charge", "V": "voltage", "m": "displacement", "N": "force", "rad": "angle",
+        "N*m": "torque", "A": "current", "m/s": "velocity", "rad/s": "angular velocity",
+    }  # fmt: skip
+    first = words.get(argument, "displacement" if isinstance(e, C) else "flow")
+    return f"{first} of {element}", words.get(output, "effort")

@@ -1,0 +1,79 @@
+"""Numbers for people: SI prefixes, few digits, words for percentages."""
+
+from __future__ import annotations
+
+import math
+import re
+
+_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_TAKES_PREFIX = re.compile(r"(m|A|V|N|Nm|W|Pa|s|Hz|F|H|C|ohm|Ω|J|rad|Wb)(?![\w^*²³]|\*\*)")
+
+
+def prefixed(unit: str, size: float) -> tuple[float, str]:
+    """Return the factor from SI and the unit with the prefix that suits `size`.
+
+    Examples
+    --------
+    >>> prefixed("m", 3e-6)
+    (1000000.0, 'µm')
+    >>> prefixed("kg", 3e-6)
+    (1.0, 'kg')
+    """
+    shown = "" if unit in ("", "1") else unit.replace("ohm", "Ω")
+    starts = _TAKES_PREFIX.match(unit) or unit[:2] in ("N*", "V*", "A*", "Ns", "Nm")
+    if not starts or not (math.isfinite(size) and size > 0):
+        return 1.0, shown
+    power = 3 * math.floor(math.log10(size) / 3 + 1e-9)
+    power = min(max(power, -15), 9)
+    return 10.0**-power, _PREFIXES[power] + shown
+
+
+def axis_scale(unit: str, size: float) -> tuple[float, str]:
+    """Like `prefixed`, with a power of ten where the unit takes no prefix."""
+    factor, shown = prefixed(unit, size)
+    scaled = size * factor
+    if math.isfinite(scaled) and scaled > 0 and not 1e-2 <= scaled < 1e4:
+        power = 3 * math.floor(math.log10(scaled) / 3)
+        return factor * 10.0**-power, f"10{superscript(power)} {shown}".strip()
+    return factor, shown
+
+
+def superscript(power: int) -> str:
+    """Integer as superscript characters."""
+    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def short(value: float, digits: int = 4) -> str:
+    """Return a bare number with few digits."""
+    if not math.isfinite(value):
+        return "–" if math.isnan(value) else ("∞" if value > 0 else "−∞")
+    if value and not 1e-3 <= abs(value) < 10**6:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        if "." in mantissa:
+            mantissa = mantissa.rstrip("0").rstrip(".")
+        return f"{mantissa}·10{superscript(int(exponent))}".replace("-", "−")
+    text = f"{value:.{digits}g}"
+    if "e" in text:
+        text = f"{value:.0f}"
+    return text.replace("-", "−")
+
+
+def quantity(value: float, unit: str, digits: int = 4) -> str:
+    """Return a number with its unit."""
+    factor, shown = prefixed(unit, abs(value))
+    return f"{short(value * factor, digits)} {shown}".strip()
+
+
+def interval(low: float, high: float, unit: str) -> str:
+    """Return an interval, both ends in one unit."""
+    ends = [abs(v) for v in (low, high) if math.isfinite(v)]
+    factor, shown = prefixed(unit, max(ends, default=0.0))
+    return f"{short(low * factor, 3)} … {short(high * factor, 3)} {shown}".strip()
+
+
+def percent(share: float) -> str:
+    """Share as a percentage."""
+    if not math.isfinite(share):
+        return "–"
+    v = 100 * share
+    return f"{v:.3g} %".replace("-", "−") if abs(v) < 100 else f"{v:.0f} %".replace("-", "−")

@@ -1,0 +1,106 @@
+"""What the report looks at: the fits to compare, units, and a readable part of the record."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.report.style import AFTER, BEFORE
+from identification.fit import Fit
+from identification.problem import Data
+
+Array = np.ndarray
+MOST = 1500
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A fit with the word and the colour it has all over the report."""
+
+    label: str
+    fit: Fit
+    colour: str
+
+
+def curves(d: Diagnosis) -> tuple[Curve, ...]:
+    """Fits to compare, before first."""
+    if d.nominal is None:
+        return ()
+    chosen = d.decision.chosen if d.decision else None
+    if d.kind == "parameters_only" and d.declared is not None:
+        return (
+            Curve("declared values", d.declared, BEFORE),
+            Curve("fitted values", d.nominal, AFTER),
+        )
+    if d.kind in ("missing_physics", "unknown_physics") and chosen is not None:
+        word = "repaired" if d.kind == "missing_physics" else "closest"
+        return (
+            Curve("nominal", d.nominal, BEFORE),
+            Curve(f"{word}: {chosen.label.replace('_', ' ', chosen.effect.count('_'))}", chosen.fit, AFTER),
+        )
+    return (Curve("nominal", d.nominal, AFTER if d.kind == "explained" else BEFORE),)
+
+
+def unit_of(d: Diagnosis, name: str) -> str:
+    """SI unit of a channel, else of the element of that name."""
+    found = d.recording.units.get(name) if name in d.recording.units else None
+    if found is None and name in d.graph.elements:
+        found = getattr(d.graph[name], "unit", "")
+    return "" if found in (None, "1") else str(found)
+
+
+def bounds(part: slice, n: int) -> tuple[int, int]:
+    """First sample and end of a part of a record of `n` samples."""
+    start, stop, _ = part.indices(n)
+    return start, stop
+
+
+def readable(data: Data, column: int, residual: Array | None = None) -> slice:
+    """Piece of the held-out samples with about six oscillations, where `residual` is largest."""
+    start, stop = bounds(data.split.test, data.n)
+    y = data.readings[start:stop, column]
+    length = int(np.clip(6 * _period(y), min(240, y.size), y.size))
+    if length > 0.6 * y.size:
+        return slice(start, stop)
+    if residual is None:
+        return slice(start, start + length)
+    power = np.nan_to_num(residual[start:stop]) ** 2
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    first = int(np.argmax(total[length:] - total[:-length]))
+    return slice(start + first, start + first + length)
+
+
+def _period(y: Array) -> float:
+    """Samples of the oscillation that carries most of the power."""
+    if y.size < 8 or np.ptp(y) == 0:
+        return float(y.size)
+    spectrum = np.abs(np.fft.rfft((y - y.mean()) * np.hanning(y.size)))
+    spectrum[0] = 0.0
+    peak = int(np.argmax(spectrum))
+    return y.size / max(peak, 1)
+
+
+def sampled(t: Array, *values: Array, most: int = MOST) -> tuple[Array, ...]:
+    """Every k-th sample, at most `most`."""
+    step = max(1, -(-t.size // most))
+    return (t[::step], *(v[::step] for v in values))
+
+
+def envelope(t: Array, v: Array, most: int = MOST) -> tuple[Array, Array]:
+    """Smallest and largest value in each of `most` / 2 pieces: peaks survive thinning."""
+    good = np.isfinite(v)
+    t, v = t[good], v[good]
+    if t.size <= most:
+        return t, v
+    pieces = np.array_split(np.arange(t.size), most // 2)
+    index = np.concatenate(
+        [np.sort([p[np.argmin(v[p])], p[np.argmax(v[p])]]) for p in pieces]
+    )
+    return t[index], v[index]
+
+
+def residual(f: Fit, column: int) -> Array:
+    """Measured less simulated on the whole record, SI, shape (N,)."""
+    return np.asarray(f.problem.data.readings[:, column] - f.simulated[:, column])
