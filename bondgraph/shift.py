@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 Array = np.ndarray
 TAPS = 8
 
 
+@lru_cache(maxsize=1024)
 def lagrange(fraction: float) -> tuple[Array, Array]:
     """Eight-point Lagrange weights for a delay of `fraction` in [0, 1) samples, and derivatives.
 
@@ -45,4 +48,47 @@ def delayed(y: Array, samples: float) -> tuple[Array, Array]:
         part = y[np.clip(index - whole - node, 0, n - 1)]
         value += weights[k] * part
         slope += slopes[k] * part
+    return value, slope
+
+
+@lru_cache(maxsize=1024)
+def interval_weights(fraction: float, m: int) -> tuple[Array, Array]:
+    """Lagrange weights at `fraction` of an interval with nodes ``0, 1/m, ..., 1``, and slopes."""
+    nodes = np.arange(m + 1) / m
+    weights, slopes = np.empty(m + 1), np.empty(m + 1)
+    for i, a in enumerate(nodes):
+        others = np.delete(nodes, i)
+        scale = np.prod(a - others)
+        factors = fraction - others
+        weights[i] = np.prod(factors) / scale
+        slopes[i] = sum(np.prod(np.delete(factors, j)) for j in range(m)) / scale
+    return weights, slopes
+
+
+def delayed_within(fine: Array, samples: float, m: int) -> tuple[Array, Array]:
+    """Delay of a signal known at `m` points a sample, and its derivative by the delay.
+
+    Interpolates within one sample interval only, so that the kinks which a command makes at the
+    samples (current behind a resistor) stay sharp.
+
+    Parameters
+    ----------
+    fine : ndarray, shape ((N - 1) * m + 1, ...)
+    samples : float
+        Delay in samples, not negative.
+
+    Returns
+    -------
+    value, slope : ndarray, shape (N, ...)
+    """
+    n = (fine.shape[0] - 1) // m + 1
+    whole = int(np.ceil(samples))
+    weights, slopes = interval_weights(whole - samples, m)
+    start = (np.arange(n) - whole) * m
+    value = np.zeros((n, *fine.shape[1:]))
+    slope = np.zeros_like(value)
+    for j in range(m + 1):
+        part = fine[np.clip(start + j, 0, fine.shape[0] - 1)]
+        value += weights[j] * part
+        slope -= slopes[j] * part
     return value, slope

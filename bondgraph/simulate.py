@@ -170,9 +170,18 @@ def prepare(
 
 
 def run_prepared(
-    ready: Prepared, u: Array, x0: Array, hold: str = "linear", fine: Array | None = None
+    ready: Prepared,
+    u: Array,
+    x0: Array,
+    hold: str = "linear",
+    fine: Array | None = None,
+    *,
+    every_substep: bool = False,
 ) -> Run:
-    """Simulate inputs `u` (shape (N, n_u)) from state `x0`; `fine` are their sub-step values."""
+    """Simulate inputs `u` (shape (N, n_u)) from state `x0`; `fine` are their sub-step values.
+
+    With `every_substep` the result has ``(N - 1) * n_sub + 1`` rows instead of N.
+    """
     from bondgraph.kernel import layout, runner
 
     compiled, n_p, n_x = ready.compiled, ready.n_p, ready.compiled.n_x
@@ -187,7 +196,8 @@ def run_prepared(
     first, z = run(at_rest, z, 1, ready.still[0], ready.q, ready.still[1], ready.dq)
     if fine is None:
         fine = fine_inputs(u, ready.n_sub, hold)
-    rest, z = run(fine, z, ready.n_sub, ready.moving[0], ready.q, ready.moving[1], ready.dq)
+    stride = 1 if every_substep else ready.n_sub
+    rest, z = run(fine, z, stride, ready.moving[0], ready.q, ready.moving[1], ready.dq)
     out = np.concatenate([first, rest])
     n_y, n_w = lay.n_y, lay.n_w
     return Run(
@@ -238,17 +248,19 @@ def _initial_memory(
     if not lay.n_m:
         return
     at = sum(r * c for r, c in lay.pieces[:3])
-    cs = packed[at : at + lay.n_w * lay.n_x].reshape(lay.n_w, lay.n_x, order="F")
-    at += lay.n_w * lay.n_x
-    ds = packed[at : at + lay.n_w * lay.n_u].reshape(lay.n_w, lay.n_u, order="F")
-    s = cs @ z[: lay.n_x] + 0.0
-    s[:, 0] += ds @ u
+    end = at + lay.n_w * (lay.n_x + lay.n_u)
+    known = np.concatenate([z[: lay.n_x, 0], u])
+    c = packed[at:end].reshape(lay.n_w, known.size, order="F")
+    s = c[:, : lay.n_x] @ z[: lay.n_x]
+    s[:, 0] += c[:, lay.n_x :] @ u
+    for d in range(dpacked.shape[1]):
+        s[:, 1 + d] += dpacked[at:end, d].reshape(c.shape, order="F") @ known
     at_m = lay.n_x + lay.n_w
     for j, (port, ms, _) in enumerate(law_slices(compiled)):
         if port.law.n_memory:
             rows = slice(at_m + ms.start, at_m + ms.stop)
             z[rows, 0] = port.law.initial_memory(float(s[j, 0]))
-            z[rows, 1:] = np.outer(port.law.memory_sensitivity(), s[j, 1:])
+            z[rows, 1:] = np.outer(port.law.memory_sensitivity(float(s[j, 0])), s[j, 1:])
 
 
 def inputs_of(compiled: Compiled, commands: Mapping[str, Array], n: int) -> Array:

@@ -23,7 +23,8 @@ from identification.residual import (
 )
 
 Array = np.ndarray
-NUISANCE_LAG = 1.0
+NUISANCE_LAG = 0.25
+# a quarter of a sample: filters and multiplexers; more is a finding
 LARGEST_STEP = 1.5
 
 

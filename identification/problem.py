@@ -237,6 +237,11 @@ class Problem:
                 found[sensor.delay] = (i,)
         return found
 
+    @property
+    def steps(self) -> int:
+        """Sub-steps of a sample; dead time needs the course of the outputs within a sample."""
+        return max(self.n_sub, 4) if self.delays else self.n_sub
+
     @cached_property
     def inputs(self) -> Array:
         """Inputs at the samples, shape (N, n_u)."""
@@ -270,7 +275,7 @@ class Problem:
         """Inputs at both ends of each sub-step of a window."""
         key = (window.start, window.stop)
         if key not in self._fine:
-            self._fine[key] = fine_inputs(self.inputs[window], self.n_sub, self.data.hold)
+            self._fine[key] = fine_inputs(self.inputs[window], self.steps, self.data.hold)
         return self._fine[key]
 
     @cached_property

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.shift import delayed
+from bondgraph.shift import delayed, delayed_within
 from bondgraph.simulate import Run, prepare, run_prepared
 from identification.problem import Problem
 
@@ -130,10 +130,20 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
     jacobians: list[Array] = []
     local: list[tuple[slice, Array]] = []
     filled = 0
-    ready = prepare(compiled, p, data.dt, problem.n_sub, directions, derivatives)
+    n_sub = problem.steps
+    ready = prepare(compiled, p, data.dt, n_sub, directions, derivatives)
     for w, x0 in zip(windows(problem), point.states, strict=True):
-        run = run_prepared(ready, problem.inputs[w], x0, fine=problem.fine_inputs(w))
-        simulated, shifts, tangent = _lagged(run, n_y, lags, derivatives)
+        run = run_prepared(
+            ready, problem.inputs[w], x0, fine=problem.fine_inputs(w), every_substep=bool(problem.delays)
+        )
+        if problem.delays:
+            declared = lags - point.theta[at.lags]
+            run, late = _declared_delays(run, n_y, declared, n_sub)
+            simulated, shifts, tangent = _lagged(run, n_y, point.theta[at.lags], derivatives)
+            shifts_declared = late
+        else:
+            simulated, shifts, tangent = _lagged(run, n_y, lags, derivatives)
+            shifts_declared = shifts
         y[w] = simulated + point.theta[at.offsets] * offsets
         chosen = train[w]
         if not chosen.any():
@@ -149,7 +159,7 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
                 block[c, :, at.offsets.start + c] = offsets[c]
             for j, outputs in enumerate(problem.delays.values()):
                 for c in outputs:
-                    block[c, :, at.delays.start + j] = shifts[chosen, c]
+                    block[c, :, at.delays.start + j] = shifts_declared[chosen, c]
             block *= weight[:, None, None]
             jacobians.append(block.reshape(part.size, -1))
             states = tangent[chosen][:, :, slopes.size :].transpose(1, 0, 2) * weight[:, None, None]
@@ -158,6 +168,17 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
     residual = np.concatenate(rows) if rows else np.zeros(0)
     jacobian = np.concatenate(jacobians) if jacobians else np.zeros((residual.size, 0))
     return Evaluation(y, residual, jacobian, local)
+
+
+def _declared_delays(run: Run, n_y: int, delays: Array, n_sub: int) -> tuple[Run, Array]:
+    """Outputs after the declared delays, on the samples; derivative by the delays."""
+    n = (run.y.shape[0] - 1) // n_sub + 1
+    y, dy = np.empty((n, n_y)), np.empty((n, n_y, run.dy.shape[2]))
+    slopes = np.empty((n, n_y))
+    for c in range(n_y):
+        y[:, c], slopes[:, c] = delayed_within(run.y[:, c], delays[c], n_sub)
+        dy[:, c] = delayed_within(run.dy[:, c], delays[c], n_sub)[0]
+    return Run(y, dy, run.s[::n_sub], run.w[::n_sub]), slopes
 
 
 def _lagged(run: Run, n_y: int, lags: Array, derivatives: bool) -> tuple[Array, Array, Array]:

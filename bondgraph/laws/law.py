@@ -50,7 +50,7 @@ class Law(ABC):
         """Memory of a law at rest at `s`."""
         return ()
 
-    def memory_sensitivity(self) -> tuple[float, ...]:
+    def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
         """Return the derivative of `initial_memory` with respect to `s`."""
         return (0.0,) * self.n_memory
 

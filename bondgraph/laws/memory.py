@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bondgraph.backend import Ops
+from bondgraph.backend import CASADI, Ops
 from bondgraph.elements import Parameter
 from bondgraph.hysteresis import Operator
 from bondgraph.hysteresis.play import play
@@ -54,7 +54,7 @@ class StopSum(Law):
         """Relaxed at `s`."""
         return (s,) * self.n_memory
 
-    def memory_sensitivity(self) -> tuple[float, ...]:
+    def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
         """Relaxed memory follows `s`."""
         return (1.0,) * self.n_memory
 
@@ -92,9 +92,14 @@ class Hysteretic(Law):
         """Return the operator's own initial memory at `s`."""
         return tuple(float(v) for v in self.operator.initial_memory(s))
 
-    def memory_sensitivity(self) -> tuple[float, ...]:
-        """Return zeros: the initial memory is given, not fitted."""
-        return (0.0,) * self.n_memory
+    def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
+        """Return the derivative of the operator's initial memory at `s`."""
+        import casadi as ca
+
+        x = ca.SX.sym("x")
+        memory = ca.vertcat(*self.operator.initial_memory(x, ops=CASADI))
+        slope = ca.Function("slope", [x], [ca.densify(ca.jacobian(memory, x))])
+        return tuple(float(v) for v in slope(s).full().ravel())
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Memory of the operator at `s`."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from bondgraph.compiled import compile_model
 from bondgraph.discrete import blocks
@@ -126,7 +127,8 @@ def diagnose(
         return replace(result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin)
     floor = noise_floor(recording, split, sensors)
     data = replace(data, floor=np.array([floor[n] for n in sensors]))
-    with warnings.catch_warnings():
+    # tiny matrices: threads of the linear algebra only get in each other's way
+    with warnings.catch_warnings(), threadpool_limits(1):
         warnings.simplefilter("ignore", RuntimeWarning)
         say("fitting the model as it is", 0.03)
         template, nominal = nominal_fit(graph, data, hold)
@@ -224,7 +226,7 @@ def _first_fit(base: Problem) -> Fit:
         length = max(24, 8 * dynamics)
         train = base.data.split.train
         span = (train.stop or base.data.n) - (train.start or 0)
-        few = slice(train.start or 0, min(train.stop or base.data.n, (train.start or 0) + 12000))
+        few = slice(train.start or 0, min(train.stop or base.data.n, (train.start or 0) + 3000))
         values: dict[str, float] = {}
         while length < span // 3 and length < 1000:
             short = replace(

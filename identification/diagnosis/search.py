@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
+from threadpoolctl import threadpool_limits
 
 from bondgraph.errors import BondsightError
 from identification.diagnosis.effects import CATALOGUE, UNNAMED, Effect, Insertion
@@ -66,8 +69,12 @@ def blocks_of(result: Fit, part: str = "test") -> Array:
 
 
 def paired_z(worse: Array, better: Array) -> float:
-    """How many standard errors `better` lies below `worse`, block by block."""
-    d = worse - better
+    """How many standard errors `better` lies below `worse`, block by block.
+
+    The logarithm of each block's mean square is compared, so that a few blocks with a large misfit
+    (peaks that saturate) neither carry nor drown the comparison.
+    """
+    d = np.log(np.maximum(worse, 1e-300)) - np.log(np.maximum(better, 1e-300))
     if d.size < 2:
         return 0.0
     spread = float(d.std(ddof=1)) / np.sqrt(d.size)
@@ -162,7 +169,7 @@ def _run(
 ) -> list[Trial]:
     found: list[Trial] = []
     jobs = Parallel(n_jobs=options.jobs, return_as="generator_unordered")(
-        delayed(attempt)(*t) for t in tasks
+        delayed(_alone)(attempt, *t) for t in tasks
     )
     for done, (label, trial) in enumerate(jobs, start=1):
         if trial is not None:
@@ -173,12 +180,19 @@ def _run(
     return sorted(found, key=lambda t: order[t.label])
 
 
+def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
+    """Run one fit in its process: one thread, no overflow warnings from absurd trial steps."""
+    with warnings.catch_warnings(), threadpool_limits(1):
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return work(*arguments)
+
+
 def _finish(
     tasks: Sequence[tuple[Trial, Problem, int]], options: Options, progress: Progress | None
 ) -> list[Trial]:
     found = []
     jobs = Parallel(n_jobs=options.jobs, return_as="generator_unordered")(
-        delayed(finish)(*t) for t in tasks
+        delayed(_alone)(finish, *t) for t in tasks
     )
     for done, trial in enumerate(jobs, start=1):
         found.append(trial)
@@ -227,7 +241,7 @@ def attempt(
 def settled_fit(problem: Problem, iterations: int, start: Point | None = None) -> Fit:
     """Fit, then refine the sub-steps until they no longer matter beside the residual."""
     result = fit(problem, max_iterations=iterations, start=start)
-    if problem.compiled.n_w == 0 and problem.data.hold != "band-limited":
+    if not problem.compiled.n_w and problem.data.hold != "band-limited":
         return result
     while result.problem.n_sub < 16 and result.status is not Status.BROKEN:
         finer = replace(result.problem, n_sub=2 * result.problem.n_sub)

@@ -42,7 +42,7 @@ def drawing(name: str, height: float, width: float = WIDTH) -> Iterator[Canvas]:
     name : str
         Prefix of all ids, so that figures do not refer into each other.
     """
-    settings = {**PLOT, "svg.hashsalt": name}
+    settings: Any = {**PLOT, "svg.hashsalt": name}
     with mpl.rc_context(settings):
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasSVG(figure)

@@ -6,8 +6,10 @@ import re
 from dataclasses import dataclass
 
 import matplotlib as mpl
+import sympy as sp
 from matplotlib.figure import Figure
 
+from bondgraph.elements import C, R, Sensor, Source
 from bondgraph.equations import StateSpace, derive
 from bondgraph.errors import BondsightError
 from bondgraph.export.latex import latex, ordered_latex, pretty
@@ -37,7 +39,7 @@ class Change:
 
 
 def changes(before: BondGraph, after: BondGraph) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
-    """Changed assignments, and changed closed rates and outputs."""
+    """Return changed assignments, and changed closed rates and outputs."""
     try:
         old, new = derive(before), derive(after)
     except BondsightError:
@@ -58,7 +60,9 @@ def _ordered(space: StateSpace) -> dict[str, tuple[str, str]]:
 
 
 def _closed(space: StateSpace) -> dict[str, tuple[str, str]]:
-    names = [f"rate of {s.symbol}" for s in space.states] + [f"reading {n}" for n in space.output_names]
+    names = [f"rate of {s.symbol}" for s in space.states] + [
+        f"reading {n}" for n in space.output_names
+    ]
     found = {}
     for line, name in zip(_lines(latex(space)), names, strict=True):
         left, _, right = line.partition(" &= ")
@@ -84,35 +88,57 @@ def _differences(
     return tuple(found)
 
 
+def whole_law(trial: Trial) -> str:
+    """LaTeX of the inserted law as a straight line plus its deviation `w`; empty if none."""
+    graph = trial.fit.problem.graph
+    e, n = graph[trial.element], pretty(trial.element)
+    if trial.element not in [p.element for p in trial.fit.problem.compiled.space.laws]:
+        return ""
+    if isinstance(e, Source):
+        return rf"{n}^{{\mathrm{{drive}}}}(u) = u + w"
+    if isinstance(e, Sensor):
+        return rf"{n}^{{\mathrm{{reading}}}}(s) = s + w"
+    if not isinstance(e, C | R):
+        return ""
+    slope = sp.sympify(graph.coefficient(e))
+    names = {v: pretty(str(v)) for v in slope.free_symbols}
+    s = "v" if isinstance(e, R) else "s"
+    return rf"{n}({s}) = {sp.latex(slope, symbol_names=names)}\,{s} + w"
+
+
 def definition(trial: Trial) -> tuple[str, str]:
     """LaTeX of the inserted law and words for its symbols; empty when equations say it all."""
     n = pretty(trial.element)
+    sign = "" if isinstance(trial.fit.problem.graph[trial.element], C) else "-"
     formulas = {
         "hysteresis": (
-            rf"w_{{{n}}}(t) = \pm\sum_{{i}} h_i\,\left(s - \mathcal{{P}}_{{r_i}}[s](t)\right)",
-            "s the argument, P the play operator of half-width r_i (its memory), h_i the heights",
+            rf"w(t) = {sign}\sum_{{i}} h_i\,\left(s - \mathcal{{P}}_{{r_i}}[s](t)\right)",
+            "s is the argument, P the play of half-width r_i (its memory), h_i the heights",
         ),
-        "coulomb_friction": (r"w(v) = F_c\,\mathrm{sgn}\,v", "v the flow; at rest any force up to F_c holds"),
+        "coulomb_friction": (
+            r"w(v) = F_c\,\mathrm{sgn}\,v",
+            "v is the flow; at rest any force up to F_c holds",
+        ),
         "stribeck_friction": (
             r"w(v) = \left(F_c + F_s\,e^{-(v/v_s)^2}\right)\,\mathrm{sgn}\,v",
-            "v the flow; the extra force near rest decays over the speed v_s",
+            "v is the flow; the extra force near rest decays over the speed v_s",
         ),
-        "quadratic_drag": (r"w(v) = c\,v\,|v|", "v the flow"),
+        "quadratic_drag": (r"w(v) = c\,v\,|v|", "v is the flow"),
         "nonlinear_stiffness": (
             r"w(s) = a_2\,z^2 + a_3\,z^3,\quad z = (s - s_0)/s_1",
-            "s the displacement, s_0 and s_1 the centre and half-width of its range",
+            "s is the displacement, s_0 and s_1 the centre and half-width of its range",
         ),
         "sensor_nonlinearity": (
             r"w(s) = a_2\,z^2 + a_3\,z^3,\quad z = (s - s_0)/s_1",
-            "s the true value, s_0 and s_1 the centre and half-width of its range",
+            "s is the true value, s_0 and s_1 the centre and half-width of its range",
         ),
         "saturation": (
-            r"u_{\mathrm{out}} \approx \min(\max(u, u_{\mathrm{low}}), u_{\mathrm{high}})",
-            "u the command; the corners are rounded over the fitted knee",
+            r"u + w \approx \min(\max(u, u_{\mathrm{low}}), u_{\mathrm{high}})",
+            "u is the command; the corners are rounded over the fitted knee",
         ),
         "dead_zone": (
-            r"u_{\mathrm{out}} = u - \mathrm{clip}(u - u_0, -b, b)",
-            "u the command, b the half-width of the dead band about u_0",
+            r"w(u) = -\mathrm{clip}(u - u_0, -b, b)",
+            "u is the command, b the half-width of the dead band about u_0",
         ),
         "delay": (
             rf"{n}(t) \rightarrow {n}(t - \tau)",
@@ -138,8 +164,7 @@ def math_svg(tex: str, name: str, size: float = 13.0) -> str:
 def _for_mathtext(tex: str) -> str:
     """Commands that matplotlib's parser spells differently."""
     tex = re.sub(r"\\operatorname\{(\w+)\}", r"\\mathrm{\1}", tex)
-    tex = tex.replace(r"\tfrac", r"\frac").replace(r"\lvert", "|").replace(r"\rvert", "|")
-    return tex.replace(r"{\left(", r"\left(").replace(r"\right)}", r"\right)")
+    return tex.replace(r"\tfrac", r"\frac").replace(r"\lvert", "|").replace(r"\rvert", "|")
 
 
 def words(tex: str) -> str:

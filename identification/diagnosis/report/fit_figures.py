@@ -19,6 +19,7 @@ from identification.diagnosis.report.views import (
     readable,
     residual,
     sampled,
+    scored,
     unit_of,
 )
 
@@ -76,19 +77,35 @@ def _residual(ax: Any, d: Diagnosis, shown: tuple[Curve, ...], column: int, name
     data = d.data
     assert data is not None
     sigma = float(data.floor[column])
-    sizes = [float(np.nanmax(np.abs(residual(c.fit, column)), initial=sigma)) for c in shown]
+    sizes = [_largest(c, column) for c in shown]
     factor, unit = axis_scale(unit_of(d, name), max(sizes, default=sigma))
     for curve in shown:
-        t, r = envelope(curve.fit.problem.data.time, residual(curve.fit, column))
+        part = scored(curve.fit.problem.data)
+        t, r = envelope(curve.fit.problem.data.time[part], residual(curve.fit, column)[part])
         ax.plot(t, factor * r, color=curve.colour, lw=0.7, label=plain(curve.label))
     ax.axhspan(
-        -2 * factor * sigma, 2 * factor * sigma, color=BAND, alpha=0.75, lw=0, zorder=4,
+        -2 * factor * sigma, 2 * factor * sigma, color=BAND, lw=0, zorder=1,
         label="noise floor, ±2σ",
     )  # fmt: skip
+    for side in (-2, 2):
+        ax.axhline(side * factor * sigma, color=FLOOR, lw=0.8, ls="--", zorder=4)
     start, stop = bounds(data.split.test, data.n)
     held_out(ax, data.time, start, stop)
     ax.set_ylabel(label(f"{name}: residual", unit))
-    ax.set_xlim(data.time[0], data.time[-1])
+    _scored_axis(ax, d)
+
+
+def _largest(curve: Curve, column: int) -> float:
+    data = curve.fit.problem.data
+    r = residual(curve.fit, column)[scored(data)]
+    return float(np.nanmax(np.abs(r), initial=float(data.floor[column])))
+
+
+def _scored_axis(ax: Any, d: Diagnosis) -> None:
+    """Time axis over the samples that are scored: what was left out would set the scale."""
+    assert d.data is not None
+    t = d.data.time[scored(d.data)]
+    ax.set_xlim(t[0], t[-1])
 
 
 def held_out(ax: Any, time: Array, start: int, stop: int) -> None:
@@ -99,8 +116,8 @@ def held_out(ax: Any, time: Array, start: int, stop: int) -> None:
     ax.axvspan(a, b, color="#0f6cbd", alpha=0.05, lw=0)
     ax.axvline(a, color=MUTED, lw=0.8, ls=":")
     ax.annotate(
-        "held out", (a, 1.0), (3, -2), xycoords=ax.get_xaxis_transform(),
-        textcoords="offset points", va="top", fontsize=7.5, color="#52606d",
+        "held out", (a, 1.0), (2, 2), xycoords=ax.get_xaxis_transform(),
+        textcoords="offset points", va="bottom", fontsize=7.5, color="#52606d",
     )  # fmt: skip
 
 
@@ -115,10 +132,6 @@ def _spectrum(ax: Any, d: Diagnosis, shown: tuple[Curve, ...], column: int, name
         if f.size:
             ax.loglog(f, factor * a, color=curve.colour, lw=0.9)
     ax.axhline(factor * level, color=FLOOR, lw=1.4, ls="--")
-    ax.annotate(
-        "white noise at the floor", (0.98, factor * level), (0, -3), va="top", ha="right",
-        xycoords=ax.get_yaxis_transform(), textcoords="offset points", fontsize=7.5, color="#52606d",
-    )  # fmt: skip
     ax.set_ylabel(plain(f"{name} ({unit}/√Hz)" if unit else f"{name} (1/√Hz)"))
     ax.grid(True, which="major")
 
@@ -130,7 +143,7 @@ def _density(curve: Curve, column: int) -> tuple[Array, Array]:
     r = r[np.isfinite(r)]
     if r.size < 16:
         return np.zeros(0), np.zeros(0)
-    f, p = welch(r, fs=1 / data.dt, nperseg=min(r.size, 2048), detrend="constant")
+    f, p = welch(r, fs=1 / data.dt, nperseg=min(r.size, max(2048, r.size // 2)), detrend="constant")
     return thin_log(f[1:], np.sqrt(p[1:]))
 
 
@@ -171,7 +184,8 @@ def power_figure(d: Diagnosis, bins: int = 120) -> str:
         for curve in shown:
             other = curve.fit.problem.data
             square = np.mean(((other.readings - curve.fit.simulated) / other.floor) ** 2, axis=1)
-            pieces = np.array_split(np.arange(other.n), min(bins, other.n))
+            index = np.arange(other.n)[scored(other)]
+            pieces = np.array_split(index, min(bins, index.size))
             t = np.array([other.time[p].mean() for p in pieces])
             v = np.array([_mean(square[p]) for p in pieces])
             ax.semilogy(t, v, color=curve.colour, drawstyle="steps-mid", label=plain(curve.label))
@@ -181,7 +195,7 @@ def power_figure(d: Diagnosis, bins: int = 120) -> str:
         for r in d.regions:
             if r.axis == "time" and r.density > 1.3:
                 ax.axvspan(r.low, r.high, color=BEFORE, alpha=0.12, lw=0, label="densest tenth")
-        ax.set_xlim(data.time[0], data.time[-1])
+        _scored_axis(ax, d)
         ax.set_xlabel("time (s)")
         ax.set_ylabel("residual power / floor")
         _legend(canvas.figure, ax)

@@ -45,7 +45,8 @@ def path(trial: Trial) -> Path | None:
     if trial.element not in ports:
         return None
     s, w = _run(f, ports.index(trial.element))
-    good = np.isfinite(s) & np.isfinite(w)
+    data = f.problem.data
+    good = np.isfinite(s) & np.isfinite(w) & (data.mask("train") | data.mask("test"))
     if not good.any():
         return None
     graph = f.problem.graph

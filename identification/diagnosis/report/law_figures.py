@@ -15,7 +15,7 @@ from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search import Trial
 
 Array = np.ndarray
-LOOP = 4000
+MOST = 1500
 
 
 def law_figure(d: Diagnosis, trial: Trial) -> tuple[str, str]:
@@ -33,7 +33,8 @@ def law_figure(d: Diagnosis, trial: Trial) -> tuple[str, str]:
 
 
 def _loop(p: Path) -> tuple[str, str]:
-    s, w = p.argument[-LOOP:], p.deviation[-LOOP:]
+    step = max(1, -(-p.argument.size // 2 // MOST))
+    s, w = p.argument[-MOST * step :: step], p.deviation[-MOST * step :: step]
     with drawing("law", 3.4) as canvas:
         left, right = canvas.rows(1, columns=2)[0]
         fs, us = axis_scale(p.argument_unit, float(np.abs(s).max()))
@@ -57,8 +58,8 @@ def _loop(p: Path) -> tuple[str, str]:
         _name(right, p, us, uw)
         width = float(np.ptp(off)) / max(float(np.ptp(whole)), 1e-300)
     caption = (
-        f"Rising and falling branches part: the loop is {100 * width:.3g} % of the full swing high. "
-        "The argument and the output are those of the fitted model along the recording."
+        f"Rising and falling branches part: the loop is {100 * width:.3g} % of the full swing "
+        "high. The argument and the output are those of the fitted model along the recording."
     )
     return canvas.svg, caption
 
@@ -66,7 +67,7 @@ def _loop(p: Path) -> tuple[str, str]:
 def _curve(p: Path) -> tuple[str, str]:
     order = np.argsort(p.argument, kind="stable")
     s, w = p.argument[order], p.deviation[order]
-    step = max(1, s.size // 1200)
+    step = max(1, -(-s.size // MOST))
     s, w = s[::step], w[::step]
     with drawing("law", 3.2) as canvas:
         left, right = canvas.rows(1, columns=2)[0]
@@ -85,7 +86,7 @@ def _curve(p: Path) -> tuple[str, str]:
         right.set_title("less its straight line")
         _name(right, p, us, uw)
     return canvas.svg, (
-        "The curve over the range that the recording visited; points are where the fitted model went."
+        "The curve over the range that the recording visited; points are where the model went."
     )
 
 
@@ -98,7 +99,8 @@ def _drift(d: Diagnosis, trial: Trial) -> tuple[str, str]:
     f = trial.fit
     ramp = np.linspace(0.0, 1.0, f.problem.data.n)
     drift = sum(
-        (f.values.get(f"drift_{j}_{trial.element}", 0.0) * ramp**j for j in (1, 2)), np.zeros_like(ramp)
+        (f.values.get(f"drift_{j}_{trial.element}", 0.0) * ramp**j for j in (1, 2)),
+        np.zeros_like(ramp),
     )
     factor, unit = axis_scale(unit_of(d, trial.element), float(np.abs(drift).max(initial=0.0)))
     step = max(1, ramp.size // 400)
@@ -133,15 +135,23 @@ def _step(trial: Trial) -> tuple[str, str]:
             return "", ""
         t = np.linspace(-0.5, 5, 600) * tau
         late = trial.effect == "delay"
-        y = (t >= tau).astype(float) if late else np.where(t > 0, -np.expm1(-np.maximum(t, 0) / tau), 0.0)
+        y = (
+            (t >= tau).astype(float)
+            if late
+            else np.where(t > 0, -np.expm1(-np.maximum(t, 0) / tau), 0.0)
+        )
         marks = [tau]
-        what = "The response to a unit step" + (": the same, later." if late else ": a first-order lag.")
+        what = "The response to a unit step" + (
+            ": the same, later." if late else ": a first-order lag."
+        )
         word = "response to a unit step"
     factor, unit = axis_scale("s", float(t.max()))
     with drawing("law", 2.4) as canvas:
         ax = canvas.rows(1)[0, 0]
         if trial.effect != "creep":
-            ax.plot(factor * t, t >= 0, color=BEFORE, ls="--", label="as modelled", drawstyle="steps")
+            ax.plot(
+                factor * t, t >= 0, color=BEFORE, ls="--", label="as modelled", drawstyle="steps"
+            )
         else:
             ax.axhline(1.0, color=BEFORE, ls="--", label="as modelled")
         ax.plot(factor * t, y, color=AFTER, lw=1.8, label="as found")

@@ -76,4 +76,5 @@ def percent(share: float) -> str:
     if not math.isfinite(share):
         return "–"
     v = 100 * share
-    return f"{v:.3g} %".replace("-", "−") if abs(v) < 100 else f"{v:.0f} %".replace("-", "−")
+    text = f"{v:.0f}" if abs(v) >= 100 else f"{v:.3g}" if abs(v) >= 0.1 else f"{v:.3f}"
+    return f"{text} %".replace("-", "−")

@@ -56,7 +56,7 @@ def standings(d: Diagnosis) -> tuple[Standing, ...]:
 
 
 def _same(t: Trial, chosen: Trial | None) -> Trial:
-    """The chosen effect is shown as refitted on all samples."""
+    """Return `t`; the chosen effect is shown as refitted on all samples."""
     return chosen if chosen is not None and t.label == chosen.label else t
 
 
@@ -66,10 +66,9 @@ def strength_shown(t: Trial) -> bool:
     return any(n in found and (found[n][0] > 0 or found[n][1] < 0) for n in t.insertion.strengths)
 
 
-def _why(
-    d: Diagnosis, t: Trial, chosen: Trial | None, z: float, share: float
-) -> tuple[str, str]:
-    assert d.nominal is not None and d.decision is not None
+def _why(d: Diagnosis, t: Trial, chosen: Trial | None, z: float, share: float) -> tuple[str, str]:
+    assert d.nominal is not None
+    assert d.decision is not None
     if t is chosen:
         named = d.kind == "missing_physics"
         return "winner", "named" if named else "closest, but not certain enough for a name"
@@ -132,7 +131,9 @@ def rivals_figure(d: Diagnosis, found: tuple[Standing, ...], most: int = 14) -> 
                 textcoords="offset points",
             )  # fmt: skip
         ax.axvline(1.0, color=FLOOR, ls="--", lw=1.2)
-        ax.set_yticks([*place, len(shown)], [*(plain(title(s.trial)) for s in shown), "nominal model"])
+        ax.set_yticks(
+            [*place, len(shown)], [*(plain(title(s.trial)) for s in shown), "nominal model"]
+        )
         ax.invert_yaxis()
         ax.grid(False, axis="y")
         ax.set_xlabel("held-out mean square residual over the noise floor (dashed: the floor)")
@@ -140,7 +141,7 @@ def rivals_figure(d: Diagnosis, found: tuple[Standing, ...], most: int = 14) -> 
 
 
 def places_figure(d: Diagnosis) -> str:
-    """Best share of the misfit that any named effect, and an unnamed curve, explain at each place."""
+    """Show the best share of the misfit that effects and an unnamed curve explain by place."""
     rows: dict[str, list[float]] = {}
     for s in standings(d):
         pair = rows.setdefault(s.trial.element, [0.0, 0.0])
@@ -151,8 +152,20 @@ def places_figure(d: Diagnosis) -> str:
     with drawing("places", 0.8 + 0.42 * len(order)) as canvas:
         ax = canvas.rows(1)[0, 0]
         place = np.arange(len(order))
-        ax.barh(place - 0.19, [100 * rows[n][0] for n in order], height=0.36, color=AFTER, label="best named effect")
-        ax.barh(place + 0.19, [100 * rows[n][1] for n in order], height=0.36, color=LOST, label="unnamed curve")
+        ax.barh(
+            place - 0.19,
+            [100 * rows[n][0] for n in order],
+            height=0.36,
+            color=AFTER,
+            label="best named effect",
+        )
+        ax.barh(
+            place + 0.19,
+            [100 * rows[n][1] for n in order],
+            height=0.36,
+            color=LOST,
+            label="unnamed curve",
+        )
         ax.set_yticks(place, [plain(n) for n in order])
         ax.invert_yaxis()
         ax.set_xlim(0, 100)

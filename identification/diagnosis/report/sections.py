@@ -21,7 +21,7 @@ from identification.fit import Fit
 
 
 def chosen_of(d: Diagnosis) -> Trial | None:
-    """The named effect, or the closest one when nothing may be named."""
+    """Return the named effect, or the closest one when nothing may be named."""
     if d.kind not in ("missing_physics", "unknown_physics") or d.decision is None:
         return None
     return d.decision.chosen
@@ -50,7 +50,7 @@ def answer(d: Diagnosis) -> str:
 
 
 def raw(d: Diagnosis) -> str:
-    """The recording as it is, when nothing was fitted."""
+    """Show the recording as it is, when nothing was fitted."""
     if d.nominal is not None:
         return ""
     return html.section(
@@ -61,7 +61,7 @@ def raw(d: Diagnosis) -> str:
 
 
 def before_after(d: Diagnosis) -> str:
-    """Outputs on held-out samples and the errors in numbers."""
+    """Show outputs on held-out samples and the errors in numbers."""
     if d.nominal is None or d.data is None:
         return ""
     caption = (
@@ -92,7 +92,8 @@ def _errors(d: Diagnosis) -> str:
                 continue
             rows.append(
                 [
-                    name, word, quantity(f.rmse("train")[name], unit), quantity(f.rmse("test")[name], unit),
+                    name, word,
+                    quantity(f.rmse("train")[name], unit), quantity(f.rmse("test")[name], unit),
                     percent(normalised_error(f, "train")[name]), percent(normalised_error(f)[name]),
                 ]
             )  # fmt: skip
@@ -109,30 +110,36 @@ def residuals(d: Diagnosis) -> str:
     if d.nominal is None or d.data is None:
         return ""
     caption = (
-        "Left: measured less simulated over the whole recording, with the noise of the sensor as a "
-        "band of ±2σ. Right: amplitude density of the held-out residual; noise alone would lie on the "
-        "dashed line."
+        "Left: measured less simulated over the scored samples, with the noise of the sensor as a "
+        "band of ±2σ. Right: amplitude density of the held-out residual; noise alone would lie on "
+        "the dashed line."
     )
-    return html.section("The residual and the noise floor", html.figure(residuals_figure(d), caption))
+    return html.section(
+        "The residual and the noise floor", html.figure(residuals_figure(d), caption)
+    )
 
 
 def law(d: Diagnosis) -> str:
-    """The loop or curve that was found, with its parameters."""
+    """Show the loop or curve that was found, with its parameters."""
     chosen = chosen_of(d)
     if chosen is None:
         return ""
     svg_text, caption = law_figure(d, chosen)
     known = set(d.nominal.problem.compiled.parameter_names) if d.nominal else set()
     own = [e for e in chosen.fit.estimates if e.name not in known]
-    title = "The law that was found" if d.kind == "missing_physics" else "The closest law, not named"
+    title = (
+        "The law that was found" if d.kind == "missing_physics" else "The closest law, not named"
+    )
     listed = ", ".join(f"{e.name} = {quantity(e.value, e.unit)}" for e in own)
     return html.section(
-        title, html.figure(svg_text, caption), html.paragraph(f"Fitted: {listed}." if listed else "")
+        title,
+        html.figure(svg_text, caption),
+        html.paragraph(f"Fitted: {listed}." if listed else ""),
     )
 
 
 def graph(d: Diagnosis) -> str:
-    """The model as a bond graph, the place of the effect marked."""
+    """Draw the model as a bond graph, the place of the effect marked."""
     chosen = chosen_of(d)
     marked: dict[str, str] = {}
     also: list[str] = []
@@ -168,10 +175,12 @@ def equations(d: Diagnosis) -> str:
     steps, closed = changed.changes(d.nominal.problem.graph, chosen.fit.problem.graph)
     formula, meaning = changed.definition(chosen)
     parts = [_change_rows(steps, "s")]
+    whole = changed.math_svg(changed.whole_law(chosen), "law-whole")
     if formula:
         drawn = changed.math_svg(formula, "law-formula")
         parts += [
             html.heading("with" if steps else "what changed"),
+            html.figure(whole),
             html.figure(drawn) if drawn else html.paragraph(formula, "mono"),
             html.paragraph(f"Here {meaning}."),
         ]
@@ -195,4 +204,6 @@ def _change_rows(found: tuple[changed.Change, ...], prefix: str) -> str:
                 )
     if not rows:
         return ""
-    return f'<div class="scroll"><table class="equations"><tbody>{"".join(rows)}</tbody></table></div>'
+    return (
+        f'<div class="scroll"><table class="equations"><tbody>{"".join(rows)}</tbody></table></div>'
+    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 MEASURED = "#1f2933"
 BEFORE = "#d97706"
 AFTER = "#0f6cbd"
@@ -18,7 +20,8 @@ BADGES = {
     "insufficient_data": ("insufficient data", "#52606d"),
 }
 
-PLOT = {
+# matplotlib types the keys as literals
+PLOT: Any = {
     "svg.fonttype": "none",
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
@@ -84,6 +87,7 @@ td.w{overflow-wrap:anywhere}
 tr.named td{background:#eaf3fb;font-weight:600}
 tr.maybe td{background:#f4effd}
 tr.quiet td{color:var(--soft)}
+table.equations{width:auto}
 .equations td{border-bottom:0;padding:5px 14px 5px 0;vertical-align:middle}
 .equations .why{color:var(--soft);font-size:12.5px}
 .equations svg{display:block;height:auto}
@@ -92,7 +96,8 @@ code,.mono{font:13px/1.5 ui-monospace,'SF Mono',Consolas,'DejaVu Sans Mono',mono
  overflow-wrap:anywhere;white-space:pre-wrap}
 ul{margin:6px 0 10px;padding-left:20px}
 li{margin:3px 0;overflow-wrap:anywhere}
-.callout{border-left:4px solid #0f6cbd;background:#eef5fb;padding:8px 14px;border-radius:0 5px 5px 0}
+.callout{border-left:4px solid #0f6cbd;
+ background:#eef5fb;padding:8px 14px;border-radius:0 5px 5px 0}
 footer{margin-top:34px;color:var(--soft);font-size:12.5px}
 @media (max-width:700px){body{margin:0;padding:18px}}
 @media print{@page{size:A4;margin:15mm}

@@ -38,7 +38,11 @@ def curves(d: Diagnosis) -> tuple[Curve, ...]:
         word = "repaired" if d.kind == "missing_physics" else "closest"
         return (
             Curve("nominal", d.nominal, BEFORE),
-            Curve(f"{word}: {chosen.label.replace('_', ' ', chosen.effect.count('_'))}", chosen.fit, AFTER),
+            Curve(
+                f"{word}: {chosen.label.replace('_', ' ', chosen.effect.count('_'))}",
+                chosen.fit,
+                AFTER,
+            ),
         )
     return (Curve("nominal", d.nominal, AFTER if d.kind == "explained" else BEFORE),)
 
@@ -73,7 +77,7 @@ def readable(data: Data, column: int, residual: Array | None = None) -> slice:
 
 
 def _period(y: Array) -> float:
-    """Samples of the oscillation that carries most of the power."""
+    """Count the samples of the oscillation that carries most of the power."""
     if y.size < 8 or np.ptp(y) == 0:
         return float(y.size)
     spectrum = np.abs(np.fft.rfft((y - y.mean()) * np.hanning(y.size)))
@@ -95,10 +99,14 @@ def envelope(t: Array, v: Array, most: int = MOST) -> tuple[Array, Array]:
     if t.size <= most:
         return t, v
     pieces = np.array_split(np.arange(t.size), most // 2)
-    index = np.concatenate(
-        [np.sort([p[np.argmin(v[p])], p[np.argmax(v[p])]]) for p in pieces]
-    )
+    index = np.concatenate([np.sort([p[np.argmin(v[p])], p[np.argmax(v[p])]]) for p in pieces])
     return t[index], v[index]
+
+
+def scored(data: Data) -> slice:
+    """Stretch of the record from the first to the last sample that is scored."""
+    index = np.flatnonzero(data.mask("train") | data.mask("test"))
+    return slice(int(index[0]), int(index[-1]) + 1) if index.size else slice(0, data.n)
 
 
 def residual(f: Fit, column: int) -> Array:

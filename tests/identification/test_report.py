@@ -1,0 +1,231 @@
+"""The report: every kind of verdict gives one self-contained page."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.laws import Coulomb
+from bondgraph.signals import Recording, Split
+from bondgraph.simulate import simulate
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.effects import CATALOGUE
+from identification.diagnosis.report import page, write_report
+from identification.diagnosis.report.changed import changes, definition, math_svg, whole_law
+from identification.diagnosis.report.law_figures import law_figure
+from identification.diagnosis.report.numbers import axis_scale, percent, prefixed, quantity, short
+from identification.diagnosis.report.rivals import standings
+from identification.diagnosis.search import Options
+
+N = 400
+HOSTILE = '<script>alert("x")</script> & $\\frac{'
+SECTIONS = (
+    "Before and after", "The residual and the noise floor", "The law that was found",
+    "Where in the model", "The equation that changed", "The rivals", "Where the model fails",
+    "Parameters", "Notes",
+)  # fmt: skip
+
+
+def spring() -> BondGraph:
+    with BondGraph("spring") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
+        v >> R("d", 2.0, unit="N*s/m")
+        v >> C("k", stiffness=200.0, unit="N/m")
+        v >> Dq("x", unit="m")
+    return g
+
+
+def recording(n: int = N) -> Recording:
+    t = np.asarray(np.arange(n) * 0.01, np.float64)
+    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 2 * np.sin(2 * np.pi * 2.3 * t)
+    truth = spring().with_element("d", law=Coulomb(0.8))
+    x = simulate(truth, t, {"F": u})["x"]
+    x = x + 2e-5 * np.random.default_rng(1).standard_normal(n)
+    return Recording(HOSTILE, t, {"F": u, "x": x}, {"F": "N", "x": "m"})
+
+
+def quick() -> Diagnosis:
+    """A diagnosis whose search is cut short: only its shape matters here."""
+    cheap = Options(jobs=1, keep=2, screen_iterations=3, final_iterations=4)
+    split = Split(slice(0, 300), slice(300, N), "first three quarters train")
+    return diagnose(spring(), recording(), split, model=HOSTILE, options=cheap)
+
+
+@pytest.fixture(scope="module")
+def found() -> Iterator[Diagnosis]:
+    """A diagnosis with a few effects only."""
+    few = [e for e in CATALOGUE if e.name in ("coulomb_friction", "delay", "quadratic_drag")]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("identification.diagnosis.search.CATALOGUE", tuple(few))
+        yield quick()
+
+
+@pytest.fixture(scope="module")
+def few() -> Diagnosis:
+    return diagnose(spring(), recording(25), model=HOSTILE, options=Options(jobs=1))
+
+
+def as_kind(d: Diagnosis, kind: str) -> Diagnosis:
+    """The same diagnosis with another verdict."""
+    assert d.decision is not None
+    best = d.decision.chosen or d.trials[0]
+    if kind in ("missing_physics", "unknown_physics"):
+        return replace(d, kind=kind, decision=replace(d.decision, kind=kind, chosen=best))
+    return replace(d, kind=kind, decision=replace(d.decision, kind="explained", chosen=None))
+
+
+class Well(HTMLParser):
+    """Checks that tags close in order and collects ids."""
+
+    VOID = frozenset({"meta", "br", "link", "img"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.tags: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.ids += [str(v) for k, v in attrs if k == "id"]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def check(text: str) -> None:
+    outside = re.sub(r'xmlns(:\w+)?="[^"]*"', "", text)
+    assert not re.search(r"https?://|//\w+\.\w+/|@import|src=", outside)
+    assert not re.search(r"<\?xml|<!DOCTYPE svg|<metadata", text)
+    assert HOSTILE not in text
+    assert len(text.encode()) < 1_500_000
+    parser = Well()
+    parser.feed(text)
+    assert parser.open == []
+    assert not parser.tags & {"script", "link", "iframe", "img"}
+    assert len(parser.ids) == len(set(parser.ids))
+    for ref in re.findall(r'(?:href="#|url\(#)([^")]+)', text):
+        assert ref in parser.ids
+    for drawn in re.findall(r"<svg.*?</svg>", text, flags=re.DOTALL):
+        ET.fromstring(drawn)
+
+
+@pytest.mark.parametrize(
+    "kind", ["explained", "parameters_only", "missing_physics", "unknown_physics"]
+)
+def test_every_kind_gives_a_self_contained_page(found: Diagnosis, kind: str) -> None:
+    check(page(as_kind(found, kind)))
+
+
+def test_missing_physics_has_every_section(found: Diagnosis) -> None:
+    text = page(as_kind(found, "missing_physics"))
+    heads = re.findall(r"<h2>(.*?)</h2>", text)
+    for s in SECTIONS:
+        assert any(h.startswith(s) for h in heads), s
+    assert "&lt;script&gt;" in text
+    assert "@media print" in text
+
+
+def test_insufficient_data_shows_the_recording_and_the_reason(few: Diagnosis) -> None:
+    assert few.kind == "insufficient_data"
+    text = page(few)
+    check(text)
+    assert "What was recorded" in text
+    assert "too few" in text
+
+
+def test_unknown_physics_without_any_trial(found: Diagnosis) -> None:
+    d = as_kind(found, "explained")
+    check(page(replace(d, kind="unknown_physics", trials=(), regions=(), structure=None)))
+
+
+def test_constant_and_single_sample_recordings(few: Diagnosis) -> None:
+    value = np.zeros(1)
+    one = Recording("one", value, {"F": value, "x": value}, {"F": "N", "x": "m"})
+    check(page(replace(few, recording=one, notes=())))
+
+
+def test_same_input_same_bytes(found: Diagnosis) -> None:
+    assert page(found) == page(found)
+
+
+def test_settings_of_matplotlib_are_left_alone(found: Diagnosis) -> None:
+    before = dict(mpl.rcParams)
+    page(found)
+    assert dict(mpl.rcParams) == before
+
+
+def test_written_atomically(
+    few: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = write_report(few, tmp_path / "new")
+    assert target == tmp_path / "new" / "report.html"
+    old = target.read_text(encoding="utf-8")
+
+    def broken(*_: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr("os.replace", broken)
+    with pytest.raises(OSError, match="disk full"):
+        write_report(replace(few, seed=7), tmp_path / "new")
+    assert target.read_text(encoding="utf-8") == old
+    assert [p.name for p in target.parent.iterdir()] == ["report.html"]
+
+
+@pytest.mark.slow
+def test_every_effect_has_a_figure_and_a_settable_formula() -> None:
+    found = quick()
+    assert found.nominal is not None
+    tried = {t.effect for t in found.trials}
+    assert len(tried) >= len(CATALOGUE) - 2
+    for t in found.trials:
+        svg, caption = law_figure(found, t)
+        absent = t.effect in ("delay", "low_pass", "sensor_lag") and not svg  # fitted to zero
+        assert absent or (svg.startswith("<svg") and caption), t.label
+        for tex in (definition(t)[0], whole_law(t)):
+            assert not tex or math_svg(tex, "x").startswith("<svg"), (t.label, tex)
+        steps, _ = changes(found.nominal.problem.graph, t.fit.problem.graph)
+        for c in steps:
+            for tex in filter(None, (c.before, c.after)):
+                assert math_svg(tex, "x"), (t.label, tex)
+
+
+def test_every_trial_is_listed_with_a_reason(found: Diagnosis) -> None:
+    rows = standings(as_kind(found, "missing_physics"))
+    assert len(rows) == len(found.trials)
+    assert all(s.why for s in rows)
+    assert [s.role for s in rows].count("winner") == 1
+    scores = [s.trial.test for s in rows if np.isfinite(s.trial.test)]
+    assert scores == sorted(scores)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (3.2e-6, "m", "3.2 µm"), (0.0125, "A", "12.5 mA"), (-12e3, "N/m", "−12 kN/m"),
+        (5.0, "kg", "5 kg"), (1e-9, "kg", "1·10⁻⁹ kg"), (0.0, "m", "0 m"), (2.0, "1", "2"),
+        (1e-6, "m^2", "1·10⁻⁶ m^2"), (float("nan"), "m", "– m"),
+    ],
+)  # fmt: skip
+def test_quantities(value: float, unit: str, text: str) -> None:
+    assert quantity(value, unit) == text
+
+
+def test_numbers() -> None:
+    assert prefixed("ohm", 2e3) == (1e-3, "kΩ")
+    assert axis_scale("kg", 2e-6)[1] == "10⁻⁶ kg"
+    assert short(float("inf")) == "∞"
+    assert percent(0.00606) == "0.606 %"
+    assert percent(float("nan")) == "–"
