@@ -1,4 +1,4 @@
-"""The nonlinear lumped-parameter model of a piezo stack (thesis eq. 5.1, after Goldfarb, Celanovic).
+"""The nonlinear lumped-parameter model of a piezo stack (thesis eq. 5.1; Goldfarb, Celanovic).
 
 ``V_in = V_h + V_t`` with a hysteretic store ``V_h = H(q)`` in the electrical loop and
 ``q = T x + C V_t`` behind it; the body obeys ``m x'' + b x' + k x = T V_t + F_e``.
@@ -75,7 +75,9 @@ def stack_lumped(
         loop, clamp, body = One("loop"), Zero("clamp"), One("body")
         Se("V_in", unit="V") >> loop
         if resistance is not None:
-            loop >> R("R_e", resistance, unit="ohm", spread=3.0, source="leads and amplifier output")
+            loop >> R(
+                "R_e", resistance, unit="ohm", spread=3.0, source="leads and amplifier output"
+            )
         loop >> clamp >> C("C", capacitance, unit="F", spread=2.0, source=C_SOURCE)
         if law is not None:
             loop >> C("H", law=law, unit="F", source="thesis table 6.4 for the Maxwell elements")

@@ -154,6 +154,17 @@ def _unstick(problem: Problem, point: Point, cost: float) -> tuple[Point, Evalua
     return (moved, after, new) if new < cost * (1 - 1e-3) else None
 
 
+def start_cost(problem: Problem) -> float:
+    """Misfit at the start values, for choosing among many; infinite when it cannot be simulated."""
+    point = start_point(problem)
+    lower, upper = _bounds(problem)
+    point = replace(point, theta=np.clip(point.theta, lower, upper))
+    e = evaluate(problem, point, derivatives=False)
+    r = e.residual - np.mean(e.residual) if e.residual.size else e.residual
+    cost = float(np.mean(r**2)) if r.size else np.inf
+    return cost if np.isfinite(cost) else np.inf
+
+
 @dataclass(frozen=True)
 class _System:
     """Compressed least squares: triangular factor of [J r] and how states follow theta."""

@@ -170,6 +170,8 @@ class Problem:
         Fit offsets of the sensors, sub-sample delays and the initial state.
     known_states : dict of str to ndarray, shape (n_windows,)
         Start values of the windows' initial states, by name of the state.
+    known_offsets : tuple of float
+        Start values of the sensors' offsets, in units of their scale.
     source_offsets : bool
         Fit a constant added to each command (needed where the model integrates).
     """
@@ -183,6 +185,7 @@ class Problem:
     source_offsets: bool = False
     fixed: Sequence[str] = ()
     known_states: Mapping[str, Array] = field(default_factory=dict)
+    known_offsets: tuple[float, ...] = ()
 
     def __getstate__(self) -> dict[str, object]:
         """Only the fields travel to other processes; compiled functions are rebuilt there."""

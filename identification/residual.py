@@ -92,6 +92,8 @@ def start_point(problem: Problem) -> Point:
     at = slots(problem)
     theta = np.zeros(at.size)
     theta[at.delays] = [problem.starts.get(n, 0.0) / problem.data.dt for n in problem.delays]
+    if problem.known_offsets:
+        theta[at.offsets] = problem.known_offsets
     states = np.tile(problem.rest_state, (len(windows(problem)), 1))
     for i, s in enumerate(problem.compiled.space.states):
         known = problem.known_states.get(str(s.symbol))

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.backend import CASADI, Ops
 from bondgraph.elements import Parameter
-from bondgraph.hysteresis import Operator
+from bondgraph.hysteresis import MaxwellResistiveCapacitor, Operator
 from bondgraph.hysteresis.play import play
 from bondgraph.laws.law import Law
 
@@ -76,7 +76,11 @@ class Hysteretic(Law):
 
     operator: Operator
     name: ClassVar[str] = "operator"
-    energy: ClassVar[str] = "dissipates"
+
+    @property
+    def energy(self) -> str:  # type: ignore[override]
+        """Stops slip and dissipate; a sum of plays lags and, as a store, would give energy."""
+        return "dissipates" if isinstance(self.operator, MaxwellResistiveCapacitor) else "signal"
 
     @property
     def slope(self) -> float:

@@ -108,7 +108,10 @@ def judge(truth: Truth, d: Diagnosis) -> Outcome:
     if truth.effect.name == "none":
         result = "false alarm" if v["verdict"] in ("missing_physics", "unknown_physics") else "right"
     elif v["verdict"] == "missing_physics":
-        result = "right" if named == truth.effect.name and place in places else "wrong"
+        if named == truth.effect.name and place in places:
+            result = "right"
+        else:
+            result = "look-alikes" if (truth.effect.name, place) in possible else "wrong"
     elif v["verdict"] == "unknown_physics":
         result = "look-alikes" if (truth.effect.name, place) in possible else "abstained"
     else:

@@ -26,7 +26,7 @@ class Thresholds:
     share : float
         Part of the excess over the floor that a named effect must explain.
     floor : float
-        Held-out mean square that counts as reaching the floor.
+        Held-out mean square that counts as reaching the floor, if `near` of the excess is explained.
     simpler : float
         A richer law must remove this part of what a simpler one leaves.
     """
@@ -34,7 +34,8 @@ class Thresholds:
     mismatch: float = 1.10
     z: float = 3.0
     share: float = 0.9
-    floor: float = 1.15
+    floor: float = 1.25
+    near: float = 0.7
     simpler: float = 0.3
     rival: float = 1.25
 
@@ -48,6 +49,8 @@ class Decision:
     kind : {"explained", "missing_physics", "unknown_physics"}
     chosen : Trial or None
         The named effect, or the best description when nothing may be named.
+    richer : tuple of Trial
+        Richer forms of the named effect that these data neither need nor exclude.
     same_place : tuple of Trial
         The same effect at other elements, not separable.
     rivals : tuple of Trial
@@ -65,6 +68,7 @@ class Decision:
     share: float
     confidence: float
     reasons: tuple[str, ...]
+    richer: tuple[Trial, ...] = ()
 
 
 def decide(
@@ -91,14 +95,17 @@ def decide(
     share = (nominal - best.test) / excess if excess > 0 else 0.0
     same, rivals = _alike(best, trials, t)
     reasons = [f"{best.label} lowers the held-out mean square from {nominal:.4g} to {best.test:.4g} times the floor (z {gain:.1f})"]
-    enough = share >= t.share or best.test < t.floor
+    enough = share >= t.share or (best.test < t.floor and share >= t.near)
     if not enough:
         reasons.append(f"it explains {100 * share:.0f} % of the excess, {100 * t.share:.0f} % are needed for a name")
     if rivals:
         reasons.append("as good on held-out data: " + ", ".join(r.label for r in rivals))
     kind = "missing_physics" if enough and not rivals else "unknown_physics"
     confidence = _confidence(best, trials, share, t) if kind == "missing_physics" else 0.0
-    return Decision(kind, best, same, rivals, min(share, 1.0), confidence, tuple(reasons))
+    richer = _richer(best, trials, t)
+    if richer:
+        reasons.append("not needed but not excluded: " + ", ".join(r.label for r in richer))
+    return Decision(kind, best, same, rivals, min(share, 1.0), confidence, tuple(reasons), richer)
 
 
 def _present(x: Trial) -> bool:
@@ -138,9 +145,21 @@ def _alike(best: Trial, trials: Sequence[Trial], t: Thresholds) -> tuple[tuple[T
     return tuple(same), tuple(rivals)
 
 
+def _richer(best: Trial, trials: Sequence[Trial], t: Thresholds) -> tuple[Trial, ...]:
+    return tuple(
+        x
+        for x in trials
+        if x.element == best.element
+        and best.effect in by_name(x.effect).simpler
+        and x.test <= best.test * 1.02 + 0.02
+    )
+
+
 def _confidence(best: Trial, trials: Sequence[Trial], share: float, t: Thresholds) -> float:
     """From the lead over the best other effect and the share explained; at most 0.99."""
     others = [x for x in trials if x.effect not in (best.effect, "unknown") and x.home]
     lead = min((paired_z(x.blocks, best.blocks) for x in others), default=10.0)
     certainty = 1.0 - 0.5 * float(np.exp(-max(lead, 0.0) / t.z))
+    if _richer(best, trials, t):
+        certainty = min(certainty, 0.7)
     return float(np.clip(certainty * min(1.0, 0.5 + 0.5 * share), 0.0, 0.99))

@@ -261,11 +261,13 @@ def _thinned(
     factor = thinning(template.data, options.samples)
     states = [str(s.symbol) for s in template.compiled.space.states]
     known = {n: nominal.point.states[:, i] for i, n in enumerate(states)}
+    offsets = tuple(float(v) for v in nominal.point.theta[slots(template).offsets])
+    start = {"starts": dict(nominal.values), "known_states": known, "known_offsets": offsets}
     if factor == 1:
-        return replace(template, graph=seen.graph, starts=dict(nominal.values), known_states=known), nominal
+        return replace(template, graph=seen.graph, **start), nominal
     window = template.window and max(template.window // factor, 16)
     thin = replace(template, data=template.data.thinned(factor), window=window)
-    base = replace(thin, graph=seen.graph, starts=dict(nominal.values), known_states=known)
+    base = replace(thin, graph=seen.graph, **start)
     return base, fit(replace(thin, known_states=known), start=_lags_scaled(nominal, thin, factor), max_iterations=8)
 
 
@@ -331,6 +333,8 @@ def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     """What to record next, computed from the structure."""
     if d.decision is None or d.decision.chosen is None or d.scene is None or d.structure is None:
         if d.kind == "unknown_physics":
+            if beyond := _beyond_training(d):
+                return (beyond,)
             return ("no effect of the catalogue fits: record a slow large sweep and a step with a rest after it",)
         return ()
     chosen, lines = d.decision.chosen, []
@@ -349,6 +353,21 @@ def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
             "amplitude and at a third of the speed"
         )
     return tuple(lines)
+
+
+def _beyond_training(d: Diagnosis) -> str:
+    """Word when the held-out commands leave the range of the training part."""
+    if d.data is None or d.nominal is None:
+        return ""
+    for n, u in d.data.commands.items():
+        train, test = u[d.data.mask("train")], u[d.data.mask("test")]
+        margin = 0.05 * float(np.ptp(train))
+        if test.min() < train.min() - margin or test.max() > train.max() + margin:
+            return (
+                f"{n} runs from {test.min():.4g} to {test.max():.4g} in the held-out part but only from "
+                f"{train.min():.4g} to {train.max():.4g} in training: record the whole range in both"
+            )
+    return ""
 
 
 def _signal_name(graph: BondGraph, signal: str, junction: str) -> str:

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 from bondgraph.errors import BondsightError
 from identification.diagnosis.effects import CATALOGUE, UNNAMED, Effect, Insertion
 from identification.diagnosis.scene import Scene
-from identification.fit import Fit, Status, fit
+from identification.fit import Fit, Status, fit, start_cost
 from identification.problem import Data, Problem
 from identification.residual import Point, evaluate
 
@@ -220,11 +220,9 @@ def attempt(
 ) -> tuple[str, Trial | None]:
     """Fit one insertion from all its starts; None when it cannot be simulated."""
     results = []
-    for start in starts:
+    for candidate in promising(problem, starts):
         try:
-            results.append(settled_fit(
-                    replace(problem, starts={**problem.starts, **start}), iterations
-                ))
+            results.append(settled_fit(candidate, iterations))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
     results = [r for r in results if r.status is not Status.BROKEN and np.isfinite(r.cost)]
@@ -236,6 +234,28 @@ def attempt(
     return insertion.label, Trial(
         insertion, home, result, result.chi2("train"), result.chi2("test"), blocks_of(result)
     )
+
+
+def promising(
+    problem: Problem, starts: tuple[dict[str, float], ...], keep: int = 2
+) -> list[Problem]:
+    """The `keep` best starts: each with the nominal fit's values and with the declared ones.
+
+    A large effect may have bent the nominal parameters so far that no path leads back.
+    """
+    declared = {
+        n: p.value for n, p in problem.graph.parameters.items() if n in problem.starts and not p.fixed
+    }
+    candidates = [replace(problem, starts={**problem.starts, **s}) for s in starts]
+    candidates += [replace(problem, starts={**problem.starts, **declared, **s}) for s in starts]
+    costs = []
+    for c in candidates:
+        try:
+            costs.append(start_cost(c))
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            costs.append(np.inf)
+    order = np.argsort(costs, kind="stable")
+    return [candidates[i] for i in order[:keep] if np.isfinite(costs[i])]
 
 
 def settled_fit(problem: Problem, iterations: int, start: Point | None = None) -> Fit:

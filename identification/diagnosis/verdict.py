@@ -63,7 +63,7 @@ def _findings(d: Diagnosis) -> list[dict[str, Any]]:
             "law": chosen.insertion.law,
             "confidence": round(d.decision.confidence, 3),
             "parameters": [_estimate(e) for e in effect_parameters(chosen, d)],
-            "also_possible": [_rival(t) for t in d.decision.rivals],
+            "also_possible": [_rival(t) for t in (*d.decision.rivals, *d.decision.richer)],
             "share_of_misfit_explained": round(d.decision.share, 4),
         }
     ]

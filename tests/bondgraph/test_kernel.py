@@ -13,8 +13,17 @@ from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, kernel
 from bondgraph.compiled import Compiled, compile_model
 from bondgraph.drives import Drive
 from bondgraph.hysteresis import PrandtlIshlinskii
-from bondgraph.laws import Coulomb, Hats, Hysteretic, Law, Polynomial, QuadraticDrag
-from bondgraph.laws import Saturation, StopSum, Stribeck
+from bondgraph.laws import (
+    Coulomb,
+    Hats,
+    Hysteretic,
+    Law,
+    Polynomial,
+    QuadraticDrag,
+    Saturation,
+    StopSum,
+    Stribeck,
+)
 from bondgraph.simulate import run_record
 
 N, STEP = 60, 0.05
@@ -82,9 +91,7 @@ def test_derivatives_against_central_differences(name: str) -> None:
     p, u, x0 = point(model), inputs(model), np.array([0.11, -0.23])
     n_p = len(p)
     options: dict[str, Any] = {"n_sub": 2}
-    run = run_record(
-        model, p, u, STEP, x0, directions=range(n_p), state_directions=True, **options
-    )
+    run = run_record(model, p, u, STEP, x0, directions=range(n_p), state_directions=True, **options)
     plain = run_record(model, p, u, STEP, x0, **options)
     np.testing.assert_allclose(run.y, plain.y, rtol=1e-12, atol=1e-13)
     for d in range(n_p + model.n_x):

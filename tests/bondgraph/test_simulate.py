@@ -211,7 +211,7 @@ def test_refusals() -> None:
         simulate(g, t, {"u": u}, hold="liner")
     with pytest.raises(UnknownName, match="'u'"):
         simulate(g, t, {"U": u})
-    with pytest.raises(UnknownName, match="Did you mean 'm'|Known: m"):
+    with pytest.raises(UnknownName, match=r"Did you mean 'm'|Known: m"):
         simulate(g, t, {"u": u}, {"M": 1.0})
     with pytest.raises(UnknownName, match="y"):
         simulate(g, t, {"u": u})["Y"]

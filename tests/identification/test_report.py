@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -62,12 +61,12 @@ def quick() -> Diagnosis:
 
 
 @pytest.fixture(scope="module")
-def found() -> Iterator[Diagnosis]:
+def found() -> Diagnosis:
     """A diagnosis with a few effects only."""
     few = [e for e in CATALOGUE if e.name in ("coulomb_friction", "delay", "quadratic_drag")]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("identification.diagnosis.search.CATALOGUE", tuple(few))
-        yield quick()
+        return quick()
 
 
 @pytest.fixture(scope="module")

@@ -33,9 +33,11 @@ class SaturationEffect(Effect):
         span = high - low
         law = Saturation(low + 0.08 * span, high - 0.08 * span, 0.02 * span, getattr(element, "unit", ""))
         names = tuple(p.name for p in law.parameters(element.name))
-        starts = (
-            {},
-            {names[0]: low + 0.25 * span, names[1]: high - 0.25 * span, names[2]: 0.05 * span},
+        insides = ((0.02, 0.02), (0.05, 0.05), (0.1, 0.1), (0.25, 0.25), (-0.1, 0.08), (0.08, -0.1))
+        starts = tuple(
+            {names[0]: low + a * span, names[1]: high - b * span, names[2]: knee * span}
+            for a, b in insides
+            for knee in (0.01, 0.05)
         )
         graph = scene.graph.with_element(element.name, drive=Drive(law=law))
         return self.inserted(element, graph, starts, names[:2])
@@ -61,12 +63,12 @@ class DeadZoneEffect(Effect):
         span = 2 * past.half
         law = DeadZone(past.centre, 0.02 * span, span, getattr(element, "unit", ""))
         width, centre = (p.name for p in law.parameters(element.name))
-        starts: list[dict[str, float]] = [{}, {width: 0.002 * span}]
+        starts: list[dict[str, float]] = [{width: w * span} for w in (0.002, 0.02, 0.06)]
         if abs(past.centre) > 0.02 * span and past.argument.min() < 0 < past.argument.max():
-            starts.append({centre: 0.0})
+            starts += [{centre: 0.0, width: w * span} for w in (0.005, 0.03)]
         median = float(np.median(past.argument))
         if abs(median - past.centre) > 0.1 * span:
-            starts.append({centre: median})
+            starts += [{centre: median, width: w * span} for w in (0.005, 0.03)]
         graph = scene.graph.with_element(element.name, drive=Drive(law=law))
         return self.inserted(element, graph, tuple(starts), (width,))
 
@@ -92,5 +94,5 @@ class LowPass(Effect):
         graph = scene.graph.with_parameters([tau]).with_element(
             element.name, drive=Drive(lag=tau.name)
         )
-        starts = ({}, {tau.name: 0.4 * dt}, {tau.name: 15 * dt})
+        starts = tuple({tau.name: k * dt} for k in (0.4, 2.0, 6.0, 20.0, 100.0))
         return self.inserted(element, graph, starts, (tau.name,))

@@ -82,7 +82,7 @@ class SensorLag(Effect):
         dt, n = scene.data.dt, scene.data.n
         tau = Parameter(f"tau_{element.name}", 2 * dt, "s", lower=0.02 * dt, upper=0.1 * n * dt)
         graph = scene.graph.with_parameters([tau]).with_element(element.name, lag=tau.name)
-        return self.inserted(element, graph, ({}, {tau.name: 15 * dt}), (tau.name,))
+        return self.inserted(element, graph, tuple({tau.name: k * dt} for k in (0.4, 2.0, 6.0, 20.0, 100.0)), (tau.name,))
 
 
 class Delay(Effect):
@@ -109,5 +109,5 @@ class Delay(Effect):
             graph = graph.with_element(element.name, drive=Drive(delay=tau.name))
         else:
             graph = graph.with_element(element.name, delay=tau.name)
-        starts = tuple({tau.name: k * dt} for k in (1.0, 4.0, 10.0, 25.0))
+        starts = tuple({tau.name: k * dt} for k in (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 16.0, 24.0, 40.0))
         return self.inserted(element, graph, starts, (tau.name,))

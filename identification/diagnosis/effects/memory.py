@@ -17,7 +17,7 @@ from identification.diagnosis.effects.effect import (
 )
 from identification.diagnosis.scene import Scene
 
-STOPS = 8
+STOPS = 12
 BRANCHES = 3
 
 
@@ -42,7 +42,7 @@ class Hysteresis(Effect):
     def insert(self, scene: Scene, element: Element) -> Insertion:
         """A stop sum beside the linear law."""
         past = scene.of(element)
-        thresholds = tuple(float(r) for r in past.half * np.linspace(0.04, 0.92, STOPS))
+        thresholds = tuple(float(r) for r in past.half * np.linspace(0.03, 0.95, STOPS))
         slope = past.swing / past.half
         stores = isinstance(element, C)
         law = StopSum(

@@ -140,6 +140,11 @@ def definition(trial: Trial) -> tuple[str, str]:
             r"w(u) = -\mathrm{clip}(u - u_0, -b, b)",
             "u is the command, b the half-width of the dead band about u_0",
         ),
+        "creep": (
+            r"\dot{q}_j = \frac{1}{\tau_j}\left(a_j\,q - q_j\right),"
+            r"\quad q_{\mathrm{total}} = q + \sum_j q_j",
+            "q is what it stored before, q_j what it yields later with time τ_j, a_j how much",
+        ),
         "delay": (
             rf"{n}(t) \rightarrow {n}(t - \tau)",
             "a dead time does not change the equations; it shifts what comes after it",
@@ -164,6 +169,7 @@ def math_svg(tex: str, name: str, size: float = 13.0) -> str:
 def _for_mathtext(tex: str) -> str:
     """Commands that matplotlib's parser spells differently."""
     tex = re.sub(r"\\operatorname\{(\w+)\}", r"\\mathrm{\1}", tex)
+    tex = tex.replace(r"\frac", r"\dfrac")
     return tex.replace(r"\tfrac", r"\frac").replace(r"\lvert", "|").replace(r"\rvert", "|")
 
 

@@ -28,14 +28,14 @@ def rivals(d: Diagnosis) -> str:
         return ""
     rows, kinds = [], []
     for s in found:
-        z = "–" if s.role == "winner" or not np.isfinite(s.z) else f"{s.z:.1f}".replace("-", "−")
+        z = "–" if s.role == "winner" or not np.isfinite(s.z) else f"{s.z:z.1f}".replace("-", "−")
         usual = "" if s.trial.home else " (unusual place)"
         rows.append(
             [
                 title(s.trial) + usual,
                 short(s.trial.test),
                 z,
-                f"{100 * max(s.share, -9.99):z.1f} %".replace("-", "−"),
+                f"{100 * s.share:z.1f} %".replace("-", "−") if s.share > -1 else "worse",
                 s.why,
             ]
         )

@@ -132,7 +132,7 @@ def _spectrum(ax: Any, d: Diagnosis, shown: tuple[Curve, ...], column: int, name
         if f.size:
             ax.loglog(f, factor * a, color=curve.colour, lw=0.9)
     ax.axhline(factor * level, color=FLOOR, lw=1.4, ls="--")
-    ax.set_ylabel(plain(f"{name} ({unit}/√Hz)" if unit else f"{name} (1/√Hz)"))
+    ax.set_ylabel(plain(f"{name}: residual ({unit or 1}/√Hz)"))
     ax.grid(True, which="major")
 
 

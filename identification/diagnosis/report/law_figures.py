@@ -123,7 +123,7 @@ def _step(trial: Trial) -> tuple[str, str]:
             if f"creep_{j}_{name}" in v and f"tau_{j}_{name}" in v
         ]
         longest = max((tau for _, tau in pairs), default=1.0)
-        t = np.concatenate([[0.0], np.geomspace(1e-3 * longest, 3 * longest, 400)])
+        t = np.geomspace(0.1 * min((tau for _, tau in pairs), default=1.0), 3 * longest, 400)
         y = 1 + sum((a * -np.expm1(-t / tau) for a, tau in pairs), np.zeros_like(t))
         marks = [tau for _, tau in pairs]
         what = "The displacement under a constant effort, over its first value: it keeps growing."
@@ -154,6 +154,7 @@ def _step(trial: Trial) -> tuple[str, str]:
             )
         else:
             ax.axhline(1.0, color=BEFORE, ls="--", label="as modelled")
+            ax.set_xscale("log")
         ax.plot(factor * t, y, color=AFTER, lw=1.8, label="as found")
         for tau in marks:
             ax.axvline(factor * tau, color=FLOOR, lw=0.8, ls=":")

@@ -124,7 +124,10 @@ def rivals_figure(d: Diagnosis, found: tuple[Standing, ...], most: int = 14) -> 
         )  # fmt: skip
         ax.barh(len(shown), nominal - low, left=low, height=0.68, color="#d97706")
         ax.set_xscale("log")
-        ax.set_xlim(low, max(values) * 2.2)
+        ax.set_xlim(low, max(values) * (max(values) / low) ** 0.12)
+        if max(values) < 10:
+            ax.xaxis.set_major_formatter("{x:g}")
+            ax.xaxis.set_minor_formatter("{x:g}")
         for y, v in enumerate([*(s.trial.test for s in shown), nominal]):
             ax.annotate(
                 f"{v:.4g}" if v < 1e5 else f"{v:.2e}", (v, y), (4, 0), va="center", fontsize=8,

@@ -19,6 +19,8 @@ from identification.diagnosis.search import Trial
 from identification.diagnosis.verdict import normalised_error, sentence, unresolved_place
 from identification.fit import Fit
 
+MANY = 8
+
 
 def chosen_of(d: Diagnosis) -> Trial | None:
     """Return the named effect, or the closest one when nothing may be named."""
@@ -56,7 +58,7 @@ def raw(d: Diagnosis) -> str:
     return html.section(
         "What was recorded",
         html.figure(recording_figure(d), "All channels over time."),
-        html.bullets(d.notes),
+        html.bullets(n for n in d.notes if n not in d.advice),
     )
 
 
@@ -157,7 +159,9 @@ def graph(d: Diagnosis) -> str:
             words = "Ring: where the best description sits. Dashed: places as good as it."
     marked = {n: c for n, c in marked.items() if n in d.graph.elements}
     drawn = _drawn(d, marked, [n for n in also if n in d.graph.elements])
-    return html.section("Where in the model", html.figure(drawn, words, "graph"))
+    return html.section(
+        "Where in the model" if marked else "The model", html.figure(drawn, words, "graph")
+    )
 
 
 def _drawn(d: Diagnosis, marked: dict[str, str], also: list[str]) -> str:
@@ -174,7 +178,8 @@ def equations(d: Diagnosis) -> str:
         return ""
     steps, closed = changed.changes(d.nominal.problem.graph, chosen.fit.problem.graph)
     formula, meaning = changed.definition(chosen)
-    parts = [_change_rows(steps, "s")]
+    listed = _change_rows(steps, "s")
+    parts = [_folded(listed) if len(steps) > MANY else listed]
     whole = changed.math_svg(changed.whole_law(chosen), "law-whole")
     if formula:
         drawn = changed.math_svg(formula, "law-formula")
@@ -188,6 +193,10 @@ def equations(d: Diagnosis) -> str:
     if short:
         parts += [html.heading("in closed form"), _change_rows(short, "c")]
     return html.section("The equation that changed", *parts)
+
+
+def _folded(rows: str) -> str:
+    return f"<details><summary>all changed assignments</summary>{rows}</details>"
 
 
 def _change_rows(found: tuple[changed.Change, ...], prefix: str) -> str:

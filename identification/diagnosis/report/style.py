@@ -68,7 +68,7 @@ h3{font-size:14px;margin:20px 0 6px}
 p{margin:6px 0 10px;max-width:76ch;overflow-wrap:anywhere}
 .badge{display:inline-block;color:#fff;border-radius:4px;padding:3px 11px;font-size:13px;
  font-weight:650}
-dl.facts{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:8px 22px;
+dl.facts{display:grid;grid-template-columns:repeat(auto-fit,minmax(190px,1fr));gap:8px 22px;
  margin:14px 0 0;padding:12px 16px;background:var(--tint);border-radius:6px}
 dl.facts dt{font-size:12px;color:var(--soft)}
 dl.facts dd{margin:0;font-weight:550;overflow-wrap:anywhere;font-variant-numeric:tabular-nums}
