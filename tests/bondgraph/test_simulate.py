@@ -51,7 +51,7 @@ def anchors(s: Any, r: float) -> Any:
     return play_record(s, np.array([r]), np.zeros(1))[:, 0]
 
 
-# -- hysteresis ---------------------------------------------------------------------------------
+# -- hysteresis ---
 def test_memory_is_advanced_only_by_accepted_steps() -> None:
     """The operator run over the accepted arguments gives the law again, bit for bit of rounding."""
     graph, _law = stack_with_stops()
@@ -96,7 +96,7 @@ def test_turning_points_suffice() -> None:
     np.testing.assert_allclose(rough["q_H"], dense["q_H"][::100], rtol=1e-12, atol=1e-17)
 
 
-# -- energy ---------------------------------------------------------------------------------------
+# -- energy ---
 def test_energy_ledger_of_the_stack_with_stops() -> None:
     """Input - losses - change of the stored energy = 0 to 2e-5 of the input (trapezoid)."""
     graph, law = stack_with_stops()
@@ -133,7 +133,7 @@ def test_energy_ledger_of_the_stack_with_stops() -> None:
     assert abs(residual) < 2e-5 * (abs(electrical) + abs(mechanical))
 
 
-# -- dry friction -----------------------------------------------------------------------------------
+# -- dry friction ---
 def test_block_loses_2_fc_over_k_each_half_cycle_and_sticks() -> None:
     """Amplitude A -> A - 2 F_c/k each half cycle (4 F_c/k each cycle), then rest for good."""
     graph = block()
@@ -170,7 +170,7 @@ def test_breakaway_starts_at_the_friction_level() -> None:
     assert time[moving] == pytest.approx(0.5, abs=2.1e-3)
 
 
-# -- inputs -----------------------------------------------------------------------------------------
+# -- inputs ---
 def test_holds() -> None:
     """A ramp into an integrator: exact for a line, half a sample late for a staircase."""
     with BondGraph("tank") as g:
