@@ -48,7 +48,7 @@ class Estimate:
     at_bound: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """Result of a fit.
 
@@ -192,6 +192,9 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
         lower[i], upper[i] = f.bounds()
     lag = NUISANCE_LAG if problem.nuisances and problem.window is None else 0.0
     lower[at.lags], upper[at.lags] = -lag, lag
+    for outputs in problem.delays.values():
+        for c in outputs:  # a declared dead time takes the place of the nuisance
+            lower[at.lags.start + c] = upper[at.lags.start + c] = 0.0
     lower[at.delays], upper[at.delays] = 0.0, 0.1 * problem.data.n
     if not problem.nuisances or problem.window is not None:
         lower[at.offsets] = upper[at.offsets] = 0.0
@@ -345,7 +348,7 @@ def _estimates(
         k = at.delays.start + j
         v, s = point.theta[k] * dt, 1.96 * sd[k] * dt
         found.append(Estimate(n, float(v), "s", (float(v - s), float(v + s))))
-    lags = output_delays(problem, point.theta) if not problem.delays else point.theta[at.lags]
+    lags = point.theta[at.lags]
     scale = offset_scale(problem)
     for c, n in enumerate(problem.data.names):
         k, o = at.lags.start + c, at.offsets.start + c

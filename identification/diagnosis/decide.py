@@ -9,6 +9,7 @@ import numpy as np
 
 from identification.diagnosis.effects import by_name
 from identification.diagnosis.search import Trial, paired_z
+from identification.diagnosis.structure import Structure
 
 Array = np.ndarray
 
@@ -72,9 +73,23 @@ class Decision:
 
 
 def decide(
-    nominal: float, nominal_blocks: Array, trials: Sequence[Trial], limits: Thresholds | None = None
+    nominal: float,
+    nominal_blocks: Array,
+    trials: Sequence[Trial],
+    limits: Thresholds | None = None,
+    *,
+    declared: float = np.inf,
+    classes: Structure | None = None,
 ) -> Decision:
-    """Decide from the held-out mean squares of the nominal fit and of all trials."""
+    """Decide from the held-out mean squares of the nominal fit and of all trials.
+
+    Parameters
+    ----------
+    declared : float
+        Held-out mean square with the declared parameters: a repair must beat that too.
+    classes : Structure, optional
+        Ports that a residual alone cannot separate.
+    """
     t = limits or Thresholds()
     excess = nominal - 1.0
     named = [x for x in trials if x.effect != "unknown" and x.home and _present(x)]
@@ -92,8 +107,12 @@ def decide(
         reason = f"no effect of the catalogue improves the held-out part clearly ({best.label}: z {gain:.1f}, {100 * drop:.1f} %)"
         kind = "explained" if nominal < 1.5 else "unknown_physics"
         return Decision(kind, None, (), (), 0.0, 0.0, (reason,))
+    if declared < 1.02 * best.test:
+        reason = "the declared parameters already explain the held-out part as well as any effect does"
+        return Decision("explained", None, (), (), 0.0, 0.0, (reason,))
     share = (nominal - best.test) / excess if excess > 0 else 0.0
     same, rivals = _alike(best, trials, t)
+    same = tuple(dict.fromkeys((*same, *_same_class(best, trials, nominal, share, classes))))
     reasons = [f"{best.label} lowers the held-out mean square from {nominal:.4g} to {best.test:.4g} times the floor (z {gain:.1f})"]
     enough = share >= t.share or (best.test < t.floor and share >= t.near)
     if not enough:
@@ -152,6 +171,27 @@ def _richer(best: Trial, trials: Sequence[Trial], t: Thresholds) -> tuple[Trial,
         if x.element == best.element
         and best.effect in by_name(x.effect).simpler
         and x.test <= best.test * 1.02 + 0.02
+    )
+
+
+def _same_class(
+    best: Trial, trials: Sequence[Trial], nominal: float, share: float, classes: Structure | None
+) -> tuple[Trial, ...]:
+    """The effect at other ports of the class, where it explains practically as much.
+
+    Within a class only the shape of the law speaks; a percent or two of the misfit is no evidence
+    for a place.
+    """
+    if classes is None or nominal <= 1:
+        return ()
+    group = classes.class_of(best.element)
+    return tuple(
+        x
+        for x in trials
+        if x.effect == best.effect
+        and x.element != best.element
+        and x.element in group
+        and (nominal - x.test) / (nominal - 1) > max(0.9, share - 0.02)
     )
 
 

@@ -36,7 +36,7 @@ Array = np.ndarray
 Progress = Callable[[str, float], None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Diagnosis:
     """Everything a diagnosis found; `verdict` and the report are made from it.
 
@@ -142,11 +142,14 @@ def diagnose(
         say("trying the catalogue", 0.15)
         base, thin_nominal = _thinned(template, nominal, seen, options)
         trials = tuple(search(seen, base, options, say))
-        decision = decide(thin_nominal.chi2("test"), blocks_of(thin_nominal), trials, limits)
-        decision = _on_full_data(decision, template)
         say("reading the structure", 0.96)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(seen.fitted, frequencies)
+        decision = decide(
+            thin_nominal.chi2("test"), blocks_of(thin_nominal), trials, limits,
+            declared=declared.chi2("test"), classes=classes,
+        )  # fmt: skip
+        decision = _on_full_data(decision, template)
     kind = decision.kind
     if kind == "explained" and declared.chi2("test") > max(1.5 * nominal.chi2("test"), 1.3):
         kind = "parameters_only"
@@ -338,14 +341,18 @@ def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
             return ("no effect of the catalogue fits: record a slow large sweep and a step with a rest after it",)
         return ()
     chosen, lines = d.decision.chosen, []
-    same = [t.element for t in d.decision.same_place]
-    group = [n for n in d.structure.class_of(chosen.element) if n != chosen.element]
-    for signal, junction, split in splitting_signals(d.scene.fitted, chosen.element, same or group, frequencies)[:1]:
-        what = "current or flow" if signal.startswith("f_") else "effort"
+    same = list(dict.fromkeys(t.element for t in d.decision.same_place))
+    for signal, junction, split in splitting_signals(d.scene.fitted, chosen.element, same, frequencies)[:1]:
         lines.append(
-            f"record {_signal_name(d.scene.graph, signal, junction)} (the {what} at {junction}): it separates "
+            f"record {_signal_name(d.scene.graph, signal, junction)} (the "
+            f"{'flow' if signal.startswith('f_') else 'effort'} at {junction}): it separates "
             f"{chosen.element} from {', '.join(split)}"
         )
+    for name in same:
+        if isinstance(d.graph[name], Source):
+            lines.append(
+                f"record what {name} really puts out beside its command: it separates {chosen.element} from {name}"
+            )
     effects = sorted({t.effect for t in d.decision.rivals})
     if effects:
         lines.append(

@@ -38,9 +38,15 @@ class Region:
     def __str__(self) -> str:
         """Sentence."""
         return (
-            f"{self.axis} {self.low:.4g} .. {self.high:.4g} {self.unit}: "
+            f"{self.axis} {_round(self.low, self)} .. {_round(self.high, self)} {self.unit}: "
             f"{100 * self.share:.0f} % of the misfit ({self.density:.1f} times its share of the samples)"
         )
+
+
+def _round(v: float, region: Region) -> str:
+    """Three digits of the larger end; rounding noise reads as zero."""
+    size = max(abs(region.low), abs(region.high))
+    return f"{0.0 if abs(v) < 1e-6 * size else v:.4g}"
 
 
 def regions(fit: Fit) -> tuple[Region, ...]:
@@ -51,12 +57,16 @@ def regions(fit: Fit) -> tuple[Region, ...]:
     residual = (data.readings - fit.simulated)[scored] / data.floor
     weight = np.mean(residual**2, axis=1)
     time = data.time[scored]
+
+    def unit(name: str) -> str:
+        return str(getattr(fit.problem.graph[name], "unit", ""))
+
     found = [_densest("time", time, weight, "s", even=True)]
     for name, u in data.commands.items():
         v = u[scored]
         if np.ptp(v) > 0:
-            found.append(_densest(f"command {name}", v, weight, ""))
-            found.append(_densest(f"rate of {name}", np.gradient(u, data.dt)[scored], weight, "/s"))
+            found.append(_densest(f"command {name}", v, weight, unit(name)))
+            found.append(_densest(f"rate of {name}", np.gradient(u, data.dt)[scored], weight, f"{unit(name)}/s"))
     found.append(_band(residual, data.dt))
     return tuple(sorted((r for r in found if r is not None), key=lambda r: -r.density))
 

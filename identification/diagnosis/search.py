@@ -23,7 +23,7 @@ BLOCKS = 40
 Progress = Callable[[str, float], None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trial:
     """One effect at one place after its fit.
 
