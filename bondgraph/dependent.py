@@ -156,9 +156,29 @@ def _first_integrals(
             if other.symbol in zs:
                 continue
             rate = sp.expand(other.rate.xreplace(closed))
-            ratio = sp.cancel(s.rate / rate) if rate != 0 else None
-            if ratio is not None and not ratio.free_symbols - _parameters(d):
+            ratio = _ratio(s.rate, rate, _parameters(d))
+            if ratio is not None:
                 found[s.symbol] = ratio * other.symbol
                 d.states.remove(s)
                 break
     return found
+
+
+def _ratio(a: sp.Expr, b: sp.Expr, parameters: set[sp.Symbol]) -> sp.Expr | None:
+    """Return ``a / b`` of two rates linear in the signals, if only parameters are left in it.
+
+    Numbers decide first: cancelling long quotients that are not constant takes minutes.
+    """
+    signals = sorted(b.free_symbols - parameters, key=str)
+    if not signals or a.free_symbols - parameters != set(signals):
+        return None
+    fixed = sorted((a.free_symbols | b.free_symbols) & parameters, key=str)
+    values = {s: sp.Float(0.6 + 0.7 * i / (1 + len(fixed)), 30) for i, s in enumerate(fixed)}
+    u, v = a.xreplace(values), b.xreplace(values)
+    first = sp.expand(u).coeff(signals[0]), sp.expand(v).coeff(signals[0])
+    for s in signals[1:]:
+        other = sp.expand(u).coeff(s), sp.expand(v).coeff(s)
+        products = first[0] * other[1], first[1] * other[0]
+        if abs(products[0] - products[1]) > 1e-15 * abs(products[0]):
+            return None
+    return sp.cancel(a.coeff(signals[0]) / b.coeff(signals[0]))

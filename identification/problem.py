@@ -14,6 +14,7 @@ from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split
 from bondgraph.simulate import equilibrium, fine_inputs, inputs_of, run_record
+from bondgraph.units import parse_unit
 
 Array = np.ndarray
 
@@ -94,6 +95,14 @@ def data_for(
             if n not in recording.channels:
                 error = unknown_name(f"channel for {kind}", n, recording.name, recording.channels)
                 raise UnusableInput(f"{error}; name it with --map {n}=COLUMN")
+    for s in graph.of_type(Source, Sensor):
+        unit = recording.units[s.name]
+        if s.unit and unit and not parse_unit(unit).same_dimension(parse_unit(s.unit)):
+            raise UnusableInput(
+                f"channel {s.name} of {recording.name} is in {unit}, the model {graph.name} has "
+                f"{s.name} in {s.unit}; correct the header or choose the column with "
+                f"--map {s.name}=COLUMN"
+            )
     readings = np.stack([recording[n] for n in sensors], axis=1)
     return Data(
         recording.name,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.errors import BondsightError, UnusableInput
 from bondgraph.reading.checks import MAX_BYTES, FloatArray, optional
 from bondgraph.reading.columns import Table, choose, is_time
 
@@ -32,9 +32,9 @@ def read_arrays(file: Path, map: Mapping[str, str] | None, fs: float | None) -> 
             if isinstance(v, np.ndarray) and v.dtype.kind in "biuf" and not k.startswith("__")
         }
         return pick_arrays(arrays, map, fs, where)
-    except UnusableInput:
+    except BondsightError:
         raise
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
+    except Exception as error:  # what loadmat raises for a broken file is anybody's guess
         raise UnusableInput(
             f"{where}: not readable as {file.suffix} ({error}); save plain number arrays again"
         ) from error

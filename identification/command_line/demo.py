@@ -53,7 +53,6 @@ class Outcome:
 
 def demo(seed: int | None, folder: Path, jobs: int, effect: str | None = None) -> int:
     """Seal a truth, diagnose its recording, open the seal; prints as it goes."""
-    _known_effect(effect)
     seed = secrets.randbits(32) if seed is None else seed
     folder.mkdir(parents=True, exist_ok=True)
     print("A virtual P-840.1 piezo stack moves 0.1 kg. Something may be concealed in it.")
@@ -127,7 +126,6 @@ def judge(truth: Truth, d: Diagnosis) -> Outcome:
 
 def score(count: int, first: int, folder: Path, jobs: int, effect: str | None = None) -> int:
     """Run `count` draws from seed `first` on and print how many were right."""
-    _known_effect(effect)
     if count < 1:
         raise UnusableInput(f"--seeds {count}: give at least one")
     folder.mkdir(parents=True, exist_ok=True)
@@ -182,6 +180,7 @@ def _print_line(o: Outcome) -> None:
     )
 
 
-def _known_effect(effect: str | None) -> None:
+def known_effect(effect: str | None) -> None:
+    """Refuse an effect that the bench does not have."""
     if effect is not None and effect not in effects():
         raise UnusableInput(str(unknown_name("effect", effect, "the bench", effects())))

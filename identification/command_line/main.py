@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from bondgraph.errors import BondsightError
 
@@ -27,13 +28,45 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        where = f" {error.filename}" if error.filename else ""
+        print(f"bondsight: cannot read or write{where}: {error.strerror or error}", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("bondsight: stopped; nothing was written", file=sys.stderr)
         return 130
 
 
+class _OneLine(argparse.ArgumentParser):
+    """A parser that refuses in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong and where the help is."""
+        self.exit(2, f"bondsight: {' '.join(message.split())}; see {self.prog} --help\n")
+
+
+def _jobs(text: str) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = 0
+    if value == 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes; -1 is all cores")
+    return value
+
+
+def _seed(text: str) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = -1
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
+    return value
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _OneLine(
         prog="bondsight",
         description="Find the physics that a model leaves out, from a recording.",
     )
@@ -46,17 +79,17 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument("--out", type=Path, default=Path("bondsight-out"), help="folder for the results")
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
     p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None)
-    p.add_argument("--jobs", type=int, default=-1, help="processes (default: all cores)")
-    p.add_argument("--seed", type=int, default=0)
+    p.add_argument("--jobs", type=_jobs, default=-1, help="processes (default: all cores)")
+    p.add_argument("--seed", type=_seed, default=0)
     p.set_defaults(run=_diagnose)
 
     p = verbs.add_parser("demo", help="conceal an effect on a virtual bench and find it")
-    p.add_argument("--seed", type=int, default=None, help="draw of the bench (default: by chance)")
+    p.add_argument("--seed", type=_seed, default=None, help="draw of the bench (default: by chance)")
     p.add_argument("--seeds", type=int, default=None, help="run that many draws and print the score")
-    p.add_argument("--first", type=int, default=1, help="first seed of --seeds")
+    p.add_argument("--first", type=_seed, default=1, help="first seed of --seeds")
     p.add_argument("--effect", default=None, help="conceal this effect instead of drawing one")
     p.add_argument("--out", type=Path, default=Path("bondsight-out/demo"))
-    p.add_argument("--jobs", type=int, default=-1)
+    p.add_argument("--jobs", type=_jobs, default=-1, help="processes (default: all cores)")
     p.set_defaults(run=_demo)
 
     p = verbs.add_parser("check", help="say everything that is wrong with a model")
@@ -123,8 +156,10 @@ def _writable(folder: Path) -> None:
 
 
 def _demo(options: argparse.Namespace) -> int:
-    from identification.command_line.demo import demo, score
+    from identification.command_line.demo import demo, known_effect, score
 
+    known_effect(options.effect)
+    _writable(options.out)
     if options.seeds is not None:
         return score(options.seeds, options.first, options.out, options.jobs, options.effect)
     return demo(options.seed, options.out, options.jobs, options.effect)
@@ -172,6 +207,7 @@ def _draw(options: argparse.Namespace) -> int:
 
     graph = load_model(options.model)
     target = options.out or Path(f"{graph.name}.svg")
+    _writable(target.parent)
     write_atomically(target, svg(graph))
     print(target)
     return 0

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bondgraph.elements import Sensor, Source
-from bondgraph.errors import UnusableInput
+from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split
 from bondgraph.units import parse_unit
@@ -27,32 +27,27 @@ def load_recording(
     """
     mapping = _mapping(maps)
     split = None
-    if Path(text).exists() or Path(text).suffix:
+    if text and (Path(text).exists() or Path(text).suffix):
         recording = Recording.read(Path(text), map=mapping or None)
-    elif text in names() or any(text in k.aliases for k in _known()):
+    elif text in names() or any(text in k.aliases for k in KNOWN.values()):
         recording, split = load(text)
         if mapping:
             kept = {n: n for n in recording.channels if n not in mapping.values()}
             recording = recording.select({**kept, **mapping})
     else:
-        raise UnusableInput(
-            f"recording {text} is neither a file nor a known recording; known: {', '.join(names())}"
-        )
+        error = unknown_name("recording", text, "the known ones", names())
+        raise UnusableInput(f"{error}; nor is there a file of that name")
     recording, said = match_by_unit(recording, graph)
     return recording, split, said
-
-
-def _known() -> list[object]:
-    return list(KNOWN.values()) if isinstance(KNOWN, dict) else list(KNOWN)
 
 
 def _mapping(maps: Sequence[str]) -> dict[str, str]:
     found = {}
     for m in maps:
-        name, separator, column = m.partition("=")
-        if not separator or not name or not column:
+        name, _, column = (part.strip() for part in m.partition("="))
+        if not name or not column:
             raise UnusableInput(f"--map {m} is not NAME=COLUMN; write --map x=displacement_um")
-        found[name.strip()] = column.strip()
+        found[name] = column
     return found
 
 

@@ -127,6 +127,8 @@ def diagnose(
         return replace(result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin)
     floor = noise_floor(recording, split, sensors)
     data = replace(data, floor=np.array([floor[n] for n in sensors]))
+    if reason := _nothing_moves(data):
+        return replace(result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin)
     # tiny matrices: threads of the linear algebra only get in each other's way
     with warnings.catch_warnings(), threadpool_limits(1):
         warnings.simplefilter("ignore", RuntimeWarning)
@@ -184,6 +186,14 @@ def _insufficient(graph: BondGraph, data: Data) -> str:
     return ""
 
 
+def _nothing_moves(data: Data) -> str:
+    if any(np.ptp(u) > 0 for u in data.commands.values()):
+        return ""
+    if (data.readings.std(axis=0) > 1.5 * data.floor).any():
+        return ""
+    return "the commands are constant and the readings only noise: excite the system"
+
+
 def integrates(graph: BondGraph) -> bool:
     """Whether a constant command makes an output run away (an eigenvalue at zero)."""
     compiled = compile_model(graph)
@@ -212,7 +222,8 @@ def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[
     for h in choices:
         problem = replace(base, data=replace(data, hold=h), n_sub=2 if h == "band-limited" else 1)
         fits[h] = fit(problem, start=first.point, max_iterations=25)
-    chosen = min(fits, key=lambda h: fits[h].cost * (1.0 if h == "linear" else 1.05))
+    # linear unless another behaviour halves the misfit: a missing lag imitates a held command
+    chosen = min(fits, key=lambda h: fits[h].cost * (0.5 if h == "linear" else 1.0))
     result = fits[chosen]
     problem = result.problem
     if chosen == "band-limited":

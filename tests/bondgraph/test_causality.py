@@ -69,10 +69,10 @@ def test_two_sources_of_one_variable_conflict(source: type, junction: type, bond
 def test_conflict_through_two_ports() -> None:
     """A gyrator turns one source into the other kind; a transformer does not."""
 
-    def graph(two_port: object) -> BondGraph:
+    def graph(two_port: TF | GY) -> BondGraph:
         with BondGraph("g") as g:
             a, b = Zero("a"), Zero("b")
-            Se("S_1") >> a >> two_port >> b  # type: ignore[operator]
+            Se("S_1") >> a >> two_port >> b
             Se("S_2") >> b >> R("R_1", 1.0)
             a >> R("R_2", 1.0)
         return g

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,7 @@ def oscillator(
 def dependent() -> Compiled:
     """Charge from q = (I + C H)^-1 [C V + T x]: the argument depends on the parameters."""
     law = Hysteretic(PrandtlIshlinskii((0.0, 0.05, 0.2), (2.0, 0.7, 0.3)))
-    options = {"capacitance": 0.8, "transducer": 0.6, "stiffness": 3.0, "mass": 1.3}
+    options: dict[str, Any] = {"capacitance": 0.8, "transducer": 0.6, "stiffness": 3.0, "mass": 1.3}
     return compile_model(stack_lumped(law, **options, damping=0.4))
 
 
@@ -128,7 +129,7 @@ def test_without_a_compiler(name: str, monkeypatch: Any) -> None:
 
 def test_the_cache_is_by_content(tmp_path: Path, monkeypatch: Any) -> None:
     """One file for one step function, whatever the numbers, names and order of calls."""
-    if not kernel.shutil.which("gcc"):
+    if not shutil.which("gcc"):
         pytest.skip("no gcc")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.delenv("BONDSIGHT_NO_COMPILER", raising=False)
@@ -150,7 +151,7 @@ def test_the_cache_is_by_content(tmp_path: Path, monkeypatch: Any) -> None:
         stack = run(compile_model(stack_bond_graph(mass=1.0)))
         assert run(compile_model(stack_bond_graph(mass=2.0))) == stack
         # a broken or missing compiler falls back to the machine
-        monkeypatch.setattr(kernel.shutil, "which", lambda _: "/bin/false")
+        monkeypatch.setattr(shutil, "which", lambda _: "/bin/false")
         assert run(oscillator(Polynomial(orders=(4,)))) == stack
     finally:
         kernel._runner.cache_clear()

@@ -36,7 +36,7 @@ def stack_with_stops() -> tuple[Any, Any]:
     return graph, law
 
 
-def block(damping: float = 0.0, **law: float) -> BondGraph:
+def block(damping: float = 0.0, **law: Any) -> BondGraph:
     with BondGraph("block") as g:
         body = One("body")
         Se("F") >> body >> I("m", 1.0)

@@ -91,7 +91,9 @@ def test_kinked_law_converges() -> None:
 @pytest.mark.parametrize("printed", [False, True])
 def test_linear_stack_at_any_step(printed: bool) -> None:
     """The printed set has R_e C = 70 ns (stiffness ratio 1e7); the step need not know."""
-    more = {"capacitance": 13.9e-9, "transducer": 3.52, "mass": 16e-3} if printed else {}
+    more: dict[str, Any] = (
+        {"capacitance": 13.9e-9, "transducer": 3.52, "mass": 16e-3} if printed else {}
+    )
     graph = stack_bond_graph(sensors=("x", "i"), **more)
     model = compile_model(graph)
     p = model.nominal()

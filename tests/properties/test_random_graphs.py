@@ -72,7 +72,11 @@ def random_graph(seed: int) -> BondGraph:
     return g
 
 
-def brute_force(g: BondGraph, known: Any) -> Any:
+def value(e: Any) -> float:
+    return float(e.ratio if isinstance(e, TF | GY) else e.value)
+
+
+def brute_force(g: Any, known: Any) -> Any:
     """Solve all equations for the efforts and flows of all bonds.
 
     `known` maps an element to a row ``a e + b f = c`` in its place.
@@ -98,12 +102,13 @@ def brute_force(g: BondGraph, known: Any) -> Any:
         elif isinstance(e, TF | GY):
             (i,) = (k for k in at if bonds[k].head == e.name)
             (o,) = (k for k in at if bonds[k].tail == e.name)
+            ratio = value(e)
             if isinstance(e, TF):
-                row([(i, 1.0), (o, -e.ratio)])
-                row([(n + o, 1.0), (n + i, -e.ratio)])
+                row([(i, 1.0), (o, -ratio)])
+                row([(n + o, 1.0), (n + i, -ratio)])
             else:
-                row([(i, 1.0), (n + o, -e.ratio)])
-                row([(o, 1.0), (n + i, -e.ratio)])
+                row([(i, 1.0), (n + o, -ratio)])
+                row([(o, 1.0), (n + i, -ratio)])
         else:
             a, b, c = known(e)
             row([(at[0], a), (n + at[0], b)], c)
@@ -123,8 +128,8 @@ def at_frequency(s: complex) -> Any:
         if isinstance(e, Sf):
             return 0.0, 1.0, 1.0
         if isinstance(e, R):
-            return 1.0, -e.value, 0.0
-        return (s * e.value, -1.0, 0.0) if isinstance(e, C) else (-1.0, s * e.value, 0.0)
+            return 1.0, -value(e), 0.0
+        return (s * value(e), -1.0, 0.0) if isinstance(e, C) else (-1.0, s * value(e), 0.0)
 
     return known
 
@@ -134,9 +139,9 @@ def at_state(x: dict[str, float], u: float) -> Any:
         if isinstance(e, Se | Sf):
             return (1.0, 0.0, u) if isinstance(e, Se) else (0.0, 1.0, u)
         if isinstance(e, R):
-            return 1.0, -e.value, 0.0
-        value = x[e.name] / e.value
-        return (1.0, 0.0, value) if isinstance(e, C) else (0.0, 1.0, value)
+            return 1.0, -value(e), 0.0
+        output = x[e.name] / value(e)
+        return (1.0, 0.0, output) if isinstance(e, C) else (0.0, 1.0, output)
 
     return known
 
@@ -164,7 +169,8 @@ def derived(seed: int) -> Any:
     return g, None
 
 
-def transfer(a: Any, b: Any, c: Any, d: Any, s: complex) -> Any:
+def transfer(matrices: Any, s: complex) -> Any:
+    a, b, c, d = matrices
     return (c @ np.linalg.solve(s * np.eye(len(a)) - a, b) + d)[:, 0]
 
 
@@ -186,7 +192,7 @@ def test_every_signal_has_the_brute_force_response(seed: int) -> None:
         return
     _, ports, observed, a, b, c, d = made
     for s in (0.7 + 1.3j, 0.05 + 4.1j):
-        ours = dict(zip(observed, transfer(a, b, c, d, s), strict=True))
+        ours = dict(zip(observed, transfer((a, b, c, d), s), strict=True))
         exact = brute_force(g, at_frequency(s))
         for element, (effort, flow) in ports.items():
             for name, value in zip((effort, flow), exact[element], strict=True):
@@ -253,15 +259,16 @@ def test_order_and_names_do_not_matter(seed: int) -> None:
     except REFUSALS:
         assert made[0].causality.derivative or made[0].causality.free_choices
         return
-    first, second = made[3:], other[3:]
+    first: Any = made[3:]
+    second: Any = other[3:]
     if not made[0].causality.derivative:
         ours, theirs = (np.sort_complex(np.linalg.eigvals(m[0])) for m in (first, second))
         scale = max(1.0, np.abs(ours).max(initial=0))
         gap = np.abs(np.poly(ours) - np.poly(theirs)) / scale ** np.arange(len(ours) + 1)
         assert gap.max() < 1e-9
     s = 0.4 + 0.9j
-    a = dict(zip(made[2], transfer(*first, s), strict=True))
-    b = dict(zip(other[2], transfer(*second, s), strict=True))
+    a = dict(zip(made[2], transfer(first, s), strict=True))
+    b = dict(zip(other[2], transfer(second, s), strict=True))
     for element, pair in made[1].items():
         for mine, yours in zip(pair, other[1][new[element]], strict=True):
             if mine in a and yours in b:

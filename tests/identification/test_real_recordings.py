@@ -1,0 +1,95 @@
+"""Measured recordings whose physics is known from the literature; the tool is not told."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from actuators.catalogue import MODELS
+from identification import data
+from identification.command_line.recordings import match_by_unit
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.search import Options
+from identification.diagnosis.verdict import normalised_error, verdict
+
+pytestmark = [pytest.mark.recordings, pytest.mark.slow]
+
+Found = tuple[Diagnosis, dict[str, Any]]
+
+
+def judged(recording: str, model: str) -> Found:
+    if not data.available(recording):
+        pytest.skip(f"{recording}: set {data.FOLDER_VARIABLE} to the folder of the recordings")
+    measured, split = data.load(recording)
+    graph = MODELS[model]()
+    measured, _ = match_by_unit(measured, graph)
+    d = diagnose(graph, measured, split, model=model, options=Options(jobs=-1))
+    return d, verdict(d)
+
+
+@pytest.fixture(scope="module")
+def piezo() -> Found:
+    return judged("piezo-actuator-sine", "stack_bond_graph")
+
+
+@pytest.fixture(scope="module")
+def emps() -> Found:
+    return judged("emps", "mass_with_viscous_friction")
+
+
+@pytest.fixture(scope="module")
+def silverbox() -> Found:
+    return judged("silverbox", "resonator")
+
+
+@pytest.fixture(scope="module")
+def hair_dryer() -> Found:
+    return judged("hair_dryer", "thermal_lag")
+
+
+def test_piezo_has_hysteresis_in_its_polarisation(piezo: Found) -> None:
+    d, v = piezo
+    assert v["verdict"] == "missing_physics"
+    (finding,) = v["findings"]
+    assert finding["effect"] == "hysteresis"
+    place = finding["location"]
+    assert "C_nl" in {place["element"], *place["indistinguishable_from"]}
+    assert place["indistinguishable_from"]
+    assert v["advice"]
+    assert d.nominal is not None
+    assert d.repaired is not None
+    assert normalised_error(d.nominal)["x"] > 0.12
+    assert normalised_error(d.repaired)["x"] < 0.015
+
+
+def test_emps_has_coulomb_friction(emps: Found) -> None:
+    _, v = emps
+    assert v["verdict"] == "missing_physics"
+    (finding,) = v["findings"]
+    assert finding["effect"] == "coulomb_friction"
+    assert finding["location"]["element"] == "F_v"
+    assert [p["name"] for p in finding["parameters"]] == ["F_c_F_v"]
+    values = {p["name"]: p["value"] for p in v["parameters"]}
+    assert values["M"] == pytest.approx(95.1, rel=0.1)
+    assert values["F_v"] == pytest.approx(203.5, rel=0.1)
+    assert values["F_c_F_v"] == pytest.approx(20.4, rel=0.1)
+    assert "offset_F" in {n["name"] for n in v["nuisances"]}
+
+
+def test_silverbox_has_a_cubic_spring(silverbox: Found) -> None:
+    _, v = silverbox
+    assert v["verdict"] == "missing_physics"
+    (finding,) = v["findings"]
+    assert finding["effect"] == "nonlinear_stiffness"
+    assert finding["location"]["element"] == "k"
+    assert v["fit"]["repaired"]["test_rmse"]["y"] < 1e-3
+
+
+def test_hair_dryer_has_nothing_but_dead_time(hair_dryer: Found) -> None:
+    _, v = hair_dryer
+    for finding in v["findings"]:
+        if finding["effect"] == "unknown":
+            assert finding["also_possible"][0]["effect"] == "delay"
+        else:
+            assert finding["effect"] == "delay"
