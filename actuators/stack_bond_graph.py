@@ -67,12 +67,16 @@ def stack_bond_graph(
         Se("V_in", unit="V") >> loop
         loop >> R("R_e", resistance, unit="ohm", spread=3.0, source=SOURCE)
         loop >> TF("T_1", ratio=ell) >> polarisation
-        polarisation >> C("C_nl", capacitance * length**2, unit="C*m/(V/m)", spread=3.0, law=law, source=SOURCE)
+        polarisation >> C(
+            "C_nl", capacitance * length**2, unit="C*m/(V/m)", spread=3.0, law=law, source=SOURCE
+        )
         body >> force >> TF("T_2", ratio=ell / t) >> polarisation
         force >> C("k", stiffness=stiffness, unit="N/m", spread=2.0, source=SOURCE)
         if external_force:
             Se("F_e", unit="N") >> body
-        body >> I("m", mass, unit="kg", spread=2.0, source="a third of the ceramics, and the payload")
+        body >> I(
+            "m", mass, unit="kg", spread=2.0, source="a third of the ceramics, and the payload"
+        )
         body >> R("R_nl", damping, unit="N*s/m", spread=10.0, source=SOURCE)
         if "i" in sensors:
             loop >> Df("i", unit="A")

@@ -36,6 +36,7 @@ from bondgraph.laws.law import Law
 
 ONE = symbol("one")
 RAMP = symbol("ramp")
+MOST_DEPENDENT = 3  # the closed forms of more grow beyond use
 
 
 class DerivativeCausality(GraphError):
@@ -485,5 +486,11 @@ def _resolve_dependent_storages(d: _Derivation) -> None:
     """
     from bondgraph.dependent import eliminate
 
+    if len(d.causality.derivative) > MOST_DEPENDENT:
+        raise DerivativeCausality(
+            f"{d.graph.name}: {', '.join(d.causality.derivative)} have derivative causality, and "
+            f"more than {MOST_DEPENDENT} are not solved at once; put resistances in series with "
+            "them (or merge them)"
+        )
     for name in d.causality.derivative:
         eliminate(d, d.graph[name])

@@ -302,13 +302,27 @@ def _own_parameters(e: Element) -> tuple[Parameter, ...]:
     found: list[Parameter] = []
     if isinstance(e, TwoPort) and isinstance(e.ratio, int | float):
         found.append(
-            Parameter(e.name, float(e.ratio), e.unit or "1", fixed=e.fixed, source=e.source, spread=e.spread)
+            Parameter(
+                e.name,
+                float(e.ratio),
+                e.unit or "1",
+                fixed=e.fixed,
+                source=e.source,
+                spread=e.spread,
+            )
         )
     if isinstance(e, Valued):
         value = e.stiffness if isinstance(e, C) and e.stiffness is not None else e.value
         if isinstance(value, int | float):
             found.append(
-                Parameter(e.name, float(value), e.unit or "1", fixed=e.fixed, source=e.source, spread=e.spread)
+                Parameter(
+                    e.name,
+                    float(value),
+                    e.unit or "1",
+                    fixed=e.fixed,
+                    source=e.source,
+                    spread=e.spread,
+                )
             )
         if e.law is not None:
             found.extend(e.law.parameters(e.name))

@@ -236,7 +236,9 @@ def run_record(
     state_directions : bool
         Differentiate by the initial state too (last n_x columns of ``dy``).
     """
-    return run_prepared(prepare(compiled, p, step, n_sub, directions, state_directions), u, x0, hold)
+    return run_prepared(
+        prepare(compiled, p, step, n_sub, directions, state_directions), u, x0, hold
+    )
 
 
 def _initial_memory(

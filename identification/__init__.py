@@ -1,0 +1,1 @@
+"""Data meets physics: problems, fits and diagnosis."""

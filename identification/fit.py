@@ -15,7 +15,6 @@ from identification.residual import (
     Point,
     evaluate,
     offset_scale,
-    output_delays,
     parameters_at,
     slots,
     start_point,
@@ -73,12 +72,14 @@ class Fit:
     def residuals(self, part: str) -> Array:
         """Measured less simulated on ``train`` or ``test``, shape (n, n_y), SI."""
         m = self.problem.data.mask(part)
-        return self.problem.data.readings[m] - self.simulated[m]
+        return np.asarray(self.problem.data.readings[m] - self.simulated[m])
 
     def rmse(self, part: str) -> dict[str, float]:
         """Root mean square error of each reading, SI."""
         r = self.residuals(part)
-        return {n: float(np.sqrt(np.mean(r[:, c] ** 2))) for c, n in enumerate(self.problem.data.names)}
+        return {
+            n: float(np.sqrt(np.mean(r[:, c] ** 2))) for c, n in enumerate(self.problem.data.names)
+        }
 
     def chi2(self, part: str) -> float:
         """Mean square residual over the noise floor, all readings."""
@@ -88,7 +89,9 @@ class Fit:
     def values(self) -> dict[str, float]:
         """All model parameters by name, declared delays (s) included."""
         names = self.problem.compiled.parameter_names
-        found = dict(zip(names, map(float, parameters_at(self.problem, self.point.theta)), strict=True))
+        found = dict(
+            zip(names, map(float, parameters_at(self.problem, self.point.theta)), strict=True)
+        )
         delays = self.point.theta[slots(self.problem).delays]
         for n, d in zip(self.problem.delays, delays, strict=True):
             found[n] = float(d) * self.problem.data.dt
@@ -116,7 +119,7 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
     if not np.isfinite(cost):
         return Fit(problem, point, Status.BROKEN, np.inf, 0, now.y)
     damping, status, iteration = 1e-3, Status.ITERATIONS, 0
-    for iteration in range(1, max_iterations + 1):
+    for iteration in range(1, max_iterations + 1):  # noqa: B007 (used after the loop)
         system = _normal(problem, now, point)
         while True:
             trial = _step(problem, system, point, damping, lower, upper)
@@ -128,11 +131,11 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
             if damping > 1e9:
                 break
         if damping > 1e9:
-            moved = _unstick(problem, point, cost)
-            if moved is None:
+            freed = _unstick(problem, point, cost)
+            if freed is None:
                 status = Status.NO_PROGRESS
                 break
-            point, now, cost, damping = *moved, 1e-2
+            (point, now, cost), damping = freed, 1e-2
             continue
         gain = (cost - trial_cost) / max(cost, 1e-300)
         moved = float(np.abs(trial.theta - point.theta).max(initial=0.0))
@@ -216,7 +219,11 @@ def _normal(problem: Problem, e: Evaluation, point: Point) -> _System:
     scale = problem.state_scale
     for (rows, local), x0 in zip(e.local, _scored_states(problem, point), strict=True):
         stacked = np.vstack([local * scale, 0.1 * np.eye(local.shape[1])])
-        pull = -0.1 * (x0 - problem.rest_state) / scale if problem.window is None else np.zeros(local.shape[1])
+        pull = (
+            -0.1 * (x0 - problem.rest_state) / scale
+            if problem.window is None
+            else np.zeros(local.shape[1])
+        )
         right = np.concatenate([e.residual[rows], pull])
         body = np.vstack([e.jacobian[rows], np.zeros((local.shape[1], e.jacobian.shape[1]))])
         q, r = np.linalg.qr(stacked)
@@ -225,7 +232,7 @@ def _normal(problem: Problem, e: Evaluation, point: Point) -> _System:
         pieces.append(np.hstack([body - q @ by_theta, (right - q @ by_residual)[:, None]]))
     n = e.jacobian.shape[1]
     prior = np.hstack([np.diag(weight), (-weight * point.theta)[:, None]])
-    compressed = np.linalg.qr(np.vstack([*pieces, prior]), mode="r")
+    compressed = np.asarray(np.linalg.qr(np.vstack([*pieces, prior]), mode="r"))
     return _System(compressed[:, :n], compressed[:, n], states)
 
 
@@ -249,7 +256,12 @@ def _step(
     delta = np.zeros(size.size)
     delta[free] = np.linalg.lstsq(a[:, free], b, rcond=None)[0]
     if ((delta < low) | (delta > high)).any():
-        solved = lsq_linear(a[:, free] / size[free], b, (low[free] * size[free], high[free] * size[free]), method="bvls")
+        solved = lsq_linear(
+            a[:, free] / size[free],
+            b,
+            (low[free] * size[free], high[free] * size[free]),
+            method="bvls",
+        )
         delta = np.zeros(size.size)
         delta[free] = solved.x / size[free]
         delta = np.clip(delta, low, high)
@@ -287,7 +299,7 @@ def _finish(
 
 
 def _held_out_states(problem: Problem, point: Point) -> Point:
-    """Initial states of the held-out windows, parameters kept: what an observer would know."""
+    """Fit initial states of the held-out windows, as an observer would; parameters kept."""
     data = problem.data
     swapped = replace(data.split, train=data.split.test, test=data.split.train)
     return refine_states(replace(problem, data=replace(data, split=swapped)), point)
@@ -336,12 +348,15 @@ def _estimates(
     at = slots(problem)
     covariance = _sandwich(problem, e, point)
     sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    found, nuisances = [], []
+    found: list[Estimate] = []
+    nuisances: list[Estimate] = []
     for i, f in enumerate(problem.free):
         t = float(point.theta[i])
         ends = sorted((f.value(t - 1.96 * sd[i]), f.value(min(t + 1.96 * sd[i], 700.0))))
         at_bound = bool(t <= lower[i] + 1e-9 or t >= upper[i] - 1e-9)
-        entry = Estimate(f.parameter.name, f.value(t), f.parameter.unit, (ends[0], ends[1]), at_bound)
+        entry = Estimate(
+            f.parameter.name, f.value(t), f.parameter.unit, (ends[0], ends[1]), at_bound
+        )
         (nuisances if f.parameter.name.startswith("offset_") else found).append(entry)
     dt = problem.data.dt
     for j, n in enumerate(problem.delays):
@@ -355,7 +370,9 @@ def _estimates(
         if upper[k] > lower[k]:
             v, s = lags[c] * dt, 1.96 * sd[k] * dt
             hit = bool(abs(lags[c]) >= NUISANCE_LAG - 1e-9)
-            nuisances.append(Estimate(f"delay {n}", float(v), "s", (float(v - s), float(v + s)), hit))
+            nuisances.append(
+                Estimate(f"delay {n}", float(v), "s", (float(v - s), float(v + s)), hit)
+            )
         if upper[o] > lower[o]:
             v, s = point.theta[o] * scale[c], 1.96 * sd[o] * scale[c]
             unit = getattr(problem.graph[n], "unit", "")

@@ -12,7 +12,7 @@ RELATIVE_LEAST = 1e-5
 
 
 def noise_floor(recording: Recording, split: Split, sensors: tuple[str, ...]) -> dict[str, float]:
-    """Standard deviation of the noise of each sensor, SI.
+    """Return standard deviation of the noise of each sensor, SI.
 
     A rest of at least 200 samples gives it directly (less its slow trend). Otherwise the noise is
     taken as white at the level of the highest fifth of the spectrum, where plants answer least.

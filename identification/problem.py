@@ -137,7 +137,7 @@ class Free:
         return self.start * float(np.exp(theta)) if self.log else self.start + self.scale * theta
 
     def slope(self, theta: float) -> float:
-        """Derivative of the value by theta."""
+        """Return derivative of the value by theta."""
         return self.value(theta) if self.log else self.scale
 
     def bounds(self) -> tuple[float, float]:
@@ -281,10 +281,10 @@ class Problem:
         )  # fmt: skip
         moved = run.y[:, len(self.data.names) :]
         spread = np.where(np.isfinite(moved), moved, 0.0).std(axis=0)
-        return np.maximum(spread, 1e-6 * np.abs(self.rest_state) + 1e-30)
+        return np.asarray(np.maximum(spread, 1e-6 * np.abs(self.rest_state) + 1e-30))
 
     def fine_inputs(self, window: slice) -> Array:
-        """Inputs at both ends of each sub-step of a window."""
+        """Return inputs at both ends of each sub-step of a window."""
         key = (window.start, window.stop)
         if key not in self._fine:
             self._fine[key] = fine_inputs(self.inputs[window], self.steps, self.data.hold)

@@ -8,6 +8,7 @@ eliminated one by one (variable projection, Golub and Pereyra, SIAM J. Numer. An
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -48,7 +49,11 @@ def slots(problem: Problem) -> Slots:
     """Layout of ``theta`` for `problem`."""
     f, y, d = len(problem.free), len(problem.data.names), len(problem.delays)
     return Slots(
-        slice(0, f), slice(f, f + y), slice(f + y, f + y + d), slice(f + y + d, f + 2 * y + d), f + 2 * y + d
+        slice(0, f),
+        slice(f, f + y),
+        slice(f + y, f + y + d),
+        slice(f + y + d, f + 2 * y + d),
+        f + 2 * y + d,
     )
 
 
@@ -83,7 +88,7 @@ def windows(problem: Problem) -> list[slice]:
         start, stop = part.start or 0, part.stop if part.stop is not None else n
         count = max(1, round((stop - start) / problem.window))
         edges = np.linspace(start, stop, count + 1).astype(int)
-        found += [slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 2]
+        found += [slice(int(a), int(b)) for a, b in pairwise(edges) if b - a > 2]
     return sorted(found, key=lambda s: s.start)
 
 
@@ -104,7 +109,7 @@ def start_point(problem: Problem) -> Point:
 
 def offset_scale(problem: Problem) -> Array:
     """Spread of each reading, the unit of its offset, shape (n_y,)."""
-    return np.maximum(problem.data.readings.std(axis=0), problem.data.floor)
+    return np.asarray(np.maximum(problem.data.readings.std(axis=0), problem.data.floor))
 
 
 def parameters_at(problem: Problem, theta: Array) -> Array:
@@ -136,7 +141,11 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
     ready = prepare(compiled, p, data.dt, n_sub, directions, derivatives)
     for w, x0 in zip(windows(problem), point.states, strict=True):
         run = run_prepared(
-            ready, problem.inputs[w], x0, fine=problem.fine_inputs(w), every_substep=bool(problem.delays)
+            ready,
+            problem.inputs[w],
+            x0,
+            fine=problem.fine_inputs(w),
+            every_substep=bool(problem.delays),
         )
         if problem.delays:
             declared = lags - point.theta[at.lags]
@@ -153,7 +162,9 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
         part = ((data.readings[w] - y[w]) * weight)[chosen]
         rows.append(part.ravel(order="F"))
         if derivatives:
-            slopes = np.array([f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)])
+            slopes = np.array(
+                [f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)]
+            )
             block = np.zeros((n_y, part.shape[0], at.size))
             block[:, :, at.free] = tangent[chosen][:, :, : slopes.size].transpose(1, 0, 2) * slopes
             for c in range(n_y):
@@ -173,7 +184,7 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
 
 
 def _declared_delays(run: Run, n_y: int, delays: Array, n_sub: int) -> tuple[Run, Array]:
-    """Outputs after the declared delays, on the samples; derivative by the delays."""
+    """Return outputs after the declared delays, on the samples; derivative by the delays."""
     n = (run.y.shape[0] - 1) // n_sub + 1
     y, dy = np.empty((n, n_y)), np.empty((n, n_y, run.dy.shape[2]))
     slopes = np.empty((n, n_y))
@@ -184,7 +195,7 @@ def _declared_delays(run: Run, n_y: int, delays: Array, n_sub: int) -> tuple[Run
 
 
 def _lagged(run: Run, n_y: int, lags: Array, derivatives: bool) -> tuple[Array, Array, Array]:
-    """Outputs after their delays, derivative by the delay, derivatives by everything else."""
+    """Delay the outputs; also their derivatives by the delay and by everything else."""
     simulated, tangent = run.y[:, :n_y].copy(), run.dy[:, :n_y]
     shifts = np.zeros_like(simulated)
     if not derivatives and not lags.any():

@@ -48,7 +48,7 @@ def derivation() -> None:
 
 
 def simulation() -> None:
-    """How the time of a simulation grows with samples and operators, with and without derivatives."""
+    """How the time of a simulation grows with samples, operators and derivatives."""
     for samples in (5_000, 50_000, 200_000):
         _simulate(samples, 8)
     for operators in (1, 4, 16, 64):
@@ -62,7 +62,11 @@ def _simulate(samples: int, operators: int) -> None:
     p = compiled.nominal()
     u = inputs_of(compiled, {"V_in": 50 - 50 * np.cos(4 * np.pi * t)}, samples)
     x0 = equilibrium(compiled, p, u[0])
-    directions = [i for i, n in enumerate(compiled.parameter_names) if n in ("T", "R_e", "C_nl", "k", "m", "R_nl")]
+    directions = [
+        i
+        for i, n in enumerate(compiled.parameter_names)
+        if n in ("T", "R_e", "C_nl", "k", "m", "R_nl")
+    ]
 
     def plain() -> object:
         return run_record(compiled, p, u, 2e-4, x0)
@@ -76,13 +80,14 @@ def _simulate(samples: int, operators: int) -> None:
     first = time.perf_counter() - begin
     a, b = _best(plain), _best(gradients)
     print(
-        f"{samples:7d} samples, {operators:3d} operators: {1e9 * a / samples:7.0f} ns a sample, with 6 "
+        f"{samples:7d} samples, {operators:3d} operators: {1e9 * a / samples:7.0f} ns a "
+        "sample, with 6 "
         f"derivatives {1e9 * b / samples:7.0f} ns (first call {first:.2f} s)"
     )
 
 
 def diagnosis() -> None:
-    """The bench recording, and the 50,001-sample piezo recording when it is here."""
+    """Return the bench recording, and the 50,001-sample piezo recording when it is here."""
     from hardware.simulators import draw_truth, record
     from identification.command_line.demo import run
 
@@ -91,11 +96,14 @@ def diagnosis() -> None:
         record(draw_truth(7, effect="hysteresis", place="C_nl"), 7).write_csv(path)
         for what in ("first time", "again"):
             d = run(path, -1, None, 7)
-            print(f"virtual bench, 8192 samples, 3 channels, {len(d.trials)} candidates, {what}: {d.seconds:.1f} s")
+            print(
+                f"virtual bench, 8192 samples, 3 channels, {len(d.trials)} candidates, {what}: "
+                f"{d.seconds:.1f} s"
+            )
 
 
 def piezo() -> None:
-    """The 50,001-sample piezo recording when it is here."""
+    """Return the 50,001-sample piezo recording when it is here."""
     from identification.command_line.recordings import match_by_unit
     from identification.data import available, load
     from identification.diagnosis.diagnose import diagnose
@@ -108,7 +116,10 @@ def piezo() -> None:
     recording, _ = match_by_unit(recording, graph)
     for what in ("first time", "again"):
         d = diagnose(graph, recording, split, model="stack_bond_graph")
-        print(f"piezo-actuator-sine, {recording.n} samples, {len(d.trials)} candidates, {what}: {d.seconds:.1f} s")
+        print(
+            f"piezo-actuator-sine, {recording.n} samples, {len(d.trials)} candidates, "
+            f"{what}: {d.seconds:.1f} s"
+        )
 
 
 MEASUREMENTS: dict[str, Callable[[], None]] = {

@@ -13,6 +13,7 @@ from pathlib import Path
 from joblib import Parallel, delayed
 
 from actuators.catalogue import stack_with_payload
+from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.signals import Recording
 from hardware.simulators import Truth, draw_truth, effects, record, seal
 from identification.command_line.progress import Bar
@@ -20,7 +21,6 @@ from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.report import write_report
 from identification.diagnosis.search import Options
 from identification.diagnosis.verdict import verdict, write_atomically, write_verdict
-from bondgraph.errors import UnusableInput, unknown_name
 
 CHANNELS = {"V_in": "V", "x": "x", "i": "i"}
 PLACES = {"b": "R_nl"}
@@ -105,7 +105,9 @@ def judge(truth: Truth, d: Diagnosis) -> Outcome:
     places = [where, *finding["location"]["indistinguishable_from"]] if finding else []
     possible = {(p["effect"], p["element"]) for p in finding["also_possible"]} if finding else set()
     if truth.effect.name == "none":
-        result = "false alarm" if v["verdict"] in ("missing_physics", "unknown_physics") else "right"
+        result = (
+            "false alarm" if v["verdict"] in ("missing_physics", "unknown_physics") else "right"
+        )
     elif v["verdict"] == "missing_physics":
         if named == truth.effect.name and place in places:
             result = "right"
@@ -159,10 +161,13 @@ def one(seed: int, folder: Path, effect: str | None) -> Outcome:
 
 
 def summary(found: list[Outcome], seconds: float) -> str:
-    """Counts, in total and by effect."""
+    """Return counts, in total and by effect."""
     kinds = ("right", "look-alikes", "abstained", "missed", "wrong", "false alarm")
     total = Counter(o.result for o in found)
-    lines = ["", ", ".join(f"{k} {total[k]}" for k in kinds) + f" of {len(found)} in {seconds:.0f} s"]
+    lines = [
+        "",
+        ", ".join(f"{k} {total[k]}" for k in kinds) + f" of {len(found)} in {seconds:.0f} s",
+    ]
     for name in sorted({o.effect for o in found}):
         part = Counter(o.result for o in found if o.effect == name)
         lines.append(f"  {name:22s} " + ", ".join(f"{k} {part[k]}" for k in kinds if part[k]))

@@ -74,7 +74,9 @@ def _parser() -> argparse.ArgumentParser:
 
     p = verbs.add_parser("diagnose", help="locate, name and repair a mismatch")
     p.add_argument("recording", help="a .csv, .npz or .mat file, or a known recording")
-    p.add_argument("--model", required=True, help="catalogue name, package.module:factory or file.py")
+    p.add_argument(
+        "--model", required=True, help="catalogue name, package.module:factory or file.py"
+    )
     p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
     p.add_argument("--out", type=Path, default=Path("bondsight-out"), help="folder for the results")
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
@@ -84,8 +86,12 @@ def _parser() -> argparse.ArgumentParser:
     p.set_defaults(run=_diagnose)
 
     p = verbs.add_parser("demo", help="conceal an effect on a virtual bench and find it")
-    p.add_argument("--seed", type=_seed, default=None, help="draw of the bench (default: by chance)")
-    p.add_argument("--seeds", type=int, default=None, help="run that many draws and print the score")
+    p.add_argument(
+        "--seed", type=_seed, default=None, help="draw of the bench (default: by chance)"
+    )
+    p.add_argument(
+        "--seeds", type=int, default=None, help="run that many draws and print the score"
+    )
     p.add_argument("--first", type=_seed, default=1, help="first seed of --seeds")
     p.add_argument("--effect", default=None, help="conceal this effect instead of drawing one")
     p.add_argument("--out", type=Path, default=Path("bondsight-out/demo"))
@@ -98,7 +104,9 @@ def _parser() -> argparse.ArgumentParser:
 
     p = verbs.add_parser("equations", help="print the equations of a model")
     p.add_argument("model")
-    p.add_argument("--format", choices=("ordered", "closed", "latex", "causality"), default="ordered")
+    p.add_argument(
+        "--format", choices=("ordered", "closed", "latex", "causality"), default="ordered"
+    )
     p.set_defaults(run=_equations)
 
     p = verbs.add_parser("draw", help="draw a model with its causal strokes as SVG")
@@ -150,7 +158,9 @@ def _writable(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise BondsightError(f"cannot write to {folder}: {error.strerror}; give another --out") from None
+        raise BondsightError(
+            f"cannot write to {folder}: {error.strerror}; give another --out"
+        ) from None
     if not os.access(folder, os.W_OK):
         raise BondsightError(f"cannot write to {folder}: no permission; give another --out")
 
@@ -176,7 +186,10 @@ def _check(options: argparse.Namespace) -> int:
         return 2
     print(assign_causality(graph))
     space = derive(graph)
-    print(f"sound: {len(graph.elements)} elements, states {', '.join(str(s.symbol) for s in space.states)}")
+    print(
+        f"sound: {len(graph.elements)} elements, states "
+        f"{', '.join(str(s.symbol) for s in space.states)}"
+    )
     return 0
 
 

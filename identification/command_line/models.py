@@ -35,7 +35,9 @@ def load_model(text: str) -> BondGraph:
         raise UnusableInput(f"{error}; or give package.module:factory, or a .py file with model()")
     graph = _call(factory, text)
     if not isinstance(graph, BondGraph):
-        raise UnusableInput(f"model {text} returns {type(graph).__name__}, not a BondGraph; return the graph")
+        raise UnusableInput(
+            f"model {text} returns {type(graph).__name__}, not a BondGraph; return the graph"
+        )
     return graph
 
 

@@ -27,7 +27,7 @@ class Thresholds:
     share : float
         Part of the excess over the floor that a named effect must explain.
     floor : float
-        Held-out mean square that counts as reaching the floor, if `near` of the excess is explained.
+        Held-out mean square that counts as the floor, if `near` of the excess is explained.
     simpler : float
         A richer law must remove this part of what a simpler one leaves.
     """
@@ -94,7 +94,9 @@ def decide(
     excess = nominal - 1.0
     named = [x for x in trials if x.effect != "unknown" and x.home and _present(x)]
     if not named or nominal < t.mismatch:
-        return Decision("explained", None, (), (), 0.0, 0.0, (f"held-out misfit {nominal:.3g} times the floor",))
+        return Decision(
+            "explained", None, (), (), 0.0, 0.0, (f"held-out misfit {nominal:.3g} times the floor",)
+        )
     best = _simplest(min(named, key=lambda x: x.test), named, t)
     away = [x for x in trials if x.effect != "unknown" and not x.home and _present(x)]
     for x in sorted(away, key=lambda x: x.test):
@@ -104,19 +106,30 @@ def decide(
     gain = paired_z(nominal_blocks, best.blocks)
     drop = (nominal - best.test) / nominal
     if gain < t.z or drop < 0.05:
-        reason = f"no effect of the catalogue improves the held-out part clearly ({best.label}: z {gain:.1f}, {100 * drop:.1f} %)"
+        reason = (
+            f"no effect of the catalogue improves the held-out part clearly ({best.label}: "
+            f"z {gain:.1f}, {100 * drop:.1f} %)"
+        )
         kind = "explained" if nominal < 1.5 else "unknown_physics"
         return Decision(kind, None, (), (), 0.0, 0.0, (reason,))
     if declared < 1.02 * best.test:
-        reason = "the declared parameters already explain the held-out part as well as any effect does"
+        reason = (
+            "the declared parameters already explain the held-out part as well as any effect does"
+        )
         return Decision("explained", None, (), (), 0.0, 0.0, (reason,))
     share = (nominal - best.test) / excess if excess > 0 else 0.0
     same, rivals = _alike(best, trials, t)
     same = tuple(dict.fromkeys((*same, *_same_class(best, trials, nominal, share, classes))))
-    reasons = [f"{best.label} lowers the held-out mean square from {nominal:.4g} to {best.test:.4g} times the floor (z {gain:.1f})"]
+    reasons = [
+        f"{best.label} lowers the held-out mean square from {nominal:.4g} to "
+        f"{best.test:.4g} times the floor (z {gain:.1f})"
+    ]
     enough = share >= t.share or (best.test < t.floor and share >= t.near)
     if not enough:
-        reasons.append(f"it explains {100 * share:.0f} % of the excess, {100 * t.share:.0f} % are needed for a name")
+        reasons.append(
+            f"it explains {100 * share:.0f} % of the excess, {100 * t.share:.0f} % are "
+            "needed for a name"
+        )
     if rivals:
         reasons.append("as good on held-out data: " + ", ".join(r.label for r in rivals))
     kind = "missing_physics" if enough and not rivals else "unknown_physics"
@@ -138,16 +151,20 @@ def _present(x: Trial) -> bool:
 
 
 def _simplest(best: Trial, named: Sequence[Trial], t: Thresholds) -> Trial:
-    """A simpler effect at the same place when the richer one adds little."""
+    """Return a simpler effect at the same place when the richer one adds little."""
     for name in by_name(best.effect).simpler:
         for x in named:
             if x.effect == name and x.element == best.element:
-                if (x.test - best.test) < t.simpler * max(x.test - 1.0, 0.0) or x.test < best.test * 1.02:
+                if (x.test - best.test) < t.simpler * max(
+                    x.test - 1.0, 0.0
+                ) or x.test < best.test * 1.02:
                     return x
     return best
 
 
-def _alike(best: Trial, trials: Sequence[Trial], t: Thresholds) -> tuple[tuple[Trial, ...], tuple[Trial, ...]]:
+def _alike(
+    best: Trial, trials: Sequence[Trial], t: Thresholds
+) -> tuple[tuple[Trial, ...], tuple[Trial, ...]]:
     same, rivals = [], []
     richer = {x.effect for x in trials if best.effect in by_name(x.effect).simpler}
     for x in trials:
@@ -177,7 +194,7 @@ def _richer(best: Trial, trials: Sequence[Trial], t: Thresholds) -> tuple[Trial,
 def _same_class(
     best: Trial, trials: Sequence[Trial], nominal: float, share: float, classes: Structure | None
 ) -> tuple[Trial, ...]:
-    """The effect at other ports of the class, where it explains practically as much.
+    """Return the effect at other ports of the class, where it explains practically as much.
 
     Within a class only the shape of the law speaks; a percent or two of the misfit is no evidence
     for a place.

@@ -6,6 +6,7 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -116,7 +117,9 @@ def diagnose(
     graph.require_sound()
     compiled = compile_model(graph)
     if not compiled.n_y:
-        raise UnusableInput(f"{graph.name} has no sensor: attach a De, Df or Dq whose name is the measured channel")
+        raise UnusableInput(
+            f"{graph.name} has no sensor: attach a De, Df or Dq whose name is the measured channel"
+        )
     say("reading the noise floor", 0.01)
     sensors = tuple(s.name for s in graph.of_type(Sensor))
     commands = [s.name for s in graph.of_type(Source)]
@@ -124,11 +127,15 @@ def diagnose(
     split = split or _split(recording, commands)
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     if reason := _insufficient(graph, data):
-        return replace(result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin)
+        return replace(
+            result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
+        )
     floor = noise_floor(recording, split, sensors)
     data = replace(data, floor=np.array([floor[n] for n in sensors]))
     if reason := _nothing_moves(data):
-        return replace(result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin)
+        return replace(
+            result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
+        )
     # tiny matrices: threads of the linear algebra only get in each other's way
     with warnings.catch_warnings(), threadpool_limits(1):
         warnings.simplefilter("ignore", RuntimeWarning)
@@ -136,7 +143,8 @@ def diagnose(
         template, nominal = nominal_fit(graph, data, hold)
         if nominal.status is Status.BROKEN or not np.isfinite(nominal.cost):
             raise UnusableInput(
-                f"{graph.name} cannot be simulated on {recording.name}: the outputs are not finite; "
+                f"{graph.name} cannot be simulated on {recording.name}: the outputs are not "
+                "finite; "
                 "check parameter values, signs and units"
             )
         declared = _declared_fit(template, nominal)
@@ -179,7 +187,10 @@ def _insufficient(graph: BondGraph, data: Data) -> str:
     needed = max(30, 5 * n_free)
     train = int(data.mask("train").sum())
     if train < needed or data.mask("test").sum() < 8:
-        return f"{data.n} samples are too few for {n_free} parameters: record at least {2 * needed} samples"
+        return (
+            f"{data.n} samples are too few for {n_free} parameters: record at least "
+            f"{2 * needed} samples"
+        )
     still = [n for c, n in enumerate(data.names) if np.ptp(data.readings[:, c]) == 0]
     if len(still) == len(data.names):
         return f"the output {', '.join(still)} is constant: excite the system and check the sensor"
@@ -255,11 +266,15 @@ def _first_fit(base: Problem) -> Fit:
         if values:
             fits.append(fit(replace(base, starts=values), max_iterations=25))
     result = best(fits)
-    return replace(result, problem=result.problem) if result.problem is base else _rebased(base, result)
+    return (
+        replace(result, problem=result.problem)
+        if result.problem is base
+        else _rebased(base, result)
+    )
 
 
 def _rebased(base: Problem, result: Fit) -> Fit:
-    """The same fit expressed from the declared start values, so that points can be shared."""
+    """Express the fit from the declared start values, so that points can be shared."""
     point = result.point
     theta = point.theta.copy()
     for i, f in enumerate(base.free):
@@ -268,25 +283,31 @@ def _rebased(base: Problem, result: Fit) -> Fit:
     return replace(result, problem=base, point=replace(point, theta=theta))
 
 
-def _thinned(
-    template: Problem, nominal: Fit, seen: Scene, options: Options
-) -> tuple[Problem, Fit]:
+def _thinned(template: Problem, nominal: Fit, seen: Scene, options: Options) -> tuple[Problem, Fit]:
     """Problem for the search on thinned data, and the nominal fit on the same data."""
     factor = thinning(template.data, options.samples)
     states = [str(s.symbol) for s in template.compiled.space.states]
     known = {n: nominal.point.states[:, i] for i, n in enumerate(states)}
     offsets = tuple(float(v) for v in nominal.point.theta[slots(template).offsets])
-    start = {"starts": dict(nominal.values), "known_states": known, "known_offsets": offsets}
+    start: dict[str, Any] = {
+        "starts": dict(nominal.values),
+        "known_states": known,
+        "known_offsets": offsets,
+    }
     if factor == 1:
         return replace(template, graph=seen.graph, **start), nominal
     window = template.window and max(template.window // factor, 16)
     thin = replace(template, data=template.data.thinned(factor), window=window)
     base = replace(thin, graph=seen.graph, **start)
-    return base, fit(replace(thin, known_states=known), start=_lags_scaled(nominal, thin, factor), max_iterations=8)
+    return base, fit(
+        replace(thin, known_states=known),
+        start=_lags_scaled(nominal, thin, factor),
+        max_iterations=8,
+    )
 
 
 def _lags_scaled(f: Fit, problem: Problem, factor: float) -> Point:
-    """The point of a fit on another sampling grid: lags and delays count samples."""
+    """Return the point of a fit on another sampling grid: lags and delays count samples."""
     at = slots(problem)
     theta = f.point.theta.copy()
     theta[at.lags] /= factor
@@ -316,13 +337,22 @@ def _on_full_data(decision: Decision, template: Problem) -> Decision:
             problem = replace(problem, known_states={})
             point = Point(point.theta, start_point(problem).states)
         fits.append(fit(problem, start=point, max_iterations=10))
-    sound = [f for f in fits if f.status is not Status.BROKEN and np.isfinite(f.simulated[template.data.mask("test")]).all()]
+    sound = [
+        f
+        for f in fits
+        if f.status is not Status.BROKEN
+        and np.isfinite(f.simulated[template.data.mask("test")]).all()
+    ]
     if not sound:
         return decision
     first = sound[0]
     result = min(sound, key=lambda f: f.cost * (1.0 if f is first else 1.03))
     trial = replace(
-        chosen, fit=result, train=result.chi2("train"), test=result.chi2("test"), blocks=blocks_of(result)
+        chosen,
+        fit=result,
+        train=result.chi2("train"),
+        test=result.chi2("test"),
+        blocks=blocks_of(result),
     )
     return replace(decision, chosen=trial)
 
@@ -333,7 +363,10 @@ def _declared_fit(template: Problem, nominal: Fit) -> Fit:
 
 
 def _notes(problem: Problem) -> tuple[str, ...]:
-    notes = [f"commands between samples: {problem.data.hold}", f"held out: {problem.data.split.rule}"]
+    notes = [
+        f"commands between samples: {problem.data.hold}",
+        f"held out: {problem.data.split.rule}",
+    ]
     if problem.window is not None:
         seconds = problem.window * problem.data.dt
         notes.append(
@@ -344,16 +377,21 @@ def _notes(problem: Problem) -> tuple[str, ...]:
 
 
 def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
-    """What to record next, computed from the structure."""
+    """Return what to record next, computed from the structure."""
     if d.decision is None or d.decision.chosen is None or d.scene is None or d.structure is None:
         if d.kind == "unknown_physics":
             if beyond := _beyond_training(d):
                 return (beyond,)
-            return ("no effect of the catalogue fits: record a slow large sweep and a step with a rest after it",)
+            return (
+                "no effect of the catalogue fits: record a slow large sweep and a step with a "
+                "rest after it",
+            )
         return ()
     chosen, lines = d.decision.chosen, []
     same = list(dict.fromkeys(t.element for t in d.decision.same_place))
-    for signal, junction, split in splitting_signals(d.scene.fitted, chosen.element, same, frequencies)[:1]:
+    for signal, junction, split in splitting_signals(
+        d.scene.fitted, chosen.element, same, frequencies
+    )[:1]:
         lines.append(
             f"record {_signal_name(d.scene.graph, signal, junction)} (the "
             f"{'flow' if signal.startswith('f_') else 'effort'} at {junction}): it separates "
@@ -362,12 +400,14 @@ def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     for name in same:
         if isinstance(d.graph[name], Source):
             lines.append(
-                f"record what {name} really puts out beside its command: it separates {chosen.element} from {name}"
+                f"record what {name} really puts out beside its command: it separates "
+                f"{chosen.element} from {name}"
             )
     effects = sorted({t.effect for t in d.decision.rivals})
     if effects:
         lines.append(
-            f"to separate {chosen.effect} from {', '.join(effects)}: record the same command at half the "
+            f"to separate {chosen.effect} from {', '.join(effects)}: record the same "
+            "command at half the "
             "amplitude and at a third of the speed"
         )
     return tuple(lines)
@@ -382,18 +422,29 @@ def _beyond_training(d: Diagnosis) -> str:
         margin = 0.05 * float(np.ptp(train))
         if test.min() < train.min() - margin or test.max() > train.max() + margin:
             return (
-                f"{n} runs from {test.min():.4g} to {test.max():.4g} in the held-out part but only from "
-                f"{train.min():.4g} to {train.max():.4g} in training: record the whole range in both"
+                f"{n} runs from {test.min():.4g} to {test.max():.4g} in the held-out part but "
+                "only from "
+                f"{train.min():.4g} to {train.max():.4g} in training: record the whole range in "
+                "both"
             )
     return ""
 
 
 def _signal_name(graph: BondGraph, signal: str, junction: str) -> str:
     """Usual word for a junction's variable, from the unit of a source at it."""
-    units = {s.unit for b in graph.bonds_of(junction) for s in [graph[b.tail], graph[b.head]] if isinstance(s, Source)}
+    units = {
+        s.unit
+        for b in graph.bonds_of(junction)
+        for s in [graph[b.tail], graph[b.head]]
+        if isinstance(s, Source)
+    }
     if "V" in units and signal.startswith("f_"):
         return "the current i"
-    mechanical = any(isinstance(graph[n], I) and getattr(graph[n], "unit", "") == "kg" for b in graph.bonds_of(junction) for n in (b.tail, b.head))
+    mechanical = any(
+        isinstance(graph[n], I) and getattr(graph[n], "unit", "") == "kg"
+        for b in graph.bonds_of(junction)
+        for n in (b.tail, b.head)
+    )
     if mechanical and signal.startswith("f_"):
         return "the velocity v"
     return f"the signal {signal}"
@@ -409,5 +460,3 @@ def element_kind(graph: BondGraph, name: str) -> str:
         if isinstance(e, types):
             return word
     return "junction"
-
-

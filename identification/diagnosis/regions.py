@@ -39,7 +39,8 @@ class Region:
         """Sentence."""
         return (
             f"{self.axis} {_round(self.low, self)} .. {_round(self.high, self)} {self.unit}: "
-            f"{100 * self.share:.0f} % of the misfit ({self.density:.1f} times its share of the samples)"
+            f"{100 * self.share:.0f} % of the misfit ({self.density:.1f} times its share of "
+            "the samples)"
         )
 
 
@@ -66,12 +67,18 @@ def regions(fit: Fit) -> tuple[Region, ...]:
         v = u[scored]
         if np.ptp(v) > 0:
             found.append(_densest(f"command {name}", v, weight, unit(name)))
-            found.append(_densest(f"rate of {name}", np.gradient(u, data.dt)[scored], weight, f"{unit(name)}/s"))
+            found.append(
+                _densest(
+                    f"rate of {name}", np.gradient(u, data.dt)[scored], weight, f"{unit(name)}/s"
+                )
+            )
     found.append(_band(residual, data.dt))
     return tuple(sorted((r for r in found if r is not None), key=lambda r: -r.density))
 
 
-def _densest(axis: str, values: Array, weight: Array, unit: str, even: bool = False) -> Region | None:
+def _densest(
+    axis: str, values: Array, weight: Array, unit: str, even: bool = False
+) -> Region | None:
     total = float(weight.sum())
     if total <= 0 or values.size < 4 * BINS:
         return None
@@ -86,13 +93,17 @@ def _densest(axis: str, values: Array, weight: Array, unit: str, even: bool = Fa
     part = np.bincount(index, minlength=edges.size - 1) / values.size
     density = np.where(part > 0, share / np.maximum(part, 1e-12), 0.0)
     k = int(np.argmax(density))
-    return Region(axis, float(edges[k]), float(edges[k + 1]), float(share[k]), float(density[k]), unit)
+    return Region(
+        axis, float(edges[k]), float(edges[k + 1]), float(share[k]), float(density[k]), unit
+    )
 
 
 def _band(residual: Array, dt: float) -> Region | None:
     if residual.shape[0] < 64:
         return None
-    spectrum = np.sum(np.abs(np.fft.rfft(residual - residual.mean(axis=0), axis=0)) ** 2, axis=1)[1:]
+    spectrum = np.sum(np.abs(np.fft.rfft(residual - residual.mean(axis=0), axis=0)) ** 2, axis=1)[
+        1:
+    ]
     if not spectrum.any():
         return None
     frequency = np.fft.rfftfreq(residual.shape[0], dt)[1:]

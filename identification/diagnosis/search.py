@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -121,7 +121,10 @@ def search(
     """
     todo = insertions(scene, (*CATALOGUE, UNNAMED))
     screened = _run(
-        [(i, home, replace(template, graph=i.graph), options.screen_iterations, tuple(i.starts)) for _, i, home in todo],
+        [
+            (i, home, replace(template, graph=i.graph), options.screen_iterations, tuple(i.starts))
+            for _, i, home in todo
+        ],
         options, progress, 0.15, 0.6, "screening",
     )  # fmt: skip
     if not screened:
@@ -157,7 +160,7 @@ def _kept(v: Array, factor: int) -> bool:
     return bool(np.quantile(off, 0.999) < 5e-3 * (np.ptp(v) or 1.0))
 
 
-Task = tuple[Insertion, bool, Problem, int, tuple[dict[str, float], ...]]
+Task = tuple[Insertion, bool, Problem, int, tuple[Mapping[str, float], ...]]
 
 
 def _run(
@@ -213,12 +216,17 @@ def finish(trial: Trial, problem: Problem, iterations: int) -> Trial:
         return trial
     result = with_best_hold(result, iterations)
     return Trial(
-        trial.insertion, trial.home, result, result.chi2("train"), result.chi2("test"), blocks_of(result)
+        trial.insertion,
+        trial.home,
+        result,
+        result.chi2("train"),
+        result.chi2("test"),
+        blocks_of(result),
     )
 
 
 def with_best_hold(result: Fit, iterations: int) -> Fit:
-    """The fit under the behaviour of the commands between samples that suits it best.
+    """Return the fit under the behaviour of the commands between samples that suits it best.
 
     A missing lag or delay makes the plain model prefer the wrong behaviour, so every serious
     candidate chooses again; where the behaviour does not show, nothing is refitted.
@@ -240,7 +248,11 @@ def with_best_hold(result: Fit, iterations: int) -> Fit:
 
 
 def attempt(
-    insertion: Insertion, home: bool, problem: Problem, iterations: int, starts: tuple[dict[str, float], ...]
+    insertion: Insertion,
+    home: bool,
+    problem: Problem,
+    iterations: int,
+    starts: tuple[Mapping[str, float], ...],
 ) -> tuple[str, Trial | None]:
     """Fit one insertion from all its starts; None when it cannot be simulated."""
     short: list[Fit] = []
@@ -268,14 +280,16 @@ def attempt(
 
 
 def promising(
-    problem: Problem, starts: tuple[dict[str, float], ...], keep: int = 2
+    problem: Problem, starts: tuple[Mapping[str, float], ...], keep: int = 2
 ) -> list[Problem]:
     """Best starts, `keep` with the nominal fit's values and `keep` with the declared ones.
 
     A large effect may have bent the nominal parameters so far that no path leads back.
     """
     declared = {
-        n: p.value for n, p in problem.graph.parameters.items() if n in problem.starts and not p.fixed
+        n: p.value
+        for n, p in problem.graph.parameters.items()
+        if n in problem.starts and not p.fixed
     }
     chosen: list[Problem] = []
     for base in (dict(problem.starts), {**problem.starts, **declared}):

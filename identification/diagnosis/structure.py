@@ -16,7 +16,7 @@ import numpy as np
 
 from bondgraph.compiled import compile_model
 from bondgraph.discrete import blocks
-from bondgraph.elements import C, Df, De, One, R, Sensor, Source, Zero
+from bondgraph.elements import C, De, Df, One, R, Sensor, Source, Zero
 from bondgraph.equations import StateSpace
 from bondgraph.errors import BondsightError
 from bondgraph.graph import BondGraph
@@ -39,7 +39,7 @@ class Structure:
     classes: tuple[tuple[str, ...], ...]
 
     def class_of(self, element: str) -> tuple[str, ...]:
-        """The class that contains `element` (alone if unknown)."""
+        """Return the class that contains `element` (alone if unknown)."""
         for c in self.classes:
             if element in c:
                 return c
@@ -55,7 +55,9 @@ def structure(graph: BondGraph, frequencies: Array) -> Structure:
         for j in range(i):
             if _parallel(columns[:, :, i], columns[:, :, j]):
                 same.add_edge(a, names[j])
-    return Structure(tuple(tuple(n for n in names if n in part) for part in nx.connected_components(same)))
+    return Structure(
+        tuple(tuple(n for n in names if n in part) for part in nx.connected_components(same))
+    )
 
 
 def latent_columns(graph: BondGraph, frequencies: Array) -> tuple[list[str], Array]:
@@ -75,7 +77,10 @@ def latent_columns(graph: BondGraph, frequencies: Array) -> tuple[list[str], Arr
     sensors = list(space.output_names)
     picked = [w_of[n] for n in ports] + [u_of[n] for n in sources]
     out = np.zeros((frequencies.size, len(sensors), len(picked) + len(sensors)), complex)
-    scale = np.sqrt(np.maximum(np.abs(parts.a).sum(axis=0), 1e-300) / np.maximum(np.abs(parts.a).sum(axis=1), 1e-300))
+    scale = np.sqrt(
+        np.maximum(np.abs(parts.a).sum(axis=0), 1e-300)
+        / np.maximum(np.abs(parts.a).sum(axis=1), 1e-300)
+    )
     a = parts.a * scale[None, :] / scale[:, None]
     b, cy = parts.b / scale[:, None], parts.cy * scale[None, :]
     for f, w in enumerate(frequencies):
@@ -122,16 +127,14 @@ def splitting_signals(
 
 def excited_frequencies(commands: Sequence[Array], dt: float, count: int = 24) -> Array:
     """Angular frequencies (rad/s) that carry most of the commands' power, low to high."""
-    power = 0.0
+    power = np.zeros(0)
     for u in commands:
         v = np.asarray(u) - np.mean(u)
-        power = power + np.abs(np.fft.rfft(v * np.hanning(v.size))) ** 2
-    power = np.asarray(power)
-    if power.ndim == 0 or power.size < 3 or not power[1:].any():
+        own = np.abs(np.fft.rfft(v * np.hanning(v.size))) ** 2
+        power = power + own if power.size else own
+    if power.size < 3 or not power[1:].any():
         return np.geomspace(1e-3, 1.0, count) * np.pi / dt
     order = np.sort(np.argsort(power[1:])[::-1][: 4 * count] + 1)
     picked = order[np.linspace(0, order.size - 1, min(count, order.size)).astype(int)]
     n = np.asarray(commands[0]).size
     return np.unique(picked) * 2 * np.pi / (n * dt)
-
-

@@ -38,8 +38,12 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
             "nominal": _errors(d.nominal),
             "repaired": _errors(d.repaired),
         },
-        "parameters": [_estimate(e) for e in (d.repaired or d.nominal).estimates] if d.nominal else [],
-        "nuisances": [_nuisance(e) for e in (d.repaired or d.nominal).nuisances] if d.nominal else [],
+        "parameters": [_estimate(e) for e in (d.repaired or d.nominal).estimates]
+        if d.nominal
+        else [],
+        "nuisances": [_nuisance(e) for e in (d.repaired or d.nominal).nuisances]
+        if d.nominal
+        else [],
         "advice": list(d.advice),
         "notes": list(d.notes),
         "seconds": round(d.seconds, 3),
@@ -48,7 +52,11 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
 
 
 def _findings(d: Diagnosis) -> list[dict[str, Any]]:
-    if d.decision is None or d.decision.chosen is None or d.kind not in ("missing_physics", "unknown_physics"):
+    if (
+        d.decision is None
+        or d.decision.chosen is None
+        or d.kind not in ("missing_physics", "unknown_physics")
+    ):
         if d.kind == "unknown_physics":
             return [_unknown(None, d)]
         return []
@@ -70,7 +78,7 @@ def _findings(d: Diagnosis) -> list[dict[str, Any]]:
 
 
 def _unknown(chosen: Trial | None, d: Diagnosis) -> dict[str, Any]:
-    """An honest "unknown": what comes closest is listed, nothing is named."""
+    """Return an honest "unknown": what comes closest is listed, nothing is named."""
     rivals = [] if d.decision is None else list(d.decision.rivals)
     possible = ([chosen] if chosen else []) + rivals
     families = {t.insertion.family for t in possible}
@@ -120,11 +128,21 @@ def effect_parameters(trial: Trial, d: Diagnosis) -> list[Estimate]:
 
 
 def _estimate(e: Estimate) -> dict[str, Any]:
-    return {"name": e.name, "value": _number(e.value), "unit": e.unit, "ci95": [_number(v) for v in e.ci95]}
+    return {
+        "name": e.name,
+        "value": _number(e.value),
+        "unit": e.unit,
+        "ci95": [_number(v) for v in e.ci95],
+    }
 
 
 def _nuisance(e: Estimate) -> dict[str, Any]:
-    return {"name": e.name, "value": _number(e.value), "unit": e.unit, "within_bounds": not e.at_bound}
+    return {
+        "name": e.name,
+        "value": _number(e.value),
+        "unit": e.unit,
+        "within_bounds": not e.at_bound,
+    }
 
 
 def _number(v: float) -> float | None:
@@ -150,14 +168,18 @@ def normalised_error(f: Fit, part: str = "test") -> dict[str, float]:
 
 
 def sentence(d: Diagnosis) -> str:
-    """The answer in one sentence."""
+    """Return the answer in one sentence."""
     if d.kind == "insufficient_data":
         return f"There is too little to go on: {d.notes[0] if d.notes else 'no excitation'}."
     if d.kind == "explained":
-        return f"The model {d.model} explains {d.recording.name} as far as its noise allows; nothing is missing."
+        return (
+            f"The model {d.model} explains {d.recording.name} as far as its noise allows; "
+            "nothing is missing."
+        )
     if d.kind == "parameters_only":
         return (
-            f"The model {d.model} has the right structure for {d.recording.name}; only its parameter "
+            f"The model {d.model} has the right structure for {d.recording.name}; only its "
+            "parameter "
             "values were off."
         )
     assert d.decision is not None
@@ -169,12 +191,15 @@ def sentence(d: Diagnosis) -> str:
         same = sorted({t.element for t in d.decision.same_place} - {chosen.element})
         also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
         return (
-            f"{chosen.effect.replace('_', ' ').capitalize()} is missing at the {where} {chosen.element}{also}: "
+            f"{chosen.effect.replace('_', ' ').capitalize()} is missing at the {where} "
+            f"{chosen.element}{also}: "
             f"{by_name(chosen.effect).sentence}; with it the held-out error of {n} falls from "
             f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
         )
     hint = f"; closest is {chosen.label}" if chosen else ""
-    return f"Something is missing in {d.model} that the catalogue cannot name with confidence{hint}."
+    return (
+        f"Something is missing in {d.model} that the catalogue cannot name with confidence{hint}."
+    )
 
 
 def write_verdict(d: Diagnosis, folder: Path) -> Path:

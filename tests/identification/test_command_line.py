@@ -96,7 +96,9 @@ MODEL_FILES: Mapping[str, tuple[str, str]] = {
     "empty": ("", "no function 'model'"),
     "arguments": ("def model(a):\n    return a\n", "TypeError"),
 }
-ROWS = "\n".join(f"{0.01 * i:.2f},{np.sin(0.3 * i):.6f},{0.1 * np.sin(0.3 * i - 1):.6f}" for i in range(60))
+ROWS = "\n".join(
+    f"{0.01 * i:.2f},{np.sin(0.3 * i):.6f},{0.1 * np.sin(0.3 * i - 1):.6f}" for i in range(60)
+)
 HEAD = "t_s,F[N],x[mm]\n"
 
 
@@ -168,7 +170,8 @@ def test_other_verbs_refuse_it_too(
     ("name", "said"),
     [
         ("resonatr", "Did you mean 'resonator'"), ("actuators.textbook:resonato", "resonator"),
-        ("no_such_module:model", "no_such_module"), ("missing.py", "does not exist"), ("", "no model"),
+        ("no_such_module:model", "no_such_module"), ("missing.py", "does not exist"),
+        ("", "no model"),
         (":", "model"), ("actuators.textbook:", "function"), ("os:getcwd", "str"),
     ],
 )  # fmt: skip
@@ -326,7 +329,9 @@ def carriage(n: int, kind: str) -> str:
     x = np.full(n, 0.5) if kind == "constant" else 0.1 * np.sin(3 * t)
     if kind == "no_excitation":
         x = 1e-3 * rng.standard_normal(n)
-    return HEAD + "\n".join(f"{a:.3f},{b!r},{c!r}" for a, b, c in zip(t, map(float, force), map(float, x), strict=True))
+    return HEAD + "\n".join(
+        f"{a:.3f},{b!r},{c!r}" for a, b, c in zip(t, map(float, force), map(float, x), strict=True)
+    )
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,9 @@ def recorded(x: np.ndarray) -> Recording:
 
 
 def floor(x: np.ndarray, rest: slice | None = None) -> float:
-    split = Split(slice(rest.stop if rest else 0, x.size // 2), slice(x.size // 2, x.size), "", rest)
+    split = Split(
+        slice(rest.stop if rest else 0, x.size // 2), slice(x.size // 2, x.size), "", rest
+    )
     return noise_floor(recorded(x), split, ("x",))["x"]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from actuators import stack_bond_graph
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
 from identification.diagnosis.structure import (
     excited_frequencies,
     latent_columns,
@@ -26,12 +26,18 @@ def spring() -> BondGraph:
     return g
 
 
-def test_ports_at_one_junction_form_a_class() -> None:
+def test_one_reading_alone_tells_no_port_apart() -> None:
     s = structure(spring(), W)
+    assert set(s.class_of("k")) == {"d", "k", "F", "x"}
+    assert s.class_of("nothing") == ("nothing",)
+
+
+def test_two_readings_tell_sensors_from_ports() -> None:
+    s = structure(spring().with_branch("v", [Df("u", unit="m/s")]), W)
     assert set(s.class_of("k")) == {"d", "k", "F"}
     assert s.class_of("x") == ("x",)
-    assert s.class_of("nothing") == ("nothing",)
-    assert sorted(n for c in s.classes for n in c) == ["F", "d", "k", "x"]
+    assert s.class_of("u") == ("u",)
+    assert sorted(n for c in s.classes for n in c) == ["F", "d", "k", "u", "x"]
 
 
 def test_latent_effort_acts_like_the_transfer_function() -> None:

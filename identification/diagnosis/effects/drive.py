@@ -23,7 +23,7 @@ class SaturationEffect(Effect):
     source = "hyperbolic corner, common in describing-function texts"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sources."""
+        """Return sources."""
         return sources(graph)
 
     def insert(self, scene: Scene, element: Element) -> Insertion:
@@ -31,7 +31,9 @@ class SaturationEffect(Effect):
         past = scene.of(element)
         low, high = past.centre - past.half, past.centre + past.half
         span = high - low
-        law = Saturation(low + 0.08 * span, high - 0.08 * span, 0.02 * span, getattr(element, "unit", ""))
+        law = Saturation(
+            low + 0.08 * span, high - 0.08 * span, 0.02 * span, getattr(element, "unit", "")
+        )
         names = tuple(p.name for p in law.parameters(element.name))
         insides = ((0.02, 0.02), (0.05, 0.05), (0.1, 0.1), (0.25, 0.25), (-0.1, 0.08), (0.08, -0.1))
         starts = tuple(
@@ -54,7 +56,7 @@ class DeadZoneEffect(Effect):
     source = "describing-function texts, e.g. Gelb and Vander Velde 1968"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sources."""
+        """Return sources."""
         return sources(graph)
 
     def insert(self, scene: Scene, element: Element) -> Insertion:
@@ -84,7 +86,7 @@ class LowPass(Effect):
     source = "single-pole amplifier"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sources."""
+        """Return sources."""
         return sources(graph)
 
     def insert(self, scene: Scene, element: Element) -> Insertion:

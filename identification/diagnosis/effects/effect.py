@@ -91,7 +91,7 @@ def mechanical_resistors(graph: BondGraph) -> tuple[Element, ...]:
 
 
 def sources(graph: BondGraph) -> tuple[Element, ...]:
-    """Sources without a drive."""
+    """Return sources without a drive."""
     return tuple(e for e in graph.of_type(Source) if e.drive is None)
 
 

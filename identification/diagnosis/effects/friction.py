@@ -54,7 +54,10 @@ class StribeckFriction(Effect):
         law = Stribeck(0.2 * force, 0.1 * force, 0.3 * speed)
         names = tuple(p.name for p in law.parameters(element.name))
         graph = scene.graph.with_element(element.name, law=law)
-        starts = ({}, {names[0]: 0.05 * force, names[1]: 0.05 * force, names[2]: 0.1 * speed})
+        starts: tuple[dict[str, float], ...] = (
+            {},
+            {names[0]: 0.05 * force, names[1]: 0.05 * force, names[2]: 0.1 * speed},
+        )
         return self.inserted(element, graph, starts, names[:2])
 
 

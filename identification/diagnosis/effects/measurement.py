@@ -31,7 +31,13 @@ class SensorDrift(Effect):
         past = scene.of(element)
         size = 0.05 * past.half
         drift = tuple(
-            Parameter(f"drift_{j}_{element.name}", 0.0, getattr(element, "unit", ""), positive=False, scale=size)
+            Parameter(
+                f"drift_{j}_{element.name}",
+                0.0,
+                getattr(element, "unit", ""),
+                positive=False,
+                scale=size,
+            )
             for j in (1, 2)
         )
         names = tuple(p.name for p in drift)
@@ -56,7 +62,9 @@ class SensorNonlinearity(Effect):
     def insert(self, scene: Scene, element: Element) -> Insertion:
         """Quadratic and cubic term about the centre of the readings."""
         past = scene.of(element)
-        law = Polynomial(past.centre, past.half, 0.05 * past.half, unit=getattr(element, "unit", ""))
+        law = Polynomial(
+            past.centre, past.half, 0.05 * past.half, unit=getattr(element, "unit", "")
+        )
         law = replace(law)
         names = tuple(p.name for p in law.parameters(element.name))
         graph = scene.graph.with_element(element.name, law=law)
@@ -82,7 +90,12 @@ class SensorLag(Effect):
         dt, n = scene.data.dt, scene.data.n
         tau = Parameter(f"tau_{element.name}", 2 * dt, "s", lower=0.02 * dt, upper=0.1 * n * dt)
         graph = scene.graph.with_parameters([tau]).with_element(element.name, lag=tau.name)
-        return self.inserted(element, graph, tuple({tau.name: k * dt} for k in (0.4, 2.0, 6.0, 20.0, 100.0)), (tau.name,))
+        return self.inserted(
+            element,
+            graph,
+            tuple({tau.name: k * dt} for k in (0.4, 2.0, 6.0, 20.0, 100.0)),
+            (tau.name,),
+        )
 
 
 class Delay(Effect):
@@ -109,5 +122,8 @@ class Delay(Effect):
             graph = graph.with_element(element.name, drive=Drive(delay=tau.name))
         else:
             graph = graph.with_element(element.name, delay=tau.name)
-        starts = tuple({tau.name: k * dt} for k in (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 16.0, 24.0, 40.0))
+        starts = tuple(
+            {tau.name: k * dt}
+            for k in (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 16.0, 24.0, 40.0)
+        )
         return self.inserted(element, graph, starts, (tau.name,))

@@ -40,7 +40,7 @@ class Hysteresis(Effect):
         return isinstance(element, C)
 
     def insert(self, scene: Scene, element: Element) -> Insertion:
-        """A stop sum beside the linear law."""
+        """Insert a stop sum beside the linear law."""
         past = scene.of(element)
         thresholds = tuple(float(r) for r in past.half * np.linspace(0.03, 0.95, STOPS))
         slope = past.swing / past.half
@@ -72,7 +72,7 @@ class Creep(Effect):
         return storages(graph)
 
     def insert(self, scene: Scene, element: Element) -> Insertion:
-        """A 0-junction before the storage, with three branches of resistor and storage."""
+        """Insert a 0-junction before the storage, with three branches of resistor and storage."""
         g, name = scene.graph, element.name
         duration = scene.data.dt * scene.data.n
         (bond,) = g.bonds_of(name)
@@ -81,9 +81,7 @@ class Creep(Effect):
         slope = scene.graph.coefficient(element)
         strengths = []
         for j, share in zip(range(1, BRANCHES + 1), (0.006, 0.045, 0.3), strict=True):
-            amount = Parameter(
-                f"creep_{j}_{name}", 0.01, "1", lower=1e-5, upper=3.0, scale=0.02
-            )
+            amount = Parameter(f"creep_{j}_{name}", 0.01, "1", lower=1e-5, upper=3.0, scale=0.02)
             tau = Parameter(
                 f"tau_{j}_{name}", share * duration, "s",
                 lower=0.3 * share * duration, upper=3.0 * share * duration,
