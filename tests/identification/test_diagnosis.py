@@ -37,26 +37,31 @@ def multisine(seed: int, n: int = N) -> np.ndarray:
     return np.asarray(2.0 * np.sum(tones, axis=0))
 
 
-def recorded(truth: BondGraph, seed: int, extra: np.ndarray | float = 0.0) -> Recording:
+def recorded(
+    truth: BondGraph, seed: int, extra: np.ndarray | float, parameters: dict[str, float]
+) -> Recording:
     t = np.asarray(DT * np.arange(N), np.float64)
     u = multisine(seed)
-    x = np.asarray(simulate(truth, t, {"F": u + extra})["x"])
+    x = np.asarray(simulate(truth, t, {"F": u + extra}, parameters, accuracy=1e-6)["x"])
     x = x + NOISE * np.random.default_rng(seed).standard_normal(N)
     return Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
 
 
 def judged(
-    truth: BondGraph, model: BondGraph, seed: int = 1, extra: np.ndarray | float = 0.0
-) -> Diagnosis:
+    truth: BondGraph, model: BondGraph, seed: int = 1, extra: np.ndarray | float = 0.0,
+    parameters: dict[str, float] | None = None,
+) -> Diagnosis:  # fmt: skip
     options = Options(jobs=1, keep=4, screen_iterations=10, final_iterations=20)
-    return diagnose(model, recorded(truth, seed, extra), options=options, seed=seed)
+    return diagnose(
+        model, recorded(truth, seed, extra, parameters or {}), options=options, seed=seed
+    )
 
 
 @pytest.mark.parametrize(
     ("law", "effect", "place"),
     [
         (Coulomb(1.0), "coulomb_friction", "d"),
-        (Polynomial(0.0, 0.03, 2.0, orders=(3,)), "nonlinear_stiffness", "k"),
+        (Polynomial(0.0, 0.1, 2.0, orders=(3,)), "nonlinear_stiffness", "k"),
     ],
     ids=["coulomb", "cubic"],
 )

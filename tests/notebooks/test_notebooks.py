@@ -1,0 +1,47 @@
+"""Every notebook runs in a fresh kernel, holds its outputs, and equals its script."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import jupytext
+import pytest
+from nbclient import NotebookClient
+
+FOLDER = Path(__file__).resolve().parents[2] / "notebooks"
+NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
+
+
+def sources(notebook: Any) -> list[tuple[str, str]]:
+    return [(c.cell_type, c.source.strip()) for c in notebook.cells]
+
+
+def test_every_script_has_its_notebook() -> None:
+    assert {p.stem for p in NOTEBOOKS} == {p.stem for p in FOLDER.glob("*.py")} != set()
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+def test_script_and_notebook_are_the_same(path: Path) -> None:
+    assert sources(jupytext.read(path)) == sources(jupytext.read(path.with_suffix(".py")))
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+def test_outputs_are_kept(path: Path) -> None:
+    cells = [c for c in jupytext.read(path).cells if c.cell_type == "code"]
+    assert all(c.execution_count for c in cells)
+    assert any(c.outputs for c in cells)
+    assert not [o for c in cells for o in c.outputs if o.output_type == "error"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+def test_notebook_runs(path: Path, tmp_path: Path) -> None:
+    notebook = jupytext.read(path)
+    client = NotebookClient(
+        notebook,
+        timeout=300,
+        kernel_name="python3",
+        resources={"metadata": {"path": str(tmp_path)}},
+    )
+    client.execute()
