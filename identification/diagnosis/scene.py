@@ -56,7 +56,7 @@ class Past:
 
 @dataclass(frozen=True)
 class Scene:
-    """Nominal fit and the past of every port."""
+    """Nominal fit and the past of every port whose variables the equations give."""
 
     # the declared graph: its values carry what is known about them, the fit has its own
 
@@ -82,11 +82,15 @@ def scene(nominal: Fit) -> Scene:
     graph, data = problem.graph, problem.data
     signals = port_signals(problem.with_offsets)
     observed: list[str] = []
+    space = problem.compiled.space
+    known = {str(s.symbol) for s in space.states} | {str(a.target) for a in space.assignments}
+    ports = []
     for e in graph.of_type(C, R):
         effort, flow = signals[e.name]
-        state = f"q_{e.name}"
-        states = {str(s.symbol) for s in problem.compiled.space.states}
-        observed += [state if isinstance(e, C) and state in states else flow, effort]
+        argument = f"q_{e.name}" if isinstance(e, C) else flow
+        if argument in known and effort in known:
+            ports.append(e)
+            observed += [argument, effort]
     seen = Compiled(problem.compiled.space, tuple(observed))
     p = parameters_at(problem, nominal.point.theta)
     trace = np.full((data.n, len(data.names) + len(observed)), np.nan)
@@ -97,7 +101,7 @@ def scene(nominal: Fit) -> Scene:
     scored = inside & (data.mask("train") | data.mask("test"))
     trace = trace[scored]
     past: dict[str, Past] = {}
-    for i, e in enumerate(graph.of_type(C, R)):
+    for i, e in enumerate(ports):
         k = len(data.names) + 2 * i
         past[e.name] = Past(trace[:, k], trace[:, k + 1])
     for s in graph.of_type(Source):

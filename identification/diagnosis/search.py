@@ -89,6 +89,8 @@ def insertions(scene: Scene, catalogue: Sequence[Effect]) -> list[tuple[Effect, 
     found = []
     for effect in catalogue:
         for element in effect.places(scene.graph):
+            if element.name not in scene.past:
+                continue
             found.append((effect, effect.insert(scene, element), effect.home(element)))
     return found
 
