@@ -34,7 +34,8 @@ test: $(VENV)/.test
 notebooks: $(VENV)/.test
 	@found=; for n in notebooks/*.py; do \
 	  [ -e "$$n" ] || continue; found=yes; echo "$$n"; \
-	  $(BIN)/jupytext --to ipynb --execute --output "$${n%.py}.ipynb" "$$n" || exit 1; \
+	  $(BIN)/jupytext --to ipynb --output "$${n%.py}.ipynb" "$$n" && \
+	  $(BIN)/jupyter-execute --inplace "$${n%.py}.ipynb" || exit 1; \
 	done; [ -n "$$found" ] || echo "notebooks: there is none"
 
 format: $(VENV)/.test

@@ -30,6 +30,10 @@ class Thresholds:
         Held-out mean square that counts as the floor, if `near` of the excess is explained.
     simpler : float
         A richer law must remove this part of what a simpler one leaves.
+    rival : float
+        Another effect within this factor of the best one's remaining excess is a rival.
+    confidence : float
+        Least confidence of a name.
     """
 
     mismatch: float = 1.10
@@ -39,6 +43,7 @@ class Thresholds:
     near: float = 0.7
     simpler: float = 0.3
     rival: float = 1.25
+    confidence: float = 0.6
 
 
 @dataclass(frozen=True)
@@ -132,8 +137,11 @@ def decide(
         )
     if rivals:
         reasons.append("as good on held-out data: " + ", ".join(r.label for r in rivals))
-    kind = "missing_physics" if enough and not rivals else "unknown_physics"
-    confidence = _confidence(best, trials, share, t) if kind == "missing_physics" else 0.0
+    confidence = _confidence(best, trials, share, t) if enough and not rivals else 0.0
+    sure = confidence >= t.confidence
+    if enough and not rivals and not sure:
+        reasons.append(f"the lead over the next effect is too small for a name (confidence {confidence:.2f})")
+    kind = "missing_physics" if sure else "unknown_physics"
     richer = _richer(best, trials, t)
     if richer:
         reasons.append("not needed but not excluded: " + ", ".join(r.label for r in richer))

@@ -105,4 +105,4 @@ def test_what_the_catalogue_does_not_have_gets_no_confident_name() -> None:
     v = verdict(judged(spring(), spring(), extra=disturbance))
     assert v["verdict"] in ("unknown_physics", "missing_physics")
     for f in v["findings"]:
-        assert f["effect"] == "unknown" or f["confidence"] < 0.6
+        assert f["effect"] == "unknown"
