@@ -140,7 +140,9 @@ def decide(
     confidence = _confidence(best, trials, share, t) if enough and not rivals else 0.0
     sure = confidence >= t.confidence
     if enough and not rivals and not sure:
-        reasons.append(f"the lead over the next effect is too small for a name (confidence {confidence:.2f})")
+        reasons.append(
+            f"the lead over the next effect is too small for a name (confidence {confidence:.2f})"
+        )
     kind = "missing_physics" if sure else "unknown_physics"
     richer = _richer(best, trials, t)
     if richer:

@@ -151,7 +151,9 @@ def diagnose(
         seen = scene(nominal)
         say("trying the catalogue", 0.15)
         base, thin_nominal = _thinned(template, nominal, seen, options)
-        trials = tuple(search(seen, base, options, say))
+        # at the floor there is nothing to explain, and no search could find it
+        at_floor = thin_nominal.chi2("test") < (limits or Thresholds()).mismatch
+        trials = () if at_floor else tuple(search(seen, base, options, say))
         say("reading the structure", 0.96)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(seen.fitted, frequencies)
