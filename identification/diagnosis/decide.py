@@ -224,7 +224,9 @@ def _same_class(
 
 def _confidence(best: Trial, trials: Sequence[Trial], share: float, t: Thresholds) -> float:
     """From the lead over the best other effect and the share explained; at most 0.99."""
-    others = [x for x in trials if x.effect not in (best.effect, "unknown") and x.home]
+    # a richer form of the same law is no rival: it caps the confidence instead
+    nested = {x.effect for x in trials if best.effect in by_name(x.effect).simpler}
+    others = [x for x in trials if x.home and x.effect not in {best.effect, "unknown", *nested}]
     lead = min((paired_z(x.blocks, best.blocks) for x in others), default=10.0)
     certainty = 1.0 - 0.5 * float(np.exp(-max(lead, 0.0) / t.z))
     if _richer(best, trials, t):
