@@ -7,11 +7,6 @@ cached by content; without gcc the same function runs in CasADi's virtual machin
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import os
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -31,9 +26,9 @@ from bondgraph.compiled import (
     split,
 )
 from bondgraph.laws.law import Law
+from bondgraph.native import build
 
 Array = np.ndarray
-FLAGS = ("-O2", "-march=native", "-fPIC", "-shared", "-fno-math-errno")
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,44 +265,12 @@ class _Key:
 def _runner(key: _Key) -> Runner:
     step = step_function(key.compiled, key.n_d)
     lay = layout(key.compiled, key.n_d)
-    compiler = None if os.environ.get("BONDSIGHT_NO_COMPILER") else shutil.which("gcc")
-    if compiler is None:
-        return _machine_runner(step, lay)
-    try:
-        library = _library(step, compiler)
-    except (OSError, subprocess.SubprocessError):
-        return _machine_runner(step, lay)
-    return _native_runner(library, step, lay)
-
-
-def cache_folder() -> Path:
-    """Folder of the compiled kernels."""
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "bondsight" / "kernels"
-
-
-def _library(step: ca.Function, compiler: str) -> Path:
     generator = ca.CodeGenerator("step.c", {"with_header": False, "main": False})
     generator.add(step)
-    source = generator.dump() + _LOOP
-    digest = hashlib.sha256((source + " ".join(FLAGS)).encode()).hexdigest()[:24]
-    folder = cache_folder()
-    target = folder / f"{digest}.so"
-    if target.exists():
-        return target
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder) as work:
-        code = Path(work) / "step.c"
-        code.write_text(source)
-        built = Path(work) / "step.so"
-        subprocess.run(
-            [compiler, *FLAGS, str(code), "-o", str(built), "-lm"],
-            check=True,
-            capture_output=True,
-            timeout=120,
-        )
-        built.replace(target)
-    return target
+    library = build(generator.dump() + _LOOP)
+    if library is None:
+        return _machine_runner(step, lay)
+    return _native_runner(library, step, lay)
 
 
 def _native_runner(library: Path, step: ca.Function, lay: Layout) -> Runner:

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Self, final
+from typing import ClassVar, Literal, Self, final
 
 from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
-from bondgraph.hysteresis.checks import numbers, parameter, positive
+from bondgraph.hysteresis.checks import all_numbers, numbers, parameter, positive
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
@@ -140,16 +140,28 @@ class AlJanaideh(Operator):
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         return self.in_envelope(ops=ops).initial_memory(self.c * x0, states, ops=ops)
 
-    def _value(self, ops: Ops, x: Expression, memory: Memory) -> Expression:
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         return self.in_envelope(ops=ops).value(ops, self.c * x, memory)
 
-    def _advance(self, ops: Ops, x: Expression, memory: Memory) -> Memory:
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
         return self.in_envelope(ops=ops).advance(ops, self.c * x, memory)
 
-    def _record(self, x: FloatArray, memory: Memory) -> tuple[FloatArray, Memory]:
+    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         for name in ("q", "c", "sigma", "alpha", "beta"):
             numbers(name, (getattr(self, name),))
         return self.in_envelope().run(self.c * x, memory)
+
+    @property
+    def passive_port(self) -> Literal["input", "output"] | None:
+        """Of the same operator written as plays."""
+        named = (self.q, self.c, self.sigma, self.alpha, self.beta)
+        return self.as_prandtl_ishlinskii().passive_port if all_numbers(named) else None
+
+    def _energy(
+        self, ops: Ops, x: Expression, memory: Memory
+    ) -> tuple[Expression, Expression] | None:
+        plays = tuple(y / self.c for y in memory)
+        return self.as_prandtl_ishlinskii(ops=ops)._energy(ops, x, plays)
 
     def inverse(self, *, ops: Ops = NUMPY) -> PrandtlIshlinskii:
         """Return the exact inverse ``x = eta^-1( z/q + sum Theta'_j play_(r'_j)[z] )``.

@@ -85,6 +85,11 @@ class Ang(Operator):
         return self.play.n_memory
 
     @property
+    def congruent(self) -> bool:
+        """Only without a bend: the output stage reshapes a loop according to its height."""
+        return len(self.dead_zone.thresholds) == 1
+
+    @property
     def linear_slope(self) -> Expression:
         """Slope right after a reversal near output 0, w_0 times the dead zones' slope at 0."""
         return self.play.linear_slope * self.dead_zone.linear_slope
@@ -92,13 +97,13 @@ class Ang(Operator):
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         return self.play.initial_memory(x0, states, ops=ops)
 
-    def _value(self, ops: Ops, x: Expression, memory: Memory) -> Expression:
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         return self.dead_zone.value(ops, self.play.value(ops, x, memory), ())
 
-    def _advance(self, ops: Ops, x: Expression, memory: Memory) -> Memory:
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
         return self.play.advance(ops, x, memory)
 
-    def _record(self, x: FloatArray, memory: Memory) -> tuple[FloatArray, Memory]:
+    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         inner, after = self.play.run(x, memory)
         return self.dead_zone.run(inner, ())[0], after
 
@@ -201,6 +206,11 @@ class AngInverse(Operator):
         return self.play.n_memory
 
     @property
+    def congruent(self) -> bool:
+        """Always: between the same turning points the bent input moves the same."""
+        return True
+
+    @property
     def linear_slope(self) -> Expression:
         """Slope right after a reversal near input 0."""
         return self.play.linear_slope * self.dead_zone.linear_slope
@@ -208,13 +218,13 @@ class AngInverse(Operator):
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         return self.play.initial_memory(self._bent(ops, x0), states, ops=ops)
 
-    def _value(self, ops: Ops, x: Expression, memory: Memory) -> Expression:
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         return self.play.value(ops, self._bent(ops, x), memory)
 
-    def _advance(self, ops: Ops, x: Expression, memory: Memory) -> Memory:
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
         return self.play.advance(ops, self._bent(ops, x), memory)
 
-    def _record(self, x: FloatArray, memory: Memory) -> tuple[FloatArray, Memory]:
+    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         return self.play.run(self._bent(NUMPY, x), memory)
 
     def _bent(self, ops: Ops, x: Expression) -> Expression:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import ClassVar, Literal, final
 
 from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import (
+    all_numbers,
     is_number,
     numbers,
     parameters,
@@ -139,7 +140,7 @@ class DeadZone(Operator):
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         return ()
 
-    def _value(self, ops: Ops, x: Expression, memory: Memory) -> Expression:
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         zero = self.zero_index
         output = self.weights[zero] * x
         for j, (d, w) in enumerate(zip(self.thresholds, self.weights, strict=True)):
@@ -147,14 +148,34 @@ class DeadZone(Operator):
                 output = output + w * dead_zone(ops, x, d, j - zero)
         return output
 
-    def _advance(self, ops: Ops, x: Expression, memory: Memory) -> Memory:
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
         return ()
 
-    def _record(self, x: FloatArray, memory: Memory) -> tuple[FloatArray, Memory]:
+    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         numbers("thresholds", self.thresholds)
         numbers("weights", self.weights)
-        output: FloatArray = self._value(NUMPY, x, ())
+        output: FloatArray = self._value(NUMPY, x, (), step)
         return output, ()
+
+    @property
+    def passive_port(self) -> Literal["input", "output"] | None:
+        """``"output"`` if no slope is negative: a spring with a bent characteristic."""
+        if not all_numbers(self.weights):
+            return None
+        zero = self.zero_index
+        sides = (slopes(self.weights[zero:]), slopes(self.weights[zero::-1]))
+        return "output" if all(slope >= 0.0 for side in sides for slope in side) else None
+
+    def _energy(
+        self, ops: Ops, x: Expression, memory: Memory
+    ) -> tuple[Expression, Expression] | None:
+        zero = self.zero_index
+        stored = 0.5 * self.weights[zero] * x * x
+        for j, (d, w) in enumerate(zip(self.thresholds, self.weights, strict=True)):
+            if j != zero:
+                beyond = dead_zone(ops, x, d, j - zero)
+                stored = stored + 0.5 * w * beyond * beyond
+        return stored, 0.0
 
     def check_invertible(self) -> None:
         """Raise if a slope outward from 0 is not positive; symbolic weights pass.

@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import ClassVar, Self, final
+from typing import ClassVar, Literal, Self, final
 
 import numpy as np
 
 from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import (
-    memory_states,
     non_negative,
     numbers,
     parameters,
@@ -166,7 +165,7 @@ class MaxwellResistiveCapacitor(Operator):
             return tuple(initial_play(ops, x0, r) for r in self.thresholds)
         return reachable_plays(ops, x0, self.thresholds, states)
 
-    def _value(self, ops: Ops, x: Expression, memory: Memory) -> Expression:
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         elements = zip(self.stiffnesses, self.thresholds, memory, strict=True)
         first, *others = (k * stop(ops, x, r, y) for k, r, y in elements)
         output = first
@@ -174,10 +173,10 @@ class MaxwellResistiveCapacitor(Operator):
             output = output + effort
         return output
 
-    def _advance(self, ops: Ops, x: Expression, memory: Memory) -> Memory:
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
         return tuple(play(ops, x, r, y) for r, y in zip(self.thresholds, memory, strict=True))
 
-    def _record(self, x: FloatArray, memory: Memory) -> tuple[FloatArray, Memory]:
+    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         k = np.array(numbers("stiffnesses", self.stiffnesses))
         r = np.array(numbers("thresholds", self.thresholds))
         output = np.empty(x.size)
@@ -205,38 +204,22 @@ class MaxwellResistiveCapacitor(Operator):
         weights = (self.linear_slope, *(-k for k in self.stiffnesses))
         return PrandtlIshlinskii((0.0, *self.thresholds), weights)
 
-    def stored_energy(self, ops: Ops, x: Expression, memory: Sequence[Expression]) -> Expression:
-        """Return the energy in the springs, ``sum k_i z_i^2 / 2``.
+    @property
+    def passive_port(self) -> Literal["input", "output"] | None:
+        """``"output"``: springs and sliders can only store and lose."""
+        return "output"
 
-        Parameters
-        ----------
-        ops : Ops
-            Back end of the values.
-        x : expression
-            Input, displacement.
-        memory : sequence of expression
-            Memory of the last accepted step, shape (n,).
-
-        Returns
-        -------
-        expression
-            Effort times displacement (J).
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-
-        References
-        ----------
-        goldfarb1997
-        """
-        states = memory_states(self.kind, self.n_memory, memory)
-        energy: Expression = 0.0
-        for k, r, y in zip(self.stiffnesses, self.thresholds, states, strict=True):
-            stretch = stop(ops, x, r, y)
-            energy = energy + 0.5 * k * stretch * stretch
-        return energy
+    def _energy(
+        self, ops: Ops, x: Expression, memory: Memory
+    ) -> tuple[Expression, Expression] | None:
+        stored: Expression = 0.0
+        lost: Expression = 0.0
+        elements = zip(self.stiffnesses, self.breakaways, self.thresholds, memory, strict=True)
+        for k, v, r, before in elements:
+            stretch = stop(ops, x, r, before)
+            stored = stored + 0.5 * k * stretch * stretch
+            lost = lost + v * ops.absolute(play(ops, x, r, before) - before)
+        return stored, lost
 
     def loop_loss(self, amplitude: Expression, *, ops: Ops = NUMPY) -> Expression:
         """Return the energy lost in one closed loop, ``4 sum v_i max(A - q_i, 0)``.

@@ -10,16 +10,17 @@ Sizes: N samples, n_memory states.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from typing import Any, ClassVar, Self, TypeAlias, cast, final
+from typing import Any, ClassVar, Literal, Self, TypeAlias, cast, final
 
 from numpy.typing import ArrayLike
 
 from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import finite_record, memory_states, numbers, require_finite
-from bondgraph.hysteresis.errors import BadMemory, BadParameter
+from bondgraph.hysteresis.errors import BadInput, BadMemory, BadParameter
 
 __all__ = ["Memory", "Operator"]
 
@@ -28,17 +29,33 @@ Memory: TypeAlias = tuple[Expression, ...]
 
 
 class Operator(ABC):
-    """A rate-independent operator with explicit memory.
+    """An operator with explicit memory.
 
     Subclasses are final frozen dataclasses whose fields are numbers, tuples of numbers or other
     operators (each number may be an expression); they implement the underscored methods and
-    are entered in `catalogue.OPERATORS`.
+    are entered in `catalogue.OPERATORS`. `timed`, `wipes_out`, `congruent` and
+    `passive_port` are claims that the contract tests check.
     """
 
     __slots__ = ()
 
     kind: ClassVar[str]
     """Name in files and in `catalogue.OPERATORS`."""
+
+    @property
+    def timed(self) -> bool:
+        """Whether time matters (creep, rate dependence); then every call needs its `step`."""
+        return False
+
+    @property
+    def wipes_out(self) -> bool:
+        """Whether a minor excursion that returns to its turning point leaves no trace."""
+        return not self.timed
+
+    @property
+    def congruent(self) -> bool:
+        """Whether minor loops between the same turning points have the same shape."""
+        return not self.timed
 
     @property
     @abstractmethod
@@ -58,16 +75,35 @@ class Operator(ABC):
         """Return an admissible memory at ``x0``; ``states = None`` asks for the virgin one."""
 
     @abstractmethod
-    def _value(self, ops: Ops, x: Expression, memory: Memory) -> Expression:
-        """Return the output at ``x``."""
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
+        """Return the output at ``x``, ``step`` seconds after the memory."""
 
     @abstractmethod
-    def _advance(self, ops: Ops, x: Expression, memory: Memory) -> Memory:
-        """Return the memory at ``x``."""
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
+        """Return the memory at ``x``, ``step`` seconds after the memory given."""
 
-    @abstractmethod
-    def _record(self, x: FloatArray, memory: Memory) -> tuple[FloatArray, Memory]:
+    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         """Return the output over a checked record, shape (N,), and the last memory."""
+        # The compiled record needs CasADi, which is slow to import.
+        from bondgraph.hysteresis.compiled import compiled_record
+
+        return compiled_record(self, x, memory, step)
+
+    def _energy(
+        self, ops: Ops, x: Expression, memory: Memory
+    ) -> tuple[Expression, Expression] | None:
+        """Return stored energy at ``x`` and energy lost on the way there, or None if unknown."""
+        return None
+
+    @property
+    def passive_port(self) -> Literal["input", "output"] | None:
+        """Which side must be the effort for the operator to be passive, or None if neither.
+
+        ``"input"``: the work is the integral of x dy (a field that makes a displacement);
+        ``"output"``: the integral of y dx (a displacement that makes a force). Only with such a
+        claim may the operator be the law of a storage without creating energy.
+        """
+        return None
 
     @final
     def initial_memory(
@@ -108,7 +144,9 @@ class Operator(ABC):
         return self._states(self._initial(ops, x0, given))
 
     @final
-    def value(self, ops: Ops, x: Expression, memory: Sequence[Expression]) -> Expression:
+    def value(
+        self, ops: Ops, x: Expression, memory: Sequence[Expression], step: Expression = 0.0
+    ) -> Expression:
         """Return the output at ``x``, reached monotonically from the memory's step.
 
         Parameters
@@ -119,6 +157,8 @@ class Operator(ABC):
             Input, scalar or array, unit of the input.
         memory : sequence of expression
             Memory of the last accepted step, shape (n_memory,); it is not changed.
+        step : expression, optional
+            Time since that step, s; only a timed operator uses it.
 
         Returns
         -------
@@ -130,10 +170,12 @@ class Operator(ABC):
         BadMemory
             If the memory is not one of this operator.
         """
-        return self._value(ops, x, self._states(memory))
+        return self._value(ops, x, self._states(memory), step)
 
     @final
-    def advance(self, ops: Ops, x: Expression, memory: Sequence[Expression]) -> Memory:
+    def advance(
+        self, ops: Ops, x: Expression, memory: Sequence[Expression], step: Expression = 0.0
+    ) -> Memory:
         """Return the memory after an accepted step that ended at ``x``.
 
         Parameters
@@ -144,6 +186,8 @@ class Operator(ABC):
             Input at the end of the step, unit of the input.
         memory : sequence of expression
             Memory of the last accepted step, shape (n_memory,).
+        step : expression, optional
+            Time since that step, s; only a timed operator uses it.
 
         Returns
         -------
@@ -159,11 +203,15 @@ class Operator(ABC):
         """
         if ops is NUMPY:
             require_finite("x", x)
-        return self._states(self._advance(ops, x, self._states(memory)))
+        return self._states(self._advance(ops, x, self._states(memory), step))
 
     @final
     def run(
-        self, x: ArrayLike, memory: Sequence[Expression] | None = None
+        self,
+        x: ArrayLike,
+        memory: Sequence[Expression] | None = None,
+        *,
+        step: float | None = None,
     ) -> tuple[FloatArray, Memory]:
         """Return the output over a whole record and the memory after it.
 
@@ -173,6 +221,8 @@ class Operator(ABC):
             Input, shape (N,), N >= 1, unit of the input.
         memory : sequence of float, optional
             Memory before the first sample, shape (n_memory,). Default: virgin at ``x[0]``.
+        step : float, optional
+            Time between samples, s, also before the first one; a timed operator needs it.
 
         Returns
         -------
@@ -184,18 +234,100 @@ class Operator(ABC):
         Raises
         ------
         BadInput
-            If the record is empty, not one-dimensional or not finite (names the first sample).
+            If the record is empty, not one-dimensional or not finite (names the first sample), or
+            a timed operator is given no step.
         BadMemory
             If the memory is not one of this operator.
         BadParameter
             If a parameter is symbolic.
         """
         record = finite_record(x)
+        seconds = self._seconds(step)
         start = self._initial(NUMPY, float(record[0]), None) if memory is None else memory
         states = self._states(start)
         self._json_states(states)
-        output, after = self._record(record, states)
+        output, after = self._record(record, states, seconds)
         return output, self._states(after)
+
+    @final
+    def stored_energy(self, ops: Ops, x: Expression, memory: Sequence[Expression]) -> Expression:
+        """Return the energy stored at ``x``, reached monotonically from the memory's step.
+
+        Parameters
+        ----------
+        ops : Ops
+            Back end of the values.
+        x : expression
+            Input, unit of the input.
+        memory : sequence of expression
+            Memory of the last accepted step, shape (n_memory,).
+
+        Returns
+        -------
+        expression
+            Unit of the input times unit of the output, for the work at `passive_port`.
+
+        Raises
+        ------
+        BadMemory
+            If the memory is not one of this operator.
+        BadParameter
+            If no energy function is known for these parameters.
+        """
+        return self._known_energy(ops, x, memory)[0]
+
+    @final
+    def dissipated_energy(
+        self, ops: Ops, x: Expression, memory: Sequence[Expression]
+    ) -> Expression:
+        """Return the energy lost on the monotone way from the memory's step to ``x``.
+
+        The work at `passive_port` is the rise of `stored_energy` plus this, which is never
+        negative.
+
+        Parameters
+        ----------
+        ops : Ops
+            Back end of the values.
+        x : expression
+            Input, unit of the input.
+        memory : sequence of expression
+            Memory of the last accepted step, shape (n_memory,).
+
+        Returns
+        -------
+        expression
+            Unit of the input times unit of the output.
+
+        Raises
+        ------
+        BadMemory
+            If the memory is not one of this operator.
+        BadParameter
+            If no energy function is known for these parameters.
+        """
+        return self._known_energy(ops, x, memory)[1]
+
+    def _known_energy(
+        self, ops: Ops, x: Expression, memory: Sequence[Expression]
+    ) -> tuple[Expression, Expression]:
+        found = self._energy(ops, x, self._states(memory))
+        if found is None or self.passive_port is None:
+            raise BadParameter(
+                f"{self.kind} with these parameters has no energy function that makes it passive; "
+                "integrate effort times displacement over a record instead"
+            )
+        return found
+
+    def _seconds(self, step: float | None) -> float:
+        if not self.timed:
+            return 0.0
+        if step is None or not math.isfinite(step) or step <= 0.0:
+            raise BadInput(
+                f"{self.kind} depends on time: give step, the time between samples, as a positive "
+                f"number of seconds, not {step}"
+            )
+        return float(step)
 
     @final
     def to_dict(self) -> dict[str, Any]:

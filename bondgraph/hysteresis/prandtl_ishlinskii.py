@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import ClassVar, Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import (
+    all_numbers,
     finite_record,
     is_number,
     memory_states,
@@ -114,17 +115,17 @@ class PrandtlIshlinskii(Operator):
             return tuple(initial_play(ops, x0, r) for r in self.thresholds[1:])
         return reachable_plays(ops, x0, self.thresholds[1:], states)
 
-    def _value(self, ops: Ops, x: Expression, memory: Memory) -> Expression:
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         output = self.weights[0] * x
-        for w, state in zip(self.weights[1:], self._advance(ops, x, memory), strict=True):
+        for w, state in zip(self.weights[1:], self._advance(ops, x, memory, step), strict=True):
             output = output + w * state
         return output
 
-    def _advance(self, ops: Ops, x: Expression, memory: Memory) -> Memory:
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
         plays = zip(self.thresholds[1:], memory, strict=True)
         return tuple(play(ops, x, r, y) for r, y in plays)
 
-    def _record(self, x: FloatArray, memory: Memory) -> tuple[FloatArray, Memory]:
+    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         r = np.array(numbers("thresholds", self.thresholds))[1:]
         w = np.array(numbers("weights", self.weights))
         output = w[0] * x
@@ -133,6 +134,35 @@ class PrandtlIshlinskii(Operator):
             output[part] += states @ w[1:]
             last = states[-1]
         return output, tuple(last.tolist())
+
+    @property
+    def passive_port(self) -> Literal["input", "output"] | None:
+        """``"input"`` if no weight is negative, ``"output"`` if all plays are subtracted.
+
+        In the second case the operator is a spring with stops of stiffness -w_i, and the slope
+        with every play moving must not be negative.
+        """
+        if not all_numbers(self.weights):
+            return None
+        first, *others = self.weights
+        if first >= 0.0 and all(w >= 0.0 for w in others):
+            return "input"
+        stiff = first >= 0.0 and self.slope_full >= -1e-12 * first
+        return "output" if stiff and all(w <= 0.0 for w in others) else None
+
+    def _energy(
+        self, ops: Ops, x: Expression, memory: Memory
+    ) -> tuple[Expression, Expression] | None:
+        stored = 0.5 * self.weights[0] * x * x
+        lost: Expression = 0.0
+        states = self._advance(ops, x, memory, 0.0)
+        plays = zip(self.thresholds[1:], self.weights[1:], states, memory, strict=True)
+        for r, w, after, before in plays:
+            stored = stored + 0.5 * w * after * after
+            lost = lost + w * r * ops.absolute(after - before)
+        if self.passive_port == "output":
+            return x * self._value(ops, x, memory, 0.0) - stored, -lost
+        return stored, lost
 
     def regressors(self, x: ArrayLike, memory: Sequence[Expression] | None = None) -> FloatArray:
         """Return the outputs of the single plays: the operator is this matrix times the weights.

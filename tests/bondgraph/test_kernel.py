@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from actuators import stack_bond_graph, stack_lumped
-from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, kernel
+from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, kernel, native
 from bondgraph.compiled import Compiled, compile_model
 from bondgraph.drives import Drive
 from bondgraph.hysteresis import PrandtlIshlinskii
@@ -135,7 +135,7 @@ def test_the_cache_is_by_content(tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.delenv("BONDSIGHT_NO_COMPILER", raising=False)
     kernel._runner.cache_clear()
     try:
-        folder = kernel.cache_folder()
+        folder = native.cache_folder()
         assert folder.is_relative_to(tmp_path)
 
         def run(model: Compiled) -> list[str]:

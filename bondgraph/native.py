@@ -1,0 +1,73 @@
+"""C code compiled by the system's gcc, kept in a cache by the hash of source and flags.
+
+Without gcc, or with ``BONDSIGHT_NO_COMPILER`` set, nothing is compiled and the callers fall back to
+NumPy or to CasADi's virtual machine.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+FLAGS = ("-O2", "-march=native", "-fPIC", "-shared", "-fno-math-errno")
+
+
+def compiler() -> str | None:
+    """Path of gcc, or None if it is absent or not wanted."""
+    return None if os.environ.get("BONDSIGHT_NO_COMPILER") else shutil.which("gcc")
+
+
+def cache_folder() -> Path:
+    """Folder of the compiled libraries."""
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "bondsight" / "kernels"
+
+
+def build(source: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
+    """Compile C source into a shared library.
+
+    Parameters
+    ----------
+    source : str
+        C source.
+    flags : tuple of str
+        Flags of gcc; they must hold ``-fPIC -shared``.
+
+    Returns
+    -------
+    Path or None
+        The library, or None if there is no compiler or it fails.
+    """
+    gcc = compiler()
+    if gcc is None:
+        return None
+    try:
+        return _library(source, gcc, flags)
+    except (OSError, subprocess.SubprocessError):
+        return None
+
+
+def _library(source: str, gcc: str, flags: tuple[str, ...]) -> Path:
+    digest = hashlib.sha256((source + " ".join(flags)).encode()).hexdigest()[:24]
+    folder = cache_folder()
+    target = folder / f"{digest}.so"
+    if target.exists():
+        return target
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder) as work:
+        code = Path(work) / "code.c"
+        code.write_text(source)
+        built = Path(work) / "code.so"
+        subprocess.run(
+            [gcc, *flags, str(code), "-o", str(built), "-lm"],
+            check=True,
+            capture_output=True,
+            timeout=120,
+        )
+        # a finished file replaces at once, so that two processes cannot meet a half one
+        built.replace(target)
+    return target
