@@ -25,6 +25,7 @@ from bondgraph.elements import symbol
 from bondgraph.equations import LawPort, StateSpace, derive
 from bondgraph.errors import unknown_name
 from bondgraph.graph import BondGraph
+from bondgraph.laws.law import Law
 from bondgraph.printing import to_casadi
 
 
@@ -166,9 +167,18 @@ def law_slices(compiled: Compiled) -> tuple[tuple[LawPort, slice, slice], ...]:
 
 
 def solve_laws(
-    compiled: Compiled, free: ca.SX, gain: ca.SX, memory: ca.SX, p: ca.SX, w_last: ca.SX
+    compiled: Compiled,
+    free: ca.SX,
+    gain: ca.SX,
+    memory: ca.SX,
+    p: ca.SX,
+    w_last: ca.SX,
+    step: Any = 0.0,
 ) -> ca.SX:
-    """Deviations that satisfy ``s = free + gain w``, ``w_j = law_j(s_j)``; sweeps if several."""
+    """Deviations that satisfy ``s = free + gain w``, ``w_j = law_j(s_j)``; sweeps if several.
+
+    `step` is the time since the memory, s; at 0 the memory stands still.
+    """
     laws = law_slices(compiled)
     q = ca.vertcat(*[p[i] for i in compiled.law_parameters]) if compiled.law_parameters else ca.SX()
     w = list(ca.vertsplit(w_last)) if len(laws) else []
@@ -178,17 +188,20 @@ def solve_laws(
             for k, wk in enumerate(w):
                 if k != j:
                     others = others + gain[j, k] * wk
-            w[j] = scalar_solution(port, others, gain[j, j], memory[ms], q[qs], w[j])
+            w[j] = scalar_solution(port, others, gain[j, j], memory[ms], q[qs], w[j], step)
     return ca.vertcat(*w) if w else ca.SX(0, 1)
 
 
 def scalar_solution(
-    port: LawPort, free: Any, gain: Any, memory: ca.SX, q: ca.SX, w_last: Any
+    port: LawPort, free: Any, gain: Any, memory: ca.SX, q: ca.SX, w_last: Any, step: Any
 ) -> Any:
     """One law closed over its own gain."""
-    return port.law.solve(
-        free, gain, ca.vertsplit(memory) if memory.numel() else (), split(q), w_last
-    )
+    return port.law.solve(free, gain, split(memory), law_arguments(port.law, q, step), w_last)
+
+
+def law_arguments(law: Law, q: ca.SX, step: Any) -> Sequence[Any]:
+    """Parameters of a law; a timed one takes the time since its memory as the last."""
+    return (*split(q), step) if law.timed else split(q)
 
 
 def split(q: ca.SX) -> Sequence[Any]:
@@ -196,12 +209,13 @@ def split(q: ca.SX) -> Sequence[Any]:
     return tuple(ca.vertsplit(q)) if q.numel() else ()
 
 
-def advance_laws(compiled: Compiled, s: ca.SX, memory: ca.SX, p_laws: ca.SX) -> ca.SX:
-    """Memory after the arguments `s` have been accepted."""
+def advance_laws(compiled: Compiled, s: ca.SX, memory: ca.SX, p_laws: ca.SX, step: Any) -> ca.SX:
+    """Memory after the arguments `s` have been accepted, `step` seconds later."""
     new: list[Any] = []
     for j, (port, ms, qs) in enumerate(law_slices(compiled)):
         if port.law.n_memory:
-            new.extend(port.law.advance(CASADI, s[j], split(memory[ms]), split(p_laws[qs])))
+            q = law_arguments(port.law, p_laws[qs], step)
+            new.extend(port.law.advance(CASADI, s[j], split(memory[ms]), q))
     return ca.vertcat(*new) if new else ca.SX(0, 1)
 
 

@@ -72,10 +72,11 @@ def discretise(compiled: Compiled, p: Array, step: float, wanted: Array | None =
     held, dheld = _hold(parts, tangents, step)
     held = _at_the_end(compiled, held)
     dheld = [_at_the_end(compiled, t) for t in dheld]
-    packed = _pack(parts, held, compiled)
+    packed = np.append(_pack(parts, held, compiled), step)
     derivative = np.empty((packed.size, len(tangents)))
     for i, t in enumerate(tangents):
-        derivative[:, i] = _pack_tangent(parts, t, held, dheld[i], compiled)
+        derivative[:-1, i] = _pack_tangent(parts, t, held, dheld[i], compiled)
+        derivative[-1, i] = 0.0
     return Discrete(packed, derivative)
 
 

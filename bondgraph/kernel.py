@@ -20,6 +20,7 @@ from bondgraph.backend import CASADI
 from bondgraph.compiled import (
     Compiled,
     advance_laws,
+    law_arguments,
     law_slices,
     scalar_solution,
     solve_laws,
@@ -70,8 +71,8 @@ class Layout:
 
     @property
     def n_packed(self) -> int:
-        """Length of the packed matrices."""
-        return sum(r * c for r, c in self.pieces)
+        """Length of the packed matrices and the step behind them."""
+        return sum(r * c for r, c in self.pieces) + 1
 
 
 def layout(compiled: Compiled, n_d: int) -> Layout:
@@ -99,6 +100,7 @@ def step_function(compiled: Compiled, n_d: int) -> ca.Function:
     m, q = ca.SX.sym("M", lay.n_packed), ca.SX.sym("q", lay.n_q)
     dm, dq = ca.SX.sym("dM", lay.n_packed, n_d), ca.SX.sym("dq", lay.n_q, n_d)
     phi, g0, g1, cs, ds, gain, cy, dy = _unpack(m, lay)
+    h = m[-1]
     n, k = lay.n_x, lay.n_x + lay.n_w
     x, w0, memory = z[:n, 0], z[n:k, 0], z[k:, 0]
     v0, v1u = ca.vertcat(u0, w0), ca.vertcat(u1, ca.SX.zeros(lay.n_w))
@@ -107,14 +109,14 @@ def step_function(compiled: Compiled, n_d: int) -> ca.Function:
     p = ca.SX.zeros(len(compiled.parameter_names))
     for position, i in enumerate(compiled.law_parameters):
         p[i] = q[position]
-    w1 = solve_laws(compiled, s_free, gain, memory, p, w0) if lay.n_w else ca.SX(0, 1)
+    w1 = solve_laws(compiled, s_free, gain, memory, p, w0, h) if lay.n_w else ca.SX(0, 1)
     late = g1[:, lay.n_u :]
     x1, s1 = x_free + late @ w1, s_free + gain @ w1
-    memory1 = advance_laws(compiled, s1, memory, q)
+    memory1 = advance_laws(compiled, s1, memory, q, h)
     v1 = ca.vertcat(u1, w1)
     out = [ca.vertcat(cy @ x1 + dy @ v1, s1, w1)]
     carried = [ca.vertcat(x1, w1, memory1)]
-    partial = _law_partials(compiled, lay, s_free, gain, memory, q, w1)
+    partial = _law_partials(compiled, lay, s_free, gain, memory, q, w1, h)
     for d in range(n_d):
         tphi, tg0, tg1, tcs, tds, tgain, tcy, tdy = _unpack(dm[:, d], lay)
         tx, tw0, tm = z[:n, 1 + d], z[n:k, 1 + d], z[k:, 1 + d]
@@ -124,7 +126,7 @@ def step_function(compiled: Compiled, n_d: int) -> ca.Function:
         tw = partial(ts_free, tgain, tm, dq[:, d])
         tx1 = tx_free + late @ tw + tg1[:, lay.n_u :] @ w1
         ts1 = ts_free + gain @ tw + tgain @ w1
-        tm1 = _memory_tangent(compiled, s1, memory, q, ts1, tm, dq[:, d])
+        tm1 = _memory_tangent(compiled, s1, memory, q, ts1, tm, dq[:, d], h)
         tv1 = ca.vertcat(ca.SX.zeros(lay.n_u), tw)
         out.append(ca.vertcat(cy @ tx1 + tcy @ x1 + dy @ tv1 + tdy @ v1, ts1, tw))
         carried.append(ca.vertcat(tx1, tw, tm1))
@@ -147,6 +149,7 @@ def _law_partials(
     memory: ca.SX,
     q: ca.SX,
     w: ca.SX,
+    h: ca.SX,
 ) -> Partial:
     """Total derivative of the closed laws, by the implicit function theorem for Newton laws."""
     if not lay.n_w:
@@ -154,9 +157,8 @@ def _law_partials(
     rows = []
     for j, (port, ms, qs) in enumerate(law_slices(compiled)):
         free = s_free[j] + gain[j, :] @ w - gain[j, j] * w[j]
-        rows.append(
-            (ms, qs, _one_partial(port.law, port, free, gain[j, j], memory[ms], q[qs], w[j]))
-        )
+        at = (free, gain[j, j], memory[ms], q[qs], w[j], h)
+        rows.append((ms, qs, _one_partial(port, *at)))
 
     def total(ts: ca.SX, tg: ca.SX, tm: ca.SX, tq: ca.SX) -> ca.SX:
         coupling, right = ca.SX.eye(lay.n_w), []
@@ -178,19 +180,20 @@ def _law_partials(
 
 
 def _one_partial(
-    law: Law, port: Any, free: ca.SX, gain: ca.SX, memory: ca.SX, q: ca.SX, w: ca.SX
+    port: Any, free: ca.SX, gain: ca.SX, memory: ca.SX, q: ca.SX, w: ca.SX, h: ca.SX
 ) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-    t, g = ca.SX.sym("t"), ca.SX.sym("g")
+    law: Law = port.law
+    t, g, step = ca.SX.sym("t"), ca.SX.sym("g"), ca.SX.sym("h")
     mem, par = ca.SX.sym("mem", memory.numel()), ca.SX.sym("par", q.numel())
-    if type(law).solve is not Law.solve:
+    if law.closed:
         last = ca.SX.sym("last")
-        value = scalar_solution(port, t, g, mem, par, last)
+        value = scalar_solution(port, t, g, mem, par, last, step)
         parts = [_jac(value, v) for v in (t, g, mem, par)]
-        f = ca.Function("partial", [t, g, mem, par, last], parts)
-        return tuple(f(free, gain, memory, q, w))  # type: ignore[return-value]
-    value = ca.SX(law.deviation(CASADI, t, split(mem), split(par)))
-    f = ca.Function("partial", [t, mem, par], [_jac(value, v) for v in (t, mem, par)])
-    slope, by_memory, by_q = f(free + gain * w, memory, q)
+        f = ca.Function("partial", [t, g, mem, par, last, step], parts)
+        return tuple(f(free, gain, memory, q, w, h))  # type: ignore[return-value]
+    value = ca.SX(law.deviation(CASADI, t, split(mem), law_arguments(law, par, step)))
+    f = ca.Function("partial", [t, mem, par, step], [_jac(value, v) for v in (t, mem, par)])
+    slope, by_memory, by_q = f(free + gain * w, memory, q, h)
     share = 1 / (1 - gain * slope)
     return slope * share, w * slope * share, by_memory * share, by_q * share
 
@@ -200,16 +203,24 @@ def _jac(value: Any, by: ca.SX) -> ca.SX:
 
 
 def _memory_tangent(
-    compiled: Compiled, s: ca.SX, memory: ca.SX, q: ca.SX, ts: ca.SX, tm: ca.SX, tq: ca.SX
+    compiled: Compiled,
+    s: ca.SX,
+    memory: ca.SX,
+    q: ca.SX,
+    ts: ca.SX,
+    tm: ca.SX,
+    tq: ca.SX,
+    h: ca.SX,
 ) -> ca.SX:
     if not memory.numel():
         return ca.SX(0, 1)
     a, b, c = ca.SX.sym("s", s.numel()), ca.SX.sym("m", memory.numel()), ca.SX.sym("q", q.numel())
     seeds = [ca.SX.sym("d", v.numel()) for v in (a, b, c)]
-    new = advance_laws(compiled, a, b, c)
+    step = ca.SX.sym("h")
+    new = advance_laws(compiled, a, b, c, step)
     tangent = ca.densify(ca.jtimes(new, ca.vertcat(a, b, c), ca.vertcat(*seeds)))
-    f = ca.Function("memory", [a, b, c, *seeds], [tangent])
-    return f(s, memory, q, ts, tm, tq)
+    f = ca.Function("memory", [a, b, c, *seeds, step], [tangent])
+    return f(s, memory, q, ts, tm, tq, h)
 
 
 # -- running over a record -------------------------------------------------------------------

@@ -21,10 +21,12 @@ from bondgraph.hysteresis.checks import (
     strictly_increasing,
 )
 from bondgraph.hysteresis.errors import BadParameter
+from bondgraph.hysteresis.kernels import kernels_available
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.play import initial_play, play, play_chunks, reachable_plays
-from bondgraph.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.hysteresis.prandtl_ishlinskii import SWING_FROM, PrandtlIshlinskii
 from bondgraph.hysteresis.stop import stop
+from bondgraph.hysteresis.swing import swing_record
 
 __all__ = ["MaxwellResistiveCapacitor"]
 
@@ -179,12 +181,18 @@ class MaxwellResistiveCapacitor(Operator):
     def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         k = np.array(numbers("stiffnesses", self.stiffnesses))
         r = np.array(numbers("thresholds", self.thresholds))
+        anchors = np.array(memory)
+        if x.size > SWING_FROM and kernels_available():
+            before = float(np.clip(x[0], anchors[0] - r[0], anchors[0] + r[0]))
+            slopes = np.append(np.cumsum(k[::-1])[::-1], 0.0)
+            start = float((before - anchors) @ k)
+            output, anchors = swing_record(x, r, slopes, anchors, before, start)
+            return output, tuple(anchors.tolist())
         output = np.empty(x.size)
-        last = np.array(memory)
-        for part, anchors in play_chunks(x, r, last):
-            output[part] = (x[part, None] - anchors) @ k
-            last = anchors[-1]
-        return output, tuple(last.tolist())
+        for part, states in play_chunks(x, r, anchors):
+            output[part] = (x[part, None] - states) @ k
+            anchors = states[-1]
+        return output, tuple(anchors.tolist())
 
     def as_prandtl_ishlinskii(self) -> PrandtlIshlinskii:
         """Return the same operator as plays: ``(sum k_i) q - sum k_i play_(q_i)[q]``.

@@ -12,8 +12,17 @@ from itertools import pairwise
 import numpy as np
 
 from bondgraph.backend import Expression, FloatArray, Ops
+from bondgraph.hysteresis.kernels import bank, kernels_available
+from bondgraph.hysteresis.kernels import states as compiled_states
 
-__all__ = ["initial_play", "play", "play_chunks", "play_record", "reachable_plays"]
+__all__ = [
+    "initial_play",
+    "play",
+    "play_chunks",
+    "play_record",
+    "reachable_plays",
+    "weighted_plays",
+]
 
 # Samples worked on at once: keeps the scratch memory of a long record in the processor's cache.
 _CHUNK = 1 << 12
@@ -135,11 +144,11 @@ def reachable_plays(
 def play_record(x: FloatArray, r: FloatArray, y: FloatArray) -> FloatArray:
     """Return the states of n plays over a whole record.
 
-    Each update is a clamp, and a chain of clamps is again a clamp: its bounds are the first
-    bounds sent through the rest. The record is therefore cut into about sqrt(N) blocks; all
-    blocks are reduced to one clamp side by side, the blocks are chained, and all blocks are filled
-    side by side. That is exact to the last bit, because only comparisons are regrouped, and
-    needs about 3 sqrt(N) NumPy calls instead of N.
+    With a compiler this is one loop in C. Without one: each update is a clamp, and a chain of
+    clamps is again a clamp, its bounds the first bounds sent through the rest. The record is
+    therefore cut into about sqrt(N) blocks; all blocks are reduced to one clamp side by side, the
+    blocks are chained, and all blocks are filled side by side. That is exact to the last bit,
+    because only comparisons are regrouped, and needs about 3 sqrt(N) NumPy calls instead of N.
 
     Parameters
     ----------
@@ -160,6 +169,8 @@ def play_record(x: FloatArray, r: FloatArray, y: FloatArray) -> FloatArray:
     >>> play_record(np.array([0.0, 3.0, 2.0]), np.array([1.0]), np.array([0.0]))[:, 0].tolist()
     [0.0, 2.0, 2.0]
     """
+    if r.size and kernels_available():
+        return compiled_states(x, r, y)
     n_samples, n = x.size, r.size
     length = math.isqrt(n_samples - 1) + 1
     n_blocks = -(-n_samples // length)
@@ -214,3 +225,40 @@ def play_chunks(x: FloatArray, r: FloatArray, y: FloatArray) -> Iterator[tuple[s
         states = play_record(x[part], r, y)
         y = states[-1]
         yield part, states
+
+
+def weighted_plays(
+    x: FloatArray, r: FloatArray, w: FloatArray, y: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return a weighted sum of n plays over a record, and their last states.
+
+    Parameters
+    ----------
+    x : array
+        Finite input, shape (N,), N >= 1, any unit.
+    r : array
+        Half widths, shape (n,), unit of ``x``.
+    w : array
+        Weights, shape (n,), output per input.
+    y : array
+        States before the first sample, shape (n,), unit of ``x``.
+
+    Returns
+    -------
+    array
+        ``sum_j w_j play_j[x]``, shape (N,).
+    array
+        States after the last sample, shape (n,).
+
+    Examples
+    --------
+    >>> weighted_plays(np.array([0.0, 3.0]), np.ones(1), np.ones(1), np.zeros(1))[0].tolist()
+    [0.0, 2.0]
+    """
+    if kernels_available():
+        return bank(x, r, w, y)
+    total = np.empty(x.size)
+    for part, states in play_chunks(x, r, y):
+        total[part] = states @ w
+        y = states[-1]
+    return total, y

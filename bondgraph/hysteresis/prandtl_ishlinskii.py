@@ -25,6 +25,7 @@ from bondgraph.hysteresis.checks import (
     strictly_increasing,
 )
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
+from bondgraph.hysteresis.kernels import kernels_available
 from bondgraph.hysteresis.kuhnen import (
     first_bad_slope,
     inverse_states,
@@ -33,9 +34,19 @@ from bondgraph.hysteresis.kuhnen import (
     slopes,
 )
 from bondgraph.hysteresis.operator import Memory, Operator
-from bondgraph.hysteresis.play import initial_play, play, play_chunks, play_record, reachable_plays
+from bondgraph.hysteresis.play import (
+    initial_play,
+    play,
+    play_record,
+    reachable_plays,
+    weighted_plays,
+)
+from bondgraph.hysteresis.swing import swing_record
 
-__all__ = ["PrandtlIshlinskii", "play_loop_loss"]
+__all__ = ["SWING_FROM", "PrandtlIshlinskii", "play_loop_loss"]
+
+# Writing a memory as turning points costs about as much as the plays over this many samples.
+SWING_FROM = 2000
 
 
 @final
@@ -128,12 +139,17 @@ class PrandtlIshlinskii(Operator):
     def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         r = np.array(numbers("thresholds", self.thresholds))[1:]
         w = np.array(numbers("weights", self.weights))
-        output = w[0] * x
-        last = np.array(memory)
-        for part, states in play_chunks(x, r, last):
-            output[part] += states @ w[1:]
-            last = states[-1]
-        return output, tuple(last.tolist())
+        states = np.array(memory)
+        if not r.size:
+            return w[0] * x, ()
+        if x.size > SWING_FROM and kernels_available():
+            before = float(np.clip(x[0], states[0] - r[0], states[0] + r[0]))
+            start = float(w[0] * before + w[1:] @ states)
+            output, states = swing_record(x, r, np.cumsum(w), states, before, start)
+        else:
+            output, states = weighted_plays(x, r, w[1:], states)
+            output += w[0] * x
+        return output, tuple(states.tolist())
 
     @property
     def passive_port(self) -> Literal["input", "output"] | None:

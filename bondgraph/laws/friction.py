@@ -32,6 +32,7 @@ class Coulomb(Law):
     name: ClassVar[str] = "coulomb"
     energy: ClassVar[str] = "dissipates"
     set_valued: ClassVar[bool] = True
+    closed: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Friction level ``F_c``."""
@@ -65,6 +66,7 @@ class Stribeck(Law):
     flow_unit: str = "m/s"
     name: ClassVar[str] = "stribeck"
     energy: ClassVar[str] = "dissipates"
+    closed: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """``F_c``, ``F_d`` (static level less ``F_c``) and ``f_s``."""
@@ -104,6 +106,28 @@ class Stribeck(Law):
             w = ca.fmax(-level, ca.fmin(level, stopping))
             speed = s_free + gain * w
         return w
+
+
+@dataclass(frozen=True)
+class Viscous(Law):
+    """Linear friction ``b_2 f`` on top of the resistor's own value: a part that may be left out."""
+
+    coefficient: float = 1.0
+    unit: str = "N*s/m"
+    name: ClassVar[str] = "viscous"
+    energy: ClassVar[str] = "dissipates"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Return the coefficient."""
+        return (
+            Parameter(
+                f"b_2_{element}", self.coefficient, self.unit, lower=0.0, scale=self.coefficient
+            ),
+        )
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """``b_2 f``."""
+        return p[0] * s
 
 
 @dataclass(frozen=True)

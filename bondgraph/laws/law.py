@@ -31,6 +31,9 @@ class Law(ABC):
     energy: ClassVar[str] = "signal"
     set_valued: ClassVar[bool] = False
     """The deviation jumps and is held at its end value over a step: a line would ring."""
+    closed: ClassVar[bool] = False
+    """`solve` is a formula to be differentiated; otherwise the deviation has a slope at the root
+    and the implicit function theorem gives the derivatives."""
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Parameters of the deviation, named after `element`."""
@@ -40,6 +43,11 @@ class Law(ABC):
     def slope(self) -> float | None:
         """Own linear slope, or None when the element's value is the slope."""
         return None
+
+    @property
+    def timed(self) -> bool:
+        """Whether time matters; then `p` ends with the time since the memory, s."""
+        return False
 
     @property
     def n_memory(self) -> int:

@@ -13,15 +13,17 @@ from actuators import stack_bond_graph, stack_lumped
 from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, kernel, native
 from bondgraph.compiled import Compiled, compile_model
 from bondgraph.drives import Drive
-from bondgraph.hysteresis import PrandtlIshlinskii
+from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.laws import (
     Coulomb,
     Hats,
     Hysteretic,
     Law,
+    LuGre,
     Polynomial,
     QuadraticDrag,
     Saturation,
+    Sliding,
     StopSum,
     Stribeck,
 )
@@ -70,6 +72,8 @@ MODELS = {
     "stops everywhere": lambda: oscillator(
         StopSum((0.1, 0.3), height=0.7), None, StopSum((0.4,), 0.2, sign=-1.0), StopSum((0.2,), 0.1)
     ),
+    "lugre": lambda: oscillator(None, LuGre(0.3, 0.2, 0.3, 40.0, 0.2)),
+    "sliding": lambda: oscillator(None, Sliding(MaxwellResistiveCapacitor((3.0, 2.0), (0.1, 0.3)))),
     "operator": lambda: oscillator(Hysteretic(PrandtlIshlinskii((0.0, 0.2), (2.0, 0.7)))),
     "dependent store": lambda: dependent(),
     "limits": lambda: oscillator(Hats(size=1.0), None, Saturation(-1.5, 2.0, 0.1)),

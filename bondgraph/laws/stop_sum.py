@@ -1,4 +1,4 @@
-"""Laws with memory: a sum of stops (Maxwell slip) and any operator of `bondgraph.hysteresis`."""
+"""A law with memory whose heights are parameters: a sum of stops (Maxwell slip)."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bondgraph.backend import CASADI, Ops
+from bondgraph.backend import Ops
 from bondgraph.elements import Parameter
-from bondgraph.hysteresis import MaxwellResistiveCapacitor, Operator
 from bondgraph.hysteresis.play import play
 from bondgraph.laws.law import Law
 
@@ -68,47 +67,3 @@ class StopSum(Law):
         for h, y in zip(p, self.advance(ops, s, memory, p), strict=True):
             total = total + h * (s - y)
         return self.sign * total
-
-
-@dataclass(frozen=True)
-class Hysteretic(Law):
-    """Any operator with memory as the whole law of an element, with numbers for its parameters."""
-
-    operator: Operator
-    name: ClassVar[str] = "operator"
-
-    @property
-    def energy(self) -> str:  # type: ignore[override]
-        """Stops slip and dissipate; a sum of plays lags and, as a store, would give energy."""
-        return "dissipates" if isinstance(self.operator, MaxwellResistiveCapacitor) else "signal"
-
-    @property
-    def slope(self) -> float:
-        """The operator's reference slope."""
-        return float(self.operator.linear_slope)
-
-    @property
-    def n_memory(self) -> int:
-        """Memory of the operator."""
-        return self.operator.n_memory
-
-    def initial_memory(self, s: float) -> tuple[float, ...]:
-        """Return the operator's own initial memory at `s`."""
-        return tuple(float(v) for v in self.operator.initial_memory(s))
-
-    def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
-        """Return the derivative of the operator's initial memory at `s`."""
-        import casadi as ca
-
-        x = ca.SX.sym("x")
-        memory = ca.vertcat(*self.operator.initial_memory(x, ops=CASADI))
-        slope = ca.Function("slope", [x], [ca.densify(ca.jacobian(memory, x))])
-        return tuple(float(v) for v in slope(s).full().ravel())
-
-    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
-        """Memory of the operator at `s`."""
-        return tuple(self.operator.advance(ops, s, tuple(memory)))
-
-    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
-        """Operator less its reference slope."""
-        return self.operator.value(ops, s, tuple(memory)) - self.slope * s

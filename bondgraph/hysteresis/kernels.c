@@ -1,0 +1,126 @@
+/* Loops over a record for banks of plays. Compiled with -ffast-math: callers refuse NaN first. */
+
+#define LANES 8
+#define TILE (7 * LANES)
+#define CHUNK 512
+
+/* y += sum_j w[j] play_j[x]; r, w and state hold a whole number of tiles. The tile's states stay in
+   registers over a chunk; lanes are added at its end, so no sum waits for another one. */
+void play_bank(const double *restrict x, long n, const double *restrict r,
+               const double *restrict w, long tiles, double *restrict state,
+               double *restrict y) {
+  double lanes[CHUNK][LANES];
+  for (long first = 0; first < n; first += CHUNK) {
+    long m = n - first < CHUNK ? n - first : CHUNK;
+    for (long k = 0; k < m; ++k)
+      for (int l = 0; l < LANES; ++l) lanes[k][l] = 0.0;
+    for (long t = 0; t < tiles; ++t) {
+      double p[TILE], a[TILE], b[TILE];
+      for (int l = 0; l < TILE; ++l) {
+        p[l] = state[t * TILE + l];
+        a[l] = r[t * TILE + l];
+        b[l] = w[t * TILE + l];
+      }
+      for (long k = 0; k < m; ++k) {
+        double at = x[first + k];
+        double sum[LANES];
+        for (int l = 0; l < LANES; ++l) sum[l] = lanes[k][l];
+        for (int v = 0; v < TILE; v += LANES)
+          for (int l = 0; l < LANES; ++l) {
+            double high = at + a[v + l], low = at - a[v + l], q = p[v + l];
+            q = q < high ? q : high;
+            q = q > low ? q : low;
+            p[v + l] = q;
+            sum[l] += b[v + l] * q;
+          }
+        for (int l = 0; l < LANES; ++l) lanes[k][l] = sum[l];
+      }
+      for (int l = 0; l < TILE; ++l) state[t * TILE + l] = p[l];
+    }
+    for (long k = 0; k < m; ++k) {
+      double total = 0.0;
+      for (int l = 0; l < LANES; ++l) total += lanes[k][l];
+      y[first + k] += total;
+    }
+  }
+}
+
+/* The states themselves, row k of out after sample k. */
+void play_states(const double *restrict x, long n, const double *restrict r, long m,
+                 double *restrict state, double *restrict out) {
+  for (long k = 0; k < n; ++k) {
+    double at = x[k];
+    double *restrict row = out + k * m;
+    for (long j = 0; j < m; ++j) {
+      double high = at + r[j], low = at - r[j], q = state[j];
+      q = q < high ? q : high;
+      q = q > low ? q : low;
+      state[j] = row[j] = q;
+    }
+  }
+}
+
+/* Turning points: the bank's output is a fixed curve of the distance to the last turning point that
+   no later swing wiped out. E holds those points, outermost first, then the present input; Y the
+   outputs there; direction is that of the first. The curve has knots (2 r_i, value_i) and slopes;
+   start[b] is the first knot of the b-th of equal bins. Returns the depth; kept is the number of
+   points that were there before and still are. */
+long turning_point_record(const double *restrict x, long n, const double *restrict knot,
+                          const double *restrict value, const double *restrict slope, long n_knots,
+                          const int *restrict start, double per_bin, long n_bins,
+                          double *restrict E, double *restrict Y, long depth, double direction,
+                          long *kept, double *restrict y) {
+  long top = depth - 1, old = depth;
+  double now = E[top], d = top % 2 ? -direction : direction, output = Y[top];
+  for (long k = 0; k < n; ++k) {
+    double next = x[k];
+    if (next != now) {
+      if ((next - now) * d < 0.0) {
+        Y[top] = output;
+        ++top;
+        d = -d;
+      }
+      while (top >= 2 && (next - E[top - 2]) * d >= 0.0) top -= 2;
+      if (top == 0) {
+        output = Y[0] + slope[n_knots - 1] * (next - E[0]);
+        Y[0] = output;
+      } else {
+        double s = (next - E[top - 1]) * d;
+        double bin = s * per_bin;
+        long i = n_knots - 1;
+        if (bin < (double)n_bins) {
+          long b = (long)bin;
+          long low = start[b], high = start[b + 1];
+          while (low + 1 < high) {
+            long middle = (low + high + 1) / 2;
+            if (knot[middle] <= s) low = middle; else high = middle - 1;
+          }
+          i = low + (low < high && knot[high] <= s);
+        }
+        output = Y[top - 1] + d * (value[i] + slope[i] * (s - knot[i]));
+      }
+      E[top] = now = next;
+      if (top < old) old = top;
+    }
+    y[k] = output;
+  }
+  Y[top] = output;
+  *kept = old;
+  return top + 1;
+}
+
+/* The loop anyone would write, to measure against. */
+void plain_loop(const double *x, long n, const double *r, const double *w, long m, double *state,
+                double *y) {
+  for (long k = 0; k < n; ++k) {
+    double sum = 0.0;
+    for (long j = 0; j < m; ++j) {
+      double q = state[j], low = x[k] - r[j], high = x[k] + r[j];
+      if (q < low) q = low;
+      if (q > high) q = high;
+      state[j] = q;
+      sum += w[j] * q;
+    }
+    y[k] = sum;
+  }
+}

@@ -1,0 +1,119 @@
+"""LuGre friction: bristles that bend before the contact slides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.backend import CASADI, Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+ROOT_STEPS = 30
+
+
+@dataclass(frozen=True)
+class LuGre(Law):
+    """Presliding and Stribeck friction with one bristle state ``z``, for a resistor.
+
+    ``z' = v - sigma_0 |v| z / g(v)``, ``F = sigma_0 z + sigma_1 z'``,
+    ``g(v) = F_c + F_d exp(-(v/v_s)^2)``; the resistor's own value is sigma_2. Within a step ``v``
+    is held at its end value and ``z`` follows its exact exponential, so that no step is too long
+    for the bristle.
+
+    Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419. Passive
+    for every motion only while ``sigma_1 <= 4 sigma_0 F_c / |v| (F_c / F_d)^2``-like bounds hold;
+    with ``sigma_1 = 0`` it never returns more than the bristle took.
+
+    Parameters
+    ----------
+    force, drop, speed : float
+        Start values of F_c, F_d (static level less F_c) and v_s.
+    bristle : float
+        Start value of sigma_0, force per displacement.
+    damping : float
+        Start value of sigma_1, force per flow.
+    """
+
+    force: float = 1.0
+    drop: float = 0.5
+    speed: float = 1e-2
+    bristle: float = 1e5
+    damping: float = 0.0
+    unit: str = "N"
+    flow_unit: str = "m/s"
+    name: ClassVar[str] = "lugre"
+    energy: ClassVar[str] = "dissipates"
+
+    @property
+    def timed(self) -> bool:
+        """The bristle bends in time."""
+        return True
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """``F_c``, ``F_d``, ``v_s``, ``sigma_0`` and ``sigma_1``."""
+        v, b = self.speed, self.bristle
+        stiffness, damping = f"{self.unit}/m", f"{self.unit}*s/m"
+        extra = max(self.damping, 1e-3 * self.force / v)
+        return (
+            Parameter(f"F_c_{element}", self.force, self.unit, lower=0.0, scale=self.force),
+            Parameter(f"F_d_{element}", self.drop, self.unit, lower=0.0, scale=self.force),
+            Parameter(f"v_s_{element}", v, self.flow_unit, lower=0.1 * v, upper=10.0 * v, scale=v),
+            Parameter(f"sigma_0_{element}", b, stiffness, lower=0.01 * b, scale=b),
+            Parameter(f"sigma_1_{element}", self.damping, damping, lower=0.0, scale=extra),
+        )
+
+    @property
+    def n_memory(self) -> int:
+        """Deflection of the bristle."""
+        return 1
+
+    def initial_memory(self, s: float) -> tuple[float, ...]:
+        """Relaxed bristle."""
+        return (0.0,)
+
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
+        """Deflection after the step, from the exact exponential."""
+        h = p[-1]
+        x = self._rate(ops, s, p) * h
+        small = x < 1e-6
+        safe = ops.where(small, 1.0, x)
+        share = ops.where(small, 1.0 - 0.5 * x, (1.0 - ops.exp(-safe)) / safe)
+        return (memory[0] * ops.exp(-x) + s * h * share,)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Force of the bristle at the end of the step."""
+        (z,) = self.advance(ops, s, memory, p)
+        return p[3] * z + p[4] * (s - self._rate(ops, s, p) * z)
+
+    def _rate(self, ops: Ops, s: Any, p: Sequence[Any]) -> Any:
+        level = p[0] + p[1] * ops.exp(-((s / p[2]) ** 2))
+        return p[3] * ops.absolute(s) / level
+
+    def solve(
+        self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
+    ) -> Any:
+        """Root between the free flow and the flow that the largest force would leave.
+
+        The force jumps within a small velocity, where plain Newton steps cycle; a bracket that is
+        halved whenever a Newton step leaves it cannot.
+        """
+        import casadi as ca
+
+        t, c = ca.SX.sym("t"), ca.SX.sym("c", 1 + len(p))
+        w = self.deviation(CASADI, t, (c[0],), ca.vertsplit(c[1:]))
+        force = ca.Function("force", [t, c], [w, ca.jacobian(w, t)])
+        constants = ca.vertcat(memory[0], *p)
+        largest = ca.fmax(p[3] * ca.fabs(memory[0]), p[0] + p[1])
+        reach = 2.0 * ca.fabs(gain) * largest
+        at, low, high = s_free + gain * w_last, s_free - reach, s_free + reach
+        at = ca.fmin(ca.fmax(at, low), high)
+        for _ in range(ROOT_STEPS):
+            value, slope = force(at, constants)
+            miss, rise = at - s_free - gain * value, 1.0 - gain * slope
+            low, high = ca.if_else(miss < 0, at, low), ca.if_else(miss < 0, high, at)
+            newton = at - miss / ca.if_else(rise > 0, rise, 1.0)
+            inside = ca.logic_and(rise > 0, ca.logic_and(newton >= low, newton <= high))
+            at = ca.if_else(inside, newton, 0.5 * (low + high))
+        return force(at, constants)[0]
