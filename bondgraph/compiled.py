@@ -25,7 +25,7 @@ from bondgraph.elements import symbol
 from bondgraph.equations import LawPort, StateSpace, derive
 from bondgraph.errors import unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.laws.law import Law
+from bondgraph.laws.law import Law, split
 from bondgraph.printing import to_casadi
 
 
@@ -202,11 +202,6 @@ def scalar_solution(
 def law_arguments(law: Law, q: ca.SX, step: Any) -> Sequence[Any]:
     """Parameters of a law; a timed one takes the time since its memory as the last."""
     return (*split(q), step) if law.timed else split(q)
-
-
-def split(q: ca.SX) -> Sequence[Any]:
-    """Entries of a column."""
-    return tuple(ca.vertsplit(q)) if q.numel() else ()
 
 
 def advance_laws(compiled: Compiled, s: ca.SX, memory: ca.SX, p_laws: ca.SX, step: Any) -> ca.SX:

@@ -24,10 +24,9 @@ from bondgraph.compiled import (
     law_slices,
     scalar_solution,
     solve_laws,
-    split,
 )
-from bondgraph.laws.law import Law
-from bondgraph.native import build
+from bondgraph.laws.law import Law, split
+from bondgraph.native import build, c_source
 
 Array = np.ndarray
 
@@ -276,9 +275,7 @@ class _Key:
 def _runner(key: _Key) -> Runner:
     step = step_function(key.compiled, key.n_d)
     lay = layout(key.compiled, key.n_d)
-    generator = ca.CodeGenerator("step.c", {"with_header": False, "main": False})
-    generator.add(step)
-    library = build(generator.dump() + _LOOP)
+    library = build(c_source(step) + _LOOP)
     if library is None:
         return _machine_runner(step, lay)
     return _native_runner(library, step, lay)

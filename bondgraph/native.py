@@ -12,6 +12,10 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import Any
+
+LARGE = 300_000
+"""Length of a source beyond which gcc's time matters more than the speed of its code."""
 
 FLAGS = ("-O2", "-march=native", "-fPIC", "-shared", "-fno-math-errno")
 
@@ -25,6 +29,21 @@ def cache_folder() -> Path:
     """Folder of the compiled libraries."""
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return Path(base) / "bondsight" / "kernels"
+
+
+def c_source(function: Any) -> str:
+    """C source of a CasADi function.
+
+    Its `fmax` and `fmin` become comparisons: the library's, which must look for NaN, are calls that
+    cost more than the rest of a play.
+    """
+    import casadi as ca
+
+    generator = ca.CodeGenerator("code.c", {"with_header": False, "main": False})
+    generator.add(function)
+    text = str(generator.dump())
+    text = text.replace("return fmax(x, y);", "return x > y ? x : y;")
+    return text.replace("return fmin(x, y);", "return x < y ? x : y;")
 
 
 def build(source: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
@@ -43,6 +62,8 @@ def build(source: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
         The library, or None if there is no compiler or it fails.
     """
     gcc = compiler()
+    if len(source) > LARGE:
+        flags = tuple("-O1" if f in ("-O2", "-O3") else f for f in flags)
     if gcc is None:
         return None
     try:

@@ -22,7 +22,7 @@ from bondgraph.backend import CASADI, FloatArray
 from bondgraph.hysteresis.checks import numbers
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.operator import Memory, Operator
-from bondgraph.native import FLAGS, build
+from bondgraph.native import build, c_source
 
 __all__ = ["compiled_inverse", "compiled_record"]
 
@@ -235,9 +235,7 @@ class _Loops:
 @lru_cache(maxsize=256)
 def _loops(structure: _Structure) -> _Loops:
     step = _step_function(structure.example)
-    generator = ca.CodeGenerator("operator.c", {"with_header": False, "main": False})
-    generator.add(step)
-    library = build(generator.dump() + _LOOPS, (*FLAGS, "-fno-trapping-math"))
+    library = build(c_source(step) + _LOOPS)
     return _machine_loops(step) if library is None else _native_loops(str(library), step)
 
 

@@ -108,19 +108,3 @@ long turning_point_record(const double *restrict x, long n, const double *restri
   *kept = old;
   return top + 1;
 }
-
-/* The loop anyone would write, to measure against. */
-void plain_loop(const double *x, long n, const double *r, const double *w, long m, double *state,
-                double *y) {
-  for (long k = 0; k < n; ++k) {
-    double sum = 0.0;
-    for (long j = 0; j < m; ++j) {
-      double q = state[j], low = x[k] - r[j], high = x[k] + r[j];
-      if (q < low) q = low;
-      if (q > high) q = high;
-      state[j] = q;
-      sum += w[j] * q;
-    }
-    y[k] = sum;
-  }
-}

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bondgraph.backend import FloatArray
 from bondgraph.native import build
 
-__all__ = ["bank", "kernels_available", "loop_to_measure_against", "states", "swings"]
+__all__ = ["bank", "kernels_available", "states", "swings"]
 
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-fPIC", "-shared")
 _TILE = 56
@@ -30,7 +30,7 @@ def _library() -> ctypes.CDLL | None:
         return None
     library = ctypes.CDLL(str(path))
     library.turning_point_record.restype = ctypes.c_long
-    for name in ("play_bank", "play_states", "plain_loop"):
+    for name in ("play_bank", "play_states"):
         getattr(library, name).restype = None
     return library
 
@@ -145,12 +145,3 @@ def swings(
         ctypes.c_long(depth), ctypes.c_double(direction), ctypes.byref(kept), _at(y),
     )  # fmt: skip
     return y, stack[0, kept.value : top].copy()
-
-
-def loop_to_measure_against(x: FloatArray, r: FloatArray, w: FloatArray) -> FloatArray:
-    """Return the sum of plays by the loop anyone would write, from states 0, for benchmarks."""
-    state, y = np.zeros(r.size), np.empty(x.size)
-    _loaded().plain_loop(
-        _at(x), ctypes.c_long(x.size), _at(r), _at(w), ctypes.c_long(r.size), _at(state), _at(y)
-    )
-    return y

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, final
 
 from bondgraph.backend import Ops
+from bondgraph.errors import UnusableInput
 
 if TYPE_CHECKING:
     from bondgraph.elements import Parameter
 
 NEWTON_STEPS = 6
+CALLED_FROM = 8
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,43 @@ class Law(ABC):
         """Memory after `s` has been accepted."""
         return ()
 
+    @final
+    def memory_to_dict(self, memory: Sequence[float]) -> dict[str, Any]:
+        """Return a memory as plain JSON data, with the law it belongs to.
+
+        Raises
+        ------
+        UnusableInput
+            If its length is not that of this law, or a state is not a finite number.
+        """
+        return {"law": self.name, "states": list(self._states(memory))}
+
+    @final
+    def memory_from_dict(self, data: Mapping[str, Any]) -> tuple[float, ...]:
+        """Rebuild a memory from `memory_to_dict`.
+
+        Raises
+        ------
+        UnusableInput
+            If it belongs to another law, has the wrong length or a state that is no number.
+        """
+        if data.get("law") != self.name or not isinstance(data.get("states"), list):
+            raise UnusableInput(
+                f"the memory is one of {data.get('law')!r}, not a list of states of {self.name!r}"
+            )
+        return self._states(data["states"])
+
+    def _states(self, memory: Sequence[Any]) -> tuple[float, ...]:
+        if len(memory) != self.n_memory:
+            raise UnusableInput(
+                f"{self.name} has {self.n_memory} memory states, the memory given has {len(memory)}"
+            )
+        for i, state in enumerate(memory):
+            number = isinstance(state, int | float) and not isinstance(state, bool)
+            if not number or not math.isfinite(state):
+                raise UnusableInput(f"memory[{i}] = {state!r} of {self.name} is no finite number")
+        return tuple(float(state) for state in memory)
+
     def value(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any], slope: Any) -> Any:
         """Return the whole law."""
         return slope * s + self.deviation(ops, s, memory, p)
@@ -87,13 +127,22 @@ class Law(ABC):
         from bondgraph.backend import CASADI
 
         t = ca.SX.sym("t")
-        w = self.deviation(CASADI, t, memory, p)
-        residual = t - s_free - gain * w
-        slope = 1 - gain * ca.jacobian(w, t) if isinstance(w, ca.SX) else ca.SX(1)
-        s = s_free + gain * w_last
-        step = ca.SX.sym("step")
-        update = t - residual / slope
-        update = ca.substitute(update, step, t)
+        sizes = (len(memory), len(p))
+        m, q = (ca.SX.sym(name, size) for name, size in zip("mq", sizes, strict=True))
+        w = ca.SX(self.deviation(CASADI, t, split(m), split(q)))
+        # a large law is called, not written out for every Newton step: the C code stays small
+        options = {"never_inline": True} if self.n_memory >= CALLED_FROM else {}
+        law = ca.Function("law", [t, m, q], [w, ca.densify(ca.jacobian(w, t))], options)
+        memories, parameters = ca.vertcat(*memory), ca.vertcat(*p)
+        s, value = s_free + gain * w_last, w_last
         for _ in range(NEWTON_STEPS):
-            s = ca.substitute(update, t, s)
-        return ca.substitute(w, t, s) if isinstance(w, ca.SX) else ca.SX(w)
+            value, slope = law(s, memories, parameters)
+            s = s - (s - s_free - gain * value) / (1 - gain * slope)
+        return law(s, memories, parameters)[0]
+
+
+def split(column: Any) -> Sequence[Any]:
+    """Entries of a CasADi column."""
+    import casadi as ca
+
+    return tuple(ca.vertsplit(column)) if column.numel() else ()

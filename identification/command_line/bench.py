@@ -16,6 +16,7 @@ from bondgraph.equations import derive
 from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.laws import StopSum
 from bondgraph.simulate import equilibrium, inputs_of, run_record
+from identification.command_line.bench_operators import operators
 
 
 def bench(names: Sequence[str]) -> int:
@@ -125,6 +126,7 @@ def piezo() -> None:
 MEASUREMENTS: dict[str, Callable[[], None]] = {
     "derivation": derivation,
     "simulation": simulation,
+    "operators": operators,
     "diagnosis": diagnosis,
     "piezo": piezo,
 }

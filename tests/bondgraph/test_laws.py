@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import casadi as ca
@@ -11,6 +12,7 @@ import sympy as sp
 
 import bondgraph.laws
 from bondgraph.backend import CASADI, NUMPY, SYMPY
+from bondgraph.errors import UnusableInput
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.laws import (
     Coulomb,
@@ -77,6 +79,24 @@ def test_parameters_and_memory_are_declared(name: str) -> None:
     assert len(law.advance(NUMPY, 0.4, memory, numbers(law))) == law.n_memory
     assert law == LAWS[name]
     assert hash(law) == hash(LAWS[name])  # kernels are shared by equal laws
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_memory_round_trip(name: str) -> None:
+    law = LAWS[name]
+    memory = law.initial_memory(0.3)
+    for value in walk(20):
+        memory = law.advance(NUMPY, float(value), memory, numbers(law))
+    memory = tuple(float(v) for v in memory)
+    again = law.memory_from_dict(json.loads(json.dumps(law.memory_to_dict(memory))))
+    assert again == memory
+    with pytest.raises(UnusableInput, match=f"has {law.n_memory} memory states"):
+        law.memory_to_dict((*memory, 0.0))
+    with pytest.raises(UnusableInput, match="not a list of states"):
+        law.memory_from_dict({"law": "another", "states": []})
+    if memory:
+        with pytest.raises(UnusableInput, match=r"memory\[0\] = nan"):
+            law.memory_to_dict((float("nan"), *memory[1:]))
 
 
 @pytest.mark.parametrize("name", LAWS)

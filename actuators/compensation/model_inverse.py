@@ -1,0 +1,246 @@
+"""Compensation by the inverse of a whole stack model: hysteresis, electrics and body.
+
+The derivatives of the reference enter analytically. Forming them by differences of samples, let
+alone of a measured signal, would put peaks far above the signal into the voltage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from actuators.compensation.envelope import UNIPOLAR, Envelope
+from actuators.compensation.motion import Motion
+from actuators.stack_bond_graph import stack_bond_graph
+from actuators.stack_lumped import stack_lumped
+from bondgraph import BondGraph
+from bondgraph.backend import Expression, FloatArray
+from bondgraph.hysteresis import (
+    AlJanaideh,
+    Ang,
+    AngInverse,
+    DeadZone,
+    Operator,
+    PrandtlIshlinskii,
+)
+from bondgraph.laws import Hysteretic
+
+__all__ = [
+    "BondGraphStack",
+    "LumpedStack",
+    "bond_graph_feedforward",
+    "field_law",
+    "lumped_feedforward",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class LumpedStack:
+    """Parameters of `actuators.stack_lumped`, with its defaults; a resistance of 0 leaves it out.
+
+    Parameters
+    ----------
+    capacitance : float
+        F.
+    transducer : float
+        N/V = C/m.
+    stiffness : float
+        Short circuit, N/m.
+    mass : float
+        kg.
+    damping : float
+        N s/m.
+    resistance : float
+        ohm.
+    """
+
+    capacitance: float = 1.5e-6
+    transducer: float = 3.52
+    stiffness: float = 65e6
+    mass: float = 16e-3 / 3.0
+    damping: float = 80.0
+    resistance: float = 0.0
+
+    def graph(self, hysteresis: Operator) -> BondGraph:
+        """Return the model as a bond graph, with `hysteresis` (C to V) in the electrical loop."""
+        values = asdict(self) | {"resistance": self.resistance or None}
+        return stack_lumped(Hysteretic(hysteresis), **values)
+
+
+@dataclass(frozen=True, slots=True)
+class BondGraphStack:
+    """Parameters of `actuators.stack_bond_graph`, with its defaults.
+
+    Parameters
+    ----------
+    transducer : float
+        Displacement from charge, m/C.
+    stiffness : float
+        Open circuit, N/m.
+    mass : float
+        kg.
+    damping : float
+        N s/m.
+    resistance : float
+        ohm.
+    length : float
+        m, a gauge.
+    """
+
+    transducer: float = 0.0327
+    stiffness: float = 65e6
+    mass: float = 5.3e-3
+    damping: float = 80.0
+    resistance: float = 5.0
+    length: float = 18e-3
+
+    def graph(self, law: Operator) -> BondGraph:
+        """Return the model as a bond graph with the law ``E = law(p)``, see `field_law`."""
+        return stack_bond_graph(Hysteretic(law), **asdict(self))
+
+
+def lumped_feedforward(
+    motion: Motion,
+    hysteresis: Operator | None,
+    stack: LumpedStack | None = None,
+    memory: Sequence[Expression] | None = None,
+    *,
+    force: float = 0.0,
+    envelope: Envelope = UNIPOLAR,
+) -> FloatArray:
+    """Return the voltage for which the lumped-parameter model follows a motion.
+
+    ``V_t = (m x'' + b x' + k x - F_e) / T``, ``q = T x + C V_t``, ``V_in = V_t + H(q) + R_e q'``.
+    The hysteresis is evaluated forward, in charge: nothing has to be inverted.
+
+    Parameters
+    ----------
+    motion : Motion
+        With a resistance its jerk enters through q', so the acceleration must be continuous.
+    hysteresis : Operator or None
+        H, charge (C) to voltage (V), such as ``MaxwellResistiveCapacitor.stack_2hz()``.
+    stack : LumpedStack, optional
+    memory : sequence of float, optional
+        Memory of H before the first sample; virgin at the first charge when not given.
+    force : float
+        Constant external force F_e, N.
+    envelope : Envelope
+
+    Returns
+    -------
+    ndarray, shape (N,), V
+        Where the acceleration jumps by A it steps by ``(m A / T) (1 + C dH/dq)``.
+
+    Raises
+    ------
+    VoltageLimit
+        If the motion asks for a voltage outside the envelope.
+
+    References
+    ----------
+    Stack actuator thesis, section 7.3 and eq. (5.1).
+    """
+    s = stack or LumpedStack()
+    v_t = (s.mass * motion.a + s.damping * motion.v + s.stiffness * motion.x - force) / s.transducer
+    charge = s.transducer * motion.x + s.capacitance * v_t
+    rate = (s.mass * motion.j + s.damping * motion.a + s.stiffness * motion.v) / s.transducer
+    current = s.transducer * motion.v + s.capacitance * rate
+    v_h = np.zeros_like(v_t) if hysteresis is None else hysteresis.run(charge, memory)[0]
+    return envelope.require(v_t + v_h + s.resistance * current, "lumped feedforward")
+
+
+def bond_graph_feedforward(
+    motion: Motion,
+    law: Operator,
+    stack: BondGraphStack | None = None,
+    memory: Sequence[Expression] | None = None,
+    *,
+    force: float = 0.0,
+    envelope: Envelope = UNIPOLAR,
+) -> FloatArray:
+    """Return the voltage for which the general bond graph model follows a motion.
+
+    With ``p = (l/T) (x + (m x'' + R x' - F_e)/k)``::
+
+        V_in = l E_C(p) + T (m x'' + R x' - F_e) + (R_e/l) p'
+
+    Parameters
+    ----------
+    motion : Motion
+        Its jerk enters through p'. If the acceleration jumps, p jumps too, which takes an impulse
+        of voltage as long as R_e > 0: use `smooth_reference`.
+    law : Operator
+        E_C, dipole (C m) to field (V/m), see `field_law`.
+    stack : BondGraphStack, optional
+    memory : sequence of float, optional
+        Memory of E_C before the first sample; virgin at the first dipole when not given.
+    force : float
+        Constant external force F_e, N.
+    envelope : Envelope
+
+    Returns
+    -------
+    ndarray, shape (N,), V
+
+    Raises
+    ------
+    VoltageLimit
+        If the motion asks for a voltage outside the envelope.
+
+    References
+    ----------
+    Stack actuator thesis, eq. (5.4), with the external force it leaves out.
+    """
+    s = stack or BondGraphStack()
+    load = s.mass * motion.a + s.damping * motion.v - force
+    load_rate = s.mass * motion.j + s.damping * motion.a
+    per_metre = s.length / s.transducer
+    dipole = per_metre * (motion.x + load / s.stiffness)
+    dipole_rate = per_metre * (motion.v + load_rate / s.stiffness)
+    field, _ = law.run(dipole, memory)
+    voltage = s.length * field + s.transducer * load + s.resistance / s.length * dipole_rate
+    return envelope.require(voltage, "bond graph feedforward")
+
+
+def field_law(
+    operator: AlJanaideh | Ang | PrandtlIshlinskii, stack: BondGraphStack | None = None
+) -> PrandtlIshlinskii | AngInverse:
+    """Return ``E_C(p)`` for which the free stack at rest is `operator`, V to m.
+
+    At rest ``x = (T/l) p`` and ``V = l E_C(p)``, so ``E_C(p) = operator^-1[(T/l) p] / l``: the
+    polarisation law is the inverse operator in other units.
+
+    Parameters
+    ----------
+    operator : AlJanaideh, Ang or PrandtlIshlinskii
+        Quasi-static free stack, V to m.
+    stack : BondGraphStack, optional
+        Gives T and l.
+
+    Returns
+    -------
+    PrandtlIshlinskii or AngInverse
+        Dipole (C m) to field (V/m).
+
+    Raises
+    ------
+    NotInvertible
+        If the operator has no inverse.
+    """
+    s = stack or BondGraphStack()
+    to_displacement = s.transducer / s.length
+    inverse = operator.inverse()
+    if isinstance(inverse, AngInverse):
+        stage, plays = inverse.dead_zone, inverse.play
+        first = DeadZone(
+            tuple(d / to_displacement for d in stage.thresholds),
+            tuple(w * to_displacement for w in stage.weights),
+        )
+        second = PrandtlIshlinskii(plays.thresholds, tuple(w / s.length for w in plays.weights))
+        return AngInverse(first, second)
+    return PrandtlIshlinskii(
+        tuple(r / to_displacement for r in inverse.thresholds),
+        tuple(w * to_displacement / s.length for w in inverse.weights),
+    )

@@ -1,0 +1,134 @@
+"""Actuators that deviate from their model, and the ways of driving them that are compared."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from actuators.compensation.closed_loop import Loop
+from actuators.compensation.envelope import UNIPOLAR, Envelope
+from actuators.compensation.feedforward import linear_operator
+from actuators.compensation.margins import OPEN, Controller
+from actuators.compensation.model_inverse import (
+    BondGraphStack,
+    LumpedStack,
+    bond_graph_feedforward,
+    field_law,
+    lumped_feedforward,
+)
+from actuators.compensation.motion import Motion
+from actuators.compensation.virtual_actuator import VirtualActuator
+from bondgraph.backend import FloatArray
+from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor
+
+__all__ = ["actuator_like", "deviating", "model_voltages", "stack_of", "strategies"]
+
+CREEP_RATIOS, CREEP_TIMES = (0.02, 0.02, 0.02), (0.05, 0.5, 5.0)
+AMPLIFIER_TIME = 80e-6
+REFITTED_TRANSDUCER = 3.83
+"""N/V; with the printed 3.52 the Maxwell elements of table 6.4 miss the stroke by 8 %."""
+
+
+def actuator_like(model: AlJanaideh) -> VirtualActuator:
+    """Return the virtual actuator that has the loop of `model` at rest."""
+    inverse = model.inverse()
+    return VirtualActuator.from_loop(inverse.thresholds, inverse.weights)
+
+
+def stack_of(actuator: VirtualActuator) -> BondGraphStack:
+    """Return the electrics and the body of an actuator as the bond graph model has them."""
+    a = actuator
+    return BondGraphStack(a.transducer, a.stiffness, a.mass, a.damping, a.resistance)
+
+
+def deviating(
+    nominal: VirtualActuator, seed: int = 1, spread: float = 0.1
+) -> dict[str, VirtualActuator]:
+    """Return actuators by what they have and their model has not.
+
+    Parameters
+    ----------
+    nominal : VirtualActuator
+    seed : int
+        Of the draw of weights and thresholds.
+    spread : float
+        Relative; 0.1 draws within +-10 %.
+
+    Returns
+    -------
+    dict of str to VirtualActuator
+        Nothing; other weights and thresholds; creep, 2 % of the stroke a unit at 0.05, 0.5 and
+        5 s; an amplifier of 80 us (2 kHz); all of these.
+    """
+    aged = nominal.aged(seed, spread)
+    creeping = replace(nominal, creep_ratios=CREEP_RATIOS, creep_times=CREEP_TIMES)
+    all_of_it = replace(
+        aged,
+        creep_ratios=CREEP_RATIOS,
+        creep_times=CREEP_TIMES,
+        amplifier_time=AMPLIFIER_TIME,
+    )
+    return {
+        "as modelled": nominal,
+        f"+-{100.0 * spread:.3g} %": aged,
+        "creep": creeping,
+        "amplifier": replace(nominal, amplifier_time=AMPLIFIER_TIME),
+        "all": all_of_it,
+    }
+
+
+def strategies(
+    model: AlJanaideh,
+    other: Ang,
+    linear_gain: float,
+    controller: Controller,
+    *,
+    envelope: Envelope = UNIPOLAR,
+    sample_rate: float = 20_000.0,
+) -> dict[str, Loop]:
+    """Return the open and closed loops that are compared.
+
+    Parameters
+    ----------
+    model, other : AlJanaideh, Ang
+        Two models of the same actuator.
+    linear_gain : float
+        m/V, of the compensation that knows of no hysteresis.
+    controller : Controller
+    envelope : Envelope
+    sample_rate : float
+        Hz.
+    """
+    linear, off = linear_operator(linear_gain), OPEN
+    return {
+        "linear feedforward": Loop(linear, off, True, envelope, sample_rate),
+        "Al Janaideh inverse": Loop(model, off, True, envelope, sample_rate),
+        "Ang inverse": Loop(other, off, True, envelope, sample_rate),
+        "PI alone": Loop(linear, controller, False, envelope, sample_rate),
+        "PI + linear": Loop(linear, controller, True, envelope, sample_rate),
+        "PI + inverse": Loop(model, controller, True, envelope, sample_rate),
+    }
+
+
+def model_voltages(
+    model: AlJanaideh, nominal: VirtualActuator, motion: Motion, *, envelope: Envelope = UNIPOLAR
+) -> dict[str, FloatArray]:
+    """Return the voltages, shape (N,), by which the inverses of whole models follow a motion.
+
+    Parameters
+    ----------
+    model : AlJanaideh
+        Gives the polarisation law of the bond graph model.
+    nominal : VirtualActuator
+        Gives the body, and the electrics of the bond graph model. The lumped model has the Maxwell
+        elements of table 6.4, identified on another record, so it fits less well.
+    motion : Motion
+    envelope : Envelope
+    """
+    stack = stack_of(nominal)
+    lumped = LumpedStack(transducer=REFITTED_TRANSDUCER, mass=nominal.mass, damping=nominal.damping)
+    maxwell = MaxwellResistiveCapacitor.stack_2hz()
+    law = field_law(model, stack)
+    return {
+        "bond graph inverse": bond_graph_feedforward(motion, law, stack, envelope=envelope),
+        "lumped inverse": lumped_feedforward(motion, maxwell, lumped, envelope=envelope),
+    }
