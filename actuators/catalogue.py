@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from actuators.printed.models import PRINTED_MODELS
 from actuators.stack_bond_graph import stack_bond_graph
 from actuators.stack_lumped import stack_lumped
 from actuators.textbook import mass_with_viscous_friction, resonator, thermal_lag
+from actuators.ultrasonic.stage import ultrasonic_stage
 from bondgraph import BondGraph
 
 
@@ -19,6 +21,8 @@ MODELS: dict[str, Callable[[], BondGraph]] = {
     "stack_bond_graph": stack_bond_graph,
     "stack_lumped": stack_lumped,
     "stack_with_payload": stack_with_payload,
+    **PRINTED_MODELS,
+    "ultrasonic_stage": ultrasonic_stage,
     "mass_with_viscous_friction": mass_with_viscous_friction,
     "resonator": resonator,
     "thermal_lag": thermal_lag,

@@ -13,3 +13,4 @@ from bondgraph.laws.lugre import LuGre as LuGre
 from bondgraph.laws.polynomial import Polynomial as Polynomial
 from bondgraph.laws.sliding import Sliding as Sliding
 from bondgraph.laws.stop_sum import StopSum as StopSum
+from bondgraph.laws.table import Table as Table

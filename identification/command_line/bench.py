@@ -52,8 +52,8 @@ def simulation() -> None:
     """How the time of a simulation grows with samples, operators and derivatives."""
     for samples in (5_000, 50_000, 200_000):
         _simulate(samples, 8)
-    for operators in (1, 4, 16, 64):
-        _simulate(20_000, operators)
+    for count in (1, 4, 16, 64):
+        _simulate(20_000, count)
 
 
 def _simulate(samples: int, operators: int) -> None:

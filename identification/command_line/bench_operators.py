@@ -96,7 +96,8 @@ def _plays() -> None:
         for name, signal in signals.items():
             seconds = best(lambda s=signal, o=operator, m=memory: o.run(s, m), 3)  # type: ignore[misc]
             parts.append(f"{name} {1e9 * seconds / SAMPLES:.1f}")
-        print(f"  turning points, {count} operators, stored memory, ns a sample: {'; '.join(parts)}")
+        row = "; ".join(parts)
+        print(f"  turning points, {count} operators, stored memory, ns a sample: {row}")
 
 
 def plain_loop(flags: tuple[str, ...]) -> Callable[[Any, Any, Any], Any] | None:
@@ -169,7 +170,8 @@ def _growth() -> None:
         once()
         first = time.perf_counter() - begin
         seconds = best(once, 2)
+        each = 1e9 * seconds / RECORD
         print(
-            f"bond graph stack, {count} operators: {1e9 * seconds / RECORD:.0f} ns a sample, "
-            f"{1e9 * seconds / RECORD / count:.0f} ns an operator and sample; first call {first:.1f} s"
+            f"bond graph stack, {count} operators: {each:.0f} ns a sample, {each / count:.0f} ns an "
+            f"operator and sample; first call {first:.1f} s"
         )

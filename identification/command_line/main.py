@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import NoReturn
 
 from bondgraph.errors import BondsightError
+from identification.command_line.arguments import jobs, nonnegative
+from identification.command_line.machines import add_machine_commands
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -45,26 +47,6 @@ class _OneLine(argparse.ArgumentParser):
         self.exit(2, f"bondsight: {' '.join(message.split())}; see {self.prog} --help\n")
 
 
-def _jobs(text: str) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        value = 0
-    if value == 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes; -1 is all cores")
-    return value
-
-
-def _seed(text: str) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        value = -1
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
-    return value
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = _OneLine(
         prog="bondsight",
@@ -81,21 +63,21 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument("--out", type=Path, default=Path("bondsight-out"), help="folder for the results")
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
     p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None)
-    p.add_argument("--jobs", type=_jobs, default=-1, help="processes (default: all cores)")
-    p.add_argument("--seed", type=_seed, default=0)
+    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    p.add_argument("--seed", type=nonnegative, default=0)
     p.set_defaults(run=_diagnose)
 
     p = verbs.add_parser("demo", help="conceal an effect on a virtual bench and find it")
     p.add_argument(
-        "--seed", type=_seed, default=None, help="draw of the bench (default: by chance)"
+        "--seed", type=nonnegative, default=None, help="draw of the bench (default: by chance)"
     )
     p.add_argument(
         "--seeds", type=int, default=None, help="run that many draws and print the score"
     )
-    p.add_argument("--first", type=_seed, default=1, help="first seed of --seeds")
+    p.add_argument("--first", type=nonnegative, default=1, help="first seed of --seeds")
     p.add_argument("--effect", default=None, help="conceal this effect instead of drawing one")
     p.add_argument("--out", type=Path, default=Path("bondsight-out/demo"))
-    p.add_argument("--jobs", type=_jobs, default=-1, help="processes (default: all cores)")
+    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
     p.set_defaults(run=_demo)
 
     p = verbs.add_parser("check", help="say everything that is wrong with a model")
@@ -117,6 +99,8 @@ def _parser() -> argparse.ArgumentParser:
     p = verbs.add_parser("bench", help="measure times and memory")
     p.add_argument("what", nargs="*", help="names of measurements (default: all)")
     p.set_defaults(run=_bench)
+
+    add_machine_commands(verbs)
 
     p = verbs.add_parser("recordings", help="list the known public recordings")
     p.set_defaults(run=_recordings)

@@ -27,6 +27,7 @@ from bondgraph.laws import (
     Sliding,
     StopSum,
     Stribeck,
+    Table,
     Viscous,
 )
 
@@ -39,6 +40,7 @@ LAWS: dict[str, Law] = {
     "QuadraticDrag": QuadraticDrag(0.7),
     "Polynomial": Polynomial(0.2, 1.5, 1.0, (2, 3)),
     "Hats": Hats((-1.0, -0.5, 0.5, 1.0), 1.0),
+    "Table": Table((-1.0, 0.2, 1.0), (-0.5, 0.0, 2.0), free=True),
     "Saturation": Saturation(-1.0, 1.5, 0.2),
     "DeadZone": DeadZone(0.1, 0.3),
     "StopSum": StopSum((0.2, 0.5, 0.9), 0.6),
