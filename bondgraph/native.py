@@ -17,7 +17,15 @@ from typing import Any
 LARGE = 300_000
 """Length of a source beyond which gcc's time matters more than the speed of its code."""
 
-FLAGS = ("-O2", "-march=native", "-fPIC", "-shared", "-fno-math-errno")
+FLAGS = (
+    "-O2",
+    "-march=native",
+    "-fPIC",
+    "-shared",
+    "-fno-math-errno",
+    # without it every fmax of CasADi is a call that another library might replace
+    "-fno-semantic-interposition",
+)
 
 
 def compiler() -> str | None:

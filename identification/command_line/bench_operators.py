@@ -172,6 +172,6 @@ def _growth() -> None:
         seconds = best(once, 2)
         each = 1e9 * seconds / RECORD
         print(
-            f"bond graph stack, {count} operators: {each:.0f} ns a sample, {each / count:.0f} ns an "
-            f"operator and sample; first call {first:.1f} s"
+            f"bond graph stack, {count} operators: {each:.0f} ns a sample, "
+            f"{each / count:.0f} ns an operator and sample; first call {first:.1f} s"
         )
