@@ -21,12 +21,11 @@ from bondgraph.hysteresis.checks import (
     strictly_increasing,
 )
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.kernels import kernels_available
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.play import initial_play, play, play_chunks, reachable_plays
-from bondgraph.hysteresis.prandtl_ishlinskii import SWING_FROM, PrandtlIshlinskii
+from bondgraph.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.hysteresis.stop import stop
-from bondgraph.hysteresis.swing import swing_record
+from bondgraph.hysteresis.swing import swing_record, worth_swinging
 
 __all__ = ["MaxwellResistiveCapacitor"]
 
@@ -182,7 +181,7 @@ class MaxwellResistiveCapacitor(Operator):
         k = np.array(numbers("stiffnesses", self.stiffnesses))
         r = np.array(numbers("thresholds", self.thresholds))
         anchors = np.array(memory)
-        if x.size > SWING_FROM and kernels_available():
+        if worth_swinging(x, r, anchors):
             before = float(np.clip(x[0], anchors[0] - r[0], anchors[0] + r[0]))
             slopes = np.append(np.cumsum(k[::-1])[::-1], 0.0)
             start = float((before - anchors) @ k)

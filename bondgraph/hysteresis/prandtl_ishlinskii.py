@@ -25,7 +25,6 @@ from bondgraph.hysteresis.checks import (
     strictly_increasing,
 )
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.kernels import kernels_available
 from bondgraph.hysteresis.kuhnen import (
     first_bad_slope,
     inverse_states,
@@ -41,12 +40,9 @@ from bondgraph.hysteresis.play import (
     reachable_plays,
     weighted_plays,
 )
-from bondgraph.hysteresis.swing import swing_record
+from bondgraph.hysteresis.swing import swing_record, worth_swinging
 
-__all__ = ["SWING_FROM", "PrandtlIshlinskii", "play_loop_loss"]
-
-# Writing a memory as turning points costs about as much as the plays over this many samples.
-SWING_FROM = 2000
+__all__ = ["PrandtlIshlinskii", "play_loop_loss"]
 
 
 @final
@@ -142,7 +138,7 @@ class PrandtlIshlinskii(Operator):
         states = np.array(memory)
         if not r.size:
             return w[0] * x, ()
-        if x.size > SWING_FROM and kernels_available():
+        if worth_swinging(x, r, states):
             before = float(np.clip(x[0], states[0] - r[0], states[0] + r[0]))
             start = float(w[0] * before + w[1:] @ states)
             output, states = swing_record(x, r, np.cumsum(w), states, before, start)

@@ -13,9 +13,12 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.backend import FloatArray
-from bondgraph.hysteresis.kernels import swings
+from bondgraph.hysteresis.kernels import kernels_available, swings
 
-__all__ = ["extremes_of", "swing_record"]
+__all__ = ["SWING_FROM", "extremes_of", "swing_record", "worth_swinging"]
+
+SWING_FROM = 2000
+"""Writing a memory as turning points costs about as much as the plays over this many samples."""
 
 
 def swing_record(
@@ -62,6 +65,24 @@ def swing_record(
     for extreme in left:
         y = np.maximum(extreme - r, np.minimum(extreme + r, y))
     return record, y
+
+
+def worth_swinging(x: FloatArray, r: FloatArray, y: FloatArray) -> bool:
+    """Tell whether a record is long enough, the loops are compiled and the states reachable.
+
+    States that no history leaves, such as neighbours further apart than their half widths, are no
+    set of turning points; only the clamps themselves carry them on.
+
+    Parameters
+    ----------
+    x, r, y : array
+        Input, half widths and states, shapes (N,), (n,) and (n,).
+    """
+    if x.size <= SWING_FROM or not kernels_available():
+        return False
+    gaps = np.diff(r)
+    rounding = 1e-12 * (np.abs(y[1:]) + np.abs(y[:-1]) + r[1:])
+    return bool(np.all(np.abs(np.diff(y)) <= gaps + rounding))
 
 
 def extremes_of(r: FloatArray, y: FloatArray, before: float) -> tuple[FloatArray, float]:

@@ -27,6 +27,7 @@ from bondgraph.hysteresis import (
     operator_from_dict,
     turning_points,
 )
+from bondgraph.hysteresis.numeric_inverse import numeric_inverse
 
 PI = PrandtlIshlinskii((0.0, 0.3, 1.0, 2.5), (1.2, 0.6, -0.4, 0.9))
 ZONES = DeadZone((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
@@ -285,3 +286,64 @@ def test_foreign_data_are_refused() -> None:
         PI.memory_from_dict({"kind": PI.kind, "states": [0.0, float("nan"), 0.0]})
     with pytest.raises(BadMemory, match="not a single number"):
         PI.memory_from_dict({"kind": PI.kind, "states": [0.0, "1", 0.0]})
+
+
+def work(operator: Any, x: Any, memory: Any) -> float:
+    """Work over a record at the passive port, exact for outputs straight between the samples."""
+    y, _ = operator.run(x, memory)
+    if operator.passive_port == "input":
+        return float(np.sum(0.5 * (x[1:] + x[:-1]) * np.diff(y)))
+    return float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
+
+
+@every
+@quick
+@given(seed=seeds)
+def test_energy_ledger_closes(operator: Any, seed: Any) -> None:
+    """Work is the rise of the stored energy plus a loss that is never negative."""
+    memory, x0 = wandered_memory(operator, seed)
+    if operator.passive_port is None:
+        with pytest.raises(BadParameter, match="energy"):
+            operator.stored_energy(NUMPY, x0, memory)
+        return
+    memory = operator.advance(NUMPY, x0, memory)
+    for x1 in np.random.default_rng(seed).uniform(-5, 5, 4):
+        way = np.linspace(x0, float(x1), 4001)
+        size = (abs(x0) + abs(x1)) * np.ptp(operator.run(way, memory)[0])
+        before = operator.stored_energy(NUMPY, x0, memory)
+        lost = float(operator.dissipated_energy(NUMPY, float(x1), memory))
+        rise = float(operator.stored_energy(NUMPY, float(x1), memory) - before)
+        assert lost >= -1e-14 * size
+        assert work(operator, way, memory) == pytest.approx(rise + lost, abs=2e-6 * size + 1e-12)
+        memory, x0 = operator.advance(NUMPY, float(x1), memory), float(x1)
+
+
+@every
+def test_closed_cycles_of_a_passive_operator_cost_work(operator: Any) -> None:
+    if operator.passive_port is None:
+        return
+    rng = np.random.default_rng(2)
+    for _ in range(5):
+        corners = rng.uniform(-5, 5, 5)
+        cycle = np.interp(np.linspace(0, 5, 4001), np.arange(6), [*corners, corners[0]])
+        _, memory = operator.run(cycle)
+        spent = work(operator, cycle, memory)
+        assert spent >= -1e-5 * np.ptp(cycle) * np.ptp(operator.run(cycle, memory)[0])
+
+
+@every
+@quick
+@given(seed=seeds)
+def test_numeric_inverse(operator: Any, seed: Any) -> None:
+    """The input is found back where the output tells it."""
+    slope_claim = operator.linear_slope
+    memory, x0 = wandered_memory(operator, seed)
+    x = wander(seed + 3, n=20)
+    y, after = operator.run(x, memory)
+    found, left = numeric_inverse(operator, y, memory, start=x0, tolerance=1e-12)
+    again, _ = operator.run(found, memory)
+    assert slope_claim > 0
+    np.testing.assert_allclose(again, y, rtol=0, atol=1e-9 * max(1.0, float(np.abs(y).max())))
+    if hasattr(operator, "inverse"):
+        np.testing.assert_allclose(found, x, rtol=0, atol=1e-9 * float(np.abs(x).max()))
+        np.testing.assert_allclose(left, after, rtol=0, atol=1e-8)

@@ -13,8 +13,7 @@ from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.hysteresis import kernels as compiled_loops
 from bondgraph.hysteresis.compiled import compiled_record
 from bondgraph.hysteresis.play import play_record, weighted_plays
-from bondgraph.hysteresis.prandtl_ishlinskii import SWING_FROM
-from bondgraph.hysteresis.swing import extremes_of
+from bondgraph.hysteresis.swing import SWING_FROM, extremes_of
 
 seeds = st.integers(0, 2**32 - 1)
 quick = settings(max_examples=40, deadline=None, derandomize=True, database=None)
@@ -76,6 +75,17 @@ def test_the_extremes_found_leave_the_states(seed: int) -> None:
     for extreme in (start, *extremes):
         y = np.maximum(extreme - r, np.minimum(extreme + r, y))
     np.testing.assert_allclose(y, states, rtol=1e-12, atol=1e-12)
+
+
+def test_states_that_no_history_leaves_are_carried_by_the_clamps() -> None:
+    x = 5.0 * np.sin(np.arange(SWING_FROM + 100) / 30.0)
+    plays = PrandtlIshlinskii((0.0, 1.0, 3.0), (1.0, 1.0, 1.0))
+    springs = MaxwellResistiveCapacitor((1.0, 1.0), (1.0, 3.0))
+    for operator in (plays, springs):
+        whole, after = operator.run(x, (0.9, -2.5))
+        plain, expected = compiled_record(operator, x, (0.9, -2.5), 0.0)
+        np.testing.assert_allclose(whole, plain, rtol=0, atol=1e-12)
+        assert after == expected
 
 
 @pytest.mark.parametrize("n", [1, 56, 57, 200])

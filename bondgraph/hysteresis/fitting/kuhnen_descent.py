@@ -1,0 +1,103 @@
+"""Descend in the true output error of plays followed by dead zones; the error never rises.
+
+Sizes: N samples, n slopes of plays, m slopes of inverse dead zones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from bondgraph.backend import FloatArray
+from bondgraph.hysteresis.ang import Ang
+from bondgraph.hysteresis.dead_zone import DeadZone
+from bondgraph.hysteresis.fitting.bank import play_blocks
+from bondgraph.hysteresis.fitting.kuhnen_stages import Stages, dead_zone_columns
+from bondgraph.hysteresis.fitting.reduction import Reduced, reduce_blocks
+from bondgraph.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+
+__all__ = ["ScoredRecord", "descend"]
+
+_HALVINGS = 8
+_WORTHWHILE = 1e-6  # relative gain in rms below which the descent stops
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoredRecord:
+    """The scored record with the stages to fit to it."""
+
+    plays: PrandtlIshlinskii
+    zones: DeadZone
+    x: FloatArray
+    y: FloatArray
+    memory: list[float]
+
+    def reduced(self) -> Reduced:
+        """Reduce the outputs of the single plays and, from the measured y, dead zones."""
+        return reduce_blocks(
+            np.hstack((matrix, dead_zone_columns(self.zones, self.y[part])))
+            for part, matrix in play_blocks(self.plays, self.x, self.memory)
+        )
+
+    def output(self, stages: Stages, slopes: FloatArray) -> FloatArray:
+        """Return the model's output, shape (N,)."""
+        play_weights, zone_weights = stages.weights(slopes, self.plays.n_memory + 1)
+        plays = PrandtlIshlinskii(self.plays.thresholds, tuple(play_weights.tolist()))
+        zones = DeadZone(self.zones.thresholds, tuple(zone_weights.tolist())).inverse()
+        return Ang(plays, zones).run(self.x, self.memory)[0]
+
+    def rms(self, stages: Stages, slopes: FloatArray) -> float:
+        """Return the root mean square of the output error."""
+        return float(np.sqrt(np.mean((self.output(stages, slopes) - self.y) ** 2)))
+
+    def linearised(self, stages: Stages, slopes: FloatArray) -> FloatArray:
+        """Reduce Jacobian and output error at ``slopes``; the error is the last column.
+
+        ``S'[z] = PI[x]`` gives dz = (d PI[x] - dS'[z]) / slope of S' at z.
+        """
+        z = self.output(stages, slopes)
+
+        def blocks() -> Iterator[FloatArray]:
+            for part, matrix in play_blocks(self.plays, self.x, self.memory):
+                zones = dead_zone_columns(self.zones, z[part])[:, stages.zones]
+                columns = np.hstack((matrix[:, stages.plays], zones))
+                columns /= stages.zone_slope(slopes, z[part])[:, None]
+                yield np.hstack((columns, (self.y - z)[part, None]))
+
+        return reduce_blocks(blocks()).triangle
+
+
+def descend(
+    scored: ScoredRecord,
+    stages: Stages,
+    slopes: FloatArray,
+    on_bound: np.ndarray,
+    rms: float,
+    max_steps: int,
+) -> tuple[FloatArray, np.ndarray, float, int]:
+    """Lower the output error by bounded Gauss-Newton steps; it never rises.
+
+    The output does not change when all slopes are scaled, so the Jacobian times the present
+    slopes is 0 and the linearised problem can be written in the new slopes themselves.
+    """
+    weight = float(np.linalg.norm(scored.y))
+    for step in range(max_steps):
+        triangle = scored.linearised(stages, slopes)
+        aim, aim_on_bound = stages.solve(triangle[:, :-1], triangle[:, -1], weight)
+        for halving in range(_HALVINGS):
+            trial = slopes + 0.5**halving * (aim - slopes)
+            reached = scored.rms(stages, trial)
+            if reached < rms:
+                break
+        else:
+            return slopes, on_bound, rms, step
+        gain = rms - reached
+        slopes, rms = trial, reached
+        on_bound = aim_on_bound if halving == 0 else on_bound & aim_on_bound
+        if gain < _WORTHWHILE * rms:
+            return slopes, on_bound, rms, step + 1
+    return slopes, on_bound, rms, max_steps
