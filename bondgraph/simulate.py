@@ -14,10 +14,12 @@ from bondgraph.spline import between_samples
 
 if TYPE_CHECKING:
     from bondgraph.compiled import Compiled
+    from bondgraph.laws.law import Law
 
 # compiled, discrete and kernel need CasADi; they are imported when something is simulated
 
 Array = np.ndarray
+Memories = Mapping[str, Sequence[float]]
 HOLDS = ("hold", "linear", "band-limited")
 
 
@@ -34,6 +36,10 @@ class Trajectory:
         For each nonlinear law its argument and its deviation, shape (N,) each.
     steps_per_sample : int
         Sub-steps that met the accuracy asked for.
+    state : ndarray, shape (n_x,)
+        State at the last sample; with `memory` a later run goes on from here.
+    memory : dict of str to tuple of float
+        Memory of each law that has one, at the last sample, by element.
     """
 
     name: str
@@ -41,6 +47,8 @@ class Trajectory:
     outputs: dict[str, Array]
     laws: dict[str, tuple[Array, Array]] = field(default_factory=dict)
     steps_per_sample: int = 1
+    state: Array = field(default_factory=lambda: np.zeros(0))
+    memory: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
         """Output by name."""
@@ -73,12 +81,18 @@ class Run:
     dy : ndarray, shape (N, n_y, n_d)
     s, w : ndarray, shape (N, n_w)
         Arguments and deviations of the laws.
+    x : ndarray, shape (n_x,)
+        State at the last sample.
+    memory : dict of str to tuple of float
+        Memory of each law that has one, at the last sample, by element.
     """
 
     y: Array
     dy: Array
     s: Array
     w: Array
+    x: Array
+    memory: dict[str, tuple[float, ...]]
 
 
 def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
@@ -177,10 +191,12 @@ def run_prepared(
     fine: Array | None = None,
     *,
     every_substep: bool = False,
+    memory: Memories | None = None,
 ) -> Run:
     """Simulate inputs `u` (shape (N, n_u)) from state `x0`; `fine` are their sub-step values.
 
-    With `every_substep` the result has ``(N - 1) * n_sub + 1`` rows instead of N.
+    With `every_substep` the result has ``(N - 1) * n_sub + 1`` rows instead of N. `memory` replaces
+    the virgin memory of the laws it names.
     """
     from bondgraph.kernel import layout, runner
 
@@ -192,6 +208,7 @@ def run_prepared(
     if ready.n_d > n_p:
         z[:n_x, 1 + n_p :] = np.eye(n_x)
     _initial_memory(compiled, lay, *ready.still, u[0], z)
+    _given_memory(compiled, lay, memory or {}, z)
     at_rest = np.stack([u[:1], u[:1]], axis=1)
     first, z = run(at_rest, z, 1, ready.still[0], ready.q, ready.still[1], ready.dq)
     if fine is None:
@@ -205,6 +222,8 @@ def run_prepared(
         out[:, :n_y, 1:],
         out[:, n_y : n_y + n_w, 0],
         out[:, n_y + n_w :, 0],
+        z[:n_x, 0].copy(),
+        {e: tuple(z[rows, 0].tolist()) for e, rows, _ in _memories(compiled, lay)},
     )
 
 
@@ -219,6 +238,7 @@ def run_record(
     hold: str = "linear",
     directions: Sequence[int] = (),
     state_directions: bool = False,
+    memory: Memories | None = None,
 ) -> Run:
     """Simulate a record and, if asked, its derivatives.
 
@@ -235,18 +255,40 @@ def run_record(
         Parameters (positions in `p`) to differentiate by.
     state_directions : bool
         Differentiate by the initial state too (last n_x columns of ``dy``).
+    memory : dict of str to sequence of float, optional
+        Memory to start from, by element; virgin where not given.
     """
-    return run_prepared(
-        prepare(compiled, p, step, n_sub, directions, state_directions), u, x0, hold
-    )
+    ready = prepare(compiled, p, step, n_sub, directions, state_directions)
+    return run_prepared(ready, u, x0, hold, memory=memory)
+
+
+def _memories(compiled: Compiled, lay: Any) -> list[tuple[str, slice, Law]]:
+    """Element, rows among the carried numbers and law of each memory."""
+    from bondgraph.compiled import law_slices
+
+    at = lay.n_x + lay.n_w
+    return [
+        (port.element, slice(at + ms.start, at + ms.stop), port.law)
+        for port, ms, _ in law_slices(compiled)
+        if port.law.n_memory
+    ]
+
+
+def _given_memory(compiled: Compiled, lay: Any, memory: Memories, z: Array) -> None:
+    """Replace virgin memories by those given; they do not depend on the parameters."""
+    known = {element: (rows, law) for element, rows, law in _memories(compiled, lay)}
+    for element, states in memory.items():
+        if element not in known:
+            raise unknown_name("law with memory", element, compiled.space.name, known)
+        rows, law = known[element]
+        z[rows, 0] = law.checked_memory(states)
+        z[rows, 1:] = 0.0
 
 
 def _initial_memory(
     compiled: Compiled, lay: Any, packed: Array, dpacked: Array, u: Array, z: Array
 ) -> None:
     """Relax the memories at the initial arguments (and their derivatives)."""
-    from bondgraph.compiled import law_slices
-
     if not lay.n_m:
         return
     at = sum(r * c for r, c in lay.pieces[:3])
@@ -257,12 +299,11 @@ def _initial_memory(
     s[:, 0] += c[:, lay.n_x :] @ u
     for d in range(dpacked.shape[1]):
         s[:, 1 + d] += dpacked[at:end, d].reshape(c.shape, order="F") @ known
-    at_m = lay.n_x + lay.n_w
-    for j, (port, ms, _) in enumerate(law_slices(compiled)):
-        if port.law.n_memory:
-            rows = slice(at_m + ms.start, at_m + ms.stop)
-            z[rows, 0] = port.law.initial_memory(float(s[j, 0]))
-            z[rows, 1:] = np.outer(port.law.memory_sensitivity(float(s[j, 0])), s[j, 1:])
+    place = {port.element: j for j, port in enumerate(compiled.space.laws)}
+    for element, rows, law in _memories(compiled, lay):
+        j = place[element]
+        z[rows, 0] = law.initial_memory(float(s[j, 0]))
+        z[rows, 1:] = np.outer(law.memory_sensitivity(float(s[j, 0])), s[j, 1:])
 
 
 def inputs_of(compiled: Compiled, commands: Mapping[str, Array], n: int) -> Array:
@@ -290,6 +331,7 @@ def simulate(
     hold: str = "linear",
     accuracy: float = 1e-4,
     observed: Sequence[str] = (),
+    memory: Memories | None = None,
 ) -> Trajectory:
     """Simulate `model` on the even grid `time`.
 
@@ -307,6 +349,9 @@ def simulate(
         Values that differ from the declared ones.
     x0 : ndarray, shape (n_x,), optional
         Initial state; the rest under the first inputs when not given.
+    memory : dict of str to sequence of float, optional
+        Memory of a law to start from, by element, such as `Trajectory.memory` of an earlier run;
+        virgin where not given.
     """
     from bondgraph.compiled import compile_model
 
@@ -330,11 +375,11 @@ def simulate(
     u = inputs_of(compiled, commands, time.size)
     p = compiled.vector(parameters or {})
     start = equilibrium(compiled, p, u[0]) if x0 is None else np.asarray(x0, float)
-    n_sub, run = settle(compiled, p, u, float(steps.mean()), start, hold, accuracy)
+    n_sub, run = settle(compiled, p, u, float(steps.mean()), start, hold, accuracy, memory=memory)
     names = (*compiled.space.output_names, *compiled.observed)
     outputs = {n: run.y[:, i] for i, n in enumerate(names)}
     laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.space.laws)}
-    return Trajectory(compiled.space.name, time, outputs, laws, n_sub)
+    return Trajectory(compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory)
 
 
 def settle(
@@ -346,14 +391,15 @@ def settle(
     hold: str,
     accuracy: float,
     largest: int = 256,
+    memory: Memories | None = None,
 ) -> tuple[int, Run]:
     """Double the sub-steps until the outputs settle; returns the number and the last run."""
     n_sub = 1 if hold != "band-limited" else 2
-    run = run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold)
+    run = run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold, memory=memory)
     if compiled.n_w == 0 and hold != "band-limited":
         return n_sub, run
     while n_sub < largest:
-        finer = run_record(compiled, p, u, step, x0, n_sub=2 * n_sub, hold=hold)
+        finer = run_record(compiled, p, u, step, x0, n_sub=2 * n_sub, hold=hold, memory=memory)
         floor = np.maximum(1e-12 * np.abs(finer.y).max(axis=0, initial=0.0), 1e-150)
         span = np.maximum(np.ptp(finer.y, axis=0), floor)
         change = np.sqrt(np.mean(((finer.y - run.y) / span) ** 2, axis=0)).max(initial=0.0)

@@ -7,7 +7,7 @@ eliminated one by one (variable projection, Golub and Pereyra, SIAM J. Numer. An
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -191,7 +191,7 @@ def _declared_delays(run: Run, n_y: int, delays: Array, n_sub: int) -> tuple[Run
     for c in range(n_y):
         y[:, c], slopes[:, c] = delayed_within(run.y[:, c], delays[c], n_sub)
         dy[:, c] = delayed_within(run.dy[:, c], delays[c], n_sub)[0]
-    return Run(y, dy, run.s[::n_sub], run.w[::n_sub]), slopes
+    return replace(run, y=y, dy=dy, s=run.s[::n_sub], w=run.w[::n_sub]), slopes
 
 
 def _lagged(run: Run, n_y: int, lags: Array, derivatives: bool) -> tuple[Array, Array, Array]:

@@ -82,7 +82,7 @@ class Law(ABC):
         UnusableInput
             If its length is not that of this law, or a state is not a finite number.
         """
-        return {"law": self.name, "states": list(self._states(memory))}
+        return {"law": self.name, "states": list(self.checked_memory(memory))}
 
     @final
     def memory_from_dict(self, data: Mapping[str, Any]) -> tuple[float, ...]:
@@ -97,9 +97,17 @@ class Law(ABC):
             raise UnusableInput(
                 f"the memory is one of {data.get('law')!r}, not a list of states of {self.name!r}"
             )
-        return self._states(data["states"])
+        return self.checked_memory(data["states"])
 
-    def _states(self, memory: Sequence[Any]) -> tuple[float, ...]:
+    @final
+    def checked_memory(self, memory: Sequence[Any]) -> tuple[float, ...]:
+        """Return a memory as floats.
+
+        Raises
+        ------
+        UnusableInput
+            If its length is not that of this law, or a state is not a finite number.
+        """
         if len(memory) != self.n_memory:
             raise UnusableInput(
                 f"{self.name} has {self.n_memory} memory states, the memory given has {len(memory)}"

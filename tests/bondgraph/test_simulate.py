@@ -215,3 +215,29 @@ def test_refusals() -> None:
         simulate(g, t, {"u": u}, {"M": 1.0})
     with pytest.raises(UnknownName, match="y"):
         simulate(g, t, {"u": u})["Y"]
+
+
+def test_a_run_goes_on_from_the_memory_and_state_of_another() -> None:
+    law = Hysteretic(MaxwellResistiveCapacitor((3.0, 2.0, 1.0), (0.2, 0.4, 0.5)))
+    with BondGraph("positioner") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 1.0)
+        body >> R("d", 0.8)
+        body >> C("k", law=law)
+        body >> C("guide", stiffness=1.0)
+        body >> Dq("x")
+    t = 0.02 * np.arange(600)
+    force = 2.0 * np.sin(1.7 * t) + 0.8 * np.sin(5.1 * t)
+    whole = simulate(g, t, {"F": force}, accuracy=1e-7)
+    first = simulate(g, t[:251], {"F": force[:251]}, accuracy=1e-7)
+    assert set(first.memory) == {"k"}
+    options: dict[str, Any] = {"x0": first.state, "accuracy": 1e-7}
+    second = simulate(g, t[250:], {"F": force[250:]}, memory=first.memory, **options)
+    size = np.ptp(whole["x"])
+    np.testing.assert_allclose(second["x"], whole["x"][250:], rtol=0, atol=1e-5 * size)
+    forgotten = simulate(g, t[250:], {"F": force[250:]}, **options)
+    assert np.abs(forgotten["x"] - whole["x"][250:]).max() > 2e-3 * size
+    with pytest.raises(UnknownName, match="'kk'"):
+        simulate(g, t, {"F": force}, memory={"kk": (0.0, 0.0, 0.0)})
+    with pytest.raises(UnusableInput, match="has 3 memory states"):
+        simulate(g, t, {"F": force}, memory={"k": (0.0,)})
