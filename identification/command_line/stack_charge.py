@@ -39,7 +39,8 @@ def charge_drive(figure: Path | None = None) -> int:
     for name, graph in _stacks().items():
         for load, change in LOADS.items():
             by_volt, by_charge, curves = _compare(change(graph))
-            shown.update({f"{name}, {load}: {k}": v for k, v in curves.items()})
+            if "C_nl" in graph.elements:
+                shown.update({f"{load}: {k}": v for k, v in curves.items()})
             print(
                 f"  {name + ', ' + load:44s}{_size(by_volt):>22s}{_size(by_charge):>24s}"
                 f"{abs(by_volt.percent / by_charge.percent):9.0f}"

@@ -53,7 +53,7 @@ def charge_figure(curves: Curves, path: Path) -> None:
                 left.plot(command, 1e6 * x, label=title)
             else:
                 right.plot(1e6 * command, 1e6 * x)
-        left.set(xlabel="voltage (V)", ylabel="x (um)", title="Voltage drive")
+        left.set(xlabel="voltage (V)", ylabel="x (um)", title="Voltage drive (bond graph, Ang)")
         right.set(xlabel="charge (uC)", ylabel="x (um)", title="Charge drive")
         left.legend()
     _write(canvas.svg, path)
