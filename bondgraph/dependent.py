@@ -103,6 +103,18 @@ def depends(d: _Derivation, expression: sp.Expr, flow: sp.Symbol) -> bool:
     return False
 
 
+def displacement_of_dependents(d: _Derivation, flow: sp.Symbol) -> sp.Expr | None:
+    """Return the displacements of dependent stores whose rate is `flow` identically, if any."""
+    rest = sp.expand(_closed(d).get(flow, flow))
+    total: sp.Expr = sp.Integer(0)
+    for dependent, name in d.derivatives.items():
+        c = rest.coeff(dependent)
+        if c.free_symbols - _parameters(d):
+            return None
+        total, rest = total + c * symbol(f"q_{name}"), sp.expand(rest - c * dependent)
+    return total if rest == 0 and total != 0 else None
+
+
 def drop_derivatives(d: _Derivation) -> None:
     """Leave out the signals that need the flow of a dependent storage: nothing needs them.
 
@@ -121,6 +133,12 @@ def drop_derivatives(d: _Derivation) -> None:
                     f"{d.graph.name}: {e.kind} {reader} reads a signal that needs the flow of "
                     f"{name}, which has derivative causality, so the reading would be a "
                     f"derivative; put a resistance in series with {name} or remove {reader}"
+                )
+        for state in d.states:
+            if any(depends(d, s, flow) for s in state.rate.free_symbols):
+                raise DerivativeCausality(
+                    f"{d.graph.name}: the state {state.symbol} of {state.element} needs the flow of "
+                    f"{name}, which has derivative causality; put a resistance in series with {name}"
                 )
         d.found = {t: a for t, a in d.found.items() if not depends(d, t, flow)}
 

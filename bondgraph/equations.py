@@ -395,10 +395,15 @@ class _Derivation:
 
     def _displacement(self, e: Dq, flow: sp.Symbol) -> sp.Expr:
         """Return stored displacements that already integrate this flow, or a new state."""
+        from bondgraph.dependent import displacement_of_dependents
+
         stored = [s for s in self.states if str(s.symbol).startswith("q_")]
         for s in stored:
             if s.rate == flow:
                 return s.symbol
+        dependent = displacement_of_dependents(self, flow)
+        if dependent is not None:
+            return dependent
         combination = _as_integral(flow, stored, self.found, set(self.graph.parameters))
         if combination is not None:
             return combination

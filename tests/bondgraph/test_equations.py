@@ -189,3 +189,17 @@ def test_algebraic_loop_is_named() -> None:
         a >> R("R_2", 1.0)
     with pytest.raises(AlgebraicLoop, match=r"divider: .*R R_1.*R R_2.*compliance or inertia"):
         derive(g)
+
+
+def test_a_position_at_a_spring_that_a_source_imposes() -> None:
+    """The displacement of the dependent spring is read, through a lever too."""
+    with BondGraph("pressed") as g:
+        tip = One("tip")
+        Se("F") >> tip >> TF("n", ratio=2.0) >> C("k", stiffness=4.0)
+        tip >> Dq("x")
+    space = derive(g)
+    assert space.states == ()
+    (reading,) = space.y
+    values = {"n": 2.0, "k": 4.0, "F": 3.0}
+    numbers = {s: values[str(s)] for s in reading.free_symbols}
+    assert float(reading.subs(numbers)) == pytest.approx(3.0 / 2.0 / 4.0 / 2.0)
