@@ -104,8 +104,10 @@ def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
     a, b = parts.a, parts.b[:, : compiled.n_u] @ u
     if not a.size:
         return np.zeros(0)
-    scale = np.sqrt(np.maximum(np.abs(a).max(axis=1), 1e-300))
-    x, *_ = np.linalg.lstsq(a / scale[:, None], -b / scale, rcond=1e-12)
+    largest = np.abs(a).max(axis=1)
+    held = largest > 0.0  # a row of zeros is a pure integral of the inputs: it never rests
+    scale = np.sqrt(largest[held])
+    x, *_ = np.linalg.lstsq(a[held] / scale[:, None], -b[held] / scale, rcond=1e-12)
     return np.asarray(x)
 
 

@@ -18,6 +18,7 @@ from bondgraph import (
     One,
     R,
     Se,
+    Sf,
     UnknownName,
     UnusableInput,
     simulate,
@@ -241,3 +242,16 @@ def test_a_run_goes_on_from_the_memory_and_state_of_another() -> None:
         simulate(g, t, {"F": force}, memory={"kk": (0.0, 0.0, 0.0)})
     with pytest.raises(UnusableInput, match="has 3 memory states"):
         simulate(g, t, {"F": force}, memory={"k": (0.0,)})
+
+
+def test_rest_under_a_flow_that_only_charges() -> None:
+    """A current into a capacitor never rests; the start stays at zero instead of far away."""
+    with BondGraph("charged") as g:
+        node = One("node")
+        Sf("i") >> node >> C("C_1", 2e-6)
+        node >> C("C_2", stiffness=3e5, law=Hysteretic(MaxwellResistiveCapacitor((1e5,), (1.0,))))
+        node >> Dq("q")
+    t = 1e-4 * np.arange(50)
+    run = simulate(g, t, {"i": np.full(t.size, 1e-3)})
+    assert run["q"][0] == pytest.approx(0.0, abs=1e-12)
+    assert run["q"][-1] == pytest.approx(1e-3 * t[-1], rel=1e-9)
