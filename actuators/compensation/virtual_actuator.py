@@ -22,6 +22,7 @@ from bondgraph.hysteresis.checks import finite_record
 __all__ = ["VirtualActuator"]
 
 PAYLOAD = 0.108
+RATE_MEMORY = 1e-3
 LONGEST = 2.5
 """Sub-step times fastest pole; the method is unstable from 2.8 on."""
 
@@ -37,7 +38,9 @@ class VirtualActuator:
         R_e q' = w - V_C + T F,   F = k (x - T q)   tau w' = V_in - w
         m x''  = -F - b x'
 
-    The slipping elements know no rate; what depends on rate is creep, lead, amplifier and body.
+    With `slip_rate` the limits widen with the current, ``limit_i + slip_rate |q'|`` smoothed over
+    `RATE_MEMORY`, so the loop itself grows with the rate. Without it the slipping elements know no
+    rate; creep, lead, amplifier and body do.
 
     Parameters
     ----------
@@ -63,6 +66,8 @@ class VirtualActuator:
         s.
     amplifier_time : float
         Time constant of the amplifier, s; 0 leaves it out.
+    slip_rate : float
+        Widening of the limits per current, C/A.
     """
 
     capacitance: float
@@ -76,6 +81,7 @@ class VirtualActuator:
     creep_ratios: tuple[float, ...] = ()
     creep_times: tuple[float, ...] = ()
     amplifier_time: float = 0.0
+    slip_rate: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the lengths."""
@@ -119,8 +125,8 @@ class VirtualActuator:
 
     @property
     def n_states(self) -> int:
-        """Number of states: q, x, v, w, s_j, z_i."""
-        return 4 + len(self.creep_ratios) + len(self.slip_gains)
+        """Number of states: q, x, v, w, s_j, smoothed current, z_i."""
+        return 5 + len(self.creep_ratios) + len(self.slip_gains)
 
     @property
     def fastest(self) -> float:
@@ -164,15 +170,15 @@ class VirtualActuator:
         return state
 
     def _substep(self, y: Any, u: Any, h: float) -> Any:
-        n = 4 + len(self.creep_ratios)
+        n = 5 + len(self.creep_ratios)
         flow, stretch = y[:n], y[n:]
-        limits = ca.DM(self.slip_limits)
+        limits = ca.DM(self.slip_limits) + self.slip_rate * y[n - 1]
 
         def slipped(q: Any) -> Any:
             return ca.fmin(ca.fmax(stretch + (q - y[0]), -limits), limits)
 
         def rate(f: Any) -> Any:
-            slow = f[4:n]
+            slow = f[4 : n - 1]
             fast = f[0] - ca.sum1(slow)
             effort = fast / self.capacitance + ca.dot(ca.DM(self.slip_gains), slipped(f[0]))
             force = self.stiffness * (f[1] - self.transducer * f[0])
@@ -181,7 +187,8 @@ class VirtualActuator:
             lag = (u - f[3]) / self.amplifier_time if self.amplifier_time else 0.0
             creep = (ca.DM(self.creep_ratios) * fast - slow) / ca.DM(self.creep_times)
             body = -(force + self.damping * f[2]) / self.mass
-            return ca.vertcat(current, f[2], body, lag, creep)
+            smoothed = (ca.fabs(current) - f[n - 1]) / RATE_MEMORY
+            return ca.vertcat(current, f[2], body, lag, creep, smoothed)
 
         a = rate(flow)
         b = rate(flow + 0.5 * h * a)
