@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from bondgraph.backend import FloatArray
 from bondgraph.errors import UnusableInput
-from bondgraph.hysteresis.kelvin_voigt_creep import KelvinVoigtCreep
+from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
 
 __all__ = ["KelvinVoigt", "LogarithmicCreep", "fit_kelvin_voigt"]
 

@@ -137,8 +137,8 @@ def drop_derivatives(d: _Derivation) -> None:
         for state in d.states:
             if any(depends(d, s, flow) for s in state.rate.free_symbols):
                 raise DerivativeCausality(
-                    f"{d.graph.name}: the state {state.symbol} of {state.element} needs the flow of "
-                    f"{name}, which has derivative causality; put a resistance in series with {name}"
+                    f"{d.graph.name}: state {state.symbol} of {state.element} needs the flow of "
+                    f"{name}, which has derivative causality; put a resistance in series with it"
                 )
         d.found = {t: a for t, a in d.found.items() if not depends(d, t, flow)}
 

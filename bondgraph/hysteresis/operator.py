@@ -90,7 +90,7 @@ class Operator(ABC):
         return compiled_record(self, x, memory, step)
 
     def _energy(
-        self, ops: Ops, x: Expression, memory: Memory
+        self, ops: Ops, x: Expression, memory: Memory, step: Expression
     ) -> tuple[Expression, Expression] | None:
         """Return stored energy at ``x`` and energy lost on the way there, or None if unknown."""
         return None
@@ -250,7 +250,9 @@ class Operator(ABC):
         return output, self._states(after)
 
     @final
-    def stored_energy(self, ops: Ops, x: Expression, memory: Sequence[Expression]) -> Expression:
+    def stored_energy(
+        self, ops: Ops, x: Expression, memory: Sequence[Expression], step: Expression = 0.0
+    ) -> Expression:
         """Return the energy stored at ``x``, reached monotonically from the memory's step.
 
         Parameters
@@ -261,6 +263,8 @@ class Operator(ABC):
             Input, unit of the input.
         memory : sequence of expression
             Memory of the last accepted step, shape (n_memory,).
+        step : expression, optional
+            Time since that step, s; only a timed operator uses it.
 
         Returns
         -------
@@ -274,11 +278,11 @@ class Operator(ABC):
         BadParameter
             If no energy function is known for these parameters.
         """
-        return self._known_energy(ops, x, memory)[0]
+        return self._known_energy(ops, x, memory, step)[0]
 
     @final
     def dissipated_energy(
-        self, ops: Ops, x: Expression, memory: Sequence[Expression]
+        self, ops: Ops, x: Expression, memory: Sequence[Expression], step: Expression = 0.0
     ) -> Expression:
         """Return the energy lost on the monotone way from the memory's step to ``x``.
 
@@ -293,6 +297,8 @@ class Operator(ABC):
             Input, unit of the input.
         memory : sequence of expression
             Memory of the last accepted step, shape (n_memory,).
+        step : expression, optional
+            Time since that step, s; only a timed operator uses it.
 
         Returns
         -------
@@ -306,12 +312,12 @@ class Operator(ABC):
         BadParameter
             If no energy function is known for these parameters.
         """
-        return self._known_energy(ops, x, memory)[1]
+        return self._known_energy(ops, x, memory, step)[1]
 
     def _known_energy(
-        self, ops: Ops, x: Expression, memory: Sequence[Expression]
+        self, ops: Ops, x: Expression, memory: Sequence[Expression], step: Expression
     ) -> tuple[Expression, Expression]:
-        found = self._energy(ops, x, self._states(memory))
+        found = self._energy(ops, x, self._states(memory), step)
         if found is None or self.passive_port is None:
             raise BadParameter(
                 f"{self.kind} with these parameters has no energy function that makes it passive; "

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.backend import Ops
 from bondgraph.elements import Parameter
-from bondgraph.hysteresis.play import play
+from bondgraph.hysteresis.plays.play import play
 from bondgraph.laws.law import Law
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from actuators import stack_bond_graph
 from bondgraph.compiled import compile_model
 from bondgraph.hysteresis import Ang, MaxwellResistiveCapacitor, PrandtlIshlinskii
-from bondgraph.hysteresis.play import weighted_plays
+from bondgraph.hysteresis.plays.play import weighted_plays
 from bondgraph.laws import Hysteretic
 from bondgraph.simulate import equilibrium, inputs_of, run_record, simulate
 

@@ -12,7 +12,7 @@ import numpy as np
 from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.checks import numbers, parameters
 from bondgraph.hysteresis.fitting.excited import Unexcited
-from bondgraph.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 
 __all__ = ["play_advice", "play_bank", "play_blocks", "play_names", "thin_evidence"]
 

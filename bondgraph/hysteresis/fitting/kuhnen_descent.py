@@ -12,12 +12,12 @@ from typing import final
 import numpy as np
 
 from bondgraph.backend import FloatArray
-from bondgraph.hysteresis.ang import Ang
-from bondgraph.hysteresis.dead_zone import DeadZone
 from bondgraph.hysteresis.fitting.bank import play_blocks
 from bondgraph.hysteresis.fitting.kuhnen_stages import Stages, dead_zone_columns
 from bondgraph.hysteresis.fitting.reduction import Reduced, reduce_blocks
-from bondgraph.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.hysteresis.plays.ang import Ang
+from bondgraph.hysteresis.plays.dead_zone import DeadZone
+from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 
 __all__ = ["ScoredRecord", "descend"]
 

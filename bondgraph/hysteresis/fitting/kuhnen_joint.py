@@ -14,9 +14,7 @@ from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from bondgraph.backend import FloatArray
-from bondgraph.hysteresis.ang import Ang
 from bondgraph.hysteresis.checks import numbers, parameters
-from bondgraph.hysteresis.dead_zone import DeadZone
 from bondgraph.hysteresis.errors import BadInput, BadParameter
 from bondgraph.hysteresis.fitting.bank import play_advice, play_bank, play_names
 from bondgraph.hysteresis.fitting.excited import Unexcited, unexcited_columns
@@ -25,7 +23,9 @@ from bondgraph.hysteresis.fitting.kuhnen_stages import Stages
 from bondgraph.hysteresis.fitting.records import paired_records, require_rising
 from bondgraph.hysteresis.fitting.reduction import Reduced
 from bondgraph.hysteresis.fitting.starting import Past, choose_start, late_plays
-from bondgraph.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.hysteresis.plays.ang import Ang
+from bondgraph.hysteresis.plays.dead_zone import DeadZone
+from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 
 __all__ = ["JointFit", "fit_kuhnen"]
 

@@ -16,8 +16,8 @@ from typing import Self, final
 import numpy as np
 
 from bondgraph.backend import NUMPY, FloatArray
-from bondgraph.hysteresis.dead_zone import DeadZone, dead_zone
 from bondgraph.hysteresis.fitting.bounded import bounded_least_squares
+from bondgraph.hysteresis.plays.dead_zone import DeadZone, dead_zone
 
 __all__ = ["Stages", "dead_zone_columns"]
 

@@ -22,7 +22,7 @@ from bondgraph.hysteresis.fitting.least_squares import fit_linear_blocks
 from bondgraph.hysteresis.fitting.maxwell import elements_with_stiffness
 from bondgraph.hysteresis.fitting.records import paired_records, require_rising
 from bondgraph.hysteresis.fitting.result import LinearFit
-from bondgraph.hysteresis.maxwell import MaxwellResistiveCapacitor
+from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
 
 __all__ = ["LoadingCurveFit", "elements_from_slopes", "fit_loading_curve", "loading_samples"]
 

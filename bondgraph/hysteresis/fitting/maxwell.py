@@ -20,7 +20,7 @@ from bondgraph.hysteresis.fitting.least_squares import fit_linear_blocks
 from bondgraph.hysteresis.fitting.records import paired_records, require_rising
 from bondgraph.hysteresis.fitting.result import LinearFit, OperatorFit, Treatment
 from bondgraph.hysteresis.fitting.starting import Past, choose_start, with_given_up
-from bondgraph.hysteresis.maxwell import MaxwellResistiveCapacitor
+from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
 
 __all__ = ["elements_with_stiffness", "fit_maxwell"]
 

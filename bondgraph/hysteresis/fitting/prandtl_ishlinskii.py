@@ -23,7 +23,7 @@ from bondgraph.hysteresis.fitting.least_squares import fit_linear_blocks
 from bondgraph.hysteresis.fitting.records import paired_records, require_rising
 from bondgraph.hysteresis.fitting.result import Constraint, OperatorFit, Treatment
 from bondgraph.hysteresis.fitting.starting import Past, choose_start, with_given_up
-from bondgraph.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 
 __all__ = ["fit_weights"]
 

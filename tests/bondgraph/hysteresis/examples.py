@@ -5,20 +5,96 @@ from __future__ import annotations
 from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
+    AngRateDependent,
+    AsymmetricBoucWen,
+    BoucWen,
+    Cascade,
+    Dahl,
     DeadZone,
+    GeneralisedPrandtlIshlinskii,
+    HysteresisWithCreep,
+    KelvinVoigtCreep,
+    KrasnoselskiiPokrovskii,
+    LogCreep,
     MaxwellResistiveCapacitor,
     Operator,
+    Parallel,
     PrandtlIshlinskii,
+    Preisach,
+    RateDependentPrandtlIshlinskii,
+    kuhnen_modified,
 )
+
+STEP = 0.02
+"""Time between samples for operators that depend on it, s."""
 
 PI = PrandtlIshlinskii((0.0, 0.3, 1.0, 2.5), (1.2, 0.6, -0.4, 0.9))
 ZONES = DeadZone((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
-EXAMPLES: dict[str, Operator] = {
+SPRINGS = MaxwellResistiveCapacitor((2.0, 1.0, 0.5), (0.4, 0.5, 1.2))
+ENVELOPE = AlJanaideh(q=1.0, c=1.5, sigma=0.4, alpha=0.5, beta=0.3, count=6)
+CREEP = LogCreep((50.0, 5.0, 0.5), (0.0, 0.4), (0.1, 0.2))
+LINEAR = KelvinVoigtCreep(1.0, (0.3, -0.1, 0.2), (0.01, 0.1, 3.0))
+RATE = RateDependentPrandtlIshlinskii((0, 0.3, 1), (0, 0.002, 0.003), (1.2, 0.6, -0.4), 0.05)
+MODEL = HysteresisWithCreep(PI, CREEP)
+
+_WEIGHTS = ((0.0, 0.3, 1.0), (1.2, 0.6, 0.4))
+_BENT = (2.0, 0.3, 0.1, 0.5, -0.2)
+_TANH = (4.0, 0.2, 0.1, 0.0, -0.2)
+_WIDE = (40.0, 0.025, 0.1, 0.0, -0.2)
+_LEFT, _RIGHT = (2.0, 0.3, 0.1, 0.2, -0.2), (1.8, 0.4, 0.0, 0.2, 0.2)
+
+UNTIMED: dict[str, Operator] = {
     "prandtl_ishlinskii": PI,
     "prandtl_ishlinskii linear": PrandtlIshlinskii((0.0,), (2.0,)),
+    "prandtl_ishlinskii spring": PrandtlIshlinskii((0.0, 0.4, 1.5), (2.0, -0.7, -0.9)),
     "dead_zone": ZONES,
     "ang": Ang(PI, ZONES),
     "ang_inverse": Ang(PI, ZONES).inverse(),
-    "al_janaideh": AlJanaideh(q=1.0, c=1.5, sigma=0.4, alpha=0.5, beta=0.3, count=6),
-    "maxwell_resistive_capacitor": MaxwellResistiveCapacitor((2.0, 1.0, 0.5), (0.4, 0.5, 1.2)),
+    "kuhnen_modified": kuhnen_modified((0, 0.5, 1), (1, 0.5, 0.2), (-1, 1, 3), (0.3, 1, 0.6, 0.2)),
+    "al_janaideh": ENVELOPE,
+    "maxwell_resistive_capacitor": SPRINGS,
+    "generalised": GeneralisedPrandtlIshlinskii(*_WEIGHTS, _BENT, _BENT),
+    "generalised, two envelopes": GeneralisedPrandtlIshlinskii(*_WEIGHTS, _LEFT, _RIGHT),
+    "generalised, tanh": GeneralisedPrandtlIshlinskii(*_WEIGHTS, _TANH, _TANH),
+    "generalised_inverse": GeneralisedPrandtlIshlinskii(*_WEIGHTS, _WIDE, _WIDE).inverse(),
+    "preisach": Preisach(
+        (0.0, 0.5, 1.3),
+        (-3.0, -0.4, 1.0, 2.5),
+        (0.3, 0.7, 0.1, 0.6, 0.2, 0.4, 0.0, 0.9, 0.3),
+        0.8,
+    ),
+    "krasnoselskii_pokrovskii": KrasnoselskiiPokrovskii(
+        -2.0, 0.9, 4, 1.1, (0.5, 0.2, 0.7, 0.1, 0.3, 0.6, 0.2, 0.4, 0.1, 0.8)
+    ),
+    "bouc_wen": BoucWen(0.5, 1.2, 1.5, 0.6, 0.3),
+    "bouc_wen, softening": BoucWen(2.5, -1.2, 1.5, 0.6, -0.3),
+    "asymmetric_bouc_wen": AsymmetricBoucWen(0.5, 1.2, 1.5, 0.6, 0.3, 0.2),
+    "dahl": Dahl(2.0, 6.0),
+    "cascade": Cascade(PI, ZONES),
+    "cascade, bent input": Cascade(ZONES, PI),
+    "cascade, two memories": Cascade(PI, ENVELOPE),
+    "parallel": Parallel(PI, SPRINGS),
+    "parallel springs": Parallel(SPRINGS, PrandtlIshlinskii((0.0, 0.4), (2.0, -0.7))),
 }
+TIMED: dict[str, Operator] = {
+    "log_creep": CREEP,
+    "kelvin_voigt_creep": LINEAR,
+    "kelvin_voigt_creep passive": KelvinVoigtCreep(1.0, (0.3, 0.2), (0.01, 3.0)),
+    "kelvin_voigt_creep_inverse": LINEAR.inverse(),
+    "hysteresis_with_creep": MODEL,
+    "hysteresis_with_creep, envelope": HysteresisWithCreep(ENVELOPE, CREEP),
+    "hysteresis_with_creep, bent line": HysteresisWithCreep(ZONES, CREEP),
+    "hysteresis_with_creep_inverse": MODEL.inverse(),
+    "rate_dependent": RATE,
+    "rate_dependent, linear": RateDependentPrandtlIshlinskii((0,), (0,), (2.0,)),
+    "rate_dependent_inverse": RATE.inverse(),
+    "rate_dependent_closed_form_inverse": RATE.closed_form_inverse(),
+    "ang_rate_dependent": AngRateDependent((0, 0.3, 1), (1.2, 0.6, -0.4), (0.001, 0.002, 0.0005)),
+    "ang_rate_dependent_inverse": AngRateDependent(
+        (0, 0.3, 1), (1.2, 0.6, -0.4), (0.001, 0.002, 0.0005)
+    ).inverse(),
+    "cascade of all": Cascade(MODEL, ZONES),
+    "cascade with linear creep": Cascade(LINEAR, PI),
+    "parallel with creep": Parallel(PI, LINEAR),
+}
+EXAMPLES: dict[str, Operator] = {**UNTIMED, **TIMED}

@@ -19,12 +19,12 @@ from bondgraph.hysteresis import (
     NotInvertible,
     PrandtlIshlinskii,
 )
-from bondgraph.hysteresis.cascade import Cascade, inverse_memory_of, inverse_of
-from bondgraph.hysteresis.hysteresis_with_creep import HysteresisWithCreep
-from bondgraph.hysteresis.kelvin_voigt_creep import KelvinVoigtCreep
-from bondgraph.hysteresis.log_creep import LogCreep
+from bondgraph.hysteresis.composed.cascade import Cascade, inverse_memory_of, inverse_of
+from bondgraph.hysteresis.composed.parallel import Parallel
+from bondgraph.hysteresis.creep.hysteresis_with_creep import HysteresisWithCreep
+from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
+from bondgraph.hysteresis.creep.log_creep import LogCreep
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
-from bondgraph.hysteresis.parallel import Parallel
 
 quick = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)

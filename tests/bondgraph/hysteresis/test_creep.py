@@ -16,14 +16,14 @@ from bondgraph.hysteresis import (
     NotInvertible,
     PrandtlIshlinskii,
 )
-from bondgraph.hysteresis.first_order_lag import ramp_rate, ramp_share, relaxed_share
-from bondgraph.hysteresis.hysteresis_with_creep import (
+from bondgraph.hysteresis.creep.first_order_lag import ramp_rate, ramp_share, relaxed_share
+from bondgraph.hysteresis.creep.hysteresis_with_creep import (
     HysteresisWithCreep,
     HysteresisWithCreepInverse,
 )
-from bondgraph.hysteresis.kelvin_voigt_creep import KelvinVoigtCreep
-from bondgraph.hysteresis.kelvin_voigt_inverse import KelvinVoigtCreepInverse
-from bondgraph.hysteresis.log_creep import LogCreep
+from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
+from bondgraph.hysteresis.creep.kelvin_voigt_inverse import KelvinVoigtCreepInverse
+from bondgraph.hysteresis.creep.log_creep import LogCreep
 
 CREEP = LogCreep((30.0, 3.0, 0.3), (0.0, 0.5, 1.2), (0.1, 0.05, -0.02))
 LINEAR = KelvinVoigtCreep(1.0, (0.3, 0.1, 0.2), (0.01, 0.1, 3.0))
@@ -153,8 +153,8 @@ def test_linear_creep_stores_and_loses_its_work(step: float) -> None:
     rng = np.random.default_rng(0)
     for _ in range(10):
         memory, x = tuple(rng.uniform(-3, 3, 4).tolist()), float(rng.uniform(-3, 3))
-        stored0 = LINEAR.energies(NUMPY, memory[0], memory, 0.0)[0]
-        stored, lost = LINEAR.energies(NUMPY, x, memory, step)
+        stored0 = LINEAR._energy(NUMPY, memory[0], memory, 0.0)[0]
+        stored, lost = LINEAR._energy(NUMPY, x, memory, step)
         # the same ramp as far as it has come, finer at its beginning
         part = np.linspace(0.0, 1.0, 20_001) ** 3
         way = memory[0] + part * (x - memory[0])
@@ -162,7 +162,7 @@ def test_linear_creep_stores_and_loses_its_work(step: float) -> None:
         work = np.sum(0.5 * (way[1:] + way[:-1]) * np.diff(y))
         assert lost >= 0.0
         assert work == pytest.approx(stored - stored0 + lost, rel=1e-5, abs=1e-6)
-    assert LINEAR.energies(NUMPY, 2.0, memory, 0.0)[1] == 0.0
+    assert LINEAR._energy(NUMPY, 2.0, memory, 0.0)[1] == 0.0
 
 
 def test_linear_creep_never_gives_energy_around_a_cycle() -> None:
@@ -171,7 +171,7 @@ def test_linear_creep_never_gives_energy_around_a_cycle() -> None:
         start = memory = LINEAR.initial_memory(0.0)
         balance = 0.0
         for value in x:
-            balance += LINEAR.energies(NUMPY, float(value), memory, 0.05)[1]
+            balance += LINEAR._energy(NUMPY, float(value), memory, 0.05)[1]
             memory = LINEAR.advance(NUMPY, float(value), memory, 0.05)
         assert balance > 0.0
         assert start == (0.0,) * 4

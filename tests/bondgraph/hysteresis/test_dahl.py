@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bondgraph.backend import NUMPY
-from bondgraph.hysteresis.dahl import Dahl
+from bondgraph.hysteresis.duhem.dahl import Dahl
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
 

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from bondgraph.backend import CASADI, NUMPY, SYMPY
-from bondgraph.hysteresis.envelope import (
+from bondgraph.hysteresis.errors import BadParameter, NotInvertible
+from bondgraph.hysteresis.numeric_inverse import numeric_inverse
+from bondgraph.hysteresis.plays.envelope import (
     check_envelope,
     envelope,
     envelope_range,
@@ -17,11 +19,9 @@ from bondgraph.hysteresis.envelope import (
     inverse_envelope,
     largest_excess,
 )
-from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.generalised import GeneralisedPrandtlIshlinskii
-from bondgraph.hysteresis.generalised_inverse import GeneralisedInverse
-from bondgraph.hysteresis.numeric_inverse import numeric_inverse
-from bondgraph.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.hysteresis.plays.generalised import GeneralisedPrandtlIshlinskii
+from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
+from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 
 THRESHOLDS, WEIGHTS = (0.0, 0.3, 1.0), (1.2, 0.6, 0.4)
 MIXED = (2.0, 0.6, 0.1, 0.5, -0.2)

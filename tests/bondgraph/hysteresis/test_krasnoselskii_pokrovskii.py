@@ -9,9 +9,9 @@ import pytest
 
 from bondgraph.backend import NUMPY
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.krasnoselskii_pokrovskii import KrasnoselskiiPokrovskii
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
-from bondgraph.hysteresis.preisach_grid import preisach_from_relays
+from bondgraph.hysteresis.preisach.krasnoselskii_pokrovskii import KrasnoselskiiPokrovskii
+from bondgraph.hysteresis.preisach.preisach_grid import preisach_from_relays
 
 COUNT = 5
 WEIGHTS = tuple(np.random.default_rng(9).uniform(0.1, 1.0, COUNT * (COUNT + 1) // 2))

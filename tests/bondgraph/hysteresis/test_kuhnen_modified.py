@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bondgraph.hysteresis import Ang, BadParameter, NotInvertible
-from bondgraph.hysteresis.kuhnen_modified import bent_line, kuhnen_modified
+from bondgraph.hysteresis.plays.kuhnen_modified import bent_line, kuhnen_modified
 
 quick = settings(max_examples=40, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)

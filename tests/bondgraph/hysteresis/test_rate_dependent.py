@@ -10,12 +10,12 @@ import pytest
 
 from bondgraph.backend import NUMPY
 from bondgraph.hysteresis import BadInput, BadParameter, NotInvertible, PrandtlIshlinskii
-from bondgraph.hysteresis.ang_rate_dependent import AngRateDependent
-from bondgraph.hysteresis.ang_rate_dependent_inverse import AngRateDependentInverse
-from bondgraph.hysteresis.closed_form_check import closed_form_check
-from bondgraph.hysteresis.rate import measured_rate, rate_record
-from bondgraph.hysteresis.rate_dependent import RateDependentPrandtlIshlinskii
-from bondgraph.hysteresis.rate_dependent_inverse import (
+from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent
+from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse
+from bondgraph.hysteresis.rate.closed_form_check import closed_form_check
+from bondgraph.hysteresis.rate.rate import measured_rate, rate_record
+from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
+from bondgraph.hysteresis.rate.rate_dependent_inverse import (
     RateDependentClosedFormInverse,
     RateDependentInverse,
     solve_plays,

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
-from bondgraph.hysteresis import kernels as compiled_loops
 from bondgraph.hysteresis.compiled import compiled_record
-from bondgraph.hysteresis.play import play_record, weighted_plays
-from bondgraph.hysteresis.swing import SWING_FROM, extremes_of
+from bondgraph.hysteresis.plays import kernels as compiled_loops
+from bondgraph.hysteresis.plays.play import play_record, weighted_plays
+from bondgraph.hysteresis.plays.swing import SWING_FROM, extremes_of
 
 seeds = st.integers(0, 2**32 - 1)
 quick = settings(max_examples=40, deadline=None, derandomize=True, database=None)

@@ -18,14 +18,14 @@ from bondgraph.hysteresis import (
     MaxwellResistiveCapacitor,
     PrandtlIshlinskii,
 )
-from bondgraph.hysteresis.ang_rate_dependent import AngRateDependent
-from bondgraph.hysteresis.cascade import Cascade, inverse_memory_of
-from bondgraph.hysteresis.hysteresis_with_creep import HysteresisWithCreep
-from bondgraph.hysteresis.kelvin_voigt_creep import KelvinVoigtCreep
-from bondgraph.hysteresis.kuhnen_modified import kuhnen_modified
-from bondgraph.hysteresis.log_creep import LogCreep
-from bondgraph.hysteresis.parallel import Parallel
-from bondgraph.hysteresis.rate_dependent import RateDependentPrandtlIshlinskii
+from bondgraph.hysteresis.composed.cascade import Cascade, inverse_memory_of
+from bondgraph.hysteresis.composed.parallel import Parallel
+from bondgraph.hysteresis.creep.hysteresis_with_creep import HysteresisWithCreep
+from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
+from bondgraph.hysteresis.creep.log_creep import LogCreep
+from bondgraph.hysteresis.plays.kuhnen_modified import kuhnen_modified
+from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent
+from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
 
 STEP = 0.02
 PI = PrandtlIshlinskii((0.0, 0.3, 1.0, 2.5), (1.2, 0.6, -0.4, 0.9))

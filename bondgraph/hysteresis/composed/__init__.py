@@ -1,0 +1,1 @@
+"""Operators made of other operators: in series and in parallel."""

@@ -1,0 +1,270 @@
+"""One operator behind the other, and the inverse of any operator that has one.
+
+Sizes: the memory is the one of the first operator followed by the one of the second.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, cast, final
+
+from bondgraph.backend import NUMPY, Expression, Ops
+from bondgraph.hysteresis.errors import BadParameter, NotInvertible
+from bondgraph.hysteresis.operator import Memory, Operator
+
+__all__ = ["Cascade", "inverse_memory_of", "inverse_of", "require_operators"]
+
+
+def inverse_of(ops: Ops, operator: Operator) -> Operator:
+    """Return the exact inverse of an operator that has one.
+
+    Parameters
+    ----------
+    ops : Ops
+        Back end of symbolic parameters.
+    operator : Operator
+        With a method ``inverse``.
+
+    Returns
+    -------
+    Operator
+        Pair it with `inverse_memory_of`.
+
+    Raises
+    ------
+    NotInvertible
+        If the kind has no exact inverse (index -1), or these parameters have none.
+
+    Examples
+    --------
+    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZone
+    >>> inverse_of(NUMPY, DeadZone((0.0,), (2.0,))).linear_slope
+    0.5
+    """
+    method = getattr(operator, "inverse", None)
+    if method is None:
+        raise NotInvertible(
+            f"{operator.kind} has no exact inverse; use numeric_inverse on the whole operator", -1
+        )
+    return cast(Operator, _with_ops(method, ops))
+
+
+def inverse_memory_of(ops: Ops, operator: Operator, memory: Sequence[Expression]) -> Memory:
+    """Return the memory of `inverse_of` that belongs to a memory of the operator.
+
+    Parameters
+    ----------
+    ops : Ops
+        Back end of the memory and of symbolic parameters.
+    operator : Operator
+        With a method ``inverse``.
+    memory : sequence of expression
+        Shape (n_memory,).
+
+    Returns
+    -------
+    tuple of expression
+        Shape of the inverse's memory.
+
+    Raises
+    ------
+    BadMemory
+        If the memory is not one of the operator.
+
+    Examples
+    --------
+    >>> from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+    >>> inverse_memory_of(NUMPY, PrandtlIshlinskii((0.0, 1.0), (1.0, 2.0)), (0.5,))
+    (1.5,)
+    """
+    method = getattr(operator, "inverse_memory", None)
+    if method is None:
+        return operator._states(memory)  # without memory there is nothing to convert
+    return cast(Memory, _with_ops(method, ops, memory))
+
+
+def _with_ops(method: Any, ops: Ops, *arguments: Any) -> Any:
+    """Call it with the back end if it needs to know."""
+    if "ops" in inspect.signature(method).parameters:
+        return method(*arguments, ops=ops)
+    return method(*arguments)
+
+
+def require_operators(**parts: object) -> None:
+    """Check that every part is an operator.
+
+    Raises
+    ------
+    BadParameter
+        With the name of the first part that is none.
+
+    Examples
+    --------
+    >>> require_operators()
+    """
+    for name, part in parts.items():
+        if not isinstance(part, Operator):
+            raise BadParameter(f"{name} must be an operator, not {type(part).__name__}")
+
+
+def _invertible(operator: Operator) -> bool:
+    try:
+        inverse_of(NUMPY, operator)
+    except NotInvertible:
+        return False
+    return True
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Cascade(Operator):
+    """One operator behind the other, ``y = second[first[x]]``.
+
+    A second operator with memory assumes that its input moves monotonically within a step. The
+    first one must therefore rise, or fall, with its input; otherwise accept a step at each of its
+    turning points too. No energy function is offered: the inner signal does no work.
+
+    Parameters
+    ----------
+    first : Operator
+        Sees the input.
+    second : Operator
+        Sees the output of the first.
+
+    Raises
+    ------
+    BadParameter
+        If one of them is no operator.
+
+    References
+    ----------
+    kuhnen2003
+
+    Examples
+    --------
+    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZone
+    >>> from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+    >>> plays, zones = PrandtlIshlinskii((0, 1), (1, 1)), DeadZone((0, 2), (1, 0.5))
+    >>> model = Cascade(plays, zones)
+    >>> model.run([0.0, 3.0])[0].tolist()
+    [0.0, 6.5]
+    >>> model.inverse().run([0.0, 6.5])[0].tolist()
+    [0.0, 3.0]
+    """
+
+    kind: ClassVar[str] = "cascade"
+
+    first: Operator
+    second: Operator
+
+    def __post_init__(self) -> None:
+        """Check the parts."""
+        require_operators(first=self.first, second=self.second)
+
+    @property
+    def timed(self) -> bool:
+        """Whether one of the two is."""
+        return self.first.timed or self.second.timed
+
+    @property
+    def wipes_out(self) -> bool:
+        """If both do and the inner signal is known to follow the input monotonically."""
+        monotone = self.second.n_memory == 0 or _invertible(self.first)
+        return monotone and self.first.wipes_out and self.second.wipes_out
+
+    @property
+    def congruent(self) -> bool:
+        """Known only of a bent input, or of an operator behind which nothing bends.
+
+        A second stage that bends reshapes a loop according to its height.
+        """
+        if self.timed:
+            return False
+        if self.first.n_memory == 0:
+            return self.second.congruent and (self.second.n_memory == 0 or _invertible(self.first))
+        straight = getattr(self.second, "thresholds", None)
+        return straight is not None and len(straight) == 1 and self.first.congruent
+
+    @property
+    def n_memory(self) -> int:
+        """Memory of both."""
+        return self.first.n_memory + self.second.n_memory
+
+    @property
+    def linear_slope(self) -> Expression:
+        """Product of the two slopes."""
+        return self.first.linear_slope * self.second.linear_slope
+
+    def _split(self, memory: Memory) -> tuple[Memory, Memory]:
+        n = self.first.n_memory
+        return memory[:n], memory[n:]
+
+    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
+        one, two = (None, None) if states is None else self._split(states)
+        before = self.first.initial_memory(x0, one, ops=ops)
+        inner = self.first.value(ops, x0, before)
+        return (*before, *self.second.initial_memory(inner, two, ops=ops))
+
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
+        one, two = self._split(memory)
+        return self.second.value(ops, self.first.value(ops, x, one, step), two, step)
+
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
+        one, two = self._split(memory)
+        inner = self.first.value(ops, x, one, step)
+        return (
+            *self.first.advance(ops, x, one, step),
+            *self.second.advance(ops, inner, two, step),
+        )
+
+    def inverse(self, *, ops: Ops = NUMPY) -> Cascade:
+        """Return the exact inverse, the two inverses in reversed order.
+
+        Parameters
+        ----------
+        ops : Ops, optional
+            Back end of symbolic parameters.
+
+        Returns
+        -------
+        Cascade
+            Pair it with `inverse_memory`.
+
+        Raises
+        ------
+        NotInvertible
+            If one of the two has no inverse; names the offender within it.
+
+        References
+        ----------
+        kuhnen2003
+        """
+        return Cascade(inverse_of(ops, self.second), inverse_of(ops, self.first))
+
+    def inverse_memory(self, memory: Sequence[Expression], *, ops: Ops = NUMPY) -> Memory:
+        """Return the memory of the inverse that belongs to a memory of this operator.
+
+        Parameters
+        ----------
+        memory : sequence of expression
+            Shape (n_memory,).
+        ops : Ops, optional
+            Back end of symbolic parameters.
+
+        Returns
+        -------
+        tuple of expression
+            Memory of the second inverse, then of the first.
+
+        Raises
+        ------
+        BadMemory
+            If the memory is not one of this operator.
+        """
+        one, two = self._split(self._states(memory))
+        return (
+            *inverse_memory_of(ops, self.second, two),
+            *inverse_memory_of(ops, self.first, one),
+        )

@@ -1,0 +1,110 @@
+"""Two operators side by side.
+
+Sizes: the memory is the one of the first operator followed by the one of the second.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal, final
+
+from bondgraph.backend import Expression, Ops
+from bondgraph.hysteresis.composed.cascade import require_operators
+from bondgraph.hysteresis.operator import Memory, Operator
+
+__all__ = ["Parallel"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Parallel(Operator):
+    """Two operators side by side, ``y = first[x] + second[x]``; nest it for more.
+
+    There is no exact inverse in general: use `numeric_inverse`, or `HysteresisWithCreep`.
+
+    Parameters
+    ----------
+    first, second : Operator
+        Both see the input; their outputs have one unit.
+
+    Raises
+    ------
+    BadParameter
+        If one of them is no operator.
+
+    Examples
+    --------
+    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZone
+    >>> from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+    >>> plays, zones = PrandtlIshlinskii((0, 1), (1, 1)), DeadZone((0, 2), (1, 0.5))
+    >>> Parallel(plays, zones).run([0.0, 3.0, 2.0])[0].tolist()
+    [0.0, 8.5, 6.0]
+    """
+
+    kind: ClassVar[str] = "parallel"
+
+    first: Operator
+    second: Operator
+
+    def __post_init__(self) -> None:
+        """Check the parts."""
+        require_operators(first=self.first, second=self.second)
+
+    @property
+    def timed(self) -> bool:
+        """Whether one of the two is."""
+        return self.first.timed or self.second.timed
+
+    @property
+    def wipes_out(self) -> bool:
+        """Whether both do."""
+        return self.first.wipes_out and self.second.wipes_out
+
+    @property
+    def congruent(self) -> bool:
+        """Whether both are."""
+        return self.first.congruent and self.second.congruent
+
+    @property
+    def n_memory(self) -> int:
+        """Memory of both."""
+        return self.first.n_memory + self.second.n_memory
+
+    @property
+    def linear_slope(self) -> Expression:
+        """Sum of the two slopes."""
+        return self.first.linear_slope + self.second.linear_slope
+
+    def _split(self, memory: Memory) -> tuple[Memory, Memory]:
+        n = self.first.n_memory
+        return memory[:n], memory[n:]
+
+    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
+        one, two = (None, None) if states is None else self._split(states)
+        return (
+            *self.first.initial_memory(x0, one, ops=ops),
+            *self.second.initial_memory(x0, two, ops=ops),
+        )
+
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
+        one, two = self._split(memory)
+        return self.first.value(ops, x, one, step) + self.second.value(ops, x, two, step)
+
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
+        one, two = self._split(memory)
+        return (*self.first.advance(ops, x, one, step), *self.second.advance(ops, x, two, step))
+
+    @property
+    def passive_port(self) -> Literal["input", "output"] | None:
+        """The port at which both are passive, if it is the same."""
+        port = self.first.passive_port
+        return port if port == self.second.passive_port else None
+
+    def _energy(
+        self, ops: Ops, x: Expression, memory: Memory, step: Expression
+    ) -> tuple[Expression, Expression] | None:
+        one, two = self._split(memory)
+        found = (self.first._energy(ops, x, one, step), self.second._energy(ops, x, two, step))
+        if found[0] is None or found[1] is None:
+            return None
+        return found[0][0] + found[1][0], found[0][1] + found[1][1]

@@ -1,0 +1,1 @@
+"""Slow after-effects, alone and beside hysteresis."""

@@ -1,0 +1,1 @@
+"""Operators given by a slope that depends on direction and state: Bouc-Wen, Dahl."""

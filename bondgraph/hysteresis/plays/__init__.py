@@ -1,0 +1,1 @@
+"""Sums of plays, stops and dead zones: piecewise linear, with exact inverses."""

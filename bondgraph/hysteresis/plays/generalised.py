@@ -1,0 +1,224 @@
+"""The generalised Prandtl-Ishlinskii operator: plays between two envelopes.
+
+Sizes: n + 1 operators, number 0 being the part without memory, n memory states, N samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, final
+
+from bondgraph.backend import Expression, Ops
+from bondgraph.hysteresis.checks import all_numbers
+from bondgraph.hysteresis.errors import BadParameter, NotInvertible
+from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.plays.envelope import (
+    Envelope,
+    check_envelope,
+    envelope,
+    envelope_slope,
+    largest_excess,
+)
+from bondgraph.hysteresis.plays.play import play
+from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+
+if TYPE_CHECKING:
+    from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
+
+__all__ = ["GeneralisedPrandtlIshlinskii"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class GeneralisedPrandtlIshlinskii(Operator):
+    """``y = w_0 (gamma_l(x) + gamma_r(x))/2 + sum_(i=1..n) w_i p_i`` with generalised plays p_i.
+
+    ``p+ = max(gamma_l(x) - r, min(gamma_r(x) + r, p))``: the play rises along gamma_l - r and falls
+    along gamma_r + r. Stated by maximum and minimum, and not by the sign of the input difference as
+    often printed: the two agree only where the envelopes are equal, and only this one ignores noise
+    and sampling. Unequal envelopes give asymmetric loops, bounded ones saturate.
+
+    The part without memory acts on the mean of the envelopes, a choice of this package; published
+    models give it an envelope of its own or leave it out (w_0 = 0).
+
+    Parameters
+    ----------
+    thresholds : sequence
+        r_i, shape (n + 1,), the first one 0, strictly increasing; unit of the envelopes.
+    weights : sequence
+        w_i, shape (n + 1,), any sign; output per envelope.
+    left, right : sequence
+        gamma_l and gamma_r, five numbers each: ``a_0 tanh(a_1 x + a_2) + a_3 x + a_4``, strictly
+        increasing. gamma_l may exceed gamma_r by 2 r_1 at most.
+
+    Raises
+    ------
+    BadParameter
+        If thresholds and weights are no Prandtl-Ishlinskii operator, an envelope does not rise, or
+        the rising bound of a play passes its falling bound, which would leave it undefined.
+
+    References
+    ----------
+    aljanaideh2009, aljanaideh2011
+
+    Examples
+    --------
+    >>> bend = (2.0, 0.5, 0.0, 0.0, 0.0)
+    >>> operator = GeneralisedPrandtlIshlinskii((0.0, 0.5), (1.0, 1.0), bend, bend)
+    >>> operator.run([0.0, 90.0, 0.0])[0].tolist()
+    [0.0, 3.5, 0.5]
+    """
+
+    kind: ClassVar[str] = "generalised_prandtl_ishlinskii"
+
+    thresholds: tuple[Expression, ...]
+    weights: tuple[Expression, ...]
+    left: Envelope
+    right: Envelope
+
+    def __post_init__(self) -> None:
+        """Check and store the parameters as tuples."""
+        plain = PrandtlIshlinskii(self.thresholds, self.weights)
+        object.__setattr__(self, "thresholds", plain.thresholds)
+        object.__setattr__(self, "weights", plain.weights)
+        for name in ("left", "right"):
+            object.__setattr__(self, name, check_envelope(name, getattr(self, name)))
+        numeric = all_numbers((*self.left, *self.right, *self.thresholds))
+        if numeric and self.n_memory and self.left != self.right:
+            excess = largest_excess(self.left, self.right)
+            room = 2.0 * self.thresholds[1]
+            if excess > room * (1.0 + 1e-12):
+                raise BadParameter(
+                    f"left exceeds right by {excess:.6g} somewhere, more than 2 r_1 = {room:.6g}: "
+                    "the rising bound of that play passes its falling bound; shift the envelopes "
+                    "apart, equal their a_3, or raise thresholds[1]"
+                )
+
+    @property
+    def plays(self) -> PrandtlIshlinskii:
+        """The plays and weights alone; with equal envelopes they act on gamma(x)."""
+        return PrandtlIshlinskii(self.thresholds, self.weights)
+
+    @property
+    def n_memory(self) -> int:
+        """Number of plays with a width, n."""
+        return len(self.thresholds) - 1
+
+    @property
+    def linear_slope(self) -> Expression:
+        """Slope right after a reversal at input 0, w_0 times the mean slope of the envelopes."""
+        return self.weights[0] * 0.5 * (envelope_slope(self.left) + envelope_slope(self.right))
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether both envelopes are known to be equal."""
+        pairs = list(zip(self.left, self.right, strict=True))
+        if all_numbers((*self.left, *self.right)):
+            return all(a == b for a, b in pairs)
+        return all(a is b for a, b in pairs)
+
+    def _bounds(self, ops: Ops, x: Expression) -> tuple[Expression, Expression]:
+        lower = envelope(ops, x, self.left)
+        return lower, lower if self.symmetric else envelope(ops, x, self.right)
+
+    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
+        if states is None:
+            at_zero = self._advance(ops, 0.0, (0.0,) * self.n_memory, 0.0)
+            return self._advance(ops, x0, at_zero, 0.0)
+        # Neighbouring plays stay within the difference of their widths, as plain plays do.
+        lower, upper = self._bounds(ops, x0)
+        chained: list[Expression] = []
+        for i, wanted in enumerate(states):
+            if chained:
+                wanted = play(ops, chained[-1], self.thresholds[i + 1] - self.thresholds[i], wanted)
+            chained.append(_bounded(ops, lower, upper, self.thresholds[i + 1], wanted))
+        return tuple(chained)
+
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
+        lower, upper = self._bounds(ops, x)
+        output = self.weights[0] * 0.5 * (lower + upper)
+        for w, state in zip(self.weights[1:], self._advance(ops, x, memory, 0.0), strict=True):
+            output = output + w * state
+        return output
+
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
+        lower, upper = self._bounds(ops, x)
+        plays = zip(self.thresholds[1:], memory, strict=True)
+        return tuple(_bounded(ops, lower, upper, r, p) for r, p in plays)
+
+    def check_invertible(self) -> None:
+        """Raise unless the envelopes are equal and every slope of the plays is positive.
+
+        Raises
+        ------
+        NotInvertible
+            With the index of the weight whose slope is not positive, or 0 for the envelopes.
+        """
+        if not self.symmetric:
+            raise NotInvertible(
+                "no exact inverse: left and right differ, and only plays on one common envelope "
+                "are a Prandtl-Ishlinskii operator; use numeric_inverse",
+                0,
+            )
+        self.plays.check_invertible()
+
+    def inverse(self) -> GeneralisedInverse:
+        """Return the exact inverse for equal envelopes; pair it with `inverse_memory`.
+
+        ``x = gamma^-1(P^-1[y])`` with P the plays alone. Exact but for the rounding of gamma^-1,
+        which grows as an envelope saturates.
+
+        Returns
+        -------
+        GeneralisedInverse
+            Maps the output back to the input.
+
+        Raises
+        ------
+        NotInvertible
+            If the envelopes differ or a slope of the plays is not positive.
+
+        References
+        ----------
+        aljanaideh2011, krejci2001
+        """
+        # The inverse knows this class, so it cannot be imported at the top.
+        from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
+
+        self.check_invertible()
+        return GeneralisedInverse(self.plays.inverse(), self.left)
+
+    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
+        """Return the memory of the inverse that belongs to a memory of this operator.
+
+        Parameters
+        ----------
+        memory : sequence of expression
+            Shape (n,), unit of the envelopes.
+
+        Returns
+        -------
+        tuple of expression
+            Shape (n,), unit of the output.
+
+        Raises
+        ------
+        BadMemory
+            If the memory is not one of this operator.
+        NotInvertible
+            If the envelopes differ or a slope of the plays is not positive.
+
+        References
+        ----------
+        kuhnen2003
+        """
+        self.check_invertible()
+        return self.plays.inverse_memory(self._states(memory))
+
+
+def _bounded(
+    ops: Ops, lower: Expression, upper: Expression, r: Expression, p: Expression
+) -> Expression:
+    """Generalised play: p kept between the envelopes, each moved out by r."""
+    return ops.maximum(lower - r, ops.minimum(upper + r, p))

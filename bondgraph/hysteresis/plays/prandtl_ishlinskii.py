@@ -1,0 +1,343 @@
+"""The Prandtl-Ishlinskii operator: a weighted sum of plays, with an exact inverse.
+
+Sizes: n + 1 operators, number 0 being the identity (threshold 0), n memory states, N samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Literal, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
+from bondgraph.hysteresis.checks import (
+    all_numbers,
+    finite_record,
+    is_number,
+    memory_states,
+    non_negative,
+    numbers,
+    parameters,
+    same_length,
+    strictly_increasing,
+)
+from bondgraph.hysteresis.errors import BadParameter, NotInvertible
+from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.plays.kuhnen import (
+    first_bad_slope,
+    inverse_states,
+    inverse_thresholds,
+    inverse_weights,
+    slopes,
+)
+from bondgraph.hysteresis.plays.play import (
+    initial_play,
+    play,
+    play_record,
+    reachable_plays,
+    weighted_plays,
+)
+from bondgraph.hysteresis.plays.swing import swing_record, worth_swinging
+
+__all__ = ["PrandtlIshlinskii", "play_loop_loss"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PrandtlIshlinskii(Operator):
+    """Weighted sum of plays ``y = w_0 x + sum_(i=1..n) w_i play_(r_i)[x]``.
+
+    Thresholds and weights may be expressions (CasADi or SymPy); what can only be checked on
+    numbers is then taken on trust.
+
+    Parameters
+    ----------
+    thresholds : sequence
+        Half widths r_i, shape (n + 1,), the first one 0, strictly increasing; unit of the input.
+    weights : sequence
+        w_i, shape (n + 1,), any sign; output per input.
+
+    Raises
+    ------
+    BadParameter
+        If the lengths differ, the first threshold is not 0, or a threshold is negative, out of
+        order or not finite; names the entry.
+
+    References
+    ----------
+    krejci2001, kuhnen2003
+
+    Examples
+    --------
+    >>> operator = PrandtlIshlinskii((0.0, 1.0), (1.0, 0.5))
+    >>> operator.run([0.0, 2.0, 0.0])[0].tolist()
+    [0.0, 2.5, 0.5]
+    """
+
+    kind: ClassVar[str] = "prandtl_ishlinskii"
+
+    thresholds: tuple[Expression, ...]
+    weights: tuple[Expression, ...]
+
+    def __post_init__(self) -> None:
+        """Check and store the parameters as tuples."""
+        thresholds = parameters("thresholds", self.thresholds)
+        weights = parameters("weights", self.weights)
+        same_length("thresholds", thresholds, "weights", weights)
+        if not thresholds or not is_number(thresholds[0]) or thresholds[0] != 0.0:
+            raise BadParameter(
+                f"thresholds[0] = {thresholds[0] if thresholds else 'missing'} must be 0, the "
+                "linear part; give it weight 0 if there is none"
+            )
+        non_negative("thresholds", thresholds)
+        strictly_increasing("thresholds", thresholds)
+        object.__setattr__(self, "thresholds", thresholds)
+        object.__setattr__(self, "weights", weights)
+
+    @property
+    def n_memory(self) -> int:
+        """Number of plays with a width, n."""
+        return len(self.thresholds) - 1
+
+    @property
+    def linear_slope(self) -> Expression:
+        """Slope right after a reversal, w_0; output per input."""
+        return self.weights[0]
+
+    @property
+    def slope_virgin(self) -> Expression:
+        """Initial slope of the virgin curve, w_0; output per input."""
+        return self.weights[0]
+
+    @property
+    def slope_full(self) -> Expression:
+        """Slope when every play moves, sum of w_i; output per input."""
+        return slopes(self.weights)[-1]
+
+    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
+        if states is None:
+            return tuple(initial_play(ops, x0, r) for r in self.thresholds[1:])
+        return reachable_plays(ops, x0, self.thresholds[1:], states)
+
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
+        output = self.weights[0] * x
+        for w, state in zip(self.weights[1:], self._advance(ops, x, memory, step), strict=True):
+            output = output + w * state
+        return output
+
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
+        plays = zip(self.thresholds[1:], memory, strict=True)
+        return tuple(play(ops, x, r, y) for r, y in plays)
+
+    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
+        r = np.array(numbers("thresholds", self.thresholds))[1:]
+        w = np.array(numbers("weights", self.weights))
+        states = np.array(memory)
+        if not r.size:
+            return w[0] * x, ()
+        if worth_swinging(x, r, states):
+            before = float(np.clip(x[0], states[0] - r[0], states[0] + r[0]))
+            start = float(w[0] * before + w[1:] @ states)
+            output, states = swing_record(x, r, np.cumsum(w), states, before, start)
+        else:
+            output, states = weighted_plays(x, r, w[1:], states)
+            output += w[0] * x
+        return output, tuple(states.tolist())
+
+    @property
+    def passive_port(self) -> Literal["input", "output"] | None:
+        """``"input"`` if no weight is negative, ``"output"`` if all plays are subtracted.
+
+        In the second case the operator is a spring with stops of stiffness -w_i, and the slope
+        with every play moving must not be negative.
+        """
+        if not all_numbers(self.weights):
+            return None
+        first, *others = self.weights
+        if first >= 0.0 and all(w >= 0.0 for w in others):
+            return "input"
+        stiff = first >= 0.0 and self.slope_full >= -1e-12 * first
+        return "output" if stiff and all(w <= 0.0 for w in others) else None
+
+    def _energy(
+        self, ops: Ops, x: Expression, memory: Memory, step: Expression
+    ) -> tuple[Expression, Expression] | None:
+        stored = 0.5 * self.weights[0] * x * x
+        lost: Expression = 0.0
+        states = self._advance(ops, x, memory, 0.0)
+        plays = zip(self.thresholds[1:], self.weights[1:], states, memory, strict=True)
+        for r, w, after, before in plays:
+            stored = stored + 0.5 * w * after * after
+            lost = lost + w * r * ops.absolute(after - before)
+        if self.passive_port == "output":
+            return x * self._value(ops, x, memory, 0.0) - stored, -lost
+        return stored, lost
+
+    def regressors(self, x: ArrayLike, memory: Sequence[Expression] | None = None) -> FloatArray:
+        """Return the outputs of the single plays: the operator is this matrix times the weights.
+
+        Parameters
+        ----------
+        x : array
+            Input, shape (N,), N >= 1, unit of the input.
+        memory : sequence of float, optional
+            Memory before the first sample, shape (n,). Default: virgin at ``x[0]``.
+
+        Returns
+        -------
+        array
+            Shape (N, n + 1), unit of the input; column 0 is the input itself.
+
+        Raises
+        ------
+        BadInput
+            If the record is empty, not one-dimensional or not finite.
+        BadMemory
+            If the memory is not one of this operator.
+        BadParameter
+            If a threshold is symbolic.
+        """
+        record = finite_record(x)
+        r = np.array(numbers("thresholds", self.thresholds))[1:]
+        start = self._initial(NUMPY, float(record[0]), None) if memory is None else memory
+        states = memory_states(self.kind, self.n_memory, start)
+        return np.column_stack((record, play_record(record, r, np.array(states))))
+
+    def check_invertible(self) -> None:
+        """Raise if a slope S_i = w_0 + ... + w_i is not positive; symbolic weights pass.
+
+        Raises
+        ------
+        NotInvertible
+            With the index of the first offender.
+
+        References
+        ----------
+        krejci2001
+        """
+        bad = first_bad_slope(self.weights)
+        if bad is not None:
+            raise NotInvertible(
+                f"no inverse: with weights[{bad}] = {self.weights[bad]:.6g} the slope "
+                f"S_{bad} = w_0 + ... + w_{bad} = {slopes(self.weights)[bad]:.6g} is not positive; "
+                "fit the weights under 'every partial sum positive', or drop the thresholds from "
+                f"r_{bad} = {self.thresholds[bad]} on",
+                bad,
+            )
+
+    def inverse(self) -> PrandtlIshlinskii:
+        """Return the exact inverse operator; pair it with `inverse_memory`.
+
+        ``w'_0 = 1/w_0``, ``w'_i = -w_i/(S_i S_(i-1))``, ``r'_i = sum_(j<=i) w_j (r_i - r_j)``.
+
+        Returns
+        -------
+        PrandtlIshlinskii
+            Thresholds in the unit of the output, weights in input per output.
+
+        Raises
+        ------
+        NotInvertible
+            With the index of the first slope that is not positive.
+
+        References
+        ----------
+        krejci2001, kuhnen2003
+        """
+        self.check_invertible()
+        return PrandtlIshlinskii(
+            inverse_thresholds(self.thresholds, self.weights), inverse_weights(self.weights)
+        )
+
+    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
+        """Return the memory of the inverse that belongs to a memory of this operator.
+
+        ``y'_i = S_i y_i + sum_(j>i) w_j y_j``. Exact for memories that an input history can
+        produce, which are all that `initial_memory`, `advance` and `run` return.
+
+        Parameters
+        ----------
+        memory : sequence of expression
+            Shape (n,), unit of the input.
+
+        Returns
+        -------
+        tuple of expression
+            Shape (n,), unit of the output.
+
+        Raises
+        ------
+        BadMemory
+            If the memory is not one of this operator.
+
+        References
+        ----------
+        kuhnen2003
+        """
+        return inverse_states(self.weights, memory_states(self.kind, self.n_memory, memory))
+
+    def loop_loss(self, amplitude: Expression, *, ops: Ops = NUMPY) -> Expression:
+        """Return the area of a closed loop between two turning points.
+
+        The cyclic integral of x dy, ``4 sum w_i r_i max(A - r_i, 0)``. It is the energy lost per
+        cycle when x is the effort and y the displacement.
+
+        Parameters
+        ----------
+        amplitude : expression
+            Half of the peak-to-peak input, A >= 0, unit of the input.
+        ops : Ops, optional
+            Back end of the amplitude and of symbolic parameters.
+
+        Returns
+        -------
+        expression
+            Unit of the input times unit of the output.
+
+        References
+        ----------
+        krejci2001
+        """
+        return play_loop_loss(ops, amplitude, self.thresholds, self.weights)
+
+
+def play_loop_loss(
+    ops: Ops,
+    amplitude: Expression,
+    thresholds: Sequence[Expression],
+    weights: Sequence[Expression],
+) -> Expression:
+    """Return ``4 sum w_i r_i max(A - r_i, 0)``, the area of a loop of weighted plays.
+
+    Parameters
+    ----------
+    ops : Ops
+        Back end of the values.
+    amplitude : expression
+        Half of the peak-to-peak input, A >= 0, unit of the input.
+    thresholds : sequence of expression
+        Half widths, shape (n,), unit of the input.
+    weights : sequence of expression
+        Shape (n,), output per input.
+
+    Returns
+    -------
+    expression
+        Unit of the input times unit of the output.
+
+    References
+    ----------
+    krejci2001
+
+    Examples
+    --------
+    >>> float(play_loop_loss(NUMPY, 3.0, (1.0,), (0.5,)))
+    4.0
+    """
+    area: Expression = 0.0
+    for r, w in zip(thresholds, weights, strict=True):
+        area = area + 4.0 * w * r * ops.maximum(amplitude - r, 0.0)
+    return area

@@ -1,0 +1,1 @@
+"""The Preisach operator and its relatives, as functions of plays."""

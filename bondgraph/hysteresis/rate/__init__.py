@@ -1,0 +1,1 @@
+"""Hysteresis whose width depends on the rate of the input."""

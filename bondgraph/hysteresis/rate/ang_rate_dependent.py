@@ -1,0 +1,228 @@
+"""Plays whose slopes change with the rate of the input, after Ang.
+
+Sizes: n plays with a width beside the identity (number 0), N samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, ClassVar, final
+
+from bondgraph.backend import Expression, Ops
+from bondgraph.hysteresis.checks import (
+    all_numbers,
+    numbers,
+    parameter,
+    parameters,
+    positive,
+    same_length,
+)
+from bondgraph.hysteresis.errors import NotInvertible
+from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.plays.kuhnen import slopes
+from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.hysteresis.rate.rate import measured_rate
+
+if TYPE_CHECKING:
+    from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse
+
+__all__ = ["AngRateDependent"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class AngRateDependent(Operator):
+    """Plays of fixed width whose slopes are affine in the rate, ``S_i(v) = S_i(0) + c_i |v|``.
+
+    S_i = w_0 + ... + w_i is the slope while the plays up to i move. v is the rate of the input
+    over the last accepted step, so the slopes are known before the present input is. A negative
+    c_i lets S_i reach 0 at the rate -S_i(0)/c_i; from there on the output falls with a rising input
+    and the model means nothing (`rate_limit`).
+
+    The memory is the last input, the rate v and the n states of the plays.
+
+    Parameters
+    ----------
+    thresholds : sequence
+        Half widths r_i, shape (n + 1,), the first one 0, strictly increasing; unit of the input.
+    weights : sequence
+        w_i at rest, shape (n + 1,), output per input.
+    slope_gains : sequence
+        c_i, shape (n + 1,), any sign, output per input and unit of rate.
+    smoothing : expression, optional
+        Time constant of a first-order lag on the rate, s; 0 for none.
+
+    Raises
+    ------
+    BadParameter
+        If the lengths differ or a threshold is out of order; names the entry.
+
+    References
+    ----------
+    ang2007
+
+    Examples
+    --------
+    >>> operator = AngRateDependent((0.0, 1.0), (1.0, 1.0), (0.0, -0.25))
+    >>> operator.run([0.0, 2.0, 4.0], step=1.0)[0].tolist()
+    [0.0, 3.0, 5.5]
+    >>> operator.rate_limit()
+    (8.0, 1)
+    """
+
+    kind: ClassVar[str] = "ang_rate_dependent"
+
+    thresholds: tuple[Expression, ...]
+    weights: tuple[Expression, ...]
+    slope_gains: tuple[Expression, ...]
+    smoothing: Expression = 0.0
+
+    def __post_init__(self) -> None:
+        """Check and store the parameters as tuples."""
+        plays = PrandtlIshlinskii(self.thresholds, self.weights)
+        gains = parameters("slope_gains", self.slope_gains)
+        same_length("thresholds", plays.thresholds, "slope_gains", gains)
+        object.__setattr__(self, "thresholds", plays.thresholds)
+        object.__setattr__(self, "weights", plays.weights)
+        object.__setattr__(self, "slope_gains", gains)
+        object.__setattr__(self, "smoothing", parameter("smoothing", self.smoothing))
+        positive("smoothing", self.smoothing, or_zero=True)
+
+    @property
+    def timed(self) -> bool:
+        """Always."""
+        return True
+
+    @property
+    def n_memory(self) -> int:
+        """Last input, rate and n plays."""
+        return 1 + len(self.thresholds)
+
+    @property
+    def linear_slope(self) -> Expression:
+        """Slope right after a reversal at rest, w_0."""
+        return self.weights[0]
+
+    def at_rate(self, ops: Ops, rate: Expression) -> PrandtlIshlinskii:
+        """Return the plays with the weights they have at a rate.
+
+        Parameters
+        ----------
+        ops : Ops
+            Back end of the rate.
+        rate : expression
+            v, unit of the input per s.
+
+        Returns
+        -------
+        PrandtlIshlinskii
+            Its memory is the states of the plays.
+
+        References
+        ----------
+        ang2007
+        """
+        speed = ops.absolute(rate)
+        bends = (b - a for a, b in pairwise((0.0, *self.slope_gains)))
+        weights = tuple(w + c * speed for w, c in zip(self.weights, bends, strict=True))
+        return PrandtlIshlinskii(self.thresholds, weights)
+
+    def rate_limit(self) -> tuple[float, int | None]:
+        """Return the rate from which on a slope is not positive, and the index of that slope.
+
+        Returns
+        -------
+        float
+            Unit of the input per s; infinity if no slope falls with the rate.
+        int or None
+            i of the first S_i to reach 0.
+
+        Raises
+        ------
+        NotInvertible
+            If a slope is not positive even at rest.
+        BadParameter
+            If a parameter is symbolic.
+
+        References
+        ----------
+        ang2007
+        """
+        PrandtlIshlinskii(self.thresholds, self.weights).check_invertible()
+        total = slopes(numbers("weights", self.weights))
+        gains = numbers("slope_gains", self.slope_gains)
+        limits = [(-s / c, i) for i, (s, c) in enumerate(zip(total, gains, strict=True)) if c < 0.0]
+        return min(limits, default=(float("inf"), None))
+
+    def check_invertible(self, rate: float = 0.0) -> None:
+        """Raise if a slope is not positive at a rate; symbolic parameters pass.
+
+        Parameters
+        ----------
+        rate : float, optional
+            Highest rate of the motion, unit of the input per s.
+
+        Raises
+        ------
+        NotInvertible
+            With the index of the slope and the rate at which it reaches 0.
+        """
+        if not all_numbers((*self.weights, *self.slope_gains)):
+            return
+        limit, i = self.rate_limit()
+        if i is not None and abs(rate) >= limit:
+            raise NotInvertible(
+                f"no inverse at the rate {abs(rate):.6g}: the slope S_{i} reaches 0 at "
+                f"{limit:.6g} (slope_gains[{i}] = {self.slope_gains[i]:.6g}); move slower, or fit "
+                "slope gains that are less negative",
+                i,
+            )
+
+    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
+        plays = PrandtlIshlinskii(self.thresholds, self.weights)
+        rate = 0.0 * x0 if states is None else states[1]
+        wanted = None if states is None else states[2:]
+        return (x0, rate, *plays.initial_memory(x0, wanted, ops=ops))
+
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
+        return self.at_rate(ops, memory[1]).value(ops, x, memory[2:])
+
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
+        rate = measured_rate(ops, x, memory[0], memory[1], step, self.smoothing)
+        plays = PrandtlIshlinskii(self.thresholds, self.weights)
+        return (x, rate, *plays.advance(ops, x, memory[2:]))
+
+    def inverse(self, rate: float = 0.0) -> AngRateDependentInverse:
+        """Return the exact inverse; pair it with `inverse_memory`.
+
+        Parameters
+        ----------
+        rate : float, optional
+            Highest rate it is meant for, unit of the input per s; checked once more on a record.
+
+        Raises
+        ------
+        NotInvertible
+            With the index of the slope that is not positive, and the rate from which on.
+
+        References
+        ----------
+        ang2007, kuhnen2003
+        """
+        # The inverse is made of this class, so this module cannot import it at the top.
+        from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse
+
+        self.check_invertible(rate)
+        return AngRateDependentInverse(self)
+
+    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
+        """Return the memory of the inverse: the same.
+
+        Raises
+        ------
+        BadMemory
+            If the memory is not one of this operator.
+        """
+        return self._states(memory)
