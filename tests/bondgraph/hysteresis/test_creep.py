@@ -153,8 +153,9 @@ def test_linear_creep_stores_and_loses_its_work(step: float) -> None:
     rng = np.random.default_rng(0)
     for _ in range(10):
         memory, x = tuple(rng.uniform(-3, 3, 4).tolist()), float(rng.uniform(-3, 3))
-        stored0 = LINEAR._energy(NUMPY, memory[0], memory, 0.0)[0]
-        stored, lost = LINEAR._energy(NUMPY, x, memory, step)
+        stored0 = LINEAR.stored_energy(NUMPY, memory[0], memory)
+        stored = LINEAR.stored_energy(NUMPY, x, memory, step)
+        lost = LINEAR.dissipated_energy(NUMPY, x, memory, step)
         # the same ramp as far as it has come, finer at its beginning
         part = np.linspace(0.0, 1.0, 20_001) ** 3
         way = memory[0] + part * (x - memory[0])
@@ -162,7 +163,7 @@ def test_linear_creep_stores_and_loses_its_work(step: float) -> None:
         work = np.sum(0.5 * (way[1:] + way[:-1]) * np.diff(y))
         assert lost >= 0.0
         assert work == pytest.approx(stored - stored0 + lost, rel=1e-5, abs=1e-6)
-    assert LINEAR._energy(NUMPY, 2.0, memory, 0.0)[1] == 0.0
+    assert LINEAR.dissipated_energy(NUMPY, 2.0, memory) == 0.0
 
 
 def test_linear_creep_never_gives_energy_around_a_cycle() -> None:
@@ -171,7 +172,7 @@ def test_linear_creep_never_gives_energy_around_a_cycle() -> None:
         start = memory = LINEAR.initial_memory(0.0)
         balance = 0.0
         for value in x:
-            balance += LINEAR._energy(NUMPY, float(value), memory, 0.05)[1]
+            balance += LINEAR.dissipated_energy(NUMPY, float(value), memory, 0.05)
             memory = LINEAR.advance(NUMPY, float(value), memory, 0.05)
         assert balance > 0.0
         assert start == (0.0,) * 4
