@@ -282,7 +282,8 @@ print(
 )
 assert abs(coupling - np.sqrt(thesis_stack.coupling_squared)) < 0.003
 assert abs(by_frequencies - coupling) < 1e-9
-assert by_extremes > 1.3 * coupling and six.resonance is None
+assert by_extremes > 1.3 * coupling
+assert six.resonance is None
 assert abs(branch.resonance - true_circuit.resonances[0]) < 4 * fit.errors["f_1"]
 
 fig, (left, right) = plt.subplots(1, 2)
@@ -515,7 +516,8 @@ for name, make in OPERATORS.items():
         run = simulate(paired(structure, make()), slow, {"V_in": drive}, accuracy=1e-6)
         row.append(float(np.abs(run["x"] - exact).max() / np.ptp(exact)))
     print(f"{name:20s}" + "".join(f"{d:12.1e}" for d in row))
-    assert row[0] < 1e-14 and max(row) < 1e-4
+    assert row[0] < 1e-14
+    assert max(row) < 1e-4
 
 # %% [markdown]
 # ## 5. Identification
@@ -623,8 +625,10 @@ print(
     f"rms left {1e3 * curve.rms:.1f} mV, curve found within {1e3 * off:.1f} mV; sum of breakaways "
     f"of table 6.4 {sum(maxwell.breakaways):.2f} V, by (5.11) as printed {wrong:.2f} V"
 )
-assert 18e-3 < curve.rms < 22e-3 and off < 10e-3
-assert np.isclose(sum(maxwell.breakaways), 16.7, atol=0.01) and np.isclose(wrong, 11.8, atol=0.05)
+assert 18e-3 < curve.rms < 22e-3
+assert off < 10e-3
+assert np.isclose(sum(maxwell.breakaways), 16.7, atol=0.01)
+assert np.isclose(wrong, 11.8, atol=0.05)
 
 # %% [markdown]
 # ### Weights by a convex fit
@@ -690,7 +694,8 @@ for r in lines:
     print(f"{r.quantity:50s}{r.unit:>6s}{shown[0]:>10s}{shown[1]:>10s}{shown[2]:>11s}")
 by_name = {r.quantity: r for r in lines}
 thin = by_name["lumped + Maxwell (tab 6.1, 6.4): thickness"]
-assert np.isclose(thin.given, 531e-9, atol=1e-9) and thin.corrected < 0.8 * thin.printed
+assert np.isclose(thin.given, 531e-9, atol=1e-9)
+assert thin.corrected < 0.8 * thin.printed
 assert abs(by_name["Al Janaideh (6.2): top"].given - 4.9e-6) < 20e-9
 
 # %% [markdown]
@@ -817,7 +822,8 @@ for operator in (AlJanaideh.stack_2hz(), Ang.stack_2hz()):
         f"{operator.kind:12s} largest error: virgin {1e9 * np.abs(rest).max():.0e} nm, used and known "
         f"{1e9 * np.abs(known).max():.0e} nm, used and ignored {1e9 * np.abs(ignored).max():.0f} nm"
     )
-    assert np.abs(rest).max() < 1e-18 and np.abs(known).max() < 1e-18
+    assert np.abs(rest).max() < 1e-18
+    assert np.abs(known).max() < 1e-18
     assert np.abs(ignored).max() > 400e-9
 right.set(xlabel="reference / µm", ylabel="voltage / V", title="what the inverse asks for")
 right.legend()
@@ -849,7 +855,8 @@ for name, rest in (
     ("bond graph, Ang: inverse of the operator only", rest_static),
 ):
     print(f"{name:48s} largest error {1e9 * np.abs(rest).max():8.4f} nm")
-assert np.abs(rest_graph).max() < 1e-10 and np.abs(rest_lumped).max() < 1e-10
+assert np.abs(rest_graph).max() < 1e-10
+assert np.abs(rest_lumped).max() < 1e-10
 assert np.abs(rest_static).max() > 20 * np.abs(rest_graph).max()
 
 # %% [markdown]
@@ -871,7 +878,9 @@ for slipping in (True, False):
 controller = comp.choose_gains(small, gain=2.0, phase=60.0)
 for plant in small:
     m = comp.margins(plant, controller)
-    assert m.gain >= 2.0 and m.phase >= 60.0 and m.radius < 1.0
+    assert m.gain >= 2.0
+    assert m.phase >= 60.0
+    assert m.radius < 1.0
 
 n = round(2 * sample_rate / frequency) + 1
 instants = np.arange(n) / sample_rate
