@@ -85,6 +85,8 @@ def current_driven(
         new.add(Sf(command, unit="A") if name == source else element)
     junction = graph.neighbour(source)
     moved: set[str] = set()
+    if leak is not None and not leak > 0.0:
+        raise UnusableInput(f"current_driven: leak = {leak} ohm must be positive; leave it out")
     if leak is None:
         new.bond(new[command], new[junction])
     else:

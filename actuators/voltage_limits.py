@@ -49,13 +49,13 @@ class VoltageLimits:
         """Raise `UnusableInput` if a voltage leaves the limits or changes too fast."""
         low, high = float(volt.min()), float(volt.max())
         slack = 1e-9 * (self.maximum - self.minimum)
-        if low < self.minimum - slack or high > self.maximum + slack:
+        if not (low >= self.minimum - slack and high <= self.maximum + slack):
             raise UnusableInput(
                 f"{what}: {low:.4g} .. {high:.4g} V leaves the limits {self.minimum:g} .. "
                 f"{self.maximum:g} V; lower the amplitude or move the bias"
             )
         fastest = float(np.abs(np.diff(volt) / np.diff(time)).max(initial=0.0))
-        if fastest > self.slew * (1 + 1e-9):
+        if not fastest <= self.slew * (1 + 1e-9):
             raise UnusableInput(
                 f"{what}: {fastest:.4g} V/s asks for {1e3 * fastest * self.capacitance:.4g} mA, "
                 f"more than {1e3 * self.current:.4g} mA; be {fastest / self.slew:.3g} times slower"

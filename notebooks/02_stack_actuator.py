@@ -23,6 +23,7 @@
 # for the stack. A number is called *printed* if it stands in the thesis, *computed* otherwise.
 
 # %%
+from itertools import pairwise
 from math import pi
 
 import matplotlib.pyplot as plt
@@ -83,6 +84,11 @@ plt.rcParams.update(
 def sine_0_100(time, frequency=2.0):
     """0 to 100 V, from rest at 0 V."""
     return 50 - 50 * np.cos(2 * pi * frequency * time)
+
+
+def along(*turns):
+    """Straight lines through turning points, 200 samples each."""
+    return np.concatenate([np.linspace(a, b, 200) for a, b in pairwise(turns)])
 
 
 # %% [markdown]
@@ -277,9 +283,7 @@ print(
     f"{by_extremes:.4f} from the extremes of |Z|; true "
     f"{np.sqrt(thesis_stack.coupling_squared):.4f}"
 )
-print(
-    f"T = {np.sqrt(mass / branch.inductance):.3f} N/V if the mass is known, Q = {branch.quality:.2f}"
-)
+print(f"T = {np.sqrt(mass / branch.inductance):.3f} N/V for a known mass, Q = {branch.quality:.2f}")
 assert abs(coupling - np.sqrt(thesis_stack.coupling_squared)) < 0.003
 assert abs(by_frequencies - coupling) < 1e-9
 assert by_extremes > 1.3 * coupling
@@ -326,7 +330,7 @@ space
 # ### Why it is the corrected model
 #
 # The energy balance of the derived equations closes identically. The thesis prints eq. (5.3) with
-# `E_2 = +F T/l` instead of `-F T/l`; put in by hand, it makes power out of nothing. The graph cannot
+# `E_2 = +F T/l` instead of `-F T/l`; put in by hand, power comes out of nothing. The graph cannot
 # even say it: a transformer passes on what it gets.
 
 # %%
@@ -397,8 +401,7 @@ assert apart < 1e-6
 # plays are Prandtl-Ishlinskii operators, sums of stops Maxwell's slipping springs.
 
 # %%
-turns = np.array([0.0, 3.0, -2.4, 2.0, -1.0, 1.4])
-wiggle = np.concatenate([np.linspace(a, b, 400) for a, b in zip(turns, turns[1:], strict=False)])
+wiggle = along(0.0, 3.0, -2.4, 2.0, -1.0, 1.4)
 one_play = PrandtlIshlinskii((0.0, 1.0), (0.0, 1.0))
 one_stop = MaxwellResistiveCapacitor((1.0,), (1.0,))
 play, stop = one_play.run(wiggle)[0], one_stop.run(wiggle)[0]
@@ -437,8 +440,7 @@ left.set(xlabel="voltage / V", ylabel="displacement / µm", title="steady loops 
 left.legend()
 
 stand_in = AlJanaideh.stack_2hz()
-turns = [0.0, 100.0, 0.0, 80.0, 20.0, 60.0, 35.0, 60.0, 20.0, 80.0]
-nested = np.concatenate([np.linspace(a, b, 300) for a, b in zip(turns, turns[1:], strict=False)])
+nested = along(0, 100, 0, 80, 20, 60, 35, 60, 20, 80)
 right.plot(nested, 1e6 * stand_in.run(nested)[0], lw=0.9)
 right.set(xlabel="voltage / V", ylabel="displacement / µm", title="nested loops, al_janaideh")
 plt.show()
@@ -453,14 +455,7 @@ assert 520e-9 < loops["maxwell"].thickness < 540e-9  # the printed set is not th
 # past. It holds for plays and fails for Ang's operator, which bends them afterwards. *Energy*: what
 # a Maxwell element loses in a loop is the area.
 
-
 # %%
-def along(*turns):
-    """Straight lines through turning points."""
-    lines = [np.linspace(a, b, 200) for a, b in zip(turns, turns[1:], strict=False)]
-    return np.concatenate(lines)
-
-
 for name in ("al_janaideh", "ang"):
     operator = OPERATORS[name]()
     without, _ = operator.run(along(0, 100, 0, 80))
@@ -701,8 +696,8 @@ assert abs(by_name["Al Janaideh (6.2): top"].given - 4.9e-6) < 20e-9
 # %% [markdown]
 # The two pure operators reproduce the described loop. The lumped model does not: refitting `T`
 # mends the top, but the elements of table 6.4 leave the loop a quarter too thin. The structure is
-# not to blame, for with elements converted from (6.2) it gives the whole loop. `T = 3.52 m/C` in the
-# bond graph means 1.4 µC where the stack takes about 150 µC.
+# not to blame, for with elements converted from (6.2) it gives the whole loop. In the bond graph
+# `T = 3.52 m/C` means 1.4 µC where the stack takes about 150 µC.
 
 # %% [markdown]
 # ## 7. Charge drive, and two clocks
@@ -746,9 +741,10 @@ plt.show()
 # ### Two clocks make a false loop
 #
 # If the drive's clock and the sensor's differ by 100 ppm, the record slips by a millisecond in ten
-# seconds. A misfit `d` adds $X\,|\sin 2\pi f d|$ to the thickness of the loop of stroke `X` or, with
-# the other sign, takes it away: more at higher frequency, so it looks like rate dependence. The drift of the fundamental's phase gives the ratio of the clocks; the sensor's
-# samples are then moved to the drive's clock. Simulated: (6.2), which knows no rate, 2 nm of noise.
+# seconds. A misfit `d` adds $X\,|\sin 2\pi f d|$ to the thickness of a loop of stroke `X` or, with
+# the other sign, takes it away: more at higher frequency, so it looks like rate dependence. The
+# drift of the fundamental's phase gives the ratio of the clocks; the sensor's samples are then
+# moved to the drive's clock. Simulated: (6.2), which knows no rate, and 2 nm of noise.
 
 # %%
 rate, samples = 3125.0, 32768
@@ -794,8 +790,8 @@ assert 2.6e-6 < at_100_hz < 3.0e-6
 
 # %% [markdown]
 # At 100 Hz the same clocks would add more than half of the stroke. That the loop doubles at 100 Hz,
-# as the thesis reports, is therefore not shown by its data. What the phase cannot tell is a constant delay from
-# the lag of the stack itself.
+# as the thesis reports, is therefore not shown by its data. What the phase cannot tell is a
+# constant delay from the lag of the stack itself.
 
 # %% [markdown]
 # ## 8. Inverse operators and feedforward
@@ -803,8 +799,9 @@ assert 2.6e-6 < at_100_hz < 3.0e-6
 # ### The inverse of an operator
 #
 # A sum of plays has an exact inverse, again a sum of plays, as long as all partial sums of the
-# weights are positive. In simulation nothing is left of the reference (7.3). It does take the memory
-# of the stack: an inverse that believes a used stack to be virgin is off by its remanence.
+# weights are positive. In simulation no error is left on the reference (7.3). The inverse has to
+# know the memory of the stack, though: one that takes a used stack for virgin is off by the
+# remanence.
 
 # %%
 reference = comp.thesis_reference(np.linspace(0, 2, 8001))
@@ -819,8 +816,8 @@ for operator in (AlJanaideh.stack_2hz(), Ang.stack_2hz()):
     ignored = comp.operator_residual(operator, operator, reference.x, past, virgin)[1]
     right.plot(1e6 * reference.x, volts, lw=0.9, label=operator.kind)
     print(
-        f"{operator.kind:12s} largest error: virgin {1e9 * np.abs(rest).max():.0e} nm, used and known "
-        f"{1e9 * np.abs(known).max():.0e} nm, used and ignored {1e9 * np.abs(ignored).max():.0f} nm"
+        f"{operator.kind:12s} largest error: virgin {1e9 * np.abs(rest).max():.0e} nm, used, known "
+        f"{1e9 * np.abs(known).max():.0e} nm, used, ignored {1e9 * np.abs(ignored).max():.0f} nm"
     )
     assert np.abs(rest).max() < 1e-18
     assert np.abs(known).max() < 1e-18
@@ -864,8 +861,9 @@ assert np.abs(rest_static).max() > 20 * np.abs(rest_graph).max()
 #
 # An inverse is perfect on its own model and only there. The virtual actuator has equations of its
 # own: slipping elements in the charge, other weights and thresholds within 10 %, creep, the
-# amplifier's lag, a loop that grows with the rate, and a sensor with 2 nm of noise. The loop runs at 20 kHz, the reference at 10 Hz; the
-# controller keeps a gain margin of 2 and a phase margin of 60 degrees of the stack as modelled.
+# amplifier's lag, a loop that grows with the rate, and a sensor with 2 nm of noise. The loop runs
+# at 20 kHz, the reference at 10 Hz; the controller keeps a gain margin of 2 and a phase margin of
+# 60 degrees on the stack as modelled.
 
 # %%
 sample_rate, frequency = 20_000.0, 10.0

@@ -50,13 +50,13 @@ class Envelope:
             )
 
     def outside(self, voltage: FloatArray) -> np.ndarray:
-        """Return where the limits are left, bool, shape of `voltage`.
+        """Return where the limits are left or the voltage is NaN, bool, shape of `voltage`.
 
         A billionth of the range is rounding and passes: an inverse that should end at 0 V gives
         -1e-15 V.
         """
         slack = _ROUNDING * (self.high - self.low)
-        return np.asarray((voltage < self.low - slack) | (voltage > self.high + slack))
+        return np.asarray(~((voltage >= self.low - slack) & (voltage <= self.high + slack)))
 
     def require(self, voltage: FloatArray, what: str) -> FloatArray:
         """Return the voltage, its rounding trimmed, or raise.

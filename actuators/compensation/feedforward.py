@@ -17,7 +17,7 @@ from actuators.compensation.envelope import UNIPOLAR, Envelope
 from actuators.compensation.recursion import run_recursion
 from bondgraph.backend import CASADI, Expression, FloatArray, Ops
 from bondgraph.hysteresis import Memory, Operator, PrandtlIshlinskii
-from bondgraph.hysteresis.checks import finite_record
+from bondgraph.hysteresis.checks import finite_record, memory_states
 
 __all__ = [
     "Invertible",
@@ -182,7 +182,8 @@ def limited_feedforward(
     >>> round(1e9 * float(limited.reached[2]))
     1000
     """
-    start = operator.initial_memory(0.0) if memory is None else memory
+    given = operator.initial_memory(0.0) if memory is None else memory
+    start = memory_states(operator.kind, operator.n_memory, given)
     z, wanted = ca.SX.sym("z", operator.n_memory), ca.SX.sym("x")
     states = tuple(z[i] for i in range(operator.n_memory))
     voltage, reached, excess, after = limited_inverse(operator, wanted, states, envelope)

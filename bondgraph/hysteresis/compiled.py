@@ -55,7 +55,7 @@ casadi_int backwards(in y, casadi_int n, casadi_int n_m, double* m, double* spar
     double up = fa < 0 ? 1.0 : -1.0;
     b = a; fb = fa;
     int tries = 0;
-    while (fa * fb > 0 && tries++ < 200) {
+    while (fa * fb > 0 && tries++ < 45) {
       a = b; fa = fb;
       b = last + up * reach; reach *= 2;
       call(operator_step, &b, m, h, p, &fb, spare, arg, res, iw, w);
@@ -323,7 +323,7 @@ def _machine_loops(step: ca.Function) -> _Loops:
 
             first = miss(last)
             reach, other = max(1e3 * tolerance, 1e-300), last
-            for _ in range(200):
+            for _ in range(45):
                 if first == 0.0 or first * miss(other) < 0.0:
                     break
                 other = last + (reach if first < 0.0 else -reach)

@@ -57,7 +57,9 @@ class LuGre(Law):
         stiffness, damping = f"{self.unit}/m", f"{self.unit}*s/m"
         extra = max(self.damping, 1e-3 * self.force / v)
         return (
-            Parameter(f"F_c_{element}", self.force, self.unit, lower=0.0, scale=self.force),
+            Parameter(
+                f"F_c_{element}", self.force, self.unit, lower=1e-3 * self.force, scale=self.force
+            ),
             Parameter(f"F_d_{element}", self.drop, self.unit, lower=0.0, scale=self.force),
             Parameter(f"v_s_{element}", v, self.flow_unit, lower=0.1 * v, upper=10.0 * v, scale=v),
             Parameter(f"sigma_0_{element}", b, stiffness, lower=0.01 * b, scale=b),
@@ -107,7 +109,9 @@ class LuGre(Law):
         constants = ca.vertcat(memory[0], *p)
         largest = ca.fmax(p[3] * ca.fabs(memory[0]), p[0] + p[1])
         reach = 2.0 * ca.fabs(gain) * largest
-        at, low, high = s_free + gain * w_last, s_free - reach, s_free + reach
+        # friction brings the flow towards 0, however strong its damping is
+        at = s_free + gain * w_last
+        low, high = ca.fmin(s_free, 0.0) - reach, ca.fmax(s_free, 0.0) + reach
         at = ca.fmin(ca.fmax(at, low), high)
         for _ in range(ROOT_STEPS):
             value, slope = force(at, constants)

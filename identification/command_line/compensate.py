@@ -98,7 +98,7 @@ def compensate(
         raise UnusableInput(f"compensate: figure {out} must end in {' or '.join(FORMATS)}")
     if not out.parent.is_dir():
         raise UnusableInput(f"compensate: the folder of {out} does not exist; make it first")
-    if not rates or min(rates) <= 0.0 or max(rates) * 40 > sample_rate:
+    if not rates or not all(0.0 < f <= sample_rate / 40 for f in rates):
         raise UnusableInput(
             f"compensate: frequencies {rates} Hz must lie above 0 and up to 1/40 of the sample "
             f"rate {sample_rate:g} Hz"

@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"bondsight: cannot read or write{where}: {error.strerror or error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("bondsight: stopped; nothing was written", file=sys.stderr)
+        print("bondsight: stopped; files already named above are complete", file=sys.stderr)
         return 130
 
 

@@ -1,4 +1,4 @@
-/* Loops over a record for banks of plays. Compiled with -ffast-math: callers refuse NaN first. */
+/* Loops over a record for banks of plays. Compiled for finite numbers: callers refuse NaN first. */
 
 #define LANES 8
 #define TILE (7 * LANES)

@@ -18,7 +18,18 @@ from bondgraph.native import build
 
 __all__ = ["bank", "kernels_available", "states", "swings"]
 
-FLAGS = ("-O3", "-march=native", "-ffast-math", "-fPIC", "-shared")
+# -ffast-math itself would switch the whole process to flushing small numbers to zero
+FLAGS = (
+    "-O3",
+    "-march=native",
+    "-fno-math-errno",
+    "-ffinite-math-only",
+    "-fno-signed-zeros",
+    "-fno-trapping-math",
+    "-fassociative-math",
+    "-fPIC",
+    "-shared",
+)
 _TILE = 56
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
 

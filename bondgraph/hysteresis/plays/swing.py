@@ -80,6 +80,10 @@ def worth_swinging(x: FloatArray, r: FloatArray, y: FloatArray) -> bool:
     """
     if x.size <= SWING_FROM or not kernels_available():
         return False
+    size = float(np.abs(y).max()) + float(r[-1])
+    fine = float(np.diff(r, prepend=0.0).min()) > 1e-10 * (size + float(np.abs(x).max()))
+    if not fine or r[-1] > 1e3 * np.ptp(x):
+        return False  # turning points would lose digits that clamps keep
     gaps = np.diff(r)
     rounding = 1e-12 * (np.abs(y[1:]) + np.abs(y[:-1]) + r[1:])
     return bool(np.all(np.abs(np.diff(y)) <= gaps + rounding))
