@@ -183,7 +183,7 @@ def limited_feedforward(
     1000
     """
     given = operator.initial_memory(0.0) if memory is None else memory
-    start = memory_states(operator.kind, operator.n_memory, given)
+    start = memory_states("the memory given", operator.n_memory, given)
     z, wanted = ca.SX.sym("z", operator.n_memory), ca.SX.sym("x")
     states = tuple(z[i] for i in range(operator.n_memory))
     voltage, reached, excess, after = limited_inverse(operator, wanted, states, envelope)
