@@ -133,7 +133,7 @@ assert k.kt < k.k33  # a clamped rim costs coupling
 #
 # A data sheet prints more constants than are independent: $g_{33} = d_{33}/\varepsilon_{33}$,
 # $k_{33} = d_{33}/\sqrt{s_{33}\varepsilon_{33}}$, and so on. Table 2.1 of the thesis, as printed,
-# breaks these relations in three of four ceramics by about a half; the data sheets promise 10 %.
+# breaks these relations in three of four ceramics by half or more; data sheets promise 10 %.
 
 # %%
 for name, ceramic in MATERIALS.items():
@@ -863,7 +863,7 @@ assert np.abs(rest_static).max() > 20 * np.abs(rest_graph).max()
 # own: slipping elements in the charge, other weights and thresholds within 10 %, creep, the
 # amplifier's lag, a loop that grows with the rate, and a sensor with 2 nm of noise. The loop runs
 # at 20 kHz, the reference at 10 Hz; the controller keeps a gain margin of 2 and a phase margin of
-# 60 degrees on the stack as modelled.
+# 60 degrees on the stack as modelled. Here PI means proportional-integral.
 
 # %%
 sample_rate, frequency = 20_000.0, 10.0
@@ -907,7 +907,7 @@ for kind in chosen:
 left.plot([0, 4], [0, 4], "k:", lw=0.9, label="wanted")
 left.legend(loc="upper left")
 left.set(xlabel="reference / µm", ylabel="displacement / µm", title="deviating actuator, 10 Hz")
-right.set(xlabel="time / ms", ylabel="error / nm", title="same colours")
+right.set(xlabel="time / ms", ylabel="error / nm", title="error, same colours")
 plt.show()
 
 assert rms["Al Janaideh inverse", "as modelled"] < 0.05 * rms["linear feedforward", "as modelled"]
