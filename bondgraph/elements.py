@@ -148,6 +148,31 @@ class Sf(Source):
 
 
 @dataclass(frozen=True)
+class Modulated(Source, ABC):
+    """A source whose value is a signal of the graph; abstract.
+
+    `value` is a SymPy expression of signals (`effort`, `flow`, `displacement`, `momentum`,
+    `external`, `TIME` of `bondgraph.modulation`) and of declared parameters.
+    """
+
+    value: Value = field(default=0.0, kw_only=True)
+
+
+@dataclass(frozen=True)
+class MSe(Modulated):
+    """Effort source modulated by a signal."""
+
+    kind: ClassVar[str] = "MSe"
+
+
+@dataclass(frozen=True)
+class MSf(Modulated):
+    """Flow source modulated by a signal."""
+
+    kind: ClassVar[str] = "MSf"
+
+
+@dataclass(frozen=True)
 class Valued(Element, ABC):
     """An element with one linear coefficient and, if wanted, a law; abstract.
 
@@ -209,6 +234,123 @@ class GY(TwoPort):
     """Gyrator, half arrows through: ``e_in = r f_out``, ``e_out = r f_in``."""
 
     kind: ClassVar[str] = "GY"
+
+
+@dataclass(frozen=True)
+class MTF(TF):
+    """Transformer whose `ratio` is an expression of signals and parameters."""
+
+    kind: ClassVar[str] = "MTF"
+
+
+@dataclass(frozen=True)
+class MGY(GY):
+    """Gyrator whose `ratio` is an expression of signals and parameters."""
+
+    kind: ClassVar[str] = "MGY"
+
+
+@dataclass(frozen=True)
+class Multiport(Element, ABC):
+    """An element with several power ports, numbered by the order of their bonds; abstract.
+
+    All half arrows point into it. `units` are the effort units of the ports, if they are to be
+    checked.
+    """
+
+    n_ports: ClassVar[int | None] = None
+    units: tuple[str, ...] = field(default=(), kw_only=True)
+    ports: int = field(default=2, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Field(Multiport, ABC):
+    """A multiport with one constitutive relation for all ports; abstract.
+
+    Give `law` as one expression a port, or, for a store, its `energy`, from which the law follows.
+    Expressions use the port variables ``q1, q2, ..`` (C), ``p1, ..`` (I) or ``f1, ..`` (R), see
+    `bondgraph.modulation.port_variables`, and declared parameters. `matrix` gives a linear law
+    ``output = matrix @ port variables``.
+    """
+
+    law: tuple[Value, ...] = field(default=(), kw_only=True)
+    matrix: tuple[tuple[Value, ...], ...] = field(default=(), kw_only=True)
+    letter: ClassVar[str] = ""
+
+
+@dataclass(frozen=True)
+class CField(Field):
+    """Multiport C: efforts are the gradient of the `energy` of the displacements."""
+
+    energy: Value | None = field(default=None, kw_only=True)
+    kind: ClassVar[str] = "CF"
+    letter: ClassVar[str] = "q"
+
+
+@dataclass(frozen=True)
+class IField(Field):
+    """Multiport I: flows are the gradient of the `energy` of the momenta."""
+
+    energy: Value | None = field(default=None, kw_only=True)
+    kind: ClassVar[str] = "IF"
+    letter: ClassVar[str] = "p"
+
+
+@dataclass(frozen=True)
+class RField(Field):
+    """Multiport R: efforts from flows."""
+
+    kind: ClassVar[str] = "RF"
+    letter: ClassVar[str] = "f"
+
+
+@dataclass(frozen=True)
+class RE(TwoPort):
+    """Chemical reaction by mass action: ``f = k (exp(A_in) - exp(A_out))`` through both ports.
+
+    Efforts are affinities over ``R T``; `ratio` is the rate constant ``k`` (Oster, Perelson and
+    Katchalsky, Q. Rev. Biophys. 6 (1973) 1). It destroys free energy: ``(e_in - e_out) f >= 0``.
+    """
+
+    kind: ClassVar[str] = "RE"
+
+
+@dataclass(frozen=True)
+class RS(TwoPort):
+    """Resistor with its heat: ``e = R f`` at the port the half arrow enters, heat out of the other.
+
+    `ratio` is the resistance. The outgoing flow is the heat flow ``e f`` (``heat="energy"``, the
+    pseudo thermal domain) or the entropy flow ``e f / T`` (``heat="entropy"``).
+    """
+
+    heat: str = field(default="energy", kw_only=True)
+    kind: ClassVar[str] = "RS"
+
+
+@dataclass(frozen=True)
+class Switched(Junction, ABC):
+    """A junction that a controller turns off; abstract.
+
+    On, it is its junction; off, it isolates. Equations belong to one mode: `on` here, or
+    `bondgraph.modes.in_mode`. Switching keeps states; a mode that would need an impulse
+    is refused.
+    """
+
+    on: bool = True
+
+
+@dataclass(frozen=True)
+class X0(Switched):
+    """Switched 0-junction: off, every bond has zero effort."""
+
+    kind: ClassVar[str] = "X0"
+
+
+@dataclass(frozen=True)
+class X1(Switched):
+    """Switched 1-junction: off, every bond has zero flow."""
+
+    kind: ClassVar[str] = "X1"
 
 
 @dataclass(frozen=True)
