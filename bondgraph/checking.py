@@ -5,12 +5,15 @@ from __future__ import annotations
 import sympy as sp
 
 from bondgraph.elements import (
+    MGY,
+    MTF,
     C,
     De,
     Df,
     Dq,
     Element,
     Junction,
+    Multiport,
     One,
     Sensor,
     Source,
@@ -53,6 +56,8 @@ def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
         if n < 2:
             return [f"{e.name} ({e.kind}-junction) has {n} bond: a junction joins at least two"]
         return []
+    if isinstance(e, Multiport):
+        return _multiport_problems(graph, e)
     if isinstance(e, TwoPort):
         return _two_port_problems(e, n, [b.head == e.name for b in bonds])
     if n != 1:
@@ -66,7 +71,7 @@ def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
                 f"{e.name} ({e.kind}) is bonded to {other.name} ({other.kind}): attach it to {text}"
             ]
         return []
-    if not isinstance(other, Junction | TwoPort) and not isinstance(e, Source):
+    if not isinstance(other, Junction | TwoPort | Multiport) and not isinstance(e, Source):
         if not isinstance(other, Source):
             return [f"{e.name} is bonded straight to {other.name}: put a junction between them"]
     if isinstance(e, Source) and b.head == e.name:
@@ -93,9 +98,30 @@ def _two_port_problems(e: TwoPort, n: int, into: list[bool]) -> list[str]:
     return []
 
 
+def _multiport_problems(graph: BondGraph, e: Multiport) -> list[str]:
+    bonds = graph.bonds_of(e.name)
+    lines = []
+    if len(bonds) != e.ports:
+        lines.append(
+            f"{e.name} ({e.kind}) has {len(bonds)} bonds and {e.ports} ports: bond every port, or "
+            "set ports="
+        )
+    for b in bonds:
+        if b.tail == e.name:
+            lines.append(
+                f"{e.name} ({e.kind}): the half arrow to {b.head} points out of it; write "
+                f"{b.head} >> {e.name}"
+            )
+    return lines
+
+
 def _value_problems(graph: BondGraph, e: Element) -> list[str]:
-    if not isinstance(e, Valued | TwoPort):
+    if isinstance(e, MTF | MGY) or not isinstance(e, Valued | TwoPort):
         return []
+    own = e.ratio if isinstance(e, TwoPort) else e.value
+    if isinstance(own, int | float) and 0 < own < float("inf"):
+        if not isinstance(e, C) or e.stiffness is None:
+            return []  # the usual case, without symbols
     try:
         c = graph.coefficient(e)
     except BondsightError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -67,6 +68,7 @@ class BondGraph:
         self.name = name
         self._elements: dict[str, Element] = {}
         self._bonds: list[Bond] = []
+        self._at: dict[str, list[Bond]] = {}
         self._parameters: dict[str, Parameter] = {}
         self._token: Any = None
 
@@ -98,12 +100,19 @@ class BondGraph:
                 self.add(e)
         if tail.name == head.name:
             raise GraphError(f"{self.name}: {tail.name} is bonded to itself; bond two elements")
-        if any({b.tail, b.head} == {tail.name, head.name} for b in self._bonds):
+        few = min((tail.name, head.name), key=lambda n: len(self._at.get(n, ())))
+        other = head.name if few == tail.name else tail.name
+        if any(other in (b.tail, b.head) for b in self._at.get(few, ())):
             raise GraphError(
                 f"{self.name}: {tail.name} and {head.name} are bonded twice; one bond carries "
                 "all power between two elements, remove one"
             )
-        self._bonds.append(Bond(tail.name, head.name))
+        self._append(Bond(tail.name, head.name))
+
+    def _append(self, bond: Bond) -> None:
+        self._bonds.append(bond)
+        for end in (bond.tail, bond.head):
+            self._at.setdefault(end, []).append(bond)
 
     def parameter(self, name: str, value: float, unit: str = "1", **more: Any) -> sp.Symbol:
         """Declare a parameter that ratios and values may use; returns its symbol."""
@@ -116,8 +125,8 @@ class BondGraph:
     # -- reading --------------------------------------------------------------------------
     @property
     def elements(self) -> Mapping[str, Element]:
-        """Elements by name, in the order of their declaration."""
-        return dict(self._elements)
+        """Elements by name, in the order of their declaration; a view."""
+        return MappingProxyType(self._elements)
 
     @property
     def bonds(self) -> tuple[Bond, ...]:
@@ -132,7 +141,7 @@ class BondGraph:
 
     def bonds_of(self, name: str) -> tuple[Bond, ...]:
         """Bonds at an element."""
-        return tuple(b for b in self._bonds if name in (b.tail, b.head))
+        return tuple(self._at.get(name, ()))
 
     def neighbour(self, name: str) -> str:
         """Return the one element a one-port is bonded to."""
@@ -211,6 +220,15 @@ class BondGraph:
             return value
         return symbol(element.name, positive=True)
 
+    def declared(self, name: str, element: str) -> sp.Symbol:
+        """Symbol of a declared parameter (or of an element's value) that `element` uses."""
+        if name in self._parameters:
+            return self._parameters[name].symbol
+        other = self._elements.get(name)
+        if isinstance(other, Valued | TwoPort) and name != element:
+            return symbol(name, positive=True)
+        raise unknown_name("parameter", name, f"{self.name}.{element}", self._parameters)
+
     # -- checking -------------------------------------------------------------------------
     def check(self) -> tuple[str, ...]:
         """Everything wrong with the graph; each line names the element and what to do."""
@@ -229,6 +247,7 @@ class BondGraph:
         g = BondGraph(name or self.name)
         g._elements = dict(self._elements)
         g._bonds = list(self._bonds)
+        g._at = {n: list(bonds) for n, bonds in self._at.items()}
         g._parameters = dict(self._parameters)
         return g
 
@@ -261,7 +280,11 @@ class BondGraph:
             raise GraphError(f"{self.name}: there is no bond {bond.name}")
         i = g._bonds.index(bond)
         g.add(junction)
-        g._bonds[i : i + 1] = [Bond(bond.tail, junction.name), Bond(junction.name, bond.head)]
+        bonds = list(g._bonds)
+        bonds[i : i + 1] = [Bond(bond.tail, junction.name), Bond(junction.name, bond.head)]
+        g._bonds, g._at = [], {}
+        for b in bonds:
+            g._append(b)
         return g
 
     def with_values(self, values: Mapping[str, float]) -> BondGraph:

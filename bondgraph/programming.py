@@ -1,24 +1,29 @@
-"""BondGraph -> Program."""
+"""System -> Program: the one place where exact equations become CasADi functions."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import casadi as ca
 import sympy as sp
 
 from bondgraph.backend import CASADI
+from bondgraph.deriving import system
 from bondgraph.elements import symbol
-from bondgraph.equations import LawPort, StateSpace, derive
 from bondgraph.graph import BondGraph
 from bondgraph.laws.law import Law, split
+from bondgraph.modulation import TIME
 from bondgraph.printing import to_casadi
 from bondgraph.program import LawCall, Program, Step
+from bondgraph.relations import Relation
+from bondgraph.system import System
 
-__all__ = ["program"]
+__all__ = ["law_functions", "program", "program_of", "signal_function"]
 
 
 def program(graph: BondGraph) -> Program:
     """Derive `graph` and return its executable form."""
-    return _from_space(derive(graph))
+    return program_of(system(graph))
 
 
 def law_functions(law: Law, n_q: int) -> tuple[ca.Function, ca.Function]:
@@ -35,104 +40,176 @@ def law_functions(law: Law, n_q: int) -> tuple[ca.Function, ca.Function]:
     )
 
 
-def _from_space(space: StateSpace) -> Program:
-    laws: list[LawCall] = []
-    memory: list[str] = []
-    virgin: list[float] = []
-    for port in space.laws:
-        value, advance = law_functions(port.law, len(port.parameters))
-        at = len(memory)
-        memory += [f"{port.element}_m{i}" for i in range(port.law.n_memory)]
-        virgin += port.law.initial_memory(0.0)
-        laws.append(
-            LawCall(
-                port.element,
-                port.law,
-                port.argument,
-                sp.S.Zero,
-                slice(at, len(memory)),
-                port.parameters,
-                value,
-                advance,
+class _Evaluation:
+    """CasADi values of every signal of a system, in one pass over its relations."""
+
+    def __init__(self, model: System) -> None:
+        self.model = model
+        self.names = {
+            "x": model.states,
+            "z": tuple(a.name for a in model.algebraic),
+            "u": (*model.inputs, *model.input_rates),
+            "p": tuple(model.parameters),
+        }
+        self.t, self.h = ca.SX.sym("t"), ca.SX.sym("h")
+        self.columns = {k: ca.SX.sym(k, len(v)) for k, v in self.names.items()}
+        self.value: dict[str, Any] = {str(TIME): self.t}
+        for k in ("x", "z", "u"):
+            self.value.update(zip(self.names[k], ca.vertsplit(self.columns[k]), strict=True))
+        # `one` is an input of an offset; as the rate of time it is the number
+        self.value.setdefault("one", ca.SX(1))
+        values = ca.vertsplit(self.columns["p"])
+        self.parameter = dict(zip(self.names["p"], values, strict=True))
+        self.table = {
+            q.symbol: v for q, v in zip(model.parameters.values(), values, strict=True)
+        }
+        self.coefficients: dict[Any, Any] = {}
+        self.calls = self._calls()
+        self.m = ca.SX.sym("m", sum(c.law.n_memory for c in self.calls))
+        for r in model.relations:
+            self.value[r.target] = self.of(r)
+        self.residuals = [self.of(a.residual) for a in model.algebraic]
+
+    def _calls(self) -> tuple[LawCall, ...]:
+        found, at = [], 0
+        for use in self.model.laws:
+            value, advance = law_functions(use.law, len(use.parameters))
+            memory = slice(at, at + use.law.n_memory)
+            at = memory.stop
+            argument = symbol(use.argument)
+            found.append(
+                LawCall(
+                    use.element, use.law, argument, use.slope, memory, use.parameters, value, advance
+                )
             )
+        return tuple(found)
+
+    def coefficient(self, c: Any, reads: dict[sp.Symbol, Any]) -> Any:
+        if isinstance(c, int):
+            return c
+        if reads and c.free_symbols & reads.keys():
+            return to_casadi(c, {**self.table, **reads})
+        if c not in self.coefficients:
+            self.coefficients[c] = to_casadi(c, self.table)
+        return self.coefficients[c]
+
+    def of(self, r: Relation) -> Any:
+        reads = {symbol(s): self.value[s] for s in r.reads}
+        total: Any = 0
+        for c, s in r.terms:
+            if c == 1:
+                total = total + self.value[s]
+            elif c == -1:
+                total = total - self.value[s]
+            else:
+                total = total + self.coefficient(c, reads) * self.value[s]
+        if r.expression is not None:
+            total = total + to_casadi(r.expression, {**self.table, **reads})
+        if r.law is not None:
+            total = total + self.law(r.law, "value")
+        return total
+
+    def law(self, position: int, what: str) -> Any:
+        call, use = self.calls[position], self.model.laws[position]
+        q = ca.vertcat(*[self.parameter[n] for n in call.parameters])
+        function = call.value if what == "value" else call.advance
+        return function(self.value[use.argument], self.m[call.memory], q, self.h)
+
+    @property
+    def arguments(self) -> tuple[list[ca.SX], list[str]]:
+        c = self.columns
+        return (
+            [self.t, c["x"], c["z"], c["u"], c["p"], self.m, self.h],
+            ["t", "x", "z", "u", "p", "m", "h"],
         )
-    steps = _steps(space)
-    names = {
-        "x": [str(s.symbol) for s in space.states],
-        "u": [str(u) for u in space.inputs],
-        "p": list(space.parameters),
-    }
-    t, h = ca.SX.sym("t"), ca.SX.sym("h")
-    x, u, p = (ca.SX.sym(k, len(v)) for k, v in names.items())
-    z, m = ca.SX.sym("z", 0), ca.SX.sym("m", len(memory))
-    table = {s.symbol: x[i] for i, s in enumerate(space.states)}
-    table |= {s: u[i] for i, s in enumerate(space.inputs)}
-    table |= {q.symbol: p[i] for i, q in enumerate(space.parameters.values())}
-    position = {n: i for i, n in enumerate(space.parameters)}
-    new_memory = []
-    for step in steps:
-        if step.law is None:
-            table[symbol(step.target)] = to_casadi(step.expression, table)
-            continue
-        call = laws[step.law]
-        q = ca.vertcat(*[p[position[n]] for n in call.parameters])
-        s = to_casadi(call.argument, table)
-        table[symbol(step.target)] = call.value(s, m[call.memory], q, h)
-        new_memory.append((call.memory.start, call.advance(s, m[call.memory], q, h)))
-    rates = tuple(s.rate for s in space.states)
-    readings = tuple(y for _, y, _ in space.outputs)
-    out = [ca.vertcat(*[to_casadi(e, table) for e in es]) for es in (rates, readings)]
-    kept = ca.vertcat(*[v for _, v in sorted(new_memory, key=lambda item: item[0])])
-    ins, labels = [t, x, z, u, p, m, h], ["t", "x", "z", "u", "p", "m", "h"]
-    units = {str(s.symbol): s.unit for s in space.states}
-    units |= {n: q.unit for n, q in space.parameters.items()}
-    units |= {n: unit for n, _, unit in space.outputs}
+
+
+def program_of(model: System) -> Program:
+    """Return the executable form of a system."""
+    made = _Evaluation(model)
+    ins, labels = made.arguments
+    rates = ca.vertcat(*[made.value[s.rate] for s in model.stored])
+    readings = ca.vertcat(*[made.value[s] for _, s, _ in model.readings])
+    kept = [made.law(i, "advance") for i, c in enumerate(made.calls) if c.law.n_memory]
+    columns = [
+        ca.densify(ca.SX(v)) if v is not None else ca.SX(0, 1)
+        for v in (
+            rates,
+            readings,
+            ca.vertcat(*made.residuals) if made.residuals else ca.SX(0, 1),
+            ca.vertcat(*kept) if kept else ca.SX(0, 1),
+        )
+    ]
+    units = {s.name: s.unit for s in model.stored}
+    units |= {n: q.unit for n, q in model.parameters.items()}
+    units |= {n: unit for n, _, unit in model.readings}
+    memory = [f"{c.element}_m{i}" for c in made.calls for i in range(c.law.n_memory)]
+    virgin = [v for c in made.calls for v in c.law.initial_memory(0.0)]
+    readable = _Readable(model, made.calls)
     return Program(
-        name=space.name,
-        states=tuple(names["x"]),
-        algebraic=(),
-        inputs=tuple(names["u"]),
-        parameters=tuple(names["p"]),
+        name=model.name,
+        states=model.states,
+        algebraic=made.names["z"],
+        inputs=made.names["u"],
+        parameters=made.names["p"],
         memory=tuple(memory),
-        outputs=space.output_names,
-        input_rates=(),
+        outputs=model.output_names,
+        input_rates=model.input_rates,
         units=units,
-        nominal=tuple(q.value for q in space.parameters.values()),
-        start=(0.0,) * len(names["x"]),
-        guess=(),
+        nominal=tuple(q.value for q in model.parameters.values()),
+        start=(0.0,) * model.order,
+        guess=(0.0,) * len(model.algebraic),
         virgin=tuple(virgin),
-        steps=steps,
-        laws=tuple(laws),
-        rates=rates,
-        readings=readings,
-        residuals=(),
-        rhs=ca.Function("rhs", ins, [ca.densify(v) for v in out], labels, ["dx", "y"]),
-        residual=ca.Function("residual", ins, [ca.SX(0, 1)], labels, ["g"]),
-        advance=ca.Function("advance", ins, [ca.densify(ca.SX(kept))], labels, ["m_next"]),
+        steps=readable.steps,
+        laws=made.calls,
+        rates=tuple(symbol(s.rate) for s in model.stored),
+        readings=tuple(symbol(s) for _, s, _ in model.readings),
+        residuals=readable.residuals,
+        rhs=ca.Function("rhs", ins, columns[:2], labels, ["dx", "y"]),
+        residual=ca.Function("residual", ins, columns[2:3], labels, ["g"]),
+        advance=ca.Function("advance", ins, columns[3:], labels, ["m_next"]),
     )
 
 
-def _steps(space: StateSpace) -> tuple[Step, ...]:
-    pending: list[LawPort] = list(space.laws)
-    steps: list[Step] = []
-    known: set[sp.Symbol] = set()
-    targets = {a.target for a in space.assignments} | {port.w for port in space.laws}
+def signal_function(model: System, names: tuple[str, ...]) -> ca.Function:
+    """Return ``(t, x, z, u, p, m, h) -> signals`` for any signals of a system."""
+    made = _Evaluation(model)
+    for n in names:
+        if n not in made.value:
+            model.signal(n)  # says what there is
+    ins, labels = made.arguments
+    column = ca.vertcat(*[made.value[n] for n in names])
+    return ca.Function("signals", ins, [ca.densify(ca.SX(column))], labels, ["s"])
 
-    def ready(expression: sp.Expr) -> bool:
-        return not (expression.free_symbols & targets - known)
 
-    def call_ready() -> None:
-        for port in list(pending):
-            if ready(port.argument):
-                pending.remove(port)
-                steps.append(
-                    Step(str(port.w), None, space.laws.index(port), f"law of {port.element}")
-                )
-                known.add(port.w)
+class _Readable:
+    """The steps of a program as SymPy assignments, each law called just before it is needed."""
 
-    call_ready()
-    for a in space.assignments:
-        steps.append(Step(str(a.target), a.expression, None, a.reason))
-        known.add(a.target)
-        call_ready()
-    return tuple(steps)
+    def __init__(self, model: System, calls: tuple[LawCall, ...]) -> None:
+        self.model, self.calls = model, calls
+        self.called: set[int] = set()
+        steps: list[Step] = []
+        for r in model.relations:
+            steps += self._call(r)
+            steps.append(Step(r.target, self._expression(r), None, r.reason))
+        residuals = []
+        for a in model.algebraic:
+            steps += self._call(a.residual)
+            residuals.append(self._expression(a.residual))
+        self.steps = tuple(steps)
+        self.residuals = tuple(residuals)
+
+    def _call(self, r: Relation) -> list[Step]:
+        if r.law is None or r.law in self.called:
+            return []
+        self.called.add(r.law)
+        element = self.calls[r.law].element
+        return [Step(f"w_{element}", None, r.law, f"law of {element}")]
+
+    def _expression(self, r: Relation) -> sp.Expr:
+        parts = [sp.Mul(c, symbol(s)) for c, s in r.terms]
+        if r.expression is not None:
+            parts.append(r.expression)
+        if r.law is not None:
+            parts.append(symbol(f"w_{self.calls[r.law].element}"))
+        return sp.Add(*parts)

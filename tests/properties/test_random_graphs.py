@@ -16,7 +16,6 @@ from bondgraph import (
     GY,
     TF,
     AlgebraicLoop,
-    Bond,
     BondGraph,
     C,
     DerivativeCausality,
@@ -244,7 +243,7 @@ def shuffled(g: BondGraph, seed: int) -> tuple[BondGraph, dict[str, str]]:
         h.add(replace(g[names[i]], name=new[names[i]]))
     for i in rng.permutation(len(g.bonds)):
         b = g.bonds[i]
-        h._bonds.append(Bond(new[b.tail], new[b.head]))
+        h.bond(h[new[b.tail]], h[new[b.head]])
     return h, new
 
 

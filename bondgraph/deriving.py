@@ -1,0 +1,557 @@
+"""BondGraph -> System: order the relations, solve what is linear, name what is not."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy as sp
+
+from bondgraph.causality import Causality, assign_causality, storage_ports
+from bondgraph.elements import Dq, Multiport, Switched, symbol
+from bondgraph.equations import AlgebraicLoop, DerivativeCausality
+from bondgraph.graph import BondGraph
+from bondgraph.ordering import components, tear
+from bondgraph.relations import Dependent, LawUse, Relation, Relations, Stored, collect
+from bondgraph.system import Algebraic, System
+
+__all__ = ["system"]
+
+MOST_DISPLACEMENTS = 12
+
+
+def system(graph: BondGraph, causality: Causality | None = None) -> System:
+    """Derive the exact equations of `graph`.
+
+    Parameters
+    ----------
+    graph : BondGraph
+        Switched junctions are taken in the mode their `on` says.
+    causality : Causality, optional
+        One of `bondgraph.causality.alternatives`; assigned here when not given, with storages
+        whose law has memory served first.
+
+    Raises
+    ------
+    CausalConflict
+        Two elements impose one variable.
+    AlgebraicLoop
+        A loop is singular: its equations determine nothing, or contradict each other.
+    DerivativeCausality
+        A dependent storage cannot be solved (its law has memory, or its index is too high).
+    """
+    if graph.of_type(Switched):
+        from bondgraph.modes import in_mode
+
+        graph = in_mode(graph)
+    if causality is None:
+        causality = assign_causality(graph, first=_with_memory(graph))
+    return _Solver(collect(graph, causality)).solve()
+
+
+def _with_memory(graph: BondGraph) -> tuple[str, ...]:
+    """Storages that must not be dependent: their law cannot be differentiated."""
+    return tuple(
+        name
+        for name, _, e in storage_ports(graph)
+        if not isinstance(e, Multiport) and e.law is not None and e.law.n_memory  # type: ignore[attr-defined]
+    )
+
+
+@dataclass
+class _Closing:
+    """Closed forms on demand while the order is still being found."""
+
+    relations: Mapping[str, Relation]
+    laws: list[LawUse]
+    parameters: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        self.done: dict[str, sp.Expr] = {}
+
+    def __call__(self, name: str) -> sp.Expr:
+        todo = [name]
+        while todo:
+            top = todo[-1]
+            if top in self.done or top not in self.relations:
+                todo.pop()
+                continue
+            r = self.relations[top]
+            missing = [s for s in r.sources if s in self.relations and s not in self.done]
+            if missing:
+                todo.extend(missing)
+                continue
+            self.done[top] = self.value(r)
+            todo.pop()
+        return self.done.get(name, symbol(name))
+
+    def value(self, r: Relation) -> sp.Expr:
+        from bondgraph.system import law_expression
+
+        reads = {symbol(s): self.done[s] for s in r.reads if s in self.done}
+        parts = [
+            (c.xreplace(reads) if isinstance(c, sp.Expr) else c) * self.done.get(s, symbol(s))
+            for c, s in r.terms
+        ]
+        if r.expression is not None:
+            parts.append(r.expression.xreplace(reads))
+        if r.law is not None:
+            use = self.laws[r.law]
+            argument = self.done.get(use.argument, symbol(use.argument))
+            parts.append(law_expression(use, self.parameters, argument))
+        return sp.Add(*parts)
+
+
+class _Solver:
+    """Turns collected relations into ordered assignments."""
+
+    def __init__(self, made: Relations) -> None:
+        self.made = made
+        self.name = made.graph.name
+        self.parameters = made.graph.parameters
+        self.states = {s.name: s for s in made.states}
+        self.dependents = {d.rate: d for d in made.dependents}
+        self.ordered: dict[str, Relation] = {}
+        self.algebraic: list[Algebraic] = []
+        self.loops: list[tuple[str, ...]] = []
+        self.input_rates: list[str] = []
+        self.closed = _Closing(self.ordered, made.laws, self.parameters)
+        self.torn = {c for c in made.causality.free_choices}
+        self.rate_reads: dict[str, tuple[str, ...]] = {}
+
+    def solve(self) -> System:
+        for e in self.made.displacements:
+            self._displacement(e)
+        for rate in self.dependents:
+            self.rate_reads[rate] = self._reads_of_derivative(self.dependents[rate])
+        # a state of which nothing reads the rate still needs it
+        for part in components([*self.made.found, *self.dependents], self._reads):
+            self._component(part)
+        made = self.made
+        return System(
+            self.name,
+            tuple(made.states),
+            tuple(made.inputs),
+            tuple(self.input_rates),
+            tuple(made.outputs),
+            tuple(self.ordered.values()),
+            tuple(self.algebraic),
+            tuple(made.laws),
+            {d.stored: d.element for d in made.dependents},
+            tuple(self.loops),
+            self.parameters,
+            made.causality,
+        )
+
+    # -- what depends on what -----------------------------------------------------------------
+    def _reads(self, name: str) -> Iterable[str]:
+        if name in self.rate_reads:
+            return self.rate_reads[name]
+        r = self.made.found.get(name)
+        if r is None:
+            return ()
+        known, rates = self.made.found, self.dependents
+        return [
+            s for s in r.sources if (s in known or s in rates) and not (r.implicit and s == name)
+        ]
+
+    def _reads_of_derivative(self, d: Dependent) -> tuple[str, ...]:
+        """Signals that the derivative of a dependent store needs: the rates of what it reads."""
+        seen: set[str] = set()
+        ahead = [d.stored]
+        needed: list[str] = []
+        found = self.made.found
+        while ahead:
+            name = ahead.pop()
+            if name in seen:
+                continue
+            seen.add(name)
+            if name in self.states:
+                needed.append(self.states[name].rate)
+            if name in self.dependents:
+                ahead.append(self.dependents[name].stored)
+            if name in found:
+                ahead.extend(found[name].sources)
+        stores = {x.stored: x.rate for x in self.dependents.values()}
+        needed += [
+            stores[n] for n in seen if n in stores and n != d.stored and found[n].implicit
+        ]
+        # the law of the store itself is differentiated too
+        return tuple(dict.fromkeys([d.stored, *found[d.stored].sources, *needed]))
+
+    # -- components ---------------------------------------------------------------------------
+    def _component(self, part: list[str]) -> None:
+        if len(part) == 1 and part[0] not in self._reads(part[0]):
+            (name,) = part
+            r = self._relation(name, part)
+            if r is None:
+                return
+            if r.implicit:
+                self._implicit([r], (name,))
+            else:
+                self.ordered[name] = r
+            return
+        self.loops.append(tuple(part))
+        relations = {n: self._relation(n, part) for n in part}
+        rows = {n: r for n, r in relations.items() if r is not None}
+        inside = set(part)
+        if all(self._is_linear(r, inside) for r in rows.values()):
+            self._solve_linear(part, rows)
+        else:
+            self._tear(part, rows)
+
+    def _relation(self, name: str, part: list[str]) -> Relation | None:
+        if name in self.dependents:
+            return self._derivative(self.dependents[name], set(part))
+        return self.made.found.get(name)
+
+    def _is_linear(self, r: Relation, inside: set[str]) -> bool:
+        return not (r.implicit or any(s in inside for s in r.reads))
+
+    def _preferred(self, name: str) -> int:
+        """Tear at a derivative or a free choice: the loop is then named after an element."""
+        if name in self.dependents:
+            return 0
+        reason = self.made.found[name].reason
+        return 1 if reason.startswith("R ") else 2
+
+    # -- derivatives of dependent stores ------------------------------------------------------
+    def _derivative(self, d: Dependent, inside: set[str]) -> Relation:
+        r = self.made.found[d.stored]
+        why = f"rate of {d.element} in derivative causality"
+        if d.stored in inside:
+            raise self._too_deep(d, "its own rate decides what it stores")
+        if r.implicit:
+            residual = self._closed_relation(r)
+            own = residual.diff(symbol(d.stored))
+            total = self._total(residual, d, skip=d.stored)
+            terms = tuple((-c / own, s) for c, s in total)
+        else:
+            terms = self._total(self.closed(d.stored), d, skip=None)
+        reads = {
+            str(v) for c, _ in terms if isinstance(c, sp.Expr) for v in c.free_symbols
+        } - self._constants()
+        return Relation(d.rate, tuple(terms), why, reads=tuple(sorted(reads)))
+
+    def _closed_relation(self, r: Relation) -> sp.Expr:
+        for s in r.sources:
+            self.closed(s)
+        return self.closed.value(r)
+
+    def _constants(self) -> set[str]:
+        return set(self.parameters)
+
+    def _total(
+        self, expression: sp.Expr, d: Dependent, skip: str | None
+    ) -> tuple[tuple[Any, str], ...]:
+        """Terms of the total time derivative of a closed expression."""
+        expression = sp.sympify(expression)
+        stores = {x.stored: x.rate for x in self.dependents.values()}
+        constants = self._constants()
+        if any(f.func.__name__.endswith("_deviation") for f in expression.atoms(_applied())):
+            raise self._too_deep(d, "a law with memory or a jump decides what it stores")
+        terms: list[tuple[Any, str]] = []
+        for v in sorted(expression.free_symbols, key=str):
+            name = str(v)
+            if name in constants or name == skip:
+                continue
+            slope = expression.diff(v)
+            if slope == 0:
+                continue
+            if name in self.states:
+                terms.append((slope, self.states[name].rate))
+            elif name in stores:
+                terms.append((slope, stores[name]))
+            elif name == "time":
+                terms.append((slope, "one"))
+                if "one" not in self.made.inputs:
+                    self.made.inputs.append("one")
+            elif name in self.made.inputs or name in self.input_rates:
+                rate = _rate_name(name)
+                if name == "one":
+                    continue
+                if rate not in self.input_rates:
+                    self.input_rates.append(rate)
+                terms.append((slope, rate))
+            else:
+                raise self._too_deep(d, f"{name} of a nonlinear loop decides what it stores")
+        return tuple(terms)
+
+    def _too_deep(self, d: Dependent, why: str) -> DerivativeCausality:
+        return DerivativeCausality(
+            f"{self.name}: {d.element} has derivative causality and cannot be solved ({why}); put "
+            f"a small resistance in series with a C (in parallel with an I) {d.element} so that "
+            "it can store freely"
+        )
+
+    # -- loops --------------------------------------------------------------------------------
+    def _solve_linear(self, part: list[str], rows: Mapping[str, Relation]) -> None:
+        torn, order = tear(part, self._inside_reads(rows), self._preferred)
+        forms: dict[str, dict[str, Any]] = {t: {t: sp.S.One} for t in torn}
+
+        def form(r: Relation) -> dict[str, Any]:
+            total: dict[str, Any] = {}
+            for c, s in r.terms:
+                for t, k in forms.get(s, {}).items():
+                    total[t] = total.get(t, 0) + c * k
+            return total
+
+        for n in order:
+            forms[n] = form(rows[n])
+        matrix = []
+        for t in torn:
+            back = form(rows[t])
+            matrix.append([sp.S(int(t == o)) - back.get(o, 0) for o in torn])
+        rest = self._without(torn, order, rows)
+        inverse = self._inverse(matrix, torn, part)
+        needed = {s for t in torn for _, s in rest[t].terms}
+        for n in reversed(order):
+            if _free(n) in needed:
+                needed |= {s for _, s in rest[n].terms}
+        for n in (*order, *torn):
+            if _free(n) in needed or n in torn:
+                self.ordered[_free(n)] = rest[n]
+        for i, t in enumerate(torn):
+            terms = [
+                (inverse[i][j], _free(o)) for j, o in enumerate(torn) if inverse[i][j] != 0
+            ]
+            reads = {
+                str(v)
+                for c, _ in terms
+                if isinstance(c, sp.Expr)
+                for v in c.free_symbols
+                if str(v) not in self.parameters
+            }
+            why = f"{rows[t].reason}; algebraic loop solved"
+            self.ordered[t] = Relation(t, tuple(terms), why, reads=tuple(sorted(reads)))
+        for n in order:
+            self.ordered[n] = rows[n]
+
+    def _without(
+        self, torn: list[str], order: list[str], rows: Mapping[str, Relation]
+    ) -> dict[str, Relation]:
+        """Relations of the loop with the torn signals at zero, under names of their own."""
+        inside = {*torn, *order}
+        dropped = set(torn)
+        changed: dict[str, Relation] = {}
+        empty: set[str] = set()
+        for n in (*order, *torn):
+            r = rows[n]
+            terms = tuple(
+                (c, _free(s) if s in inside else s)
+                for c, s in r.terms
+                if s not in dropped and s not in empty
+            )
+            changed[n] = replace(
+                r, target=_free(n), terms=terms, reason=f"{r.reason}, with the loop cut"
+            )
+            if not terms and r.expression is None and r.law is None and n in order:
+                empty.add(n)
+        return changed
+
+    def _inside_reads(self, rows: Mapping[str, Relation]) -> Any:
+        return lambda n: [
+            s for s in rows[n].sources if s in rows and not (rows[n].implicit and s == n)
+        ]
+
+    def _inverse(self, matrix: list[list[Any]], torn: list[str], part: list[str]) -> Any:
+        if len(matrix) == 1:
+            value = sp.cancel(sp.together(matrix[0][0])) if matrix[0][0] != 1 else sp.S.One
+            if value == 0:
+                raise self._singular(part)
+            self._judge(value, part)
+            return [[1 / value]]
+        from sympy.polys.matrices import DomainMatrix
+        from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
+
+        try:
+            m = DomainMatrix.from_Matrix(sp.Matrix(matrix)).to_field()
+            inverse = m.inv().to_Matrix()
+            self._judge(m.domain.to_sympy(m.det()), part)
+        except (DMNonInvertibleMatrixError, ZeroDivisionError):
+            raise self._singular(part) from None
+        return [[inverse[i, j] for j in range(len(torn))] for i in range(len(torn))]
+
+    def _judge(self, determinant: sp.Expr, part: list[str]) -> None:
+        """Refuse a loop that is singular at the declared values."""
+        if determinant.free_symbols - {p.symbol for p in self.parameters.values()}:
+            return
+        values = {
+            p.symbol: sp.Rational(str(p.value)) if p.value == p.value else sp.nan
+            for p in self.parameters.values()
+            if p.symbol in determinant.free_symbols
+        }
+        if determinant.xreplace(values) == 0:
+            raise self._singular(part)
+
+    def _singular(self, part: list[str]) -> AlgebraicLoop:
+        reasons = {
+            self.made.found[n].reason
+            for n in part
+            if n in self.made.found and not self.made.found[n].reason.startswith("sum")
+        }
+        through = ", ".join(sorted(reasons)) or "junctions only"
+        return AlgebraicLoop(
+            f"{self.name}: the algebraic loop through {through} (signals "
+            f"{', '.join(sorted(part))}) is singular: its signals are not determined; put a "
+            "resistance or a storage at one of its junctions, or remove a redundant bond"
+        )
+
+    def _tear(self, part: list[str], rows: Mapping[str, Relation]) -> None:
+        implicit = [n for n, r in rows.items() if r.implicit]
+        inside = {n: r for n, r in rows.items() if n not in implicit}
+
+        def reads(n: str) -> list[str]:
+            return [s for s in inside[n].sources if s in inside]
+
+        torn: list[str] = []
+        order: list[str] = []
+        for piece in components([n for n in part if n in inside], reads):
+            if len(piece) == 1 and piece[0] not in reads(piece[0]):
+                order += piece
+            else:
+                more, rest = tear(piece, reads, self._preferred)
+                torn += more
+                order += rest
+        known = set(torn) | set(implicit)
+        # what was torn in one piece is known in all others: order the rest once more
+        left = [n for n in part if n not in known]
+        order = [
+            n
+            for piece in components(left, lambda n: [s for s in rows[n].sources if s in set(left)])
+            for n in piece
+        ]
+        for n in order:
+            self.ordered[n] = rows[n]
+        unknown = [rows[n] for n in implicit]
+        unknown += [replace(rows[t], terms=(*rows[t].terms, (-1, t)), implicit=True) for t in torn]
+        self._implicit(unknown, tuple(part))
+
+    def _implicit(self, relations: list[Relation], part: tuple[str, ...]) -> None:
+        reasons = sorted(
+            {
+                self.made.found[n].reason
+                for n in part
+                if n in self.made.found and not self.made.found[n].reason.startswith("sum")
+            }
+        )
+        for r in relations:
+            self.algebraic.append(Algebraic(r.target, r, "loop of " + ", ".join(reasons)))
+
+    # -- displacements ------------------------------------------------------------------------
+    def _displacement(self, e: Dq) -> None:
+        """Read stored displacements that already integrate this flow, or add a state."""
+        from bondgraph.naming import Names
+
+        made = self.made
+        flow = Names(made.graph).at("f", made.graph.neighbour(e.name))
+        target = f"x_{e.name}"
+        terms = _as_stored(made, flow)
+        why = f"displacement at {e.name}"
+        if terms is None:
+            state = f"q_{e.name}"
+            made.states.append(Stored(state, flow, e.name, e.unit))
+            self.states[state] = made.states[-1]
+            terms = ((1, state),)
+        made.found[target] = Relation(target, terms, why)
+
+
+def _as_stored(made: Relations, flow: str) -> tuple[tuple[Any, str], ...] | None:
+    """Return stored displacements whose rates sum to `flow` identically, if there are any.
+
+    Works in the linear relations with constant coefficients near the sensor only; the unknown
+    combination follows from a small exact linear solve.
+    """
+    stores = {s.rate: s.name for s in made.states if s.name.startswith("q_")}
+    stores |= {d.rate: d.stored for d in made.dependents if d.stored.startswith("q_")}
+    if flow in stores:
+        return ((1, stores[flow]),)
+    near = list(_near(made, flow, stores))
+    if not 0 < len(near) <= MOST_DISPLACEMENTS:
+        return None
+    leaves: dict[str, dict[str, sp.Expr]] = {}
+    def form(name: str, depth: int = 0) -> dict[str, sp.Expr]:
+        if name in leaves:
+            return leaves[name]
+        r = made.found.get(name)
+        plain = (
+            r is not None
+            and not r.implicit
+            and r.law is None
+            and r.expression is None
+            and not r.reads
+            and depth < 40
+        )
+        if not plain or r is None:
+            leaves[name] = {name: sp.S.One}
+            return leaves[name]
+        leaves[name] = {name: sp.S.One}  # a loop reads itself: a leaf then
+        total: dict[str, sp.Expr] = {}
+        for c, s in r.terms:
+            for leaf, k in form(s, depth + 1).items():
+                total[leaf] = total.get(leaf, sp.S.Zero) + c * k
+        leaves[name] = total
+        return total
+
+    columns = [form(n) for n in near]
+    wanted = form(flow)
+    rows = sorted({leaf for f in (*columns, wanted) for leaf in f})
+    unknown = [sp.Dummy() for _ in near]
+    equations = []
+    for leaf in rows:
+        balance = wanted.get(leaf, sp.S.Zero)
+        for c, f in zip(unknown, columns, strict=True):
+            balance -= c * f.get(leaf, sp.S.Zero)
+        equations.append(balance)
+    solution = sp.linsolve(equations, unknown)
+    if not solution or solution is sp.S.EmptySet:
+        return None
+    (values,) = solution
+    if any(v.free_symbols & set(unknown) for v in values):
+        return None
+    found = [
+        (sp.cancel(v), stores[n]) for n, v in zip(near, values, strict=True) if sp.cancel(v) != 0
+    ]
+    return tuple(found) or None
+
+
+def _near(made: Relations, flow: str, stores: Mapping[str, str]) -> Iterable[str]:
+    """Rates of displacements connected to `flow` by flow relations alone."""
+    neighbours: dict[str, set[str]] = {}
+    for r in made.found.values():
+        if not r.target.startswith("f_"):
+            continue
+        for _, s in r.terms:
+            if s.startswith("f_"):
+                neighbours.setdefault(r.target, set()).add(s)
+                neighbours.setdefault(s, set()).add(r.target)
+    seen, ahead = {flow: None}, deque([flow])
+    near: list[str] = []
+    while ahead and len(near) < MOST_DISPLACEMENTS:
+        for n in sorted(neighbours.get(ahead.popleft(), ())):
+            if n not in seen:
+                seen[n] = None
+                ahead.append(n)
+                if n in stores:
+                    near.append(n)
+    return near
+
+
+def _free(name: str) -> str:
+    return f"free_{name}"
+
+
+def _rate_name(name: str) -> str:
+    if name.startswith("d_"):
+        return f"d2_{name[2:]}"
+    if name.startswith("d2_"):
+        return f"d3_{name[3:]}"
+    return f"d_{name}"
+
+
+def _applied() -> Any:
+    from sympy.core.function import AppliedUndef
+
+    return AppliedUndef
