@@ -425,9 +425,7 @@ class _Table:
             why = f"the only bond left to set the {word} of {name}"
             queue.append((last, _end(last, name, not zero), why))
         elif self.open[name] == 0:
-            raise self._conflict(
-                b, _end(b, name, not zero), f"no bond sets the {word} of {name}"
-            )
+            raise self._conflict(b, _end(b, name, not zero), f"no bond sets the {word} of {name}")
 
 
 def _end(b: Bond, name: str, effort_out: bool) -> str:

@@ -74,16 +74,6 @@ def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
     if not isinstance(other, Junction | TwoPort | Multiport) and not isinstance(e, Source):
         if not isinstance(other, Source):
             return [f"{e.name} is bonded straight to {other.name}: put a junction between them"]
-    if isinstance(e, Source) and b.head == e.name:
-        return [
-            f"{e.name} ({e.kind}): the half arrow points into the source; "
-            f"write {e.name} >> {other.name}"
-        ]
-    if isinstance(e, Valued) and b.tail == e.name:
-        return [
-            f"{e.name} ({e.kind}): the half arrow points out of it; write {other.name} >> {e.name} "
-            "(power into stores and resistors is positive)"
-        ]
     return []
 
 

@@ -3,7 +3,7 @@
 Every port says the unit of its effort. Power is positive from the first port to the last. Each
 number is a parameter named like its element and may be bound when the component is used.
 """
-# ruff: noqa: B018  a >> b draws a bond
+
 
 from __future__ import annotations
 

@@ -6,21 +6,24 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from bondgraph.elements import C, Element, symbol
+from bondgraph.elements import C, I, symbol
 
 if TYPE_CHECKING:
     from bondgraph.equations import _Derivation
+    from bondgraph.relations import Dependent
 
 
-def eliminate(d: _Derivation, e: Element) -> None:
-    """Eliminate the dependent storage `e` from the assignments collected in `d`.
+def eliminate(d: _Derivation, dependent: Dependent) -> None:
+    """Eliminate a dependent storage from the assignments collected in `d`.
 
     Raises
     ------
     DerivativeCausality
-        The storage is an inertia, or more than one scalar equation would be needed.
+        More than one scalar equation would be needed.
     """
     from bondgraph.equations import DerivativeCausality, State
+
+    e = d.graph[dependent.element]
 
     def refuse(why: str) -> DerivativeCausality:
         return DerivativeCausality(
@@ -28,14 +31,16 @@ def eliminate(d: _Derivation, e: Element) -> None:
             f"in series (or a compliance in parallel) with {e.name} so that it can store freely"
         )
 
-    if not isinstance(e, C):
-        raise refuse("its momentum is fixed by other elements")
-    (bond,) = d.graph.bonds_of(e.name)
-    effort, flow = d.effort(bond), d.flow(bond)
+    if not isinstance(e, C | I):
+        raise refuse("it is one port of a field")
+    relation = d.made.found[dependent.stored]
+    effort, flow = symbol(relation.terms[-1][1]), symbol(dependent.rate)
+    inertia = isinstance(e, I)
+    stiffness = 1 / d.graph.coefficient(e) if inertia else d.graph.coefficient(e)
     closed = _closed(d)
     imposed = closed.get(effort)
     if imposed is None or flow in imposed.free_symbols:
-        raise refuse("its effort is not a function of the states")
+        raise refuse(f"its {'flow' if inertia else 'effort'} is not a function of the states")
     # which stores does its flow drive, and how strongly
     shift: dict[sp.Symbol, sp.Expr] = {}
     for i, s in enumerate(d.states):
@@ -50,13 +55,14 @@ def eliminate(d: _Derivation, e: Element) -> None:
             z = symbol(f"z_{s.symbol}")
             shift[s.symbol] = c
             d.states[i] = State(z, rest, s.element, s.unit)
-    q = symbol(f"q_{e.name}")
-    d.derivatives[flow] = e.name
+    q = symbol(dependent.stored)
+    d.derivatives[flow] = dependent.stored
     if not shift:
         if e.law is not None:
             raise refuse("a source imposes its effort, and its law would have to be inverted")
-        why = f"C {e.name} in derivative causality: its effort is imposed"
-        d.assign(q, imposed / d.graph.coefficient(e), why)
+        given = "flow" if inertia else "effort"
+        why = f"{e.kind} {e.name} in derivative causality: its {given} is imposed"
+        d.assign(q, imposed / stiffness, why)
         return
     moved = {s: symbol(f"z_{s}") + c * q for s, c in shift.items()}
     effort_of_z = sp.expand(imposed.xreplace(moved))
@@ -68,8 +74,9 @@ def eliminate(d: _Derivation, e: Element) -> None:
         raise refuse(f"a nonlinear law ({x}) takes part in the constraint")
     first = _first_integrals(d, closed, {symbol(f"z_{s}") for s in shift})
     a, moved = a.xreplace(first), {s: v.xreplace(first) for s, v in moved.items()}
-    slope = d.graph.coefficient(e)
-    why = f"C {e.name} in derivative causality, solved at the level of displacements"
+    slope = stiffness
+    level = "momenta" if inertia else "displacements"
+    why = f"{e.kind} {e.name} in derivative causality, solved at the level of {level}"
     free = symbol(f"a_{e.name}")
     d.assign(free, a, f"{why}: effort at zero displacement")
     if e.law is None:
@@ -111,7 +118,9 @@ def displacement_of_dependents(d: _Derivation, flow: sp.Symbol) -> sp.Expr | Non
         c = rest.coeff(dependent)
         if c.free_symbols - _parameters(d):
             return None
-        total, rest = total + c * symbol(f"q_{name}"), sp.expand(rest - c * dependent)
+        if c != 0 and not name.startswith("q_"):
+            return None
+        total, rest = total + c * symbol(name), sp.expand(rest - c * dependent)
     return total if rest == 0 and total != 0 else None
 
 
@@ -131,14 +140,14 @@ def drop_derivatives(d: _Derivation) -> None:
                 e = d.graph[reader]
                 raise DerivativeCausality(
                     f"{d.graph.name}: {e.kind} {reader} reads a signal that needs the flow of "
-                    f"{name}, which has derivative causality, so the reading would be a "
-                    f"derivative; put a resistance in series with {name} or remove {reader}"
+                    f"{name[2:]}, which has derivative causality, so the reading would be a "
+                    f"derivative; put a resistance in series with {name[2:]} or remove {reader}"
                 )
         for state in d.states:
             if any(depends(d, s, flow) for s in state.rate.free_symbols):
                 raise DerivativeCausality(
                     f"{d.graph.name}: state {state.symbol} of {state.element} needs the flow of "
-                    f"{name}, which has derivative causality; put a resistance in series with it"
+                    f"{name[2:]}, which has derivative causality; put a resistance in series with it"
                 )
         d.found = {t: a for t, a in d.found.items() if not depends(d, t, flow)}
 

@@ -175,9 +175,7 @@ class _Solver:
             if name in found:
                 ahead.extend(found[name].sources)
         stores = {x.stored: x.rate for x in self.dependents.values()}
-        needed += [
-            stores[n] for n in seen if n in stores and n != d.stored and found[n].implicit
-        ]
+        needed += [stores[n] for n in seen if n in stores and n != d.stored and found[n].implicit]
         # the law of the store itself is differentiated too
         return tuple(dict.fromkeys([d.stored, *found[d.stored].sources, *needed]))
 
@@ -314,9 +312,7 @@ class _Solver:
             if _free(n) in needed or n in torn:
                 self.ordered[_free(n)] = rest[n]
         for i, t in enumerate(torn):
-            terms = [
-                (inverse[i][j], _free(o)) for j, o in enumerate(torn) if inverse[i][j] != 0
-            ]
+            terms = [(inverse[i][j], _free(o)) for j, o in enumerate(torn) if inverse[i][j] != 0]
             reads = {
                 str(v)
                 for c, _ in terms
@@ -472,6 +468,7 @@ def _as_stored(made: Relations, flow: str) -> tuple[tuple[Any, str], ...] | None
     if not 0 < len(near) <= MOST_DISPLACEMENTS:
         return None
     leaves: dict[str, dict[str, sp.Expr]] = {}
+
     def form(name: str, depth: int = 0) -> dict[str, sp.Expr]:
         if name in leaves:
             return leaves[name]

@@ -6,33 +6,21 @@ all bonds share the variable. States are ``q_<name>`` (displacement) and ``p_<na
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
 from bondgraph.causality import Causality, assign_causality
-from bondgraph.elements import (
-    GY,
-    TF,
-    C,
-    De,
-    Dq,
-    Element,
-    I,
-    One,
-    Parameter,
-    R,
-    Se,
-    Sensor,
-    Source,
-    Zero,
-    symbol,
-)
+from bondgraph.elements import Dq, Element, Parameter, Sensor, Switched, symbol
 from bondgraph.errors import GraphError, unknown_name
-from bondgraph.graph import Bond, BondGraph
+from bondgraph.graph import BondGraph
 from bondgraph.laws.law import Law
+from bondgraph.naming import Names
+from bondgraph.ordering import components, tear
+from bondgraph.relations import Relation, collect
 
 ONE = symbol("one")
 RAMP = symbol("ramp")
@@ -41,6 +29,10 @@ MOST_DEPENDENT = 3  # the closed forms of more grow beyond use
 
 class DerivativeCausality(GraphError):
     """A storage depends on the others and this graph's form of it is not solved."""
+
+
+class NotLinearUpToLaws(GraphError):
+    """A graph with modulated elements or nonlinear fields: only its general equations exist."""
 
 
 class AlgebraicLoop(GraphError):
@@ -167,69 +159,61 @@ class StateSpace:
 
 
 def derive(graph: BondGraph) -> StateSpace:
-    """Derive the state equations of `graph`.
+    """Derive the state equations of `graph` for simulation and identification.
+
+    Every relation must be linear up to scalar laws; `bondgraph.deriving.system` takes any graph.
 
     Raises
     ------
-    CausalConflict, DerivativeCausality, AlgebraicLoop
+    CausalConflict, DerivativeCausality, AlgebraicLoop, NotLinearUpToLaws
         The message names the elements and the bonds.
     """
+    if graph.of_type(Switched):
+        from bondgraph.modes import in_mode
+
+        graph = in_mode(graph)
     return _Derivation(graph).result()
 
 
 def port_signals(graph: BondGraph) -> dict[str, tuple[str, str]]:
     """Names of the effort and the flow at every one-port element."""
-    d = _Derivation(graph)
+    names = Names(graph)
     found = {}
     for e in graph.elements.values():
         if e.n_ports == 1 and not isinstance(e, Sensor):
             (b,) = graph.bonds_of(e.name)
-            found[e.name] = (str(d.effort(b)), str(d.flow(b)))
+            found[e.name] = (names.effort(b), names.flow(b))
     return found
 
 
 class _Derivation:
-    """Collects assignments element by element, then orders them."""
+    """Takes over the relations of all elements, eliminates dependent stores, orders the rest."""
 
     def __init__(self, graph: BondGraph) -> None:
         self.graph = graph
         self.causality = assign_causality(graph)
-        self.alias = _flow_aliases(graph)
+        self.made = collect(graph, self.causality)
         self.found: dict[sp.Symbol, Assignment] = {}
-        self.states: list[State] = []
-        self.inputs: list[sp.Symbol] = []
-        self.outputs: list[tuple[str, sp.Expr, str]] = []
+        self.states = [State(symbol(s.name), symbol(s.rate), s.element, s.unit)
+                       for s in self.made.states]  # fmt: skip
+        self.inputs = [symbol(u) for u in self.made.inputs]
+        self.outputs = [(n, symbol(y), unit) for n, y, unit in self.made.outputs]
         self.laws: list[LawPort] = []
         self.derivatives: dict[sp.Symbol, str] = {}
-
-    # -- names of signals -------------------------------------------------------------------
-    def effort(self, b: Bond) -> sp.Symbol:
-        for end in (b.tail, b.head):
-            if isinstance(self.graph[end], Zero):
-                return symbol(f"e_{self.alias.get(end, end)}")
-        return symbol(f"e_{self._own(b)}")
-
-    def flow(self, b: Bond) -> sp.Symbol:
-        for end in (b.tail, b.head):
-            if isinstance(self.graph[end], One):
-                return symbol(f"f_{self.alias.get(end, end)}")
-        return symbol(f"f_{self._own(b)}")
-
-    def _own(self, b: Bond) -> str:
-        for end in (b.head, b.tail):
-            if self.graph[end].n_ports == 1:
-                return end
-        return f"{b.tail}_{b.head}"
 
     # -- assembly ---------------------------------------------------------------------------
     def result(self) -> StateSpace:
         from bondgraph.dependent import drop_derivatives
 
-        for e in self.graph.elements.values():
-            self._element(e)
+        dependent = {d.stored for d in self.made.dependents}
+        for r in self.made.found.values():
+            if r.target not in dependent:
+                self._take(r)
         _resolve_dependent_storages(self)
-        for s in self.graph.of_type(Sensor):
-            self._sensor(s)
+        for e in self.made.displacements:
+            flow = symbol(Names(self.graph).at("f", self.graph.neighbour(e.name)))
+            value = self._displacement(e, flow)
+            self.assign(symbol(f"x_{e.name}"), value, f"displacement at {e.name}")
         drop_derivatives(self)
         ordered = _ordered(self.graph.name, self.found)
         return StateSpace(
@@ -252,80 +236,41 @@ class _Derivation:
             target, expression, expression if shown is None else shown, reason
         )
 
-    def _element(self, e: Element) -> None:
-        if isinstance(e, Sensor):
-            return
-        if isinstance(e, Zero | One):
-            self._junction(e)
-        elif isinstance(e, TF | GY):
-            self._two_port(e)
-        else:
-            (b,) = self.graph.bonds_of(e.name)
-            stroke = self.causality.strokes[b]
-            ef, fl, gets_effort = self.effort(b), self.flow(b), stroke.effort_to == e.name
-            if isinstance(e, Source):
-                self._source(e, ef if isinstance(e, Se) else fl)
-            elif isinstance(e, R):
-                self._resistor(e, ef, fl, gets_effort)
-            elif isinstance(e, C):
-                self._storage(e, "q", ef, fl, integral=not gets_effort)
-            elif isinstance(e, I):
-                self._storage(e, "p", fl, ef, integral=gets_effort)
-
-    def _junction(self, e: Element) -> None:
-        zero = isinstance(e, Zero)
-        bonds = [b for b in self.graph.bonds_of(e.name) if b in self.causality.strokes]
-        (strong,) = (b for b in bonds if (self.causality.strokes[b].effort_to == e.name) == zero)
-        variable = self.flow if zero else self.effort
-        total = sp.S.Zero
-        for b in bonds:
-            if b != strong:
-                total += variable(b) * (1 if b.head == e.name else -1)
-        sign = -1 if strong.head == e.name else 1
-        word = "flows" if zero else "efforts"
-        self.assign(variable(strong), sign * total, f"sum of {word} at {e.name}")
-
-    def _two_port(self, e: TF | GY) -> None:
-        n = self.graph.coefficient(e)
-        (into,) = (b for b in self.graph.bonds_of(e.name) if b.head == e.name)
-        (out,) = (b for b in self.graph.bonds_of(e.name) if b.tail == e.name)
-        e1, f1, e2, f2 = self.effort(into), self.flow(into), self.effort(out), self.flow(out)
-        given = self.causality.strokes[into].effort_to == e.name
-        why = f"{e.kind} {e.name}"
-        if isinstance(e, TF):
-            if given:
-                self.assign(e2, e1 / n, why)
-                self.assign(f1, f2 / n, why)
-            else:
-                self.assign(e1, n * e2, why)
-                self.assign(f2, n * f1, why)
-        elif given:
-            self.assign(f2, e1 / n, why)
-            self.assign(f1, e2 / n, why)
-        else:
-            self.assign(e1, n * f2, why)
-            self.assign(e2, n * f1, why)
-
-    def _source(self, e: Source, target: sp.Symbol) -> None:
-        u = symbol(e.name)
-        self.inputs.append(u)
-        value: sp.Expr = u
-        shown: sp.Expr = u
-        if e.offset:
-            offset = symbol(e.offset)
+    def _take(self, r: Relation) -> None:
+        """Take a relation over as an assignment; its law becomes a port."""
+        use = None if r.law is None else self.made.laws[r.law]
+        own = () if use is None else (use.argument,)
+        if r.expression is not None and not r.reads and not r.implicit:
             self._pseudo_input(ONE)
-            value, shown = value + offset * ONE, shown + offset
-        if e.drive and e.drive.law:
-            w = self.law_port(e, "drive", e.drive.law, value)
-            value, shown = value + w, sp.Function(f"{e.name}_drive")(shown)
-        if e.drive and e.drive.lag:
-            lagged = symbol(f"z_{e.name}")
-            tau = symbol(e.drive.lag, positive=True)
-            command = symbol(f"c_{e.name}")
-            self.assign(command, value, f"command of {e.name}", shown)
-            self.states.append(State(lagged, (command - lagged) / tau, e.name, e.unit))
-            value = shown = lagged
-        self.assign(target, value, f"{e.kind} {e.name}", shown)
+            constant = r.expression * ONE
+        elif r.expression is not None or any(s not in own for s in r.reads):
+            raise NotLinearUpToLaws(
+                f"{self.graph.name}: {r.reason} multiplies or transforms signals, so the model is "
+                "not linear up to scalar laws; system(graph) gives its equations, and simulate "
+                "runs it"
+            )
+        else:
+            constant = sp.S.Zero
+        target = symbol(r.target)
+        if use is None:
+            self.assign(target, _sum(r.terms) + constant, r.reason)
+            return
+        e = self.graph[use.element]
+        w = self.law_port(e, use.role, use.law, symbol(use.argument))
+        if r.implicit:
+            if use.slope == 0:
+                raise AlgebraicLoop(
+                    f"{self.graph.name}: the law of {e.name} gives effort from flow, and its flow "
+                    "is wanted; give it a linear part, or a small inertia beside it"
+                )
+            (effort,) = (s for c, s in r.terms if c == -1)
+            inverse = sp.Function(f"{e.name}_inverse")(symbol(effort))
+            self.assign(target, (symbol(effort) - w) / use.slope, r.reason, inverse)
+            return
+        rest = [(c, s) for c, s in r.terms if s != use.argument]
+        ending = {"drive": "_drive", "sensor": "_reading"}.get(use.role, "")
+        shown = sp.Function(f"{e.name}{ending}")(symbol(use.argument)) + _sum(rest)
+        self.assign(target, _sum(r.terms) + w, r.reason, shown)
 
     def _pseudo_input(self, s: sp.Symbol) -> None:
         if s not in self.inputs:
@@ -336,62 +281,6 @@ class _Derivation:
         names = tuple(p.name for p in law.parameters(e.name))
         self.laws.append(LawPort(e.name, role, law, w, argument, names))
         return w
-
-    def _resistor(self, e: R, ef: sp.Symbol, fl: sp.Symbol, gets_effort: bool) -> None:
-        r = self.graph.coefficient(e) if e.value != 0 else sp.S.Zero
-        why = f"R {e.name}"
-        if e.law is None:
-            self.assign(fl, ef / r, why) if gets_effort else self.assign(ef, r * fl, why)
-            return
-        w = self.law_port(e, "resistor", e.law, fl)
-        if gets_effort:
-            self.assign(fl, (ef - w) / r, why, sp.Function(f"{e.name}_inverse")(ef))
-        else:
-            self.assign(ef, r * fl + w, why, sp.Function(e.name)(fl))
-
-    def _storage(
-        self, e: C | I, letter: str, output: sp.Symbol, rate: sp.Symbol, *, integral: bool
-    ) -> None:
-        state = symbol(f"{letter}_{e.name}")
-        slope = self.graph.coefficient(e) if isinstance(e, C) else 1 / self.graph.coefficient(e)
-        if not integral:
-            return
-        why = f"{e.kind} {e.name} stores {letter}_{e.name}"
-        self.states.append(State(state, rate, e.name, _stored_unit(e)))
-        if e.law is None:
-            self.assign(output, slope * state, why)
-        else:
-            w = self.law_port(e, "storage", e.law, state)
-            self.assign(output, slope * state + w, why, sp.Function(e.name)(state))
-
-    def _sensor(self, e: Sensor) -> None:
-        junction = self.graph.neighbour(e.name)
-        if isinstance(e, De):
-            value: sp.Expr = symbol(f"e_{self.alias.get(junction, junction)}")
-        elif isinstance(e, Dq):
-            value = self._displacement(e, symbol(f"f_{self.alias.get(junction, junction)}"))
-        else:
-            value = symbol(f"f_{self.alias.get(junction, junction)}")
-        shown = value
-        reading = symbol(f"r_{e.name}")
-        if e.law is not None or e.lag is not None:
-            self.assign(reading, value, f"true value at {e.name}", shown)
-            value = shown = reading
-        if e.lag is not None:
-            lagged, tau = symbol(f"z_{e.name}"), symbol(e.lag, positive=True)
-            self.states.append(State(lagged, (value - lagged) / tau, e.name, e.unit))
-            value = shown = lagged
-        if e.law is not None:
-            w = self.law_port(e, "sensor", e.law, value)
-            shown = sp.Function(f"{e.name}_reading")(shown)
-            value = value + w
-        target = symbol(f"y_{e.name}")
-        for power, name in enumerate(e.drift, start=1):
-            ramp = RAMP if power == 1 else symbol(f"ramp{power}")
-            self._pseudo_input(ramp)
-            value, shown = value + symbol(name) * ramp, shown + symbol(name) * ramp
-        self.assign(target, value, f"{e.kind} {e.name}", shown)
-        self.outputs.append((e.name, target, e.unit))
 
     def _displacement(self, e: Dq, flow: sp.Symbol) -> sp.Expr:
         """Return stored displacements that already integrate this flow, or a new state."""
@@ -440,46 +329,60 @@ def _as_integral(
     )
 
 
-def _stored_unit(e: C | I) -> str:
-    return ""
-
-
-def _flow_aliases(graph: BondGraph) -> dict[str, str]:
-    """Junctions of one kind bonded to each other share their variable: one name for all."""
-    import networkx as nx
-
-    same: nx.Graph = nx.Graph()
-    for b in graph.bonds:
-        if type(graph[b.tail]) is type(graph[b.head]) and isinstance(graph[b.tail], Zero | One):
-            same.add_edge(b.tail, b.head)
-    order = list(graph.elements)
-    alias = {}
-    for part in nx.connected_components(same):
-        first = min(part, key=order.index)
-        alias.update({n: first for n in part})
-    return alias
+def _sum(terms: Iterable[tuple[Any, str]]) -> sp.Expr:
+    return sp.Add(*(sp.Mul(c, symbol(s)) for c, s in terms))
 
 
 def _ordered(name: str, found: Mapping[sp.Symbol, Assignment]) -> tuple[Assignment, ...]:
-    import networkx as nx
+    """Order assignments; linear loops are solved in closed form."""
+    by_name = {str(t): a for t, a in found.items()}
+    reads = {
+        n: sorted(str(s) for s in a.expression.free_symbols if s in found)
+        for n, a in by_name.items()
+    }
+    ordered: list[Assignment] = []
+    for part in components(by_name, reads.__getitem__):
+        if len(part) == 1 and part[0] not in reads[part[0]]:
+            ordered.append(by_name[part[0]])
+        else:
+            ordered.extend(_solved(name, [by_name[n] for n in part]))
+    return tuple(ordered)
 
-    g: nx.DiGraph = nx.DiGraph()
-    g.add_nodes_from(found)
-    for t, a in found.items():
-        for s in a.expression.free_symbols:
-            if s in found:
-                g.add_edge(s, t)
-    try:
-        position = {t: i for i, t in enumerate(found)}
-        return tuple(found[t] for t in nx.lexicographical_topological_sort(g, key=position.get))
-    except nx.NetworkXUnfeasible:
-        loop = max(nx.strongly_connected_components(g), key=len)
-        signals = ", ".join(sorted(str(s) for s in loop))
-        sources = sorted({found[t].reason for t in loop if not found[t].reason.startswith("sum")})
+
+def _solved(name: str, loop: list[Assignment]) -> list[Assignment]:
+    """Solve a linear algebraic loop: torn signals in closed form, then the rest as it was."""
+    by_name = {str(a.target): a for a in loop}
+    torn, order = tear(
+        list(by_name),
+        lambda n: sorted(str(s) for s in by_name[n].expression.free_symbols if str(s) in by_name),
+        lambda n: 0 if by_name[n].reason.startswith("R ") else 1,
+    )
+    closed: dict[sp.Symbol, sp.Expr] = {}
+    for n in order:
+        closed[by_name[n].target] = sp.expand(by_name[n].expression.xreplace(closed))
+    unknown = [by_name[t].target for t in torn]
+    matrix = sp.eye(len(torn))
+    right = sp.zeros(len(torn), 1)
+    for i, t in enumerate(torn):
+        value = sp.expand(by_name[t].expression.xreplace(closed))
+        for j, u in enumerate(unknown):
+            slope = value.coeff(u)
+            matrix[i, j] -= slope
+            value -= sp.expand(slope * u)
+        right[i] = sp.expand(value)
+    determinant = sp.cancel(matrix.det(method="berkowitz"))
+    if determinant == 0:
+        reasons = sorted({a.reason for a in loop if not a.reason.startswith("sum")})
         raise AlgebraicLoop(
-            f"{name}: algebraic loop through {', '.join(sources)} (signals {signals}); a small "
-            "compliance or inertia at one of their junctions breaks it"
-        ) from None
+            f"{name}: the algebraic loop through {', '.join(reasons) or 'junctions only'} is "
+            "singular: its signals are not determined; put a resistance or a storage at one of "
+            "its junctions, or remove a redundant bond"
+        )
+    solution = matrix.adjugate(method="berkowitz") * right / determinant
+    solved = []
+    for u, value, t in zip(unknown, solution, torn, strict=True):
+        solved.append(Assignment(u, value, value, f"{by_name[t].reason}; algebraic loop solved"))
+    return [*solved, *(by_name[n] for n in order)]
 
 
 def _resolve_dependent_storages(d: _Derivation) -> None:
@@ -497,5 +400,5 @@ def _resolve_dependent_storages(d: _Derivation) -> None:
             f"more than {MOST_DEPENDENT} are not solved at once; put resistances in series with "
             "them (or merge them)"
         )
-    for name in d.causality.derivative:
-        eliminate(d, d.graph[name])
+    for dependent in d.made.dependents:
+        eliminate(d, dependent)

@@ -43,11 +43,11 @@ class Library:
         return iter(self.factories)
 
     def __len__(self) -> int:
-        """Number of components."""
+        """Return the number of components."""
         return len(self.factories)
 
     def __getitem__(self, name: str) -> Factory:
-        """Factory by name; a typo is answered with the nearest names."""
+        """Return a factory by name; a typo is answered with the nearest names."""
         if name not in self.factories:
             raise unknown_name("component", name, self.name, self.factories)
         return self.factories[name]

@@ -6,7 +6,7 @@ outputs. Memory is constant within a step and replaced by `Program.advance` once
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -81,10 +81,10 @@ class Program:
     nominal : tuple of float, shape (n_p,)
     start, guess, virgin : tuple of float
         x at the start (0), a guess for z, memory at the start.
-    steps : tuple of Step
+    steps : sequence of Step
         Readable assignments in order of evaluation.
     laws : tuple of LawCall
-    rates, readings, residuals : tuple of sympy.Expr
+    rates, readings, residuals : sequence of sympy.Expr
         dx/dt, y and g in targets of the steps.
     rhs : casadi.Function
         ``(t, x, z, u, p, m, h) -> (dx, y)``, SX.
@@ -107,11 +107,11 @@ class Program:
     start: tuple[float, ...]
     guess: tuple[float, ...]
     virgin: tuple[float, ...]
-    steps: tuple[Step, ...]
+    steps: Sequence[Step]
     laws: tuple[LawCall, ...]
-    rates: tuple[sp.Expr, ...]
-    readings: tuple[sp.Expr, ...]
-    residuals: tuple[sp.Expr, ...]
+    rates: Sequence[sp.Expr]
+    readings: Sequence[sp.Expr]
+    residuals: Sequence[sp.Expr]
     rhs: ca.Function
     residual: ca.Function
     advance: ca.Function

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any, overload
 
 import casadi as ca
 import sympy as sp
@@ -60,9 +62,7 @@ class _Evaluation:
         self.value.setdefault("one", ca.SX(1))
         values = ca.vertsplit(self.columns["p"])
         self.parameter = dict(zip(self.names["p"], values, strict=True))
-        self.table = {
-            q.symbol: v for q, v in zip(model.parameters.values(), values, strict=True)
-        }
+        self.table = {q.symbol: v for q, v in zip(model.parameters.values(), values, strict=True)}
         self.coefficients: dict[Any, Any] = {}
         self.calls = self._calls()
         self.m = ca.SX.sym("m", sum(c.law.n_memory for c in self.calls))
@@ -79,14 +79,19 @@ class _Evaluation:
             argument = symbol(use.argument)
             found.append(
                 LawCall(
-                    use.element, use.law, argument, use.slope, memory, use.parameters, value, advance
+                    use.element,
+                    use.law,
+                    argument,
+                    use.slope,
+                    memory,
+                    use.parameters,
+                    value,
+                    advance,
                 )
             )
         return tuple(found)
 
     def coefficient(self, c: Any, reads: dict[sp.Symbol, Any]) -> Any:
-        if isinstance(c, int):
-            return c
         if reads and c.free_symbols & reads.keys():
             return to_casadi(c, {**self.table, **reads})
         if c not in self.coefficients:
@@ -94,13 +99,11 @@ class _Evaluation:
         return self.coefficients[c]
 
     def of(self, r: Relation) -> Any:
-        reads = {symbol(s): self.value[s] for s in r.reads}
+        reads = {symbol(s): self.value[s] for s in r.reads} if r.reads else {}
         total: Any = 0
         for c, s in r.terms:
-            if c == 1:
-                total = total + self.value[s]
-            elif c == -1:
-                total = total - self.value[s]
+            if isinstance(c, int):
+                total = total + self.value[s] if c == 1 else total - self.value[s]
             else:
                 total = total + self.coefficient(c, reads) * self.value[s]
         if r.expression is not None:
@@ -162,7 +165,7 @@ def program_of(model: System) -> Program:
         virgin=tuple(virgin),
         steps=readable.steps,
         laws=made.calls,
-        rates=tuple(symbol(s.rate) for s in model.stored),
+        rates=_Late(lambda: tuple(symbol(s.rate) for s in model.stored)),
         readings=tuple(symbol(s) for _, s, _ in model.readings),
         residuals=readable.residuals,
         rhs=ca.Function("rhs", ins, columns[:2], labels, ["dx", "y"]),
@@ -187,24 +190,28 @@ class _Readable:
 
     def __init__(self, model: System, calls: tuple[LawCall, ...]) -> None:
         self.model, self.calls = model, calls
-        self.called: set[int] = set()
+        self.steps = _Late(lambda: self._made[0])
+        self.residuals = _Late(lambda: self._made[1])
+
+    @cached_property
+    def _made(self) -> tuple[tuple[Step, ...], tuple[sp.Expr, ...]]:
+        called: set[int] = set()
         steps: list[Step] = []
-        for r in model.relations:
-            steps += self._call(r)
+
+        def call(r: Relation) -> None:
+            if r.law is not None and r.law not in called:
+                called.add(r.law)
+                element = self.calls[r.law].element
+                steps.append(Step(f"w_{element}", None, r.law, f"law of {element}"))
+
+        for r in self.model.relations:
+            call(r)
             steps.append(Step(r.target, self._expression(r), None, r.reason))
         residuals = []
-        for a in model.algebraic:
-            steps += self._call(a.residual)
+        for a in self.model.algebraic:
+            call(a.residual)
             residuals.append(self._expression(a.residual))
-        self.steps = tuple(steps)
-        self.residuals = tuple(residuals)
-
-    def _call(self, r: Relation) -> list[Step]:
-        if r.law is None or r.law in self.called:
-            return []
-        self.called.add(r.law)
-        element = self.calls[r.law].element
-        return [Step(f"w_{element}", None, r.law, f"law of {element}")]
+        return tuple(steps), tuple(residuals)
 
     def _expression(self, r: Relation) -> sp.Expr:
         parts = [sp.Mul(c, symbol(s)) for c, s in r.terms]
@@ -213,3 +220,22 @@ class _Readable:
         if r.law is not None:
             parts.append(symbol(f"w_{self.calls[r.law].element}"))
         return sp.Add(*parts)
+
+
+class _Late(Sequence[Any]):
+    """A sequence made when it is first read: readable steps cost more than all functions."""
+
+    def __init__(self, make: Callable[[], Sequence[Any]]) -> None:
+        self._make = make
+
+    @overload
+    def __getitem__(self, at: int) -> Any: ...
+    @overload
+    def __getitem__(self, at: slice) -> Sequence[Any]: ...
+    def __getitem__(self, at: int | slice) -> Any:
+        """Return an entry."""
+        return self._make()[at]
+
+    def __len__(self) -> int:
+        """Return the number of entries."""
+        return len(self._make())

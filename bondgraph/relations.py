@@ -34,7 +34,6 @@ from bondgraph.elements import (
     Modulated,
     R,
     RField,
-    Se,
     Sensor,
     Source,
     Zero,
@@ -169,7 +168,9 @@ class _Builder:
         kept = tuple(terms)
         if (
             len(kept) == 1
-            and kept[0] == (1, target)
+            and kept[0][1] == target
+            and isinstance(kept[0][0], int)
+            and kept[0][0] == 1
             and expression is None
             and law is None
             and not implicit
@@ -258,7 +259,15 @@ class _Builder:
         gets_effort = self.effort_in(b, e.name)
         if isinstance(e, Source):
             self._source(e, effort if not gets_effort else flow)
-        elif isinstance(e, R):
+            return
+        if b.tail == e.name:
+            # the laws of an element hold for the flow into it, wherever the half arrow points
+            inward = f"inward_{e.name}"
+            why = f"the half arrow points out of {e.name}"
+            gives_flow = gets_effort
+            self.put(*((flow, [(-1, inward)]) if gives_flow else (inward, [(-1, flow)])), why)
+            flow = inward
+        if isinstance(e, R):
             self._resistor(e, effort, flow, gets_effort)
         elif isinstance(e, C):
             self._storage(e, "q", effort, flow, integral=not gets_effort)
@@ -422,9 +431,7 @@ class _Builder:
             slopes = [law.diff(s) for s in local]
             used = [v for s, v in zip(local, variables, strict=True) if s in law.free_symbols]
             linear = not any(d.free_symbols & set(local) for d in slopes)
-            terms = [
-                (d, v) for d, v in zip(slopes, variables, strict=True) if linear and d != 0
-            ]
+            terms = [(d, v) for d, v in zip(slopes, variables, strict=True) if linear and d != 0]
             rest = None
             if linear:
                 constant = law.xreplace(dict.fromkeys(local, sp.S.Zero))

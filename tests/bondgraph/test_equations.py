@@ -11,13 +11,13 @@ from actuators.textbook import mass_with_viscous_friction, resonator, thermal_la
 from bondgraph import (
     GY,
     TF,
-    AlgebraicLoop,
     BondGraph,
     C,
     De,
     DerivativeCausality,
     Df,
     Dq,
+    GraphError,
     I,
     One,
     R,
@@ -163,13 +163,17 @@ def test_imposed_compliance() -> None:
     assert same(derive(g).signal("q_C_1"), P("C_1") * S("V"))
 
 
-def test_dependent_inertia_is_refused_by_name() -> None:
+def test_dependent_inertia_moves_along() -> None:
+    """Two masses on one body: one state, the sum of the momenta, and v = p / (m_1 + m_2)."""
     with BondGraph("pair") as g:
         a = One("a")
         Se("F") >> a >> I("m_1", 1.0)
-        a >> I("m_2", 1.0)
-    with pytest.raises(DerivativeCausality, match=r"pair: I m_2 .*compliance"):
-        derive(g)
+        a >> I("m_2", 2.0)
+        a >> Df("v")
+    space = derive(g)
+    assert [str(s.symbol) for s in space.states] == ["z_p_m_1"]
+    assert same(space.dxdt[0], S("F"))
+    assert same(space.y[0], S("z_p_m_1") / (P("m_1") + P("m_2")))
 
 
 def test_two_nonlinear_stores_in_a_loop_are_refused_by_name() -> None:
@@ -181,13 +185,26 @@ def test_two_nonlinear_stores_in_a_loop_are_refused_by_name() -> None:
         derive(g)
 
 
-def test_algebraic_loop_is_named() -> None:
-    """R-R: V = (R_1 + R_2) f has no state, and the engine says which elements are in it."""
+def test_linear_loop_is_solved() -> None:
+    """V = (R_1 + R_2) f has no state: the loop is solved in closed form."""
     with BondGraph("divider") as g:
         a = One("a")
         Se("V") >> a >> R("R_1", 1.0)
         a >> R("R_2", 1.0)
-    with pytest.raises(AlgebraicLoop, match=r"divider: .*R R_1.*R R_2.*compliance or inertia"):
+        a >> Df("i")
+    assert same(derive(g).y[0], S("V") / (P("R_1") + P("R_2")))
+
+
+def test_undetermined_flows_are_refused() -> None:
+    """Two 0-junctions joined by two paths: how the flow splits is not determined."""
+    with BondGraph("ring") as g:
+        a, b = Zero("a"), Zero("b")
+        Sf("F") >> a
+        for n in "lr":
+            j = One(f"j_{n}")
+            a >> j >> b
+        b >> C("c", 1.0)
+    with pytest.raises(GraphError, match="ring: "):
         derive(g)
 
 

@@ -1,0 +1,142 @@
+"""Exact decisions about SymPy expressions: does one vanish, what sign has a matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any, Literal, TypeAlias
+
+import sympy as sp
+
+__all__ = ["Sign", "is_positive", "sign_of", "vanishes"]
+
+Sign: TypeAlias = Literal["positive definite", "positive semidefinite", "indefinite"]
+
+MOST_MINORS = 5
+"""Larger matrices of symbols are judged at numbers only: their minors grow like n!."""
+
+_POINTS = (((3, 7), (5, 11)), ((13, 8), (2, 9)), ((7, 5), (17, 6)))
+
+
+def vanishes(expression: Any) -> bool:
+    """Return whether an expression is identically zero.
+
+    Rational ones are decided exactly. Others are evaluated at three rational points to 40 digits:
+    one that is not zero there is not zero; the rest is simplified, and counts as zero if all
+    points agree to 30 digits (12 where floating-point numbers occur).
+
+    Examples
+    --------
+    >>> x = sp.Symbol("x", real=True)
+    >>> vanishes(sp.sin(x) ** 2 + sp.cos(x) ** 2 - 1), vanishes(x - 1)
+    (True, False)
+    """
+    e = sp.sympify(expression)
+    if e == 0:
+        return True
+    if not e.has(sp.Function, sp.Float, sp.Integral, sp.Piecewise):
+        try:
+            return bool(sp.cancel(sp.together(e)) == 0)
+        except sp.PolynomialError:
+            pass
+    seen = [_small(e, i) for i in range(len(_POINTS))]
+    if any(s is False for s in seen):
+        return False
+    if all(seen):
+        return True
+    return bool(sp.simplify(e) == 0)
+
+
+def _small(e: sp.Expr, which: int) -> bool | None:
+    """Whether `e` is zero at a rational point, within the digits carried; None if undefined."""
+    (a, b), (c, d) = _POINTS[which]
+    symbols = sorted(e.free_symbols, key=str)
+    at = {s: sp.Rational(a, b) + i * sp.Rational(c, d) for i, s in enumerate(symbols)}
+    terms = [sp.N(t.subs(at), 40) for t in sp.Add.make_args(e)]
+    if not all(t.is_number and t.is_finite for t in terms):
+        return None
+    size = sum(abs(t) for t in terms)
+    digits = 12 if e.has(sp.Float) else 30
+    return bool(abs(sum(terms)) <= size * sp.Float(10) ** -digits)
+
+
+def is_positive(expression: Any) -> bool | None:
+    """Return whether an expression of positive symbols is positive for all their values.
+
+    Examples
+    --------
+    >>> a, b = sp.symbols("a b", positive=True)
+    >>> is_positive(a**2 + a * b), is_positive(a - b)
+    (True, None)
+    """
+    e = sp.sympify(expression)
+    if e.is_positive is not None:
+        return bool(e.is_positive)
+    try:
+        found = sp.factor(sp.together(e)).is_positive
+    except sp.PolynomialError:
+        return None
+    return None if found is None else bool(found)
+
+
+def sign_of(
+    matrix: sp.Matrix, values: Mapping[sp.Symbol, Any], *, may_vary: bool = True
+) -> tuple[Sign, bool]:
+    """Return the sign of a symmetric matrix, and whether it holds for all positive parameters.
+
+    Parameters
+    ----------
+    values : dict of symbol to number
+        Rational numbers of the symbols, used if the symbolic minors decide nothing.
+    may_vary : bool
+        Try the symbolic minors first.
+
+    Raises
+    ------
+    ValueError
+        An entry is not finite at `values`.
+    """
+    if may_vary and matrix.rows <= MOST_MINORS and (found := _by_minors(matrix)):
+        return found, True
+    numbers = matrix.xreplace(dict(values)).applyfunc(_rational)
+    return _by_elimination(numbers), not matrix.free_symbols
+
+
+def _rational(v: sp.Expr) -> sp.Expr:
+    if v.is_Rational:
+        return v
+    if not v.is_number or not v.is_finite:
+        raise ValueError("not a finite matrix")
+    return sp.Rational(str(sp.N(v, 40)))
+
+
+def _by_minors(matrix: sp.Matrix) -> Sign | None:
+    """All leading minors positive, or all principal minors positive or zero."""
+    n = matrix.rows
+    leading = [matrix[:k, :k].det() for k in range(1, n + 1)]
+    if all(is_positive(m) for m in leading):
+        return "positive definite"
+    for k in range(1, n + 1):
+        for rows in combinations(range(n), k):
+            minor = matrix.extract(list(rows), list(rows)).det()
+            if not (vanishes(minor) or is_positive(minor)):
+                return None
+    return "positive semidefinite"
+
+
+def _by_elimination(matrix: sp.Matrix) -> Sign:
+    """Exact LDL^T with diagonal pivots."""
+    left = matrix.copy()
+    definite = True
+    while left.rows:
+        pivot = next((i for i in range(left.rows) if left[i, i] != 0), None)
+        if pivot is None:
+            return "positive semidefinite" if left.is_zero_matrix else "indefinite"
+        if left[pivot, pivot] < 0:
+            return "indefinite"
+        if any(left[i, i] == 0 for i in range(left.rows)):
+            definite = False
+        keep = [i for i in range(left.rows) if i != pivot]
+        column = left.extract(keep, [pivot])
+        left = left.extract(keep, keep) - column * column.T / left[pivot, pivot]
+    return "positive definite" if definite else "positive semidefinite"

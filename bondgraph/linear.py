@@ -1,0 +1,375 @@
+"""Linear systems from exact equations: linearisation, descriptor form, transfer functions, poles.
+
+Sizes: n_x states, n_z algebraic unknowns, n_u inputs (input rates follow the inputs), n_y outputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from bondgraph.elements import symbol
+from bondgraph.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.system import System
+
+__all__ = [
+    "Descriptor",
+    "Linearised",
+    "descriptor",
+    "eigenvalues",
+    "linear_rates",
+    "linearise",
+    "sensitivities",
+    "transfer_function",
+    "zeros",
+]
+
+LAPLACE = sp.Symbol("s")
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """``dx = A x + B u``, ``y = C x + D u`` about an operating point, symbolic in parameters.
+
+    `inputs` end with the input rates, if the equations need them; names are kept throughout.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    a: sp.Matrix
+    b: sp.Matrix
+    c: sp.Matrix
+    d: sp.Matrix
+
+    def numbers(self, values: Mapping[str, float]) -> tuple[np.ndarray, ...]:
+        """Return A, B, C, D as arrays at parameter `values`.
+
+        Raises
+        ------
+        UnusableInput
+            A parameter has no value.
+        """
+        return tuple(_numeric(m, values) for m in (self.a, self.b, self.c, self.d))
+
+    def _repr_latex_(self) -> str:
+        """Return the matrices for notebooks."""
+        pairs = zip("ABCD", (self.a, self.b, self.c, self.d), strict=True)
+        return "$$" + r",\quad ".join(f"{n} = {sp.latex(m)}" for n, m in pairs) + "$$"
+
+
+@dataclass(frozen=True)
+class Descriptor:
+    """``E dx/dt = A x + B u``, ``y = C x + D u`` with x states, then algebraic unknowns."""
+
+    names: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    e: sp.Matrix
+    a: sp.Matrix
+    b: sp.Matrix
+    c: sp.Matrix
+    d: sp.Matrix
+
+
+def descriptor(model: System, at: Mapping[str, float] | None = None) -> Descriptor:
+    """Return the semi-explicit descriptor form, linearised at `at` (see `linearise`)."""
+    names = (*model.states, *(a.name for a in model.algebraic))
+    inputs = (*model.inputs, *model.input_rates)
+    right = sp.Matrix([*model.rates, *model.residuals])
+    out = sp.Matrix(list(model.outputs)) if model.outputs else sp.zeros(0, 1)
+    x, u = [symbol(n) for n in names], [symbol(n) for n in inputs]
+    put = _point(model, at, [*names, *inputs], (*right, *out), [*x, *u])
+    n_x, n = model.order, len(names)
+    e = sp.zeros(n, n)
+    for i in range(n_x):
+        e[i, i] = 1
+    parts = [
+        _jacobian(right, x, put),
+        _jacobian(right, u, put),
+        _jacobian(out, x, put),
+        _jacobian(out, u, put),
+    ]
+    return Descriptor(names, inputs, model.output_names, e, *parts)
+
+
+def linearise(model: System, at: Mapping[str, float] | None = None) -> Linearised:
+    """Linearise about an operating point; the algebraic unknowns are eliminated.
+
+    Parameters
+    ----------
+    model : System
+    at : mapping of str to float, optional
+        Values of states, algebraic unknowns and inputs, 0 where not given (irrelevant where the
+        equations are linear). Parameters stay symbols.
+
+    Raises
+    ------
+    UnknownName
+        `at` names something that is no state, unknown or input.
+    UnusableInput
+        The equations have no derivative there.
+    """
+    form = descriptor(model, at)
+    n, m = model.order, len(form.names)
+    a, b, c, d = form.a, form.b, form.c, form.d
+    if m == n:
+        return Linearised(form.names, form.inputs, form.outputs, a, b, c, d)
+    inner = a[n:, n:]
+    if inner.det() == 0:
+        raise UnusableInput(
+            f"{model.name}: the algebraic loop cannot be solved at this operating point; give "
+            "another one in at="
+        )
+    solved = inner.inv()
+    z_x, z_u = -solved * a[n:, :n], -solved * b[n:, :]
+    return Linearised(
+        form.names[:n],
+        form.inputs,
+        form.outputs,
+        a[:n, :n] + a[:n, n:] * z_x,
+        b[:n, :] + a[:n, n:] * z_u,
+        c[:, :n] + c[:, n:] * z_x,
+        d + c[:, n:] * z_u,
+    )
+
+
+def _point(
+    model: System,
+    at: Mapping[str, float] | None,
+    names: Sequence[str],
+    expressions: Sequence[sp.Expr],
+    variables: Sequence[sp.Symbol],
+) -> dict[sp.Symbol, sp.Expr]:
+    given = dict(at or {})
+    for n in given:
+        if n not in names:
+            raise unknown_name("state or input", n, model.name, names)
+    put = {symbol(n): sp.sympify(float(given.get(n, 0.0))) for n in names}
+    for e in expressions:
+        named = sorted(str(f.func) for f in sp.sympify(e).atoms(sp.core.function.AppliedUndef))
+        if named:
+            raise UnusableInput(
+                f"{model.name}: {named[0].removesuffix('_deviation')} has memory or a jump, so "
+                "there is no symbolic linearisation; linearise the graph without its law"
+            )
+    return {**put, symbol("time"): sp.S.Zero, symbol("one"): sp.S.One}
+
+
+def _jacobian(
+    column: sp.Matrix, by: Sequence[sp.Symbol], put: Mapping[sp.Symbol, sp.Expr]
+) -> sp.Matrix:
+    rows = []
+    for f in column:
+        free = f.free_symbols
+        rows.append([_entry(f, v, put) if v in free else sp.S.Zero for v in by])
+    return sp.Matrix(len(rows), len(by), [e for row in rows for e in row])
+
+
+def _entry(f: sp.Expr, v: sp.Symbol, put: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    slope = f.diff(v)
+    if slope.free_symbols & put.keys():
+        slope = slope.xreplace(dict(put))
+        if slope.has(sp.nan, sp.zoo, sp.oo):
+            raise UnusableInput(
+                f"the equations have no derivative by {v} at this operating point; give another "
+                "one in at="
+            )
+    return slope
+
+
+def transfer_function(model: System, source: str, signal: str) -> sp.Expr:
+    """Return the transfer function from an input to a signal, a rational function of ``s``.
+
+    The coefficients are exact in the parameters; input rates count as ``s`` times the input.
+
+    Parameters
+    ----------
+    source : str
+        An input of the model.
+    signal : str
+        A sensor or any signal (``e_name``, ``f_name``, ``q_name``, ``p_name``).
+    """
+    if source not in model.inputs:
+        raise unknown_name("input", source, model.name, model.inputs)
+    readings = {n: s for n, s, _ in model.readings}
+    target = model.signal(readings.get(signal, signal))
+    linear = linearise(model)
+    x, u = [symbol(n) for n in linear.states], [symbol(n) for n in linear.inputs]
+    if model.algebraic:
+        raise UnusableInput(
+            f"{model.name}: a nonlinear loop stays implicit; take linearise(at=..) and its matrices"
+        )
+    put = {symbol(n): sp.S.Zero for n in (*linear.states, *linear.inputs)}
+    c = _jacobian(sp.Matrix([target]), x, put)
+    d = _jacobian(sp.Matrix([target]), u, put)
+    weight = sp.Matrix([_order_of(n, source) for n in linear.inputs])
+    b = linear.b * weight
+    direct = (d * weight)[0]
+    if not x:
+        return sp.cancel(sp.together(direct))
+    # Cramer's rule on one polynomial matrix: exact and without a symbolic inverse
+    n = len(x)
+    from sympy.polys.matrices import DomainMatrix
+
+    m = LAPLACE * sp.eye(n) - linear.a
+    both = DomainMatrix.from_Matrix(m.row_join(b)).to_field()
+    numbers = both.to_Matrix()
+    solution = (
+        DomainMatrix.from_Matrix(numbers[:, :n])
+        .to_field()
+        .unify(DomainMatrix.from_Matrix(numbers[:, n:]).to_field())
+    )
+    answer = solution[0].lu_solve(solution[1]).to_Matrix()
+    return sp.cancel(sp.together((c * answer)[0] + direct))
+
+
+def _order_of(name: str, source: str) -> sp.Expr:
+    if name == source:
+        return sp.S.One
+    for order, prefix in enumerate(("d_", "d2_", "d3_"), start=1):
+        if name == prefix + source:
+            return LAPLACE**order
+    return sp.S.Zero
+
+
+def zeros(model: System, source: str, signal: str) -> sp.Poly:
+    """Return the numerator of a transfer function as a polynomial in ``s``; its roots are zeros."""
+    numerator, _ = sp.fraction(transfer_function(model, source, signal))
+    return sp.Poly(numerator, LAPLACE)
+
+
+def sensitivities(model: System, parameters: Sequence[str] | None = None) -> dict[str, sp.Matrix]:
+    """Return ``d(dx/dt)/dp`` in closed form for parameters by name, each of shape (n_x, 1)."""
+    names = tuple(model.parameters) if parameters is None else tuple(parameters)
+    for n in names:
+        if n not in model.parameters:
+            raise unknown_name("parameter", n, model.name, model.parameters)
+    rates = sp.Matrix(list(model.rates)) if model.order else sp.zeros(0, 1)
+    return {n: rates.diff(model.parameters[n].symbol) for n in names}
+
+
+def eigenvalues(
+    model: System, values: Mapping[str, float] | None = None, at: Mapping[str, float] | None = None
+) -> np.ndarray:
+    """Return the eigenvalues at parameter `values` (nominal where not given), shape (n_x,)."""
+    linear = linearise(model, at)
+    numbers = {n: p.value for n, p in model.parameters.items()}
+    for n, v in (values or {}).items():
+        if n not in numbers:
+            raise unknown_name("parameter", n, model.name, numbers)
+        numbers[n] = float(v)
+    a = _numeric(linear.a, numbers)
+    if not a.size:
+        return np.zeros(0, complex)
+    from scipy.linalg import matrix_balance
+
+    # charges and momenta differ by many decades: balance before the QR iteration
+    balanced, _ = matrix_balance(a)
+    return np.sort_complex(np.linalg.eigvals(balanced))
+
+
+def _numeric(m: sp.Matrix, values: Mapping[str, float]) -> np.ndarray:
+    put = {}
+    for s in m.free_symbols:
+        if str(s) not in values:
+            raise UnusableInput(f"parameter {s} has no value; give one")
+        put[s] = sp.Float(values[str(s)])
+    return np.array(m.xreplace(put).tolist(), float).reshape(m.shape)
+
+
+def linear_rates(
+    model: System, values: Mapping[str, float] | None = None
+) -> tuple[dict[str, Fraction], ...]:
+    """Return ``dx/dt`` of a linear system with numbers for parameters, exact and sparse.
+
+    One dictionary a state: coefficient by state, input or input rate. The arithmetic is rational
+    (every float is taken as the exact number it is), so nothing is left of what cancels, and one
+    pass over the ordered relations is enough.
+
+    Raises
+    ------
+    UnusableInput
+        The system is not linear, or a parameter has no finite value.
+    """
+    numbers = {n: p.value for n, p in model.parameters.items()}
+    for n, v in (values or {}).items():
+        if n not in numbers:
+            raise unknown_name("parameter", n, model.name, numbers)
+        numbers[n] = v
+    if model.algebraic or model.laws:
+        raise UnusableInput(
+            f"{model.name} is not linear: {', '.join(u.element for u in model.laws)} has a law; "
+            "take System.rates or linearise(at=..)"
+        )
+    exact = _Exact(numbers)
+    forms: dict[str, dict[str, Fraction]] = {}
+    for r in model.relations:
+        if r.expression is not None or r.reads:
+            if r.expression is None or r.expression.free_symbols & {symbol(s) for s in r.reads}:
+                raise UnusableInput(
+                    f"{model.name} is not linear: {r.reason}; take System.rates or linearise(at=..)"
+                )
+        if len(r.terms) == 1 and r.terms[0][0] == 1 and r.expression is None:
+            s = r.terms[0][1]
+            known = forms.get(s)
+            forms[r.target] = {s: Fraction(1)} if known is None else known
+            continue
+        total: dict[str, Fraction] = {}
+        if r.expression is not None:
+            total["one"] = exact(r.expression)
+        for c, s in r.terms:
+            k = c if isinstance(c, int) else exact(c)
+            form = forms.get(s)
+            if form is None:
+                total[s] = total.get(s, 0) + k
+                continue
+            for leaf, v in form.items():
+                total[leaf] = total.get(leaf, 0) + k * v
+        forms[r.target] = {leaf: v for leaf, v in total.items() if v}
+    return tuple(dict(forms.get(s.rate, {s.rate: Fraction(1)})) for s in model.stored)
+
+
+class _Exact:
+    """Rational value of coefficients, each computed once."""
+
+    def __init__(self, numbers: Mapping[str, float]) -> None:
+        self.numbers = numbers
+        self.known: dict[Any, Fraction] = {}
+
+    def __call__(self, c: sp.Expr) -> Fraction:
+        if c not in self.known:
+            self.known[c] = self._value(c)
+        return self.known[c]
+
+    def _value(self, c: sp.Expr) -> Fraction:
+        if c.is_Symbol:
+            try:
+                return Fraction(self.numbers[str(c)])
+            except (KeyError, ValueError, OverflowError):
+                raise UnusableInput(f"parameter {c} has no finite value; give one") from None
+        if c.is_Rational:
+            return Fraction(int(c.p), int(c.q))
+        if c.is_Float:
+            return Fraction(float(c))
+        if c.is_Pow and c.exp.is_Integer:
+            base = self(c.base)
+            if not base and c.exp.is_negative:
+                raise UnusableInput(f"{c} divides by zero; check the parameters")
+            return base ** int(c.exp)
+        if c.is_Mul:
+            product = Fraction(1)
+            for a in c.args:
+                product *= self(a)
+            return product
+        if c.is_Add:
+            return sum((self(a) for a in c.args), Fraction(0))
+        value = float(c.xreplace({s: sp.Float(self.numbers[str(s)]) for s in c.free_symbols}))
+        if value != value:
+            raise BondsightError(f"{c} has no value at these parameters")
+        return Fraction(value)
