@@ -1,4 +1,7 @@
-"""Effort, flow and power of every bond along a motion.
+"""Effort, flow, power and work of every bond along a motion.
+
+Work is integrated with the rates of the powers at both ends of every step, which the equations
+give: fourth order, although an input is linear between its samples and bends at each of them.
 
 Sizes: N samples.
 """
@@ -16,13 +19,13 @@ from bondgraph.backend import FloatArray
 from bondgraph.deriving import system
 from bondgraph.elements import Sensor, Switched, symbol
 from bondgraph.errors import UnusableInput, unknown_name
-from bondgraph.graph import BondGraph
+from bondgraph.graph import Bond, BondGraph
 from bondgraph.modulation import TIME
 from bondgraph.naming import Names
 from bondgraph.printing import to_casadi
 from bondgraph.programming import law_functions
 from bondgraph.relations import Relation
-from bondgraph.simulate import Trajectory
+from bondgraph.simulate import HOLDS, Trajectory
 from bondgraph.system import System
 
 __all__ = ["BondPower", "Motion", "in_its_mode", "motion", "observables", "power_bonds"]
@@ -36,6 +39,10 @@ class BondPower:
     ----------
     tail, head : str
     effort, flow, power : ndarray, shape (N,), SI
+    work : ndarray, shape (N,), J
+        Integral of the power since the start.
+    error : float
+        Estimate of the error of the work at the end, J.
     """
 
     tail: str
@@ -43,6 +50,8 @@ class BondPower:
     effort: FloatArray
     flow: FloatArray
     power: FloatArray
+    work: FloatArray
+    error: float
 
     @property
     def name(self) -> str:
@@ -79,7 +88,7 @@ def in_its_mode(graph: BondGraph) -> BondGraph:
     return in_mode(graph)
 
 
-def power_bonds(graph: BondGraph) -> tuple[Any, ...]:
+def power_bonds(graph: BondGraph) -> tuple[Bond, ...]:
     """Return the bonds that carry power: all but the taps of sensors."""
     return tuple(
         b
@@ -92,8 +101,9 @@ def observables(graph: BondGraph) -> tuple[str, ...]:
     """Return what a trajectory must hold, so that every bond follows from it.
 
     States, algebraic unknowns and inputs: ``simulate(..., observed=observables(graph))``, or any
-    `Trajectory` made of the states that an integrator of `Program` returns. Pseudo-inputs are
-    known; rates of inputs are taken by central differences where they are not given.
+    `Trajectory` made of the states that an integrator of `Program` returns. A law with memory or a
+    jump also needs its values in ``Trajectory.laws``, where `simulate` leaves them. Pseudo-inputs
+    are known, and rates of inputs follow from the inputs.
     """
     return _needed(system(graph))
 
@@ -104,23 +114,27 @@ def _needed(model: System) -> tuple[str, ...]:
 
 
 def motion(
-    graph: BondGraph, trajectory: Trajectory, parameters: Mapping[str, float] | None = None
+    graph: BondGraph,
+    trajectory: Trajectory,
+    parameters: Mapping[str, float] | None = None,
+    hold: str = "linear",
 ) -> Motion:
-    """Return all signals of `graph` along `trajectory`.
-
-    Signals that the trajectory holds are taken from it, deviations of laws too; the others follow
-    from the exact equations.
+    """Return all signals and the work of all bonds of `graph` along `trajectory`.
 
     Parameters
     ----------
     parameters : dict of str to float
         Values that differ from the declared ones, as given to the simulation.
+    hold : {"linear", "hold", "band-limited"}
+        What the inputs did between the samples; the last for any smooth input.
 
     Raises
     ------
     UnusableInput
-        A state or an input is missing, or the trajectory has no two samples.
+        A state, an input or a law's values are missing, or the trajectory has no two samples.
     """
+    if hold not in HOLDS:
+        raise unknown_name("inter-sample behaviour", hold, "ledger", HOLDS)
     model = system(graph)
     values = {n: p.value for n, p in model.parameters.items()}
     for n, v in (parameters or {}).items():
@@ -128,93 +142,167 @@ def motion(
             raise unknown_name("parameter", n, graph.name, values)
         values[n] = float(v)
     time = np.asarray(trajectory.time, float)
-    if time.ndim != 1 or time.size < 2:
-        raise UnusableInput(f"{graph.name}: the trajectory needs at least two samples")
-    signals = _given(model, trajectory, time)
-    signals |= _followed(model, trajectory, signals, values)
-    names = Names(graph := in_its_mode(graph))
-    bonds = []
-    for b in power_bonds(graph):
-        e, f = signals[names.effort(b)], signals[names.flow(b)]
-        bonds.append(BondPower(b.tail, b.head, e, f, e * f))
-    return Motion(model, time, signals, values, tuple(bonds))
-
-
-def _given(model: System, trajectory: Trajectory, time: FloatArray) -> dict[str, FloatArray]:
-    known = {*model.index, *_needed(model), *model.input_rates}
-    found = {n: np.asarray(v, float) for n, v in trajectory.outputs.items() if n in known}
-    for n, v in found.items():
-        if v.shape != time.shape:
-            raise UnusableInput(f"{model.name}: {n} has shape {v.shape}, time has {time.shape}")
-    found[str(TIME)] = time - time[0]
-    found["one"] = np.ones_like(time)
-    for u in model.inputs:
-        if u.startswith("ramp"):
-            found[u] = np.linspace(0.0, 1.0, time.size) ** int(u[4:] or 1)
-    missing = [n for n in _needed(model) if n not in found]
-    if missing:
+    if time.ndim != 1 or time.size < 2 or not (np.diff(time) > 0).all():
         raise UnusableInput(
-            f"{model.name}: the trajectory lacks {', '.join(missing)}; simulate with "
-            "observed=observables(graph) of bondgraph.energy"
+            f"{graph.name}: the trajectory needs two samples or more in rising time"
         )
-    for n in model.input_rates:
-        if n not in found:
-            order, _, source = n.partition("_")
-            rate = found[source]
-            for _ in range(int(order[1:] or 1)):
-                rate = np.gradient(rate, time, edge_order=min(2, time.size - 1))
-            found[n] = rate
-    return found
+    graph = in_its_mode(graph)
+    return _Followed(graph, model, trajectory, time, values, hold).motion()
 
 
-def _followed(
-    model: System,
-    trajectory: Trajectory,
-    given: Mapping[str, FloatArray],
-    parameters: Mapping[str, float],
-) -> dict[str, FloatArray]:
-    """Evaluate all relations whose target is not given, in one compiled call."""
-    order = list(given)
-    columns = {n: ca.SX.sym(n) for n in order}
-    value: dict[str, Any] = dict(columns)
-    table = {p.symbol: parameters[n] for n, p in model.parameters.items()}
-    rows = [given[n] for n in order]
-    inputs = [columns[n] for n in order]
+class _Followed:
+    """All signals of a system as CasADi expressions of what a trajectory holds."""
 
-    def law(position: int) -> Any:
-        use = model.laws[position]
-        if use.element in trajectory.laws:
-            w = ca.SX.sym(f"w_{use.element}")
-            inputs.append(w)
-            rows.append(np.asarray(trajectory.laws[use.element][1], float))
-            return w
-        if use.law.n_memory or use.law.timed:
+    def __init__(
+        self,
+        graph: BondGraph,
+        model: System,
+        trajectory: Trajectory,
+        time: FloatArray,
+        parameters: Mapping[str, float],
+        hold: str,
+    ) -> None:
+        self.graph, self.model, self.trajectory = graph, model, trajectory
+        self.time, self.parameters, self.hold = time, parameters, hold
+        self.rows = self._given()
+        self.leaves = {n: ca.SX.sym(n) for n in self.rows}
+        self.value: dict[str, Any] = dict(self.leaves)
+        self.table = {p.symbol: parameters[n] for n, p in model.parameters.items()}
+        for r in model.relations:
+            self.value[r.target] = self._of(r)
+
+    # -- what is given ------------------------------------------------------------------------
+    def _given(self) -> dict[str, FloatArray]:
+        model, time = self.model, self.time
+        outputs = self.trajectory.outputs
+        if missing := [n for n in _needed(model) if n not in outputs]:
             raise UnusableInput(
-                f"{model.name}: the law of {use.element} has memory and the trajectory does not "
-                f"hold its values; give Trajectory.laws[{use.element!r}] = (argument, deviation)"
+                f"{model.name}: the trajectory lacks {', '.join(missing)}; simulate with "
+                "observed=observables(graph) of bondgraph.energy"
             )
-        q = ca.DM([parameters[n] for n in use.parameters])
-        return law_functions(use.law, q.numel())[0](value[use.argument], ca.SX(0, 1), q, 0.0)
+        found = {n: np.asarray(outputs[n], float) for n in _needed(model)}
+        found[str(TIME)] = time - time[0]
+        found["one"] = np.ones_like(time)
+        for u in model.inputs:
+            if u.startswith("ramp"):
+                found[u] = np.linspace(0.0, 1.0, time.size) ** int(u[4:] or 1)
+        for n in model.input_rates:
+            order, _, source = n.partition("_")
+            found[n] = found[source]
+            for _ in range(int(order[1:] or 1)):
+                found[n] = self._slope(found[n])
+        for use in model.laws:
+            if use.law.n_memory or use.law.timed or use.law.set_valued:
+                if use.element not in self.trajectory.laws:
+                    raise UnusableInput(
+                        f"{model.name}: the law of {use.element} has memory or a jump, and the "
+                        "trajectory does not hold its values; give them as "
+                        f"Trajectory.laws[{use.element!r}] = (argument, deviation)"
+                    )
+                w = np.asarray(self.trajectory.laws[use.element][1], float)
+                found[_law_leaf(use.element, use.role)] = w
+        for n, v in found.items():
+            if v.shape != time.shape or not np.isfinite(v).all():
+                raise UnusableInput(
+                    f"{model.name}: {n} has shape {v.shape} or is not finite; time has {time.shape}"
+                )
+        return found
 
-    def of(r: Relation) -> Any:
-        reads = {symbol(s): value[s] for s in r.reads}
+    def _slope(self, v: FloatArray) -> FloatArray:
+        return np.asarray(np.gradient(v, self.time, edge_order=2 if v.size > 2 else 1))
+
+    # -- expressions --------------------------------------------------------------------------
+    def _of(self, r: Relation) -> Any:
+        reads = {symbol(s): self.value[s] for s in r.reads}
         total: Any = ca.SX(0.0)
         for c, s in r.terms:
-            k = c if isinstance(c, int) else to_casadi(c, {**table, **reads})
-            total = total + k * value[s]
+            k = c if isinstance(c, int) else to_casadi(c, {**self.table, **reads})
+            total = total + k * self.value[s]
         if r.expression is not None:
-            total = total + to_casadi(r.expression, {**table, **reads})
-        return total if r.law is None else total + law(r.law)
+            total = total + to_casadi(r.expression, {**self.table, **reads})
+        if r.law is None:
+            return total
+        use = self.model.laws[r.law]
+        leaf = _law_leaf(use.element, use.role)
+        if leaf in self.leaves:
+            return total + self.leaves[leaf]
+        q = ca.DM([self.parameters[n] for n in use.parameters])
+        value, _ = law_functions(use.law, q.numel())
+        return total + value(self.value[use.argument], ca.SX(0, 1), q, 0.0)
 
-    new = []
-    for r in model.relations:
-        if r.target not in value:
-            value[r.target] = of(r)
-            new.append(r.target)
-    column = ca.densify(ca.vertcat(*[ca.SX(value[n]) for n in new])) if new else ca.SX(0, 1)
-    function = ca.Function("signals", [ca.vertcat(*inputs)], [column])
-    found = np.asarray(function(np.vstack(rows)), float)
-    if not np.isfinite(found).all():
-        bad = new[int(np.argmin(np.isfinite(found).all(axis=1)))]
-        raise UnusableInput(f"{model.name}: {bad} is not finite along the trajectory")
-    return dict(zip(new, found, strict=True))
+    def _evaluated(self, expression: Any, rows: FloatArray) -> FloatArray:
+        column = ca.densify(ca.SX(expression))
+        function = ca.Function("signals", [ca.vertcat(*self.leaves.values())], [column])
+        found = np.asarray(function(rows), float)
+        if not np.isfinite(found).all():
+            raise UnusableInput(f"{self.model.name}: a signal is not finite along the trajectory")
+        return found
+
+    # -- results ------------------------------------------------------------------------------
+    def motion(self) -> Motion:
+        rows = np.vstack(list(self.rows.values()))
+        names = list(self.value)
+        values = self._evaluated(ca.vertcat(*(self.value[n] for n in names)), rows)
+        signals = dict(zip(names, values, strict=True))
+        of, bonds = Names(self.graph), power_bonds(self.graph)
+        powers = ca.vertcat(*(self.value[of.effort(b)] * self.value[of.flow(b)] for b in bonds))
+        work, error = self._work(powers, rows)
+        made = []
+        for b, w, rough in zip(bonds, work, error, strict=True):
+            e, f = signals[of.effort(b)], signals[of.flow(b)]
+            made.append(BondPower(b.tail, b.head, e, f, e * f, w, float(rough)))
+        return Motion(self.model, self.time, signals, self.parameters, tuple(made))
+
+    def _work(self, powers: Any, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Integrate the cubic through powers and their rates at both ends of every step."""
+        before, after = self._ends(rows)
+        start, end = self._with_rates(powers, *before), self._with_rates(powers, *after)
+        h = np.diff(self.time)
+        p0, r0 = np.split(start, 2)
+        p1, r1 = np.split(end, 2)
+        parts = 0.5 * h * (p0 + p1) + h**2 / 12.0 * (r0 - r1)
+        zero = np.zeros((parts.shape[0], 1))
+        third = (12.0 * (p0 - p1) + 6.0 * h * (r0 + r1)) / h**3
+        jumps = np.abs(np.diff(third, axis=1)) * h[1:] ** 4
+        return np.hstack([zero, np.cumsum(parts, axis=1)]), jumps.sum(axis=1) / 24.0
+
+    def _ends(self, rows: FloatArray) -> tuple[Any, Any]:
+        """Values and rates of the leaves just after one sample and just before the next."""
+        h = np.diff(self.time)
+        rates = np.vstack([self._slope(v) for v in rows])
+        first = (rows[:, :-1].copy(), rates[:, :-1].copy())
+        last = (rows[:, 1:].copy(), rates[:, 1:].copy())
+        if self.hold == "band-limited":
+            return first, last
+        places = {n: i for i, n in enumerate(self.rows)}
+        for n in self.model.inputs:
+            if n == "one" or n.startswith("ramp"):
+                continue
+            i = places[n]
+            slope = np.diff(rows[i]) / h
+            if self.hold == "hold":
+                slope = np.zeros_like(h)
+                last[0][i] = first[0][i]
+            for k, rate in ((f"d_{n}", slope), (f"d2_{n}", np.zeros_like(h))):
+                if k in places:
+                    for values, change in (first, last):
+                        values[places[k]], change[places[k]] = rate, 0.0
+            first[1][i] = last[1][i] = slope
+        return first, last
+
+    def _with_rates(self, powers: Any, values: FloatArray, rates: FloatArray) -> FloatArray:
+        """Powers and their rates; the equations give the rates of the states."""
+        leaves = ca.vertcat(*self.leaves.values())
+        change = {n: ca.SX.sym(f"rate_{n}") for n in self.leaves}
+        given = ca.vertcat(*change.values())
+        change |= {s.name: ca.SX(self.value[s.rate]) for s in self.model.stored}
+        moved = ca.jtimes(powers, leaves, ca.vertcat(*(change[n] for n in self.leaves)))
+        function = ca.Function("powers", [leaves, given], [ca.densify(ca.vertcat(powers, moved))])
+        found = np.asarray(function(values, rates), float)
+        if not np.isfinite(found).all():
+            raise UnusableInput(f"{self.model.name}: the rate of a power is not finite")
+        return found
+
+
+def _law_leaf(element: str, role: str) -> str:
+    return f"deviation of {role} {element}"

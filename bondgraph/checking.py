@@ -5,14 +5,17 @@ from __future__ import annotations
 import sympy as sp
 
 from bondgraph.elements import (
+    GY,
     MGY,
     MTF,
+    TF,
     C,
     De,
     Df,
     Dq,
     Element,
     Junction,
+    Modulated,
     Multiport,
     One,
     Sensor,
@@ -71,9 +74,6 @@ def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
                 f"{e.name} ({e.kind}) is bonded to {other.name} ({other.kind}): attach it to {text}"
             ]
         return []
-    if not isinstance(other, Junction | TwoPort | Multiport) and not isinstance(e, Source):
-        if not isinstance(other, Source):
-            return [f"{e.name} is bonded straight to {other.name}: put a junction between them"]
     return []
 
 
@@ -96,12 +96,6 @@ def _multiport_problems(graph: BondGraph, e: Multiport) -> list[str]:
             f"{e.name} ({e.kind}) has {len(bonds)} bonds and {e.ports} ports: bond every port, or "
             "set ports="
         )
-    for b in bonds:
-        if b.tail == e.name:
-            lines.append(
-                f"{e.name} ({e.kind}): the half arrow to {b.head} points out of it; write "
-                f"{b.head} >> {e.name}"
-            )
     return lines
 
 
@@ -151,7 +145,15 @@ def _parameter_problems(graph: BondGraph) -> list[str]:
 def _connection_problems(graph: BondGraph) -> list[str]:
     import networkx as nx
 
-    parts = list(nx.weakly_connected_components(graph.network()))
+    network = graph.network()
+    for e in graph.of_type(Modulated, TF, GY):
+        value = e.value if isinstance(e, Modulated) else e.ratio
+        for s in getattr(value, "free_symbols", ()):
+            _, _, name = str(s).partition("_")
+            for end in name.split(">"):
+                if end in network:
+                    network.add_edge(end, e.name)
+    parts = list(nx.weakly_connected_components(network))
     if len(parts) < 2:
         return []
     parts.sort(key=len, reverse=True)

@@ -143,6 +143,7 @@ class _Solver:
             tuple(self.loops),
             self.parameters,
             made.causality,
+            made.aliases,
         )
 
     # -- what depends on what -----------------------------------------------------------------

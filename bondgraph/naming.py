@@ -61,6 +61,23 @@ class Names:
             "effort at" if letter == "e" else "flow at", name, self._graph.name, known
         )
 
+    def aliases(self) -> dict[str, str]:
+        """Return second names: of the port of an element whose signal is named after a junction."""
+        found: dict[str, str] = {}
+        for b in self._graph.bonds:
+            own = (self.effort(b), self.flow(b))
+            port = self._port.get(b)
+            for end in (port,) if port else (b.tail, b.head):
+                if port or end in self._own_one_port:
+                    for letter, name in zip("ef", own, strict=True):
+                        if f"{letter}_{end}" != name:
+                            found[f"{letter}_{end}"] = name
+        for name, first in self._alias.items():
+            for letter, kind in (("e", self._zero), ("f", self._one)):
+                if name in kind and name != first:
+                    found[f"{letter}_{name}"] = f"{letter}_{first}"
+        return found
+
     def _own(self, b: Bond) -> str:
         if b in self._port:
             return self._port[b]

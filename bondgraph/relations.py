@@ -128,6 +128,7 @@ class Relations:
     outputs: list[tuple[str, str, str]] = field(default_factory=list)
     laws: list[LawUse] = field(default_factory=list)
     displacements: list[Dq] = field(default_factory=list)
+    aliases: dict[str, str] = field(default_factory=dict)
 
 
 def collect(graph: BondGraph, causality: Causality) -> Relations:
@@ -138,6 +139,7 @@ def collect(graph: BondGraph, causality: Causality) -> Relations:
         builder.element(e)
     for s in graph.of_type(Sensor):
         builder.sensor(s)
+    made.aliases.update(builder.names.aliases())
     return made
 
 
@@ -260,19 +262,25 @@ class _Builder:
         if isinstance(e, Source):
             self._source(e, effort if not gets_effort else flow)
             return
-        if b.tail == e.name:
-            # the laws of an element hold for the flow into it, wherever the half arrow points
-            inward = f"inward_{e.name}"
-            why = f"the half arrow points out of {e.name}"
-            gives_flow = gets_effort
-            self.put(*((flow, [(-1, inward)]) if gives_flow else (inward, [(-1, flow)])), why)
-            flow = inward
+        flow = self._inward(e, b, e.name, flow)
         if isinstance(e, R):
             self._resistor(e, effort, flow, gets_effort)
         elif isinstance(e, C):
             self._storage(e, "q", effort, flow, integral=not gets_effort)
         elif isinstance(e, I):
             self._storage(e, "p", flow, effort, integral=gets_effort)
+
+    def _inward(self, e: Element, b: Bond, port: str, flow: str) -> str:
+        """Return the flow into an element: its law holds for it wherever the half arrow points."""
+        if b.tail != e.name:
+            return flow
+        inward = f"inward_{port}"
+        why = f"the half arrow points out of {e.name}"
+        if self.effort_in(b, e.name):
+            self.put(flow, [(-1, inward)], why)
+        else:
+            self.put(inward, [(-1, flow)], why)
+        return inward
 
     def _junction(self, e: Junction) -> None:
         zero = isinstance(e, Zero)
@@ -342,7 +350,9 @@ class _Builder:
             value, reads = self.signals(e, e.value)
             if isinstance(e.value, int | float):
                 value = sp.nsimplify(value, rational=True)
-            self.put(target, [], why, expression=value, reads=reads)
+            linear, rest = _linear_part(value, reads)
+            left = reads if rest is not None and linear is None else ()
+            self.put(target, linear or [], why, expression=rest, reads=left)
             return
         self.made.inputs.append(e.name)
         terms: list[tuple[Any, str]] = [(1, e.name)]
@@ -409,7 +419,10 @@ class _Builder:
         letter = e.letter
         given = [self.effort_in(b, e.name) for b in bonds]
         efforts = [self.names.effort(b) for b in bonds]
-        flows = [self.names.flow(b) for b in bonds]
+        flows = [
+            self._inward(e, b, f"{e.name}{i}", self.names.flow(b))
+            for i, b in enumerate(bonds, start=1)
+        ]
         if letter == "f":
             variables, outputs = flows, efforts
             forward = [not g for g in given]
@@ -489,6 +502,18 @@ class _Builder:
             terms.append((symbol(name), ramp))
         self.put(target, terms, f"{e.kind} {e.name}", law=law)
         self.made.outputs.append((e.name, target, e.unit))
+
+
+def _linear_part(
+    value: sp.Expr, reads: tuple[str, ...]
+) -> tuple[list[tuple[Any, str]] | None, sp.Expr | None]:
+    """Split an expression that is linear in the signals it reads; None and itself otherwise."""
+    signals = [symbol(n) for n in reads]
+    slopes = [sp.diff(value, s) for s in signals]
+    if not reads or any(d.free_symbols & set(signals) for d in slopes):
+        return None, value
+    rest = value.xreplace(dict.fromkeys(signals, sp.S.Zero))
+    return list(zip(slopes, reads, strict=True)), rest if rest != 0 else None
 
 
 def field_laws(graph: BondGraph, e: Field) -> tuple[sp.Expr, ...]:

@@ -75,6 +75,8 @@ class System:
         Signals of every algebraic loop that was solved or left implicit.
     parameters : dict of str to Parameter
     causality : Causality
+    aliases : dict of str to str
+        Second names: ``f_R_1`` of a resistor whose flow is named after its junction.
     """
 
     name: str
@@ -89,6 +91,7 @@ class System:
     loops: tuple[tuple[str, ...], ...]
     parameters: dict[str, Parameter]
     causality: Causality
+    aliases: Mapping[str, str]
 
     # -- sizes and names ----------------------------------------------------------------------
     @property
@@ -123,6 +126,8 @@ class System:
         ------
         UnknownName
         """
+        if name not in self.index and name not in self._leaves:
+            name = self.aliases.get(name, name)
         if name not in self.index:
             if name in self._leaves:
                 return symbol(name)

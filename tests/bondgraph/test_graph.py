@@ -148,10 +148,12 @@ def test_two_port_arrows_and_parts() -> None:
     problem(g, "the graph falls into 2 parts", "R_1, U, c", "bond them")
 
 
-def test_one_ports_need_a_junction() -> None:
+def test_two_one_ports_may_be_bonded_directly() -> None:
     with BondGraph("g") as g:
-        R("R_1", 1.0) >> C("C_1", 1.0)
-    problem(g, "R_1", "straight to C_1", "put a junction")
+        R("R_1", 3.0) >> C("C_1", 2.0)
+    (rate,) = derive(g).dxdt
+    q, r, c = symbol("q_C_1"), symbol("R_1", positive=True), symbol("C_1", positive=True)
+    assert sp.simplify(rate + q / (r * c)) == 0
 
 
 def test_element_and_parameter_of_one_name() -> None:
