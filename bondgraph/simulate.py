@@ -355,33 +355,124 @@ def simulate(
         Memory of a law to start from, by element, such as `Trajectory.memory` of an earlier run;
         virgin where not given.
     """
-    from bondgraph.compiled import compile_model
-
-    compiled = compile_model(model, observed) if isinstance(model, BondGraph) else model
-    time = np.asarray(time, float)
-    if time.ndim != 1 or time.size < 2:
-        raise UnusableInput(f"{compiled.space.name}: time needs at least two samples on one axis")
-    steps = np.diff(time)
-    if not np.allclose(steps, steps.mean(), rtol=1e-3, atol=0) or steps.mean() <= 0:
-        raise UnusableInput(f"{compiled.space.name}: time must rise evenly; resample it first")
-    commands = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
-    for name, v in commands.items():
-        if v.shape != time.shape:
-            raise UnusableInput(
-                f"{compiled.space.name}: input {name} has shape {v.shape}, time has {time.shape}"
-            )
-        if not np.isfinite(v).all():
-            raise UnusableInput(
-                f"{compiled.space.name}: input {name} holds NaN or infinity; clean it first"
-            )
+    compiled = _compiled(model, observed)
+    if compiled is None:
+        assert isinstance(model, BondGraph)
+        return simulate_general(
+            model, time, commands, parameters,
+            x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
+        )  # fmt: skip
+    time = _even(compiled.space.name, time)
+    commands = _checked(compiled.space.name, commands, time)
+    for name in commands:
+        if name not in compiled.space.input_names:
+            raise unknown_name("input", name, compiled.space.name, compiled.space.input_names)
     u = inputs_of(compiled, commands, time.size)
     p = compiled.vector(parameters or {})
     start = equilibrium(compiled, p, u[0]) if x0 is None else np.asarray(x0, float)
-    n_sub, run = settle(compiled, p, u, float(steps.mean()), start, hold, accuracy, memory=memory)
+    if start.shape != (compiled.n_x,) or not np.isfinite(start).all():
+        raise UnusableInput(
+            f"{compiled.space.name}: x0 has shape {start.shape}; it needs {compiled.n_x} finite "
+            f"numbers, one a state: {', '.join(str(s.symbol) for s in compiled.space.states)}"
+        )
+    step = float(np.diff(time).mean())
+    n_sub, run = settle(compiled, p, u, step, start, hold, accuracy, memory=memory)
     names = (*compiled.space.output_names, *compiled.observed)
     outputs = {n: run.y[:, i] for i, n in enumerate(names)}
     laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.space.laws)}
     return Trajectory(compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory)
+
+
+def _compiled(model: BondGraph | Compiled, observed: Sequence[str]) -> Compiled | None:
+    """Return the exact-step form of a model; None if it needs the general integrator."""
+    from bondgraph.compiled import compile_model
+    from bondgraph.equations import AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws
+
+    if not isinstance(model, BondGraph):
+        return model
+    try:
+        return compile_model(model, observed)
+    except (AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws):
+        return None
+
+
+def simulate_general(
+    graph: BondGraph,
+    time: Array,
+    commands: Mapping[str, Array] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    x0: Array | None = None,
+    hold: str = "linear",
+    accuracy: float = 1e-4,
+    observed: Sequence[str] = (),
+    memory: Memories | None = None,
+) -> Trajectory:
+    """Simulate any graph with the general integrator, see `bondgraph.integrate`.
+
+    `simulate` calls it for graphs that are not linear up to scalar laws: fields, modulated
+    elements, nonlinear dependent stores.
+    """
+    from bondgraph.deriving import system
+    from bondgraph.integrate import inputs_of as general_inputs
+    from bondgraph.integrate import integrate
+    from bondgraph.programming import program_of, signal_function
+
+    model = system(graph)
+    program = program_of(model)
+    time = _even(graph.name, time)
+    if hold != "linear":
+        raise UnusableInput(
+            f"{graph.name}: the general integrator takes inputs linear between samples, not "
+            f"{hold!r}; sample faster"
+        )
+    u = general_inputs(program, _checked(graph.name, commands, time), time)
+    p = np.array(program.nominal)
+    for name, v in (parameters or {}).items():
+        if name not in program.parameters:
+            raise unknown_name("parameter", name, graph.name, program.parameters)
+        p[program.parameters.index(name)] = v
+    start = np.array(program.virgin)
+    rows = {c.element: c for c in program.laws if c.law.n_memory}
+    for element, states in (memory or {}).items():
+        if element not in rows:
+            raise unknown_name("law with memory", element, graph.name, rows)
+        start[rows[element].memory] = rows[element].law.checked_memory(states)
+    made = integrate(program, time, u, p, x0=x0, memory=start, accuracy=accuracy)
+    outputs = {n: made.y[:, i] for i, n in enumerate(program.outputs)}
+    if observed:
+        f = signal_function(model, tuple(observed)).map(time.size)
+        columns = (time[None, :], made.x.T, made.z.T, u.T, np.tile(p[:, None], time.size))
+        kept = np.tile(made.memory[:, None], time.size)
+        if made.memory.size:
+            raise UnusableInput(
+                f"{graph.name}: signals beside the sensors are not kept for laws with memory; put "
+                "a sensor there"
+            )
+        values = f(*columns, kept, np.zeros((1, time.size))).full()
+        outputs |= dict(zip(observed, values, strict=True))
+    last = {e: tuple(made.memory[c.memory].tolist()) for e, c in rows.items()}
+    return Trajectory(graph.name, time, outputs, {}, made.n_sub, made.x[-1], last)
+
+
+def _even(name: str, time: Array) -> Array:
+    time = np.asarray(time, float)
+    if time.ndim != 1 or time.size < 2:
+        raise UnusableInput(f"{name}: time needs at least two samples on one axis")
+    steps = np.diff(time)
+    if not np.allclose(steps, steps.mean(), rtol=1e-3, atol=0) or steps.mean() <= 0:
+        raise UnusableInput(f"{name}: time must rise evenly; resample it first")
+    return time
+
+
+def _checked(model: str, commands: Mapping[str, Array] | None, time: Array) -> dict[str, Array]:
+    commands = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
+    for name, v in commands.items():
+        if v.shape != time.shape:
+            raise UnusableInput(f"{model}: input {name} has shape {v.shape}, time has {time.shape}")
+        if not np.isfinite(v).all():
+            raise UnusableInput(f"{model}: input {name} holds NaN or infinity; clean it first")
+    return commands
 
 
 def settle(
