@@ -4,7 +4,6 @@ Every port says the unit of its effort. Power is positive from the first port to
 number is a parameter named like its element and may be bound when the component is used.
 """
 
-
 from __future__ import annotations
 
 from bondgraph.elements import GY, TF, C, I, One, R, Zero

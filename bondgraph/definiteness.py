@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias
 
 import sympy as sp
 
-__all__ = ["Sign", "is_positive", "sign_of", "vanishes"]
+__all__ = ["Sign", "is_positive", "shortened", "sign_of", "vanishes"]
 
 Sign: TypeAlias = Literal["positive definite", "positive semidefinite", "indefinite"]
 
@@ -21,9 +21,9 @@ _POINTS = (((3, 7), (5, 11)), ((13, 8), (2, 9)), ((7, 5), (17, 6)))
 def vanishes(expression: Any) -> bool:
     """Return whether an expression is identically zero.
 
-    Rational ones are decided exactly. Others are evaluated at three rational points to 40 digits:
-    one that is not zero there is not zero; the rest is simplified, and counts as zero if all
-    points agree to 30 digits (12 where floating-point numbers occur).
+    Decided exactly if it is rational, or already vanishes with its functions taken as unknowns.
+    Others are evaluated at three rational points to 40 digits: one that is not zero there is not
+    zero, and it counts as zero if all agree to 30 digits (12 with floating-point numbers).
 
     Examples
     --------
@@ -34,17 +34,39 @@ def vanishes(expression: Any) -> bool:
     e = sp.sympify(expression)
     if e == 0:
         return True
-    if not e.has(sp.Function, sp.Float, sp.Integral, sp.Piecewise):
-        try:
-            return bool(sp.cancel(sp.together(e)) == 0)
-        except sp.PolynomialError:
-            pass
+    if not e.has(sp.Float):
+        short = shortened(e)
+        if short == 0 or not e.has(sp.Function, sp.Integral, sp.Pow, sp.Piecewise):
+            return bool(short == 0)
     seen = [_small(e, i) for i in range(len(_POINTS))]
     if any(s is False for s in seen):
         return False
     if all(seen):
         return True
     return bool(sp.simplify(e) == 0)
+
+
+def shortened(expression: sp.Expr) -> sp.Expr:
+    """Return an expression cancelled as a rational one of its symbols and functions.
+
+    Examples
+    --------
+    >>> x = sp.Symbol("x")
+    >>> shortened((sp.sin(x) ** 2 - 1) / (sp.sin(x) - 1))
+    sin(x) + 1
+    """
+    if expression.is_number:
+        return expression
+    opaque = expression.atoms(sp.Function, sp.Integral, sp.Piecewise)
+    outer = {f: sp.Dummy() for f in opaque}
+    # the largest first: a function inside another one goes with it
+    for f in sorted(opaque, key=sp.count_ops, reverse=True):
+        expression = expression.xreplace({f: outer[f]})
+    try:
+        short = sp.cancel(sp.together(expression))
+    except sp.PolynomialError:
+        short = expression
+    return short.xreplace({v: f for f, v in outer.items()})
 
 
 def _small(e: sp.Expr, which: int) -> bool | None:

@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bondgraph.backend import FloatArray
-from bondgraph.bond_power import BondPower, Motion, in_its_mode, motion, observables
+from bondgraph.bond_power import motion, observables
+from bondgraph.bond_values import BondPower, Motion, in_its_mode
 from bondgraph.elements import RE, RS, C, Element, Field, I, Junction, R, RField, Source, TwoPort
 from bondgraph.energy_accounts import Entry, Ledger
 from bondgraph.graph import BondGraph

@@ -5,7 +5,8 @@ copies it, flat, into the graph being built: element ``R_1`` becomes ``left_R_1`
 ``k`` becomes ``left_k``, signals in expressions follow. Each port becomes a junction
 ``left_<port>`` of the kind of its neighbour inside (a 1-junction beside anything but a junction),
 so the half arrow inside says which way power is positive there, and a bond outside may have either
-direction: the junction keeps the signs. A port that stays open is a junction with one bond,
+direction: the junction keeps the balance. (`bondgraph.simplification.merge_junctions` removes what
+is then superfluous.) A port that stays open is a junction with one bond,
 which `BondGraph.check` refuses by name.
 """
 
@@ -13,28 +14,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, ClassVar, TypeAlias, cast
+from typing import ClassVar, cast
 
 import sympy as sp
 
 from bondgraph import building
-from bondgraph.elements import C, Element, Junction, One, Parameter, TwoPort, Zero
-from bondgraph.errors import GraphError, UnusableInput, nearest, unknown_name
+from bondgraph.binding import Binding, bound, external_signals
+from bondgraph.elements import Element, Junction, One, Zero
+from bondgraph.errors import GraphError, nearest, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.renaming import (
     Renaming,
     apart,
     assemble,
     declared_parameters,
-    mentioned_names,
     own_parameters,
 )
-from bondgraph.units import parse_unit
 
 __all__ = ["Binding", "Instance", "Port", "embedded", "ports_of", "use"]
-
-Binding: TypeAlias = float | str | Any
-"""A number, the name of a parameter outside, or a SymPy expression of parameters outside."""
 
 _COMMON = ("", "effort", "flow")
 
@@ -197,13 +194,13 @@ def _instantiate(
     if not sub.elements:
         raise GraphError(f"{sub.name} has no elements yet: build it before it is used")
     ports = {p.name: _junction_of(sub, p) for p in ports_of(sub)}
-    sub, values = _bound(outer, sub, name, bindings)
+    sub, values = bound(outer, sub, name, bindings)
     elements = {n: f"{name}_{n}" for n in sub.elements}
     declared = declared_parameters(sub)
     values |= {p.name: f"{name}_{p.name}" for p in declared if p.name not in values}
     for e in sub.elements.values():
         values |= _own_names(e, elements[e.name])
-    values |= {n: f"in_{name}_{n[3:]}" for n in _external(sub) if n not in values}
+    values |= {n: f"in_{name}_{n[3:]}" for n in external_signals(sub) if n not in values}
     renaming = Renaming(elements, values)
     made = [renaming.element(e) for e in sub.elements.values() if e.name not in ports]
     # ports last: a junction inside gives its name to the variable it shares with its port
@@ -227,85 +224,10 @@ def _junction_of(sub: BondGraph, port: Port) -> type[Junction]:
     return Zero if isinstance(sub[sub.neighbour(port.name)], Zero) else One
 
 
-def _bound(
-    outer: BondGraph, sub: BondGraph, name: str, bindings: Mapping[str, Binding]
-) -> tuple[BondGraph, dict[str, str | sp.Expr]]:
-    """Put the bindings in: new numbers go into the sub-graph, the rest replaces parameters."""
-    known = sub.parameters
-    external = _external(sub)
-    settable = {*sub.elements, *(p.name for p in declared_parameters(sub))}
-    values: dict[str, str | sp.Expr] = {}
-    for key, binding in bindings.items():
-        if key not in known and key not in external:
-            raise unknown_name("parameter", key, sub.name, [*known, *external])
-        if key in known and key not in settable:
-            raise GraphError(
-                f"{sub.name}: {key} belongs to a law, which holds its value; change the law"
-            )
-        if isinstance(binding, int | float) and not isinstance(binding, bool):
-            if key in external:
-                values[key] = sp.Float(binding)
-            else:
-                sub = sub.with_values({key: float(binding)})
-            continue
-        value = _outside(outer, f"{name}.{key}", binding)
-        if key in known:
-            _same_dimension(outer, sub.name, known[key], value)
-        values[key] = value
-    return _without_values(sub, values), values
-
-
-def _outside(outer: BondGraph, where: str, binding: Binding) -> sp.Expr:
-    """Return the expression a binding stands for."""
-    if isinstance(binding, str):
-        if binding not in outer.parameters:
-            raise unknown_name("parameter", binding, f"{outer.name}, for {where}", outer.parameters)
-        return outer.parameters[binding].symbol
-    if not isinstance(binding, sp.Expr):
-        raise GraphError(
-            f"{where} is bound to {binding!r}: give a number, the name of a parameter of "
-            f"{outer.name} or a SymPy expression"
-        )
-    return binding
-
-
-def _same_dimension(outer: BondGraph, where: str, p: Parameter, value: sp.Expr) -> None:
-    other = outer.parameters.get(str(value)) if isinstance(value, sp.Symbol) else None
-    if other is None or "1" in (p.unit, other.unit) or not (p.unit and other.unit):
-        return
-    try:
-        same = parse_unit(p.unit).same_dimension(parse_unit(other.unit))
-    except UnusableInput:
-        return
-    if not same:
-        raise GraphError(
-            f"{where}.{p.name} is in {p.unit}, but {outer.name}.{other.name} is in {other.unit}: "
-            "bind a parameter of the same dimension"
-        )
-
-
-def _without_values(sub: BondGraph, values: Mapping[str, str | sp.Expr]) -> BondGraph:
-    """Let elements whose own number is bound take the binding as their value."""
-    for n, value in values.items():
-        if n in sub.elements and not isinstance(value, str):
-            e = sub[n]
-            label = "ratio" if isinstance(e, TwoPort) else "value"
-            if isinstance(e, C) and e.stiffness is not None:
-                label = "stiffness"
-            sub = sub.with_element(n, **{label: n})  # the renaming puts the expression in
-    return sub
-
-
 def _own_names(e: Element, new: str) -> dict[str, str | sp.Expr]:
     """Old to new names of the parameters an element brings along."""
     pairs = zip(own_parameters(e), own_parameters(replace(e, name=new)), strict=True)
     return {old.name: fresh.name for old, fresh in pairs}
-
-
-def _external(sub: BondGraph) -> tuple[str, ...]:
-    """Signals from outside that the expressions of a graph mention."""
-    found = {n for e in sub.elements.values() for n in mentioned_names(e)}
-    return tuple(sorted(n for n in found if n.startswith("in_") and n not in sub.parameters))
 
 
 def _refuse_collisions(outer: BondGraph, name: str, new: list[str]) -> None:

@@ -32,6 +32,7 @@ def law_energy(law: Law, s: sp.Symbol, parameters: Sequence[sp.Expr]) -> sp.Expr
     except (TypeError, AttributeError, BondsightError):
         deviation = sp.Function("deviation")(s)
     if not deviation.has(*_ROUGH, sp.core.function.AppliedUndef):
+        deviation = sp.nsimplify(deviation, rational=True)
         found = sp.integrate(sp.expand(deviation), s, manual=not deviation.is_polynomial(s))
         start = found.xreplace({s: sp.S.Zero})
         if not found.has(sp.Integral) and start.is_finite:

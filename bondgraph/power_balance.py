@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from bondgraph.bond_power import in_its_mode, power_bonds
+from bondgraph.bond_values import in_its_mode, power_bonds
 from bondgraph.causality import Causality, assign_causality
 from bondgraph.definiteness import vanishes
 from bondgraph.elements import GY, RE, RS, TF, Element, Junction, TwoPort, Zero, symbol

@@ -177,11 +177,14 @@ def program_of(model: System) -> Program:
 def signal_function(model: System, names: tuple[str, ...]) -> ca.Function:
     """Return ``(t, x, z, u, p, m, h) -> signals`` for any signals of a system."""
     made = _Evaluation(model)
+    found = []
     for n in names:
-        if n not in made.value:
-            model.signal(n)  # says what there is
+        name = n if n in made.value else model.aliases.get(n, n)
+        if name not in made.value:
+            model.signal(name)  # raises and says what there is
+        found.append(made.value[name])
     ins, labels = made.arguments
-    column = ca.vertcat(*[made.value[n] for n in names])
+    column = ca.vertcat(*found)
     return ca.Function("signals", ins, [ca.densify(ca.SX(column))], labels, ["s"])
 
 

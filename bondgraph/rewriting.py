@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace as changed
 from itertools import pairwise
+from types import MappingProxyType
 from typing import TypeAlias
 
-from bondgraph.elements import Element, Source
+from bondgraph.elements import C, Element, I, One, Source, Zero
 from bondgraph.errors import GraphError, unknown_name
 from bondgraph.graph import Bond, BondGraph
 from bondgraph.renaming import (
@@ -16,6 +17,7 @@ from bondgraph.renaming import (
     apart,
     assemble,
     declared_parameters,
+    mentioned_names,
     own_parameters,
 )
 from bondgraph.simplification import bridged, collapse_junctions, mentions, unused_parameters
@@ -24,6 +26,8 @@ __all__ = ["Place", "insert", "remove", "rename", "replace"]
 
 Place: TypeAlias = Bond | str | tuple[str, str]
 """A bond, its name ``tail>head``, its two ends, or the name of one element."""
+
+_SIGNALS: Mapping[type[Element], str] = MappingProxyType({C: "efq", I: "efp", Zero: "e", One: "f"})
 
 
 def replace(graph: BondGraph, name: str, element: Element) -> BondGraph:
@@ -59,6 +63,7 @@ def replace(graph: BondGraph, name: str, element: Element) -> BondGraph:
         ]
         bonds = [(_put(b.tail, name, new), _put(b.head, name, new)) for b in graph.bonds]
         result = assemble(graph.name, elements, bonds, declared_parameters(graph))
+    _refuse_lost_signals(result, element)
     return _no_worse(graph, result, f"{name} ({old.kind}) cannot become a {element.kind}")
 
 
@@ -229,6 +234,18 @@ def _find(graph: BondGraph, place: Place) -> tuple[Bond, bool]:
             return b, False
     there = ", ".join(b.name for b in graph.bonds_of(first)) or "none"
     raise GraphError(f"{graph.name}: no bond joins {first} and {second}; bonds at {first}: {there}")
+
+
+def _refuse_lost_signals(graph: BondGraph, new: Element) -> None:
+    """Refuse an element without a signal that some expression reads."""
+    letters = _SIGNALS.get(type(new), "ef")
+    for e in graph.elements.values():
+        for n in mentioned_names(e):
+            if n[2:] == new.name and n[1] == "_" and n[0] in "efqp" and n[0] not in letters:
+                raise GraphError(
+                    f"{graph.name}: {new.name} as {new.kind} has no signal {n}, which {e.name} "
+                    "reads; change that first"
+                )
 
 
 def _refuse_needed(graph: BondGraph, old: Element) -> None:

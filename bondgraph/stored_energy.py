@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from bondgraph.backend import CASADI, FloatArray
-from bondgraph.bond_power import Motion
+from bondgraph.bond_values import Motion
 from bondgraph.elements import C, CField, Element, I, IField, R, symbol
 from bondgraph.errors import BondsightError, GraphError
 from bondgraph.graph import BondGraph

@@ -10,12 +10,24 @@ from dataclasses import dataclass
 import networkx as nx
 
 from bondgraph.drawing.geometry import Rect, hull
-from bondgraph.elements import Element, Junction, TwoPort
+from bondgraph.drawing.readings import expression
+from bondgraph.elements import Element, Junction, Multiport, Switched, TwoPort
 from bondgraph.graph import BondGraph
 
-SIZE, SMALL, GLYPH = 14.0, 10.5, 18.0
-_NARROW, _WIDE = frozenset("iIjltf.,:;|!'()[] r1"), frozenset("mwMWQOGDHNU@%")
+SIZE, SMALL, GLYPH, NOTE = 14.0, 10.5, 18.0, 24
+# advance of a bold glyph over the font size; DejaVu Sans, the widest of the usual fonts
+_GLYPHS = (
+    (0.40, "'ijl /IJ\\|,.:;"),
+    (0.50, "-f!()[]tr_`"),
+    (0.60, '"*?zcs'),
+    (0.70, "LvxyakEFTeo$0123456789"),
+    (0.77, "hnu{}SYbdgpqCPZBAKRVX"),
+    (0.87, "UGD#+<=>HN^~OQ&"),
+    (1.10, "w%@MmW"),
+)
+_ADVANCE = {ch: width for width, glyphs in _GLYPHS for ch in glyphs}
 _TOKENS: tuple[tuple[str, frozenset[str]], ...] = (
+    ("chemical", frozenset({"mol"})),
     ("electrical", frozenset({"V", "A", "ohm", "Ohm", "F", "C", "H", "S", "Wb"})),
     ("hydraulic", frozenset({"Pa", "bar"})),
     ("thermal", frozenset({"K", "W", "degC"})),
@@ -33,28 +45,28 @@ class Label:
         Main line, centred on the anchor.
     size : float
         Font size of the main line.
-    below : str
-        Small line under it: the name of a junction.
     body : Rect
         Box of the main line, filled with the colour of the domain.
     parts : tuple of Rect
-        All boxes that bonds stay out of: body, name, caption.
+        All boxes that bonds stay out of: body (with its ring), note, caption.
+    note : str
+        Small line: the name of a junction, the expression of a modulated element.
+    note_at : float
+        Base line of the note.
     caption : str
         Marking; empty for none.
     caption_at : float
         Base line of the caption.
-    name_at : float
-        Base line of the small name.
     """
 
     text: str
     size: float
-    below: str
     body: Rect
     parts: tuple[Rect, ...]
+    note: str = ""
+    note_at: float = 0.0
     caption: str = ""
     caption_at: float = 0.0
-    name_at: float = 0.0
 
     @property
     def box(self) -> Rect:
@@ -63,48 +75,41 @@ class Label:
 
 
 def text_width(text: str, size: float) -> float:
-    """Generous estimate of the width of sans-serif text."""
-    units = 0.0
-    for ch in text:
-        if ord(ch) > 0x2E80:
-            units += 1.05
-        elif ch in _NARROW:
-            units += 0.40
-        elif ch in _WIDE:
-            units += 0.92
-        else:
-            units += 0.72 if ch.isupper() else 0.62
-    return units * size
+    """Width that bold sans-serif text does not exceed."""
+    return size * sum(_ADVANCE.get(ch, 0.85 if ord(ch) < 0x2E80 else 1.05) for ch in text)
 
 
 def label(
     element: Element, caption: str = "", *, ringed: bool = False, above: bool = False
 ) -> Label:
-    """Return the label of `element`; `above` puts the caption over it instead of under it."""
+    """Return the label of `element`; `above` puts its small lines over it instead of under it."""
     junction = isinstance(element, Junction)
     text = element.kind if junction else f"{element.kind} : {element.name}"
     size = GLYPH if junction else SIZE
     half = max(text_width(text, size) / 2 + 6, 13.0)
     body = Rect(-half, -13.0, half, 13.0)
-    parts = [body.grown(4.0) if ringed or caption else body]
-    name_at = 0.0
-    if junction:
-        w = text_width(element.name, SMALL) / 2
-        top = parts[0].y1
-        parts.append(Rect(-w, top, w, top + 13.0))
-        name_at = top + 10.0
-    caption_at = 0.0
-    if caption:
-        w = text_width(caption, SMALL) / 2 + 2
+    parts = [body.grown(4.5) if ringed or caption else body]
+    upwards = above and not junction
+    base_lines = []
+    note = _note(element)
+    for line, room, rise in ((note, 13.0, 3.0), (caption, 14.0, 3.5)):
         everything = hull(parts)
-        if above and not junction:
-            parts.append(Rect(-w, everything.y0 - 14.0, w, everything.y0))
-            caption_at = everything.y0 - 4.0
-        else:
-            parts.append(Rect(-w, everything.y1, w, everything.y1 + 14.0))
-            caption_at = everything.y1 + 10.5
-    below = element.name if junction else ""
-    return Label(text, size, below, body, tuple(parts), caption, caption_at, name_at)
+        top = everything.y0 - room if upwards else everything.y1
+        base_lines.append(top + room - rise)
+        if line:
+            w = text_width(line, SMALL) / 2 + 1
+            parts.append(Rect(-w, top, w, top + room))
+    return Label(text, size, body, tuple(parts), note, base_lines[0], caption, base_lines[1])
+
+
+def _note(e: Element) -> str:
+    """Small line of an element: name and position of a junction, expression if it is short."""
+    if isinstance(e, Switched):
+        return f"{e.name}: {'on' if e.on else 'off'}"
+    if isinstance(e, Junction):
+        return e.name
+    value = expression(e)
+    return str(value) if value is not None and len(str(value)) <= NOTE else ""
 
 
 def unit_domain(unit: str) -> str:
@@ -119,17 +124,19 @@ def unit_domain(unit: str) -> str:
 
 
 def element_domains(graph: BondGraph) -> Mapping[str, str]:
-    """Domain of every element: the most frequent one on its side of the two-ports."""
+    """Domain of every element: the most frequent one on its side of two-ports and multiports."""
     g: nx.Graph = nx.Graph(graph.network().to_undirected())
-    two_ports = [e.name for e in graph.of_type(TwoPort)]
-    g.remove_nodes_from(two_ports)
-    found = dict.fromkeys(two_ports, "")
+    couplers = [e.name for e in graph.of_type(TwoPort, Multiport)]
+    found = dict.fromkeys(couplers, "")
+    votes: dict[str, list[str]] = {n: [unit_domain(_unit(graph[n]))] for n in graph.elements}
+    for e in graph.of_type(Multiport):
+        for b, unit in zip(graph.bonds_of(e.name), e.units, strict=False):
+            votes[b.head if b.tail == e.name else b.tail].append(unit_domain(unit))
+    g.remove_nodes_from(couplers)
     for part in nx.connected_components(g):
-        votes = Counter(
-            d for n in graph.elements if n in part and (d := unit_domain(_unit(graph[n])))
-        )
-        common = votes.most_common(1)[0][0] if votes else ""
-        found.update({n: unit_domain(_unit(graph[n])) or common for n in part})
+        count = Counter(d for n in graph.elements if n in part for d in votes[n] if d)
+        common = count.most_common(1)[0][0] if count else ""
+        found.update({n: votes[n][0] or common for n in part})
     return found
 
 

@@ -67,8 +67,8 @@ def element(label: Label, at: Point, domain: str, tip: str, ring: str = "") -> s
         out.append(box(body.grown(3.0), tint, colour, 2.2 if ring == "marked" else 1.8, 10.0, dash))
     out.append(box(body, fill, "none", 0.0, 7.0))
     out.append(text((at[0], at[1] + 0.36 * label.size), label.text, label.size, ink, bold=True))
-    if label.below:
-        out.append(text((at[0], at[1] + label.name_at), label.below, SMALL, FAINT))
+    if label.note:
+        out.append(text((at[0], at[1] + label.note_at), label.note, SMALL, FAINT))
     if label.caption:
         colour = ACCENT if ring == "marked" else SECOND
         out.append(text((at[0], at[1] + label.caption_at), label.caption, SMALL, colour, bold=True))

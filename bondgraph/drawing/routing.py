@@ -1,111 +1,195 @@
-"""Way of a bond that closes a ring: shortest path on a raster around labels, few turns."""
+"""Way of a bond that closes a ring, or of a signal: cheapest path on a raster around labels.
+
+The raster has two layers, one for level and one for upright moves; changing the layer is a turn.
+Labels are forbidden; wires may be crossed at a right angle, for a price, but not followed.
+"""
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
-from math import ceil
+from math import ceil, floor
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from bondgraph.drawing.geometry import Point, Rect, hull
 
 STEP = 8.0
-_TURN, _CROSS, _MARGIN = 4.0, 6.0, 18.0
-_MOVES = ((1, 0), (-1, 0), (0, 1), (0, -1))
-_Cell = tuple[int, int]
+_HARD, _SOFT, _NEAR, _WINDOW = 7.0, 17.0, 10.0, 130.0
+_TURN, _CROSS, _FOLLOW, _BESIDE, _TOUCH = 4.0, 10.0, 120.0, 5.0, 40.0
+_Array = NDArray[np.float64]
+Wire = Sequence[Point]
 
 
 def route(
-    start: Point,
-    end: Point,
-    boxes: Mapping[str, Sequence[Rect]],
     ends: tuple[str, str],
-    wires: Iterable[Sequence[Point]],
+    anchors: Mapping[str, Point],
+    boxes: Mapping[str, Sequence[Rect]],
+    wires: Sequence[Wire],
+    page: Rect,
 ) -> tuple[Point, ...]:
-    """Points from `start` to `end`; a straight line if no free way exists."""
-    page = hull([r for rs in boxes.values() for r in rs]).grown(6 * STEP)
-    shape = (ceil(page.width / STEP) + 1, ceil(page.height / STEP) + 1)
-    cost = np.ones(shape)
-    for wire in wires:
-        _trace(cost, wire, page)
-    for n, rs in boxes.items():
-        for r in rs:
+    """Return the points from anchor to anchor; a straight line if no free way exists."""
+    start, end = anchors[ends[0]], anchors[ends[1]]
+    whole = page.grown(7 * STEP)
+    near = hull([*boxes[ends[0]], *boxes[ends[1]]]).grown(_WINDOW)
+    for window in (_common(near, whole), whole):
+        raster = _Raster.over(window, start, end)
+        for n, rs in boxes.items():
             if n not in ends:
-                _block(cost, r.grown(_MARGIN), page)
-    cells = _search(cost, _cell(start, page), _cell(end, page))
-    if not cells:
-        return (start, end)
-    return _points(cells, start, end, page)
+                for r in rs:
+                    if r.overlaps(window):
+                        raster.forbid(r)
+        for n in ends:
+            raster.enter(boxes[n])
+        for wire in wires:
+            raster.trace(wire)
+        found = raster.cheapest(start, end)
+        if found:
+            return found
+    return (start, end)
 
 
-def _cell(p: Point, page: Rect) -> _Cell:
-    return (round((p[0] - page.x0) / STEP), round((p[1] - page.y0) / STEP))
+def _common(a: Rect, b: Rect) -> Rect:
+    return Rect(max(a.x0, b.x0), max(a.y0, b.y0), min(a.x1, b.x1), min(a.y1, b.y1))
 
 
-def _block(cost: NDArray[np.float64], r: Rect, page: Rect) -> None:
-    (i0, j0), (i1, j1) = _cell((r.x0, r.y0), page), _cell((r.x1, r.y1), page)
-    cost[max(i0, 0) : i1 + 1, max(j0, 0) : j1 + 1] = np.inf
+@dataclass(frozen=True, slots=True)
+class _Raster:
+    """Lines of the raster and the price of level moves, upright moves and turns at its points."""
 
+    x: _Array
+    y: _Array
+    level: _Array
+    upright: _Array
+    turn: _Array
 
-def _trace(cost: NDArray[np.float64], wire: Sequence[Point], page: Rect) -> None:
-    top = np.array(cost.shape) - 1
-    for a, b in pairwise(wire):
-        n = max(ceil(max(abs(b[0] - a[0]), abs(b[1] - a[1])) / STEP), 1)
-        for k in range(n + 1):
-            p = (a[0] + (b[0] - a[0]) * k / n, a[1] + (b[1] - a[1]) * k / n)
-            i, j = np.clip(_cell(p, page), 0, top)
-            cost[i, j] = 1.0 + _CROSS
+    @classmethod
+    def over(cls, window: Rect, start: Point, end: Point) -> _Raster:
+        """Return an empty raster with lines through both anchors."""
+        x = _lines(window.x0, window.x1, start[0], end[0])
+        y = _lines(window.y0, window.y1, start[1], end[1])
+        shape = (x.size, y.size)
+        return cls(x, y, np.ones(shape), np.ones(shape), np.full(shape, _TURN))
 
+    def forbid(self, r: Rect) -> None:
+        """Keep out of a label; passing close to it costs more."""
+        soft = self._cells(r.grown(_SOFT))
+        if soft is None:
+            return
+        for price in (self.level, self.upright):
+            price[soft] += 1.0
+        hard = self._cells(r.grown(_HARD))
+        if hard is not None:
+            for price in (self.level, self.upright):
+                price[hard] = np.inf
 
-def _search(cost: NDArray[np.float64], start: _Cell, goal: _Cell) -> list[_Cell]:
-    """Dijkstra over (cell, direction), turns cost extra."""
-    best: dict[tuple[_Cell, int], float] = {}
-    came: dict[tuple[_Cell, int], tuple[_Cell, int]] = {}
-    heap: list[tuple[float, _Cell, int]] = [(0.0, start, -1)]
-    while heap:
-        d, cell, way = heapq.heappop(heap)
-        if d > best.get((cell, way), np.inf):
-            continue
-        if cell == goal:
-            return _back(came, (cell, way))
-        for k, (di, dj) in enumerate(_MOVES):
-            nxt = (cell[0] + di, cell[1] + dj)
-            if not (0 <= nxt[0] < cost.shape[0] and 0 <= nxt[1] < cost.shape[1]):
+    def enter(self, parts: Sequence[Rect]) -> None:
+        """Let the way into its own label: straight, and through small lines only upright."""
+        for r in parts:
+            if (ring := self._cells(r.grown(15.0))) is not None:
+                self.turn[ring] = np.inf
+        for r in parts[1:]:
+            if (small := self._cells(r.grown(5.0))) is not None:
+                self.level[small] = np.inf
+        if (body := self._cells(parts[0].grown(-4.0))) is not None:
+            self.turn[body] = _TURN
+            self.level[body] = 1.0
+
+    def trace(self, wire: Wire) -> None:
+        """Make a wire costly to cross, to touch and to follow."""
+        for k, (a, b) in enumerate(pairwise(wire)):
+            box = Rect(min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1]))
+            if self._cells(box.grown(_NEAR)) is None:
                 continue
-            new = d + float(cost[nxt]) + (_TURN if way not in (-1, k) else 0.0)
-            if new < best.get((nxt, k), np.inf):
-                best[nxt, k] = new
-                came[nxt, k] = (cell, way)
-                heapq.heappush(heap, (new, nxt, k))
-    return []
+            if box.height < 1.0:
+                self._straight(box, self.level, self.upright)
+            elif box.width < 1.0:
+                self._straight(box, self.upright, self.level)
+            else:
+                self._slanting(a, b)
+            for tip in [p for p, last in ((a, k == 0), (b, k == len(wire) - 2)) if last]:
+                if (c := self._cells(Rect(*tip, *tip).grown(_NEAR + 2))) is not None:
+                    self.level[c] += _TOUCH  # the half arrow and the stroke
+                    self.upright[c] += _TOUCH
+
+    def cheapest(self, start: Point, end: Point) -> tuple[Point, ...]:
+        """Return the corners of the cheapest way, anchors included; empty if there is none."""
+        nx, ny = self.level.shape
+        a, b = self._node(start), self._node(end)
+        self.turn.flat[a], self.turn.flat[b] = 1e-3, 1e-3
+        n = nx * ny
+        cell = np.arange(n).reshape(nx, ny)
+        dx, dy = np.diff(self.x)[:, None] / STEP, np.diff(self.y)[None, :] / STEP
+        edges = (
+            (cell[:-1], cell[1:], dx * (self.level[:-1] + self.level[1:]) / 2),
+            (cell[:, :-1] + n, cell[:, 1:] + n,
+             dy * (self.upright[:, :-1] + self.upright[:, 1:]) / 2),
+            (cell, cell + n, self.turn),
+        )  # fmt: skip
+        tails, heads, prices = (
+            np.concatenate([e[k].ravel() for e in edges]) for k in range(3)
+        )
+        free = np.isfinite(prices)
+        tails, heads, prices = tails[free], heads[free], prices[free]
+        graph = csr_array(
+            (np.tile(prices, 2), (np.r_[tails, heads], np.r_[heads, tails])), shape=(2 * n, 2 * n)
+        )
+        price, before = dijkstra(graph, indices=a, return_predecessors=True)
+        if not np.isfinite(price[b]):
+            return ()
+        cells = [b]
+        while cells[-1] != a:
+            cells.append(int(before[cells[-1]]))
+        points = [(float(self.x[c % n // ny]), float(self.y[c % n % ny])) for c in cells[::-1]]
+        return _corners(points)
+
+    def _straight(self, box: Rect, along: _Array, across: _Array) -> None:
+        if (on := self._cells(box.grown(STEP / 2))) is not None:
+            along[on] += _FOLLOW
+            across[on] += _CROSS
+            self.turn[on] += _TOUCH
+        if (beside := self._cells(box.grown(_NEAR))) is not None:
+            along[beside] += _BESIDE
+
+    def _slanting(self, a: Point, b: Point) -> None:
+        count = ceil(max(abs(b[0] - a[0]), abs(b[1] - a[1])) / STEP) + 1
+        share = np.linspace(0.0, 1.0, count)
+        for x, y in zip(a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), strict=True):
+            if (c := self._cells(Rect(x, y, x, y).grown(STEP * 0.75))) is not None:
+                self.level[c] += _CROSS / 2
+                self.upright[c] += _CROSS / 2
+                self.turn[c] += _TOUCH
+
+    def _cells(self, r: Rect) -> tuple[slice, slice] | None:
+        """Points of the raster in a box; None for none."""
+        i0, i1 = np.searchsorted(self.x, (r.x0, r.x1))
+        j0, j1 = np.searchsorted(self.y, (r.y0, r.y1))
+        return None if i0 >= i1 or j0 >= j1 else (slice(i0, i1), slice(j0, j1))
+
+    def _node(self, p: Point) -> int:
+        i, j = int(np.abs(self.x - p[0]).argmin()), int(np.abs(self.y - p[1]).argmin())
+        return i * self.y.size + j
 
 
-def _back(
-    came: Mapping[tuple[_Cell, int], tuple[_Cell, int]], state: tuple[_Cell, int]
-) -> list[_Cell]:
-    cells = [state[0]]
-    while state in came:
-        state = came[state]
-        cells.append(state[0])
-    return cells[::-1]
+def _lines(low: float, high: float, *through: float) -> _Array:
+    """Coordinates of lines about a step apart, some of them given."""
+    regular = STEP * np.arange(floor(low / STEP), ceil(high / STEP) + 1)
+    keep = np.ones(regular.size, dtype=bool)
+    for v in through:
+        keep &= np.abs(regular - v) >= STEP / 2
+    return np.unique(np.concatenate((regular[keep], np.asarray(through, dtype=float))))
 
 
-def _points(cells: list[_Cell], start: Point, end: Point, page: Rect) -> tuple[Point, ...]:
-    """Corners of the way, its first and last legs moved onto the anchors."""
-    corners = [
-        b
-        for a, b, c in zip(cells, cells[1:], cells[2:], strict=False)
-        if (b[0] - a[0], b[1] - a[1]) != (c[0] - b[0], c[1] - b[1])
+def _corners(points: Sequence[Point]) -> tuple[Point, ...]:
+    """Ends and turns of a way over neighbouring points."""
+    distinct = [p for k, p in enumerate(points) if k == 0 or p != points[k - 1]]
+    inner = [
+        q
+        for p, q, r in zip(distinct, distinct[1:], distinct[2:], strict=False)
+        if not (p[0] == q[0] == r[0] or p[1] == q[1] == r[1])
     ]
-    points = [(page.x0 + i * STEP, page.y0 + j * STEP) for i, j in corners]
-    if points:
-        points[0] = _onto(points[0], start, vertical=corners[0][0] == cells[0][0])
-        points[-1] = _onto(points[-1], end, vertical=corners[-1][0] == cells[-1][0])
-    return (start, *points, end)
-
-
-def _onto(p: Point, anchor: Point, *, vertical: bool) -> Point:
-    return (anchor[0], p[1]) if vertical else (p[0], anchor[1])
+    return (distinct[0], *inner, distinct[-1])

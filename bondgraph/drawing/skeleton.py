@@ -1,14 +1,17 @@
-"""Connected pieces of a graph: a tree of junctions and two-ports, its main path, the leaves."""
+"""Connected pieces of a graph: a rooted tree of junctions and couplers, with leaves."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import networkx as nx
 
 from bondgraph.elements import Junction, Source, TwoPort
 from bondgraph.graph import BondGraph
+
+_STARTS = 8
 
 
 @dataclass(frozen=True)
@@ -17,65 +20,95 @@ class Component:
 
     Attributes
     ----------
-    tree : networkx.Graph
-        Spanning tree of its junctions and two-ports.
+    root : str
+        Where the main path begins: a node with a source, if there is one.
+    children : dict of str to list of str
+        Spanning tree of its junctions and couplers, the child with the longest path first.
     leaves : dict of str to list of str
         One-ports at each of them.
-    spine : list of str
-        Longest path of the tree from a node that has a source.
     """
 
-    tree: nx.Graph
-    leaves: dict[str, list[str]]
-    spine: list[str]
+    root: str
+    children: Mapping[str, Sequence[str]]
+    leaves: Mapping[str, Sequence[str]]
+
+    def path(self, start: str) -> list[str]:
+        """Longest path downwards from a node."""
+        found = [start]
+        while self.children[found[-1]]:
+            found.append(self.children[found[-1]][0])
+        return found
 
 
-def components(graph: BondGraph) -> list[Component]:
-    """Return the pieces of `graph` in the order of its elements."""
+def components(graph: BondGraph) -> list[list[Component]]:
+    """Return the pieces of `graph` in the order of its elements, each with variants of its tree.
+
+    A piece without rings has one spanning tree; its variants differ in the root.
+    """
     g: nx.Graph = nx.Graph(graph.network().to_undirected())
     order = {n: i for i, n in enumerate(graph.elements)}
     groups = [sorted(c, key=order.__getitem__) for c in nx.connected_components(g)]
-    return [_component(graph, g, group) for group in sorted(groups, key=lambda c: order[c[0]])]
+    return [_variants(graph, g, group) for group in sorted(groups, key=lambda c: order[c[0]])]
 
 
-def _component(graph: BondGraph, g: nx.Graph, group: list[str]) -> Component:
+def _variants(graph: BondGraph, g: nx.Graph, group: list[str]) -> list[Component]:
     nodes = [
         n for n in group if isinstance(graph[n], Junction | TwoPort) or g.degree(n) > 1
     ] or group[:1]
     inner = set(nodes)
-    near = {n: [m for m in g[n]] for n in group}
+    near = {n: [m for m in g[n] if m in inner] for n in nodes}
     leaves: dict[str, list[str]] = {n: [] for n in nodes}
     for n in group:
         if n not in inner:
-            leaves[near[n][0]].append(n)
+            leaves[next(iter(g[n]))].append(n)
     fed = [n for n in nodes if any(isinstance(graph[m], Source) for m in leaves[n])] or nodes
-    best: tuple[list[str], nx.Graph] = ([], nx.Graph())
-    for start in fed:
-        tree, path = _deep_tree(start, near, inner)
-        if len(path) > len(best[0]):
-            best = (path, tree)
-    return Component(best[1], leaves, best[0])
+    ringed = sum(map(len, near.values())) // 2 >= len(nodes)
+    found: list[tuple[int, Component]] = []
+    for start in fed[:_STARTS]:
+        for deep, backwards in product((True, False), (False, True)) if ringed else ((True, False),):
+            parent = _tree(start, near, deep=deep, backwards=backwards)
+            length, children = _by_height(parent)
+            found.append((length, Component(start, children, leaves)))
+    longest = max(length for length, _ in found)
+    if not ringed:
+        return [next(c for length, c in found if length == longest)]
+    return [c for _, c in sorted(found, key=lambda item: -item[0])]
 
 
-def _deep_tree(
-    start: str, near: Mapping[str, list[str]], inner: set[str]
-) -> tuple[nx.Graph, list[str]]:
-    """Depth-first spanning tree and its longest path from `start`."""
-    tree: nx.Graph = nx.Graph()
-    tree.add_node(start)
-    parent: dict[str, str] = {}
-    depth = {start: 0}
-    stack = [(start, iter(near[start]))]
+def _tree(
+    start: str, near: Mapping[str, Sequence[str]], *, deep: bool, backwards: bool
+) -> dict[str, str]:
+    """Parents in a spanning tree, depth first or breadth first, in the order of discovery."""
+    parent = {start: ""}
+    step = -1 if backwards else 1
+    if not deep:
+        queue = [start]
+        for n in queue:
+            for m in near[n][::step]:
+                if m not in parent:
+                    parent[m] = n
+                    queue.append(m)
+        return parent
+    stack = [(start, iter(near[start][::step]))]
     while stack:
         n, rest = stack[-1]
-        m = next((m for m in rest if m in inner and m not in depth), None)
+        m = next((m for m in rest if m not in parent), None)
         if m is None:
             stack.pop()
             continue
-        parent[m], depth[m] = n, depth[n] + 1
-        tree.add_edge(n, m)
-        stack.append((m, iter(near[m])))
-    path = [max(depth, key=lambda n: depth[n])]
-    while path[-1] != start:
-        path.append(parent[path[-1]])
-    return tree, path[::-1]
+        parent[m] = n
+        stack.append((m, iter(near[m][::step])))
+    return parent
+
+
+def _by_height(parent: Mapping[str, str]) -> tuple[int, dict[str, list[str]]]:
+    """Length of the longest path from the root, and children sorted by theirs."""
+    children: dict[str, list[str]] = {n: [] for n in parent}
+    height = dict.fromkeys(parent, 1)
+    for n in reversed(parent):
+        up = parent[n]
+        children[n].sort(key=lambda m: -height[m])
+        if up:
+            children[up].insert(0, n)
+            height[up] = max(height[up], height[n] + 1)
+    return max(height.values()), children

@@ -3,13 +3,14 @@ r"""Equations as LaTeX: closed form and ordered assignments, names set as nested
 from __future__ import annotations
 
 import re
+import unicodedata
 
 import sympy as sp
-from sympy.printing.latex import LatexPrinter
+from sympy.printing.latex import LatexPrinter, accepted_latex_functions
 
 from bondgraph.equations import ONE, StateSpace
 
-__all__ = ["latex", "ordered_latex"]
+__all__ = ["latex", "ordered_latex", "pretty", "rate_of", "tex", "words"]
 
 _GREEK = frozenset(
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
@@ -19,7 +20,16 @@ _SPECIAL = {
     "\\": r"\textbackslash{}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
-    **{c: "\\" + c for c in "&%$#_{}"},
+    "$": r"\char36{}",  # \$ would need the TS1 fonts, which a small TeX lacks
+    **{c: "\\" + c for c in "&%#_{}"},
+}
+_SIGNS = {
+    "\u00b0": r"^{\circ}",
+    "\u00b2": "^{2}",
+    "\u00b3": "^{3}",
+    "\u00b5": r"\mu ",
+    "\u00b7": r"\cdot ",
+    "\u2126": r"\Omega ",
 }
 
 
@@ -35,9 +45,42 @@ def pretty(name: str) -> str:
     """
     found = ""
     for part in reversed([p for p in name.split("_") if p]):
-        word = "\\" + part if part in _GREEK else part
+        word = "\\" + part if part in _GREEK else "".join(_letter(ch) for ch in part)
         found = f"{word}_{{{found}}}" if found else word
-    return found
+    return found or rf"\text{{{words(name)}}}"
+
+
+def _letter(ch: str) -> str:
+    r"""Return a letter of a name for math mode; what TeX has no letter for shows as its number."""
+    if ch.isascii():
+        return ch if ch.isalnum() else rf"\text{{{_SPECIAL.get(ch, ch)}}}" if ch > " " else ""
+    said = unicodedata.name(ch, "").split()
+    if said[:2] in (["GREEK", "SMALL"], ["GREEK", "CAPITAL"]) and len(said) == 4:
+        letter = said[3].replace("LAMDA", "LAMBDA")
+        greek = letter.lower() if said[1] == "SMALL" else letter.capitalize()
+        if greek in _GREEK:
+            return f"\\{greek} "
+    return rf"\mathrm{{u{ord(ch):04X}}}"
+
+
+def words(text: str) -> str:
+    r"""Return any text as LaTeX text on one line, with nothing TeX would obey.
+
+    Examples
+    --------
+    >>> words("50 % of C_1 \\input{x}")
+    '50 \\% of C\\_1 \\textbackslash{}input\\{x\\}'
+    """
+    plain = " ".join("".join(ch if ch.isprintable() else " " for ch in text).split())
+    return "".join(_character(ch) for ch in plain)
+
+
+def _character(ch: str) -> str:
+    if ch.isascii():
+        return _SPECIAL.get(ch, ch)
+    if ch in _SIGNS:
+        return rf"\ensuremath{{{_SIGNS[ch]}}}"
+    return rf"\ensuremath{{{_letter(ch)}}}"
 
 
 class _Printer(LatexPrinter):  # type: ignore[misc]  # SymPy has no types
@@ -50,6 +93,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]  # SymPy has no types
         return pretty(name)
 
     def _hprint_Function(self, func: str) -> str:
+        if func in accepted_latex_functions:
+            return "\\" + func
         for ending, mark in (
             ("_inverse", "^{-1}"),
             ("_drive", r"^{\mathrm{drive}}"),
@@ -89,9 +134,9 @@ def latex(space: StateSpace) -> str:
     \end{aligned}
     """
     lines = [
-        f"{_rate(s.symbol)} &= {_tex(f)}" for s, f in zip(space.states, space.dxdt, strict=True)
+        f"{rate_of(s.symbol)} &= {tex(f)}" for s, f in zip(space.states, space.dxdt, strict=True)
     ]
-    lines += [f"{pretty(n)} &= {_tex(f)}" for n, f in zip(space.output_names, space.y, strict=True)]
+    lines += [f"{pretty(n)} &= {tex(f)}" for n, f in zip(space.output_names, space.y, strict=True)]
     return _aligned(lines)
 
 
@@ -109,28 +154,26 @@ def ordered_latex(space: StateSpace) -> str:
         An ``aligned`` environment: assignments, rates, outputs.
     """
     lines = [
-        f"{_tex(a.target)} &:= {_tex(a.shown)} && \\text{{{_words(a.reason)}}}"
+        f"{tex(a.target)} &:= {tex(a.shown)} && \\text{{{words(a.reason)}}}"
         for a in space.assignments
     ]
     lines += [
-        f"{_rate(s.symbol)} &:= {_tex(s.rate)} && \\text{{state of {_words(s.element)}}}"
+        f"{rate_of(s.symbol)} &:= {tex(s.rate)} && \\text{{state of {words(s.element)}}}"
         for s in space.states
     ]
-    lines += [f"{pretty(n)} &:= {_tex(shown)} && \\text{{output}}" for n, shown, _ in space.outputs]
+    lines += [f"{pretty(n)} &:= {tex(shown)} && \\text{{output}}" for n, shown, _ in space.outputs]
     return _aligned(lines)
 
 
-def _tex(expression: sp.Expr) -> str:
+def tex(expression: sp.Expr) -> str:
+    """Return an expression as LaTeX with Bondsight's names."""
     return str(_Printer().doprint(expression.xreplace({ONE: sp.S.One})))
 
 
-def _rate(state: sp.Symbol) -> str:
-    return rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}}t}}\, {_tex(state)}"
+def rate_of(state: sp.Symbol) -> str:
+    """Return the time derivative of a state."""
+    return rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}}t}}\, {tex(state)}"
 
 
 def _aligned(lines: list[str]) -> str:
     return "\n".join([r"\begin{aligned}", " \\\\\n".join(lines), r"\end{aligned}"])
-
-
-def _words(reason: str) -> str:
-    return "".join(_SPECIAL.get(ch, ch) for ch in reason)

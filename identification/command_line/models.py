@@ -12,12 +12,21 @@ from types import ModuleType
 from typing import Any
 
 from actuators.catalogue import MODELS
+from actuators.plus_linear import PlusLinear
 from bondgraph.errors import BondsightError, UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
+from bondgraph.reading.graph_json import from_json
+from bondgraph.reading.json_fields import NUMBER
+from bondgraph.reading.law_forms import OPERATOR, LawForm
+
+FURTHER_LAWS = (LawForm(PlusLinear, {"operator": OPERATOR, "linear": NUMBER}),)
+"""Laws of `actuators` that a model file may hold."""
 
 
 def load_model(text: str) -> BondGraph:
-    """Model from a catalogue name, ``package.module:factory`` or a ``.py`` file with ``model()``.
+    """Model from a catalogue name, ``package.module:factory``, a ``.json`` or a ``.py`` file.
+
+    A ``.py`` file is run and has to offer ``model()``; a ``.json`` file is only read.
 
     Raises
     ------
@@ -26,13 +35,17 @@ def load_model(text: str) -> BondGraph:
     """
     if text in MODELS:
         factory: Callable[[], Any] = MODELS[text]
+    elif text.endswith(".json"):
+        return from_json(Path(text), laws=FURTHER_LAWS)
     elif text.endswith(".py"):
         factory = _from_file(Path(text))
     elif ":" in text:
         factory = _from_module(*text.split(":", 1))
     else:
         error = unknown_name("model", text, "the catalogue", MODELS)
-        raise UnusableInput(f"{error}; or give package.module:factory, or a .py file with model()")
+        raise UnusableInput(
+            f"{error}; or give package.module:factory, a .json file, or a .py file with model()"
+        )
     graph = _call(factory, text)
     if not isinstance(graph, BondGraph):
         raise UnusableInput(

@@ -1,0 +1,171 @@
+"""Pieces of a drawing under composition, each moved just far enough to clear the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+
+from bondgraph.drawing.geometry import Point, Rect, hull
+
+Pair = tuple[str, str]
+SIDE = 24.0  # room for the wire at the side of wrapped rows
+
+
+@dataclass(frozen=True, slots=True)
+class Spacing:
+    """Gaps of a drawing: length of bonds in a lane, between rows, between neighbours in a row."""
+
+    bond: float = 58.0
+    row: float = 48.0
+    item: float = 20.0
+    width: float = 1250.0
+
+    def scaled(self, by: float) -> Spacing:
+        """Return wider gaps."""
+        return Spacing(self.bond * by, self.row * by, self.item * by, self.width * by)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Anchors, inner points of wires, and the boxes that must stay clear.
+
+    `upper`, `middle` and `lower` are the parts of the box above, on and below the lane.
+    """
+
+    anchors: dict[str, Point]
+    vias: dict[Pair, tuple[Point, ...]]
+    box: Rect
+    upper: Rect | None = None
+    middle: Rect | None = None
+    lower: Rect | None = None
+
+    def shifted(self, dx: float, dy: float) -> Part:
+        """Move everything."""
+
+        def move(r: Rect | None) -> Rect | None:
+            return None if r is None else r.shifted(dx, dy)
+
+        return Part(
+            {n: (x + dx, y + dy) for n, (x, y) in self.anchors.items()},
+            {k: tuple((x + dx, y + dy) for x, y in v) for k, v in self.vias.items()},
+            self.box.shifted(dx, dy),
+            move(self.upper),
+            move(self.middle),
+            move(self.lower),
+        )
+
+
+def merged(parts: Sequence[Part], **bands: Rect | None) -> Part:
+    """Put parts that are in place into one."""
+    anchors: dict[str, Point] = {}
+    vias: dict[Pair, tuple[Point, ...]] = {}
+    for p in parts:
+        anchors |= p.anchors
+        vias |= p.vias
+    return Part(anchors, vias, hull(p.box for p in parts), **bands)
+
+
+def stacked(parts: Sequence[Part], gap: float) -> Part:
+    """Put parts beneath each other, left edges aligned."""
+    y, placed = 0.0, []
+    for p in parts:
+        placed.append(p.shifted(-p.box.x0, y - p.box.y0))
+        y += p.box.height + gap
+    return merged(placed)
+
+
+def fanned(
+    node: str, items: Sequence[tuple[Part, str]], side: int, own: Rect, spacing: Spacing
+) -> Part:
+    """One-ports and branches in a row, near edges aligned, centred on the node."""
+    x, row = 0.0, []
+    for part, _ in items:
+        row.append(part.shifted(x - part.box.x0, 0.0))
+        x += part.box.width + spacing.item
+    heads = [p.anchors[n][0] for p, (_, n) in zip(row, items, strict=True)]
+    centre = (min(heads) + max(heads)) / 2
+    if len(heads) % 2:  # the middle one straight above or below
+        middle = heads[len(heads) // 2]
+        centre = middle if abs(middle - centre) < 40.0 else centre
+    gap = max(spacing.row, 0.4 * max(max(heads) - centre, centre - min(heads)))
+    edge = own.y0 - gap if side < 0 else own.y1 + gap
+    placed = []
+    for part, (_, n) in zip(row, items, strict=True):
+        near = part.box.y1 if side < 0 else part.box.y0
+        moved = part.shifted(-centre, edge - near)
+        moved.vias[node, n] = ((moved.anchors[n][0], edge),)
+        placed.append(moved)
+    return merged(placed)
+
+
+def lane(blocks: Sequence[Part], spacing: Spacing, shaft: int = 0) -> Part:
+    """Blocks from left to right, each as far left as its neighbours allow.
+
+    `shaft` (-1 above, 1 below) keeps the column over the first block free for its bond.
+    """
+    placed: list[Part] = []
+    for b in blocks:
+        dx = 0.0
+        for p in placed:
+            dx = max(
+                dx,
+                _clear(p.upper, b.upper, spacing.item),
+                _clear(p.lower, b.lower, spacing.item),
+                _clear(p.middle, b.middle, spacing.bond),
+            )
+        if placed and shaft:
+            band = b.upper if shaft < 0 else b.lower
+            dx = max(dx, _clear(Rect(-8.0, 0.0, 8.0, 0.0), band, spacing.item))
+        placed.append(b.shifted(dx, 0.0))
+    return merged(placed)
+
+
+def snake(
+    rows: Sequence[Part], names: Sequence[Sequence[str]], down: bool, spacing: Spacing
+) -> Part:
+    """Rows of one path, every second one from right to left, joined at the sides.
+
+    `names` are the nodes of each row in the order of the path.
+    """
+    placed: list[Part] = []
+    for i, row in enumerate(rows):
+        dx = dy = 0.0
+        if placed:
+            last = placed[-1].box
+            dx = last.x1 - row.box.x1 if i % 2 else last.x0 - row.box.x0
+            dy = (
+                last.y1 + spacing.row - row.box.y0 if down else last.y0 - spacing.row - row.box.y1
+            )
+        placed.append(row.shifted(dx, dy))
+    whole = merged(placed)
+    if len(rows) == 1:
+        return whole
+    for i, (upper, lower) in enumerate(zip(names[:-1], names[1:], strict=True)):
+        p, q = upper[-1], lower[0]
+        pair = hull((placed[i].box, placed[i + 1].box))
+        x = pair.x1 + SIDE if i % 2 == 0 else pair.x0 - SIDE
+        whole.vias[p, q] = ((x, whole.anchors[p][1]), (x, whole.anchors[q][1]))
+    b = whole.box
+    box = Rect(b.x0 - (SIDE + 8 if len(rows) > 2 else 0), b.y0, b.x1 + SIDE + 8, b.y1)
+    return Part(whole.anchors, whole.vias, box)
+
+
+def wrap(widths: Sequence[float], width: float) -> list[tuple[int, int]]:
+    """Index ranges of rows of about equal width."""
+    count = max(1, ceil(sum(widths) / width - 0.3))
+    target = sum(widths) / count
+    rows: list[tuple[int, int]] = []
+    start, used = 0, 0.0
+    for i, w in enumerate(widths):
+        if used and used + w / 2 > target and len(rows) < count - 1:
+            rows.append((start, i))
+            start, used = i, 0.0
+        used += w
+    return [*rows, (start, len(widths))]
+
+
+def _clear(a: Rect | None, b: Rect | None, gap: float) -> float:
+    return 0.0 if a is None or b is None else a.x1 + gap - b.x0
+
+

@@ -1,0 +1,123 @@
+"""Composition of a piece of a graph: a main path in rows, the rest above and below it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from bondgraph.drawing.geometry import Rect, hull
+from bondgraph.drawing.labels import Label, label
+from bondgraph.drawing.parts import Part, Spacing, fanned, lane, merged, snake, wrap
+from bondgraph.drawing.skeleton import Component
+from bondgraph.elements import Sensor, Source
+from bondgraph.graph import BondGraph
+
+
+class Placer:
+    """Composes the parts of one graph; `labels` are those of the elements placed so far."""
+
+    def __init__(
+        self,
+        graph: BondGraph,
+        captions: Mapping[str, str],
+        ringed: frozenset[str],
+        spacing: Spacing,
+    ) -> None:
+        self.graph = graph
+        self.captions = captions
+        self.ringed = ringed
+        self.spacing = spacing
+        self.labels: dict[str, Label] = {n: self._label(n) for n in graph.elements}
+
+    def component(self, c: Component) -> Part:
+        """Place one piece; the main path begins at a source and ends at a one-port."""
+        path = c.path(c.root)
+        first, last = path[0], path[-1]
+        ends: dict[str, str] = {}
+        sources = [n for n in c.leaves[first] if isinstance(self.graph[n], Source)]
+        if sources:
+            ends[first] = sources[0]
+        spare = [n for n in c.leaves[last] if n not in ends.values()]
+        if first != last and spare:
+            ends[last] = spare[0]
+        return self._path(c, path, ends, None)
+
+    def _path(
+        self, c: Component, path: Sequence[str], ends: Mapping[str, str], side: int | None
+    ) -> Part:
+        """Nodes of a path in wrapped rows; `side` is where a branch lies, None for a main path."""
+        blocks = [
+            self._block(c, n, path[i + 1 : i + 2], ends.get(n), (side,) if side and not i else None)
+            for i, n in enumerate(path)
+        ]
+        widths = [b.box.width + self.spacing.bond for b in blocks]
+        rows: list[Part] = []
+        names: list[Sequence[str]] = []
+        for i, (a, b) in enumerate(wrap(widths, self.spacing.width)):
+            row = [
+                self._with_end(blocks[k], n, ends[n], -1.0 if (n == path[0]) != (i % 2 == 1) else 1)
+                if (n := path[k]) in ends
+                else blocks[k]
+                for k in range(a, b)
+            ]
+            names.append(path[a:b])
+            shaft = -side if side and not i else 0
+            rows.append(lane(row[::-1] if i % 2 else row, self.spacing, shaft))
+        return snake(rows, names, side != -1, self.spacing)
+
+    def _block(
+        self,
+        c: Component,
+        node: str,
+        lane_next: Sequence[str],
+        skip: str | None,
+        sides: tuple[int, ...] | None,
+    ) -> Part:
+        """Put a node at the origin with its one-ports and branches above (-1) and below (1)."""
+        own = self.labels[node]
+        sides = sides or (-1, 1)
+        rows: dict[int, list[tuple[Part, str]]] = {s: [] for s in sides}
+        for m in (m for m in c.children[node] if m not in lane_next):
+            s = min(sides, key=lambda s: (len(rows[s]), -s))
+            rows[s].append((self._branch(c, m, s), m))
+        leaves = [n for n in c.leaves[node] if n != skip]
+        for n in sorted(leaves, key=lambda n: isinstance(self.graph[n], Sensor)):
+            s = min(sides, key=lambda s: (len(rows[s]), s))
+            if s < 0:
+                self.labels[n] = self._label(n, above=True)
+            rows[s].insert(0, (Part({n: (0.0, 0.0)}, {}, self.labels[n].box), n))
+        parts = [Part({node: (0.0, 0.0)}, {}, own.box)]
+        bands: dict[int, Rect | None] = {-1: None, 1: None}
+        for s, items in rows.items():
+            if items:
+                placed = fanned(node, items, s, own.box, self.spacing)
+                parts.append(placed)
+                edge = own.box.y0 if s < 0 else own.box.y1
+                bands[s] = hull((placed.box, Rect(0.0, edge, 0.0, edge)))
+        return merged(parts, upper=bands[-1], middle=own.box, lower=bands[1])
+
+    def _branch(self, c: Component, root: str, side: int) -> Part:
+        """Compose a path that starts at `root`, kept free on the side of its parent."""
+        path = c.path(root)
+        last = path[-1]
+        ends = {last: c.leaves[last][0]} if len(path) > 1 and c.leaves[last] else {}
+        return self._path(c, path, ends, side)
+
+    def _with_end(self, block: Part, node: str, leaf: str, side: float) -> Part:
+        """Add a one-port in the lane, to the left (-1) or right (1) of its node."""
+        body, own = self.labels[leaf], self.labels[node]
+        reach = own.parts[0].x1 + self.spacing.bond + body.box.width / 2
+        at = (block.anchors[node][0] + side * reach, block.anchors[node][1])
+        box = body.box.shifted(*at)
+        middle = hull([r for r in (block.middle, box) if r is not None])
+        return Part(
+            block.anchors | {leaf: at},
+            block.vias,
+            hull((block.box, box)),
+            block.upper,
+            middle,
+            block.lower,
+        )
+
+    def _label(self, name: str, *, above: bool = False) -> Label:
+        caption = self.captions.get(name, "")
+        return label(self.graph[name], caption, ringed=name in self.ringed, above=above)
