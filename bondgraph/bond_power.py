@@ -60,7 +60,8 @@ def motion(
     parameters : dict of str to float
         Values that differ from the declared ones, as given to the simulation.
     hold : {"linear", "hold", "band-limited"}
-        What the inputs did between the samples; the last for any smooth input.
+        What the inputs did between the samples; the last for any smooth input. A held one is given
+        by what it was until the sample, as `simulate` observes it.
 
     Raises
     ------
@@ -216,7 +217,7 @@ class _Followed:
             slope = np.diff(rows[i]) / h
             if self.hold == "hold":
                 slope = np.zeros_like(h)
-                last[0][i] = first[0][i]
+                first[0][i] = last[0][i]  # what was held until the sample
             for k, rate in ((f"d_{n}", slope), (f"d2_{n}", np.zeros_like(h))):
                 if k in places:
                     for values, change in (first, last):

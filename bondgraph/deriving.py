@@ -13,6 +13,7 @@ from bondgraph.causality import Causality, assign_causality, storage_ports
 from bondgraph.elements import Dq, Multiport, Switched, symbol
 from bondgraph.equations import AlgebraicLoop, DerivativeCausality
 from bondgraph.graph import BondGraph
+from bondgraph.elimination import eliminate_named
 from bondgraph.ordering import components, tear
 from bondgraph.relations import Dependent, LawUse, Relation, Relations, Stored, collect
 from bondgraph.system import Algebraic, System
@@ -20,6 +21,7 @@ from bondgraph.system import Algebraic, System
 __all__ = ["system"]
 
 MOST_DISPLACEMENTS = 12
+SHORT = 40
 
 
 def system(graph: BondGraph, causality: Causality | None = None) -> System:
@@ -304,7 +306,6 @@ class _Solver:
             back = form(rows[t])
             matrix.append([sp.S(int(t == o)) - back.get(o, 0) for o in torn])
         rest = self._without(torn, order, rows)
-        inverse = self._inverse(matrix, torn, part)
         needed = {s for t in torn for _, s in rest[t].terms}
         for n in reversed(order):
             if _free(n) in needed:
@@ -312,19 +313,58 @@ class _Solver:
         for n in (*order, *torn):
             if _free(n) in needed or n in torn:
                 self.ordered[_free(n)] = rest[n]
-        for i, t in enumerate(torn):
-            terms = [(inverse[i][j], _free(o)) for j, o in enumerate(torn) if inverse[i][j] != 0]
-            reads = {
-                str(v)
-                for c, _ in terms
-                if isinstance(c, sp.Expr)
-                for v in c.free_symbols
-                if str(v) not in self.parameters
-            }
-            why = f"{rows[t].reason}; algebraic loop solved"
-            self.ordered[t] = Relation(t, tuple(terms), why, reads=tuple(sorted(reads)))
+        small = len(torn) == 1 or (
+            len(torn) == 2 and sum(sp.count_ops(c) for row in matrix for c in row) < SHORT
+        )
+        if small:
+            self._put_inverse(torn, rows, self._inverse(matrix, torn, part))
+        else:
+            self._put_elimination(torn, rows, matrix, part)
         for n in order:
             self.ordered[n] = rows[n]
+
+    def _put_inverse(self, torn: list[str], rows: Mapping[str, Relation], inverse: Any) -> None:
+        """Assign the torn signals as closed combinations of the free parts."""
+        for i, t in enumerate(torn):
+            terms = [(inverse[i][j], _free(o)) for j, o in enumerate(torn) if inverse[i][j] != 0]
+            why = f"{rows[t].reason}; algebraic loop solved"
+            self.ordered[t] = Relation(t, tuple(terms), why, reads=self._signals_in(terms))
+
+    def _put_elimination(
+        self,
+        torn: list[str],
+        rows: Mapping[str, Relation],
+        matrix: list[list[Any]],
+        part: list[str],
+    ) -> None:
+        """Assign the torn signals by Gaussian elimination with named coefficients.
+
+        A closed inverse grows exponentially with the loop; named intermediate values do not.
+        """
+        made = eliminate_named(
+            [[sp.sympify(c) for c in row] for row in matrix],
+            [_free(t) for t in torn],
+            torn,
+            prefix=f"loop{len(self.loops)}",
+            nominal={p.name: p.value for p in self.parameters.values()},
+        )
+        if made is None:
+            raise self._singular(part)
+        for r in made:
+            reads = tuple(dict.fromkeys((*r.reads, *self._signals_in(r.terms, r.expression))))
+            reason = rows[r.target].reason if r.target in rows else "algebraic loop"
+            self.ordered[r.target] = replace(
+                r, reason=f"{reason}; algebraic loop solved", reads=reads
+            )
+
+    def _signals_in(self, terms: Iterable[tuple[Any, str]], *more: Any) -> tuple[str, ...]:
+        found = {
+            str(v)
+            for c in (*(c for c, _ in terms), *more)
+            if isinstance(c, sp.Expr)
+            for v in c.free_symbols
+        }
+        return tuple(sorted(found - set(self.parameters)))
 
     def _without(
         self, torn: list[str], order: list[str], rows: Mapping[str, Relation]

@@ -8,9 +8,10 @@ from html import escape
 from bondgraph.causality import Causality, assign_causality
 from bondgraph.drawing import paint
 from bondgraph.drawing.geometry import Rect
-from bondgraph.drawing.labels import SMALL, element_domains, text_width
+from bondgraph.drawing.labels import describe, element_domains
 from bondgraph.drawing.layout import Layout, layout
-from bondgraph.elements import Element, Sensor
+from bondgraph.drawing.legend import entries, framed
+from bondgraph.elements import RS, Multiport, Sensor, Switched
 from bondgraph.errors import GraphError, unknown_name
 from bondgraph.graph import Bond, BondGraph
 
@@ -26,6 +27,10 @@ def svg(
     title: str | None = None,
 ) -> str:
     """Draw `graph` as a self-contained SVG.
+
+    Bonds carry half arrows, causal strokes (coloured where a storage has derivative causality or
+    the causality was chosen freely) and, on pointing, the reason of the stroke. Dashed arrows lead
+    to sensors and, thinner, from a signal to the element it modulates.
 
     Parameters
     ----------
@@ -58,68 +63,62 @@ def svg(
         if n not in graph.elements:
             raise unknown_name("element", n, graph.name, graph.elements)
     plan = layout(graph, captions, {*captions, *dashed})
-    strokes = _strokes(graph, causality)
+    causality = _causality(graph) if causality is None else causality
+    kinds = _kinds(graph, causality)
     domains = element_domains(graph)
-    parts = [_bond(graph, plan, strokes, b) for b in graph.bonds]
+    parts = [_bond(graph, plan, causality, kinds, b) for b in graph.bonds]
+    for reading, points in plan.signals.items():
+        tip = f"{reading.target} reads {', '.join(reading.signals)}"
+        parts.append(paint.signal(points, tip))
     for n, e in graph.elements.items():
         ring = "marked" if n in captions else "also" if n in dashed else ""
-        parts.append(paint.element(plan.labels[n], plan.anchors[n], domains[n], _tip(e), ring))
-    page, extra = _frame(plan.page, title, domains)
+        off = isinstance(e, Switched) and not e.on
+        tip = describe(e)
+        parts.append(paint.element(plan.labels[n], plan.anchors[n], domains[n], tip, ring, off=off))
+    legend = entries(domains.values(), kinds.values(), signals=bool(plan.signals))
+    page, extra = framed(plan.page, title, legend)
     return _document(page, [*parts, *extra], title or f"bond graph {graph.name}")
 
 
-def _strokes(graph: BondGraph, causality: Causality | None) -> dict[Bond, str]:
-    """End that receives the effort, by bond; empty if causality cannot be assigned."""
+def _causality(graph: BondGraph) -> Causality | None:
+    """Strokes; None if they cannot be assigned."""
+    try:
+        return assign_causality(graph)
+    except GraphError:
+        return None
+
+
+def _kinds(graph: BondGraph, causality: Causality | None) -> dict[Bond, str]:
+    """Bonds of storages in derivative causality and of free choices."""
     if causality is None:
-        try:
-            causality = assign_causality(graph)
-        except GraphError:
-            return {}
-    return {b: s.effort_to for b, s in causality.strokes.items()}
+        return {}
+    places = {b.name: b for b in reversed(graph.bonds)}
+    for e in graph.elements.values():
+        for i, b in enumerate(graph.bonds_of(e.name), start=1):
+            places[f"{e.name}{i}" if isinstance(e, Multiport) else e.name] = b
+    for b in graph.bonds:
+        if isinstance(graph[b.head], RS):  # chosen at its resistive port, where power enters
+            places[b.head] = b
+    free = {places[n]: "free" for n in causality.free_choices if n in places}
+    return free | {places[n]: "derivative" for n in causality.derivative if n in places}
 
 
-def _bond(graph: BondGraph, plan: Layout, strokes: Mapping[Bond, str], b: Bond) -> str:
+def _bond(
+    graph: BondGraph,
+    plan: Layout,
+    causality: Causality | None,
+    kinds: Mapping[Bond, str],
+    b: Bond,
+) -> str:
     points = plan.wires[b]
-    if isinstance(graph[b.head], Sensor):
-        return paint.tap(points)
-    if isinstance(graph[b.tail], Sensor):
-        return paint.tap(points[::-1])
-    to = strokes.get(b)
-    tip = b.name if to is None else f"{b.name}: effort to {to}"
-    return paint.power_bond(points, None if to is None else to == b.head, tip)
-
-
-def _tip(e: Element) -> str:
-    """Text shown when the pointer rests on an element."""
-    unit = getattr(e, "unit", "")
-    value = getattr(e, "stiffness", None)
-    for field in ("value", "ratio"):
-        value = getattr(e, field, None) if value is None else value
-    shown = "" if value is None else f" = {value}"
-    return f"{e.kind} {e.name}{shown}{f' {unit}' if unit else ''}"
-
-
-def _frame(page: Rect, title: str | None, domains: Mapping[str, str]) -> tuple[Rect, list[str]]:
-    """Page grown by heading and legend, and their SVG."""
-    extra = []
-    present = [d for d in paint.FILL if d and d in domains.values()]
-    widths = [text_width(d, SMALL) + 40.0 for d in present]
-    least = max(text_width(title or "", 16.0) + 48.0, sum(widths) + 24.0 if len(present) > 1 else 0)
-    wide = max(0.0, least - page.width) / 2
-    page = Rect(page.x0 - wide, page.y0, page.x1 + wide, page.y1)
-    if title:
-        page = Rect(page.x0, page.y0 - 28.0, page.x1, page.y1)
-        at = ((page.x0 + page.x1) / 2, page.y0 + 28.0)
-        extra.append(paint.text(at, title, 16.0, paint.INK, bold=True))
-    if len(present) > 1:
-        page = Rect(page.x0, page.y0, page.x1, page.y1 + 22.0)
-        x, y = page.x0 + 24.0, page.y1 - 16.0
-        for d, w in zip(present, widths, strict=True):
-            fill, ink = paint.FILL[d]
-            extra.append(paint.box(Rect(x, y - 9.0, x + 14.0, y + 1.0), fill, ink, 0.8, 3.0))
-            extra.append(paint.text((x + 20.0 + (w - 40.0) / 2, y), d, SMALL, ink))
-            x += w
-    return page, extra
+    stroke = causality.strokes.get(b) if causality else None
+    tip = b.name if stroke is None else str(stroke)
+    if stroke is None and isinstance(graph[b.head], Sensor):
+        return paint.tap(points, tip)
+    if stroke is None and isinstance(graph[b.tail], Sensor):
+        return paint.tap(points[::-1], tip)
+    at_head = None if stroke is None else stroke.effort_to == b.head
+    return paint.power_bond(points, at_head, tip, paint.STROKES[kinds.get(b, "")])
 
 
 def _document(page: Rect, parts: Iterable[str], name: str) -> str:

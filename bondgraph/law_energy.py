@@ -32,7 +32,8 @@ def law_energy(law: Law, s: sp.Symbol, parameters: Sequence[sp.Expr]) -> sp.Expr
     except (TypeError, AttributeError, BondsightError):
         deviation = sp.Function("deviation")(s)
     if not deviation.has(*_ROUGH, sp.core.function.AppliedUndef):
-        deviation = sp.nsimplify(deviation, rational=True)
+        numbers = {v: sp.Rational(repr(float(v))) for v in deviation.atoms(sp.Float)}
+        deviation = deviation.xreplace(numbers)
         found = sp.integrate(sp.expand(deviation), s, manual=not deviation.is_polynomial(s))
         start = found.xreplace({s: sp.S.Zero})
         if not found.has(sp.Integral) and start.is_finite:
@@ -55,7 +56,7 @@ def _straight(law: Table, s: sp.Symbol, parameters: Sequence[sp.Expr]) -> sp.Exp
         if not law.flat:
             first = (values[1] - values[0]) / (x[1] - x[0])
             last = (values[-1] - values[-2]) / (x[-1] - x[-2])
-            total += last * sp.Max(v - x[-1], 0) ** 2 / 2 - first * sp.Max(x[0] - v, 0) ** 2 / 2
+            total += last * sp.Max(v - x[-1], 0) ** 2 / 2 + first * sp.Max(x[0] - v, 0) ** 2 / 2
         return total
 
     return upto(s) - upto(sp.S.Zero) - law.reference * s**2 / 2

@@ -14,7 +14,8 @@ import numpy as np
 import sympy as sp
 
 from bondgraph.elements import symbol
-from bondgraph.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.elimination import rational
+from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.system import System
 
 __all__ = [
@@ -310,11 +311,17 @@ def linear_rates(
     exact = _Exact(numbers)
     forms: dict[str, dict[str, Fraction]] = {}
     for r in model.relations:
-        if r.expression is not None or r.reads:
-            if r.expression is None or r.expression.free_symbols & {symbol(s) for s in r.reads}:
-                raise UnusableInput(
-                    f"{model.name} is not linear: {r.reason}; take System.rates or linearise(at=..)"
-                )
+        fixed = [s for s in r.reads if s not in exact.named]
+        if fixed:
+            raise UnusableInput(
+                f"{model.name} is not linear: {r.reason} multiplies or transforms {fixed[0]}; take "
+                "System.rates or linearise(at=..)"
+            )
+        if not r.terms and r.expression is not None:
+            value = exact(r.expression)
+            exact.named[r.target] = value
+            forms[r.target] = {"one": value} if value else {}
+            continue
         if len(r.terms) == 1 and r.terms[0][0] == 1 and r.expression is None:
             s = r.terms[0][1]
             known = forms.get(s)
@@ -324,13 +331,13 @@ def linear_rates(
         if r.expression is not None:
             total["one"] = exact(r.expression)
         for c, s in r.terms:
-            k = c if isinstance(c, int) else exact(c)
+            k = Fraction(c) if isinstance(c, int) else exact(c)
             form = forms.get(s)
             if form is None:
-                total[s] = total.get(s, 0) + k
+                total[s] = total.get(s, Fraction(0)) + k
                 continue
             for leaf, v in form.items():
-                total[leaf] = total.get(leaf, 0) + k * v
+                total[leaf] = total.get(leaf, Fraction(0)) + k * v
         forms[r.target] = {leaf: v for leaf, v in total.items() if v}
     return tuple(dict(forms.get(s.rate, {s.rate: Fraction(1)})) for s in model.stored)
 
@@ -340,36 +347,18 @@ class _Exact:
 
     def __init__(self, numbers: Mapping[str, float]) -> None:
         self.numbers = numbers
+        self.named: dict[str, Fraction] = {}
         self.known: dict[Any, Fraction] = {}
 
     def __call__(self, c: sp.Expr) -> Fraction:
         if c not in self.known:
-            self.known[c] = self._value(c)
+            self.known[c] = rational(c, self._symbol)
         return self.known[c]
 
-    def _value(self, c: sp.Expr) -> Fraction:
-        if c.is_Symbol:
-            try:
-                return Fraction(self.numbers[str(c)])
-            except (KeyError, ValueError, OverflowError):
-                raise UnusableInput(f"parameter {c} has no finite value; give one") from None
-        if c.is_Rational:
-            return Fraction(int(c.p), int(c.q))
-        if c.is_Float:
-            return Fraction(float(c))
-        if c.is_Pow and c.exp.is_Integer:
-            base = self(c.base)
-            if not base and c.exp.is_negative:
-                raise UnusableInput(f"{c} divides by zero; check the parameters")
-            return base ** int(c.exp)
-        if c.is_Mul:
-            product = Fraction(1)
-            for a in c.args:
-                product *= self(a)
-            return product
-        if c.is_Add:
-            return sum((self(a) for a in c.args), Fraction(0))
-        value = float(c.xreplace({s: sp.Float(self.numbers[str(s)]) for s in c.free_symbols}))
-        if value != value:
-            raise BondsightError(f"{c} has no value at these parameters")
-        return Fraction(value)
+    def _symbol(self, name: str) -> Fraction:
+        if name in self.named:
+            return self.named[name]
+        try:
+            return Fraction(self.numbers[name])
+        except (KeyError, ValueError, OverflowError):
+            raise UnusableInput(f"parameter {name} has no finite value; give one") from None

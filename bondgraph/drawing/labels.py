@@ -102,6 +102,16 @@ def label(
     return Label(text, size, body, tuple(parts), note, base_lines[0], caption, base_lines[1])
 
 
+def describe(e: Element) -> str:
+    """Text shown when the pointer rests on an element: kind, name, value and unit."""
+    value = getattr(e, "stiffness", None)
+    for field in ("value", "ratio"):
+        value = getattr(e, field, None) if value is None else value
+    unit = getattr(e, "unit", "")
+    shown = "" if value is None else f" = {value}"
+    return f"{e.kind} {e.name}{shown}{f' {unit}' if unit else ''}"
+
+
 def _note(e: Element) -> str:
     """Small line of an element: name and position of a junction, expression if it is short."""
     if isinstance(e, Switched):

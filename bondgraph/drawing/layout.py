@@ -85,7 +85,7 @@ def layout(
     first = Spacing().scaled(1.0 + min(0.04 * closing, 0.4))
     best: tuple[int, Layout] | None = None
     for by in _WIDER:
-        placer = Placer(graph, *marks, first.scaled(by))
+        placer = Placer(graph, *marks, first.scaled(by), signals)
         parts = [_best(graph, placer, variants) for variants in pieces]
         plan = _wired(graph, placer, stacked(parts, placer.spacing.row), signals)
         bad = _hidden(plan)
@@ -183,7 +183,7 @@ def _in_line(b: Bond, anchors: Mapping[str, Point], obstacles: Obstacles) -> boo
 
 
 def _hidden(plan: Layout) -> int:
-    """Number of wires that pass through a label of another element."""
+    """Count the wires that pass through a label of another element."""
     obstacles = Obstacles(plan.boxes)
     edges: dict[_Edge, tuple[Point, ...]] = {**plan.wires, **plan.signals}
     return sum(obstacles.hit(points, _ends(e)) for e, points in edges.items())

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import ceil
 
 from bondgraph.drawing.geometry import Point, Rect, hull
 
 Pair = tuple[str, str]
 SIDE = 24.0  # room for the wire at the side of wrapped rows
+MIDDLE = 24.0  # room for a wire between the items of a fan
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +57,21 @@ class Part:
             move(self.lower),
         )
 
+    def mirrored(self) -> Part:
+        """Exchange left and right; labels are symmetric about their anchors."""
+
+        def turn(r: Rect | None) -> Rect | None:
+            return None if r is None else Rect(-r.x1, r.y0, -r.x0, r.y1)
+
+        return Part(
+            {n: (-x, y) for n, (x, y) in self.anchors.items()},
+            {k: tuple((-x, y) for x, y in v) for k, v in self.vias.items()},
+            Rect(-self.box.x1, self.box.y0, -self.box.x0, self.box.y1),
+            turn(self.upper),
+            turn(self.middle),
+            turn(self.lower),
+        )
+
 
 def merged(parts: Sequence[Part], **bands: Rect | None) -> Part:
     """Put parts that are in place into one."""
@@ -76,18 +93,34 @@ def stacked(parts: Sequence[Part], gap: float) -> Part:
 
 
 def fanned(
-    node: str, items: Sequence[tuple[Part, str]], side: int, own: Rect, spacing: Spacing
+    node: str,
+    items: Sequence[tuple[Part, str]],
+    side: int,
+    own: Rect,
+    spacing: Spacing,
+    *,
+    open_middle: bool = False,
 ) -> Part:
-    """One-ports and branches in a row, near edges aligned, centred on the node."""
-    x, row = 0.0, []
-    for part, _ in items:
+    """One-ports and branches in a row, near edges aligned, centred on the node.
+
+    `open_middle` keeps the column over the node free for a wire that is routed later.
+    """
+    gap_at = (len(items) + 1) // 2 if open_middle else -1
+    x, row, centre = 0.0, [], 0.0
+    for i, (part, _) in enumerate(items):
+        if i == gap_at:
+            centre = x - spacing.item / 2 + MIDDLE / 2
+            x += MIDDLE
         row.append(part.shifted(x - part.box.x0, 0.0))
         x += part.box.width + spacing.item
     heads = [p.anchors[n][0] for p, (_, n) in zip(row, items, strict=True)]
-    centre = (min(heads) + max(heads)) / 2
-    if len(heads) % 2:  # the middle one straight above or below
+    if not open_middle:
+        centre = (min(heads) + max(heads)) / 2
         middle = heads[len(heads) // 2]
-        centre = middle if abs(middle - centre) < 40.0 else centre
+        if len(heads) % 2 and abs(middle - centre) < 40.0:
+            centre = middle  # straight above or below the node
+    elif gap_at == len(items):
+        centre = x - spacing.item / 2 + MIDDLE / 2
     gap = max(spacing.row, 0.4 * max(max(heads) - centre, centre - min(heads)))
     edge = own.y0 - gap if side < 0 else own.y1 + gap
     placed = []
@@ -134,14 +167,12 @@ def snake(
         if placed:
             last = placed[-1].box
             dx = last.x1 - row.box.x1 if i % 2 else last.x0 - row.box.x0
-            dy = (
-                last.y1 + spacing.row - row.box.y0 if down else last.y0 - spacing.row - row.box.y1
-            )
+            dy = last.y1 + spacing.row - row.box.y0 if down else last.y0 - spacing.row - row.box.y1
         placed.append(row.shifted(dx, dy))
     whole = merged(placed)
     if len(rows) == 1:
         return whole
-    for i, (upper, lower) in enumerate(zip(names[:-1], names[1:], strict=True)):
+    for i, (upper, lower) in enumerate(pairwise(names)):
         p, q = upper[-1], lower[0]
         pair = hull((placed[i].box, placed[i + 1].box))
         x = pair.x1 + SIDE if i % 2 == 0 else pair.x0 - SIDE
@@ -151,21 +182,19 @@ def snake(
     return Part(whole.anchors, whole.vias, box)
 
 
-def wrap(widths: Sequence[float], width: float) -> list[tuple[int, int]]:
-    """Index ranges of rows of about equal width."""
-    count = max(1, ceil(sum(widths) / width - 0.3))
-    target = sum(widths) / count
+def wrap(extents: Sequence[float], width: float) -> list[tuple[int, int]]:
+    """Index ranges of rows of about equal width, from the extent of each block in one long row."""
+    count = max(1, ceil(sum(extents) / width - 0.3))
+    target = sum(extents) / count
     rows: list[tuple[int, int]] = []
     start, used = 0, 0.0
-    for i, w in enumerate(widths):
+    for i, w in enumerate(extents):
         if used and used + w / 2 > target and len(rows) < count - 1:
             rows.append((start, i))
             start, used = i, 0.0
         used += w
-    return [*rows, (start, len(widths))]
+    return [*rows, (start, len(extents))]
 
 
 def _clear(a: Rect | None, b: Rect | None, gap: float) -> float:
     return 0.0 if a is None or b is None else a.x1 + gap - b.x0
-
-

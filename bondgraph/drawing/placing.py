@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 from bondgraph.drawing.geometry import Rect, hull
 from bondgraph.drawing.labels import Label, label
 from bondgraph.drawing.parts import Part, Spacing, fanned, lane, merged, snake, wrap
+from bondgraph.drawing.readings import Reading
 from bondgraph.drawing.skeleton import Component
 from bondgraph.elements import Sensor, Source
 from bondgraph.graph import BondGraph
@@ -21,11 +24,13 @@ class Placer:
         captions: Mapping[str, str],
         ringed: frozenset[str],
         spacing: Spacing,
+        signals: Sequence[Reading],
     ) -> None:
         self.graph = graph
         self.captions = captions
         self.ringed = ringed
         self.spacing = spacing
+        self.busy = Counter(n for r in signals for n in (r.source, r.target))
         self.labels: dict[str, Label] = {n: self._label(n) for n in graph.elements}
 
     def component(self, c: Component) -> Part:
@@ -49,10 +54,11 @@ class Placer:
             self._block(c, n, path[i + 1 : i + 2], ends.get(n), (side,) if side and not i else None)
             for i, n in enumerate(path)
         ]
-        widths = [b.box.width + self.spacing.bond for b in blocks]
+        at = [p[0] for n, p in lane(blocks, self.spacing).anchors.items() if n in set(path)]
+        extents = [b - a for a, b in pairwise([*at, at[-1] + self.spacing.bond])]
         rows: list[Part] = []
         names: list[Sequence[str]] = []
-        for i, (a, b) in enumerate(wrap(widths, self.spacing.width)):
+        for i, (a, b) in enumerate(wrap(extents, self.spacing.width)):
             row = [
                 self._with_end(blocks[k], n, ends[n], -1.0 if (n == path[0]) != (i % 2 == 1) else 1)
                 if (n := path[k]) in ends
@@ -76,24 +82,36 @@ class Placer:
         own = self.labels[node]
         sides = sides or (-1, 1)
         rows: dict[int, list[tuple[Part, str]]] = {s: [] for s in sides}
+        arms: dict[int, list[tuple[Part, str]]] = {s: [] for s in sides}
         for m in (m for m in c.children[node] if m not in lane_next):
-            s = min(sides, key=lambda s: (len(rows[s]), -s))
-            rows[s].append((self._branch(c, m, s), m))
+            s = min(sides, key=lambda s: (len(arms[s]), -s))
+            arms[s].append((self._branch(c, m, s), m))
         leaves = [n for n in c.leaves[node] if n != skip]
         for n in sorted(leaves, key=lambda n: isinstance(self.graph[n], Sensor)):
-            s = min(sides, key=lambda s: (len(rows[s]), s))
+            s = min(sides, key=lambda s: (len(rows[s]) + len(arms[s]), s))
             if s < 0:
                 self.labels[n] = self._label(n, above=True)
             rows[s].insert(0, (Part({n: (0.0, 0.0)}, {}, self.labels[n].box), n))
         parts = [Part({node: (0.0, 0.0)}, {}, own.box)]
         bands: dict[int, Rect | None] = {-1: None, 1: None}
-        for s, items in rows.items():
+        for s in sides:  # branches outside, growing away from the node
+            left = [(part.mirrored(), m) for part, m in arms[s][1::2]]
+            rows[s] = [*left[::-1], *rows[s], *arms[s][::2]]
+        free = self._routed(c, node) - sum(not items for items in rows.values())
+        for s, items in sorted(rows.items(), key=lambda row: len(row[1]) % 2):
             if items:
-                placed = fanned(node, items, s, own.box, self.spacing)
+                middle, free = free > 0, free - 1
+                placed = fanned(node, items, s, own.box, self.spacing, open_middle=middle)
                 parts.append(placed)
                 edge = own.box.y0 if s < 0 else own.box.y1
                 bands[s] = hull((placed.box, Rect(0.0, edge, 0.0, edge)))
         return merged(parts, upper=bands[-1], middle=own.box, lower=bands[1])
+
+    def _routed(self, c: Component, node: str) -> int:
+        """Count the wires at a node that are not part of the tree."""
+        root = int(node != c.root)
+        tree = len(c.children[node]) + len(c.leaves[node]) + root
+        return len(self.graph.bonds_of(node)) - tree + self.busy[node]
 
     def _branch(self, c: Component, root: str, side: int) -> Part:
         """Compose a path that starts at `root`, kept free on the side of its parent."""

@@ -130,9 +130,7 @@ class _Raster:
              dy * (self.upright[:, :-1] + self.upright[:, 1:]) / 2),
             (cell, cell + n, self.turn),
         )  # fmt: skip
-        tails, heads, prices = (
-            np.concatenate([e[k].ravel() for e in edges]) for k in range(3)
-        )
+        tails, heads, prices = (np.concatenate([e[k].ravel() for e in edges]) for k in range(3))
         free = np.isfinite(prices)
         tails, heads, prices = tails[free], heads[free], prices[free]
         graph = csr_array(
@@ -185,7 +183,7 @@ def _lines(low: float, high: float, *through: float) -> _Array:
 
 
 def _corners(points: Sequence[Point]) -> tuple[Point, ...]:
-    """Ends and turns of a way over neighbouring points."""
+    """Return ends and turns of a way over neighbouring points."""
     distinct = [p for k, p in enumerate(points) if k == 0 or p != points[k - 1]]
     inner = [
         q

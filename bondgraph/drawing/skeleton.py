@@ -65,7 +65,9 @@ def _variants(graph: BondGraph, g: nx.Graph, group: list[str]) -> list[Component
     ringed = sum(map(len, near.values())) // 2 >= len(nodes)
     found: list[tuple[int, Component]] = []
     for start in fed[:_STARTS]:
-        for deep, backwards in product((True, False), (False, True)) if ringed else ((True, False),):
+        for deep, backwards in (
+            product((True, False), (False, True)) if ringed else ((True, False),)
+        ):
             parent = _tree(start, near, deep=deep, backwards=backwards)
             length, children = _by_height(parent)
             found.append((length, Component(start, children, leaves)))

@@ -49,7 +49,7 @@ def crank(dependent: bool = True) -> BondGraph:
 
 
 def plate(published: bool = False) -> BondGraph:
-    """Capacitor with a moving plate, mass and spring; the force as published, or from the energy."""
+    """Capacitor with a moving plate, mass and spring; its force as published, or right."""
     q, x = port_variables("q", 2)
     with BondGraph("plate") as g:
         c0, x0 = g.parameter("c0", 1e-9, "F"), g.parameter("x0", 1e-3, "m")
