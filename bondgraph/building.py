@@ -24,6 +24,11 @@ def leave(token: Any) -> None:
     _current.reset(token)
 
 
+def current() -> tuple[BondGraph, ...]:
+    """Return the graphs being built, outermost first."""
+    return _current.get()
+
+
 def join(element: Element) -> None:
     """Add `element` to the graph being built, if there is one."""
     if stack := _current.get():

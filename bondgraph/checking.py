@@ -9,17 +9,19 @@ from bondgraph.elements import (
     MGY,
     MTF,
     TF,
+    X0,
+    X1,
     C,
     De,
     Df,
     Dq,
     Element,
+    Field,
     Junction,
     Modulated,
     Multiport,
     One,
     Sensor,
-    Source,
     TwoPort,
     Valued,
     Zero,
@@ -27,10 +29,10 @@ from bondgraph.elements import (
 from bondgraph.errors import BondsightError
 from bondgraph.graph import BondGraph
 
-_TAPS: dict[type[Element], tuple[type[Element], str]] = {
-    De: (Zero, "a 0-junction (one effort)"),
-    Df: (One, "a 1-junction (one flow)"),
-    Dq: (One, "a 1-junction (one flow)"),
+_TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
+    De: ((Zero, X0), "a 0-junction (one effort)"),
+    Df: ((One, X1), "a 1-junction (one flow)"),
+    Dq: ((One, X1), "a 1-junction (one flow)"),
 }
 
 
@@ -47,7 +49,23 @@ def problems(graph: BondGraph) -> tuple[str, ...]:
         lines.extend(_value_problems(graph, e))
     lines.extend(_parameter_problems(graph))
     lines.extend(_connection_problems(graph))
+    if not lines:
+        lines.extend(_physics_problems(graph))
     return tuple(lines)
+
+
+def _physics_problems(graph: BondGraph) -> tuple[str, ...]:
+    """Domains that are joined without a transducer, fields that are no stores."""
+    lines: tuple[str, ...] = ()
+    if any(getattr(e, "unit", "") or getattr(e, "units", ()) for e in graph.elements.values()):
+        from bondgraph.domain_check import domain_problems
+
+        lines += domain_problems(graph)
+    if graph.of_type(Field):
+        from bondgraph.stores import energy_problems
+
+        lines += energy_problems(graph)
+    return lines
 
 
 def _bond_problems(graph: BondGraph, e: Element) -> list[str]:

@@ -11,9 +11,9 @@ import sympy as sp
 
 from bondgraph.causality import Causality, assign_causality, storage_ports
 from bondgraph.elements import Dq, Multiport, Switched, symbol
+from bondgraph.elimination import eliminate_named
 from bondgraph.equations import AlgebraicLoop, DerivativeCausality
 from bondgraph.graph import BondGraph
-from bondgraph.elimination import eliminate_named
 from bondgraph.ordering import components, tear
 from bondgraph.relations import Dependent, LawUse, Relation, Relations, Stored, collect
 from bondgraph.system import Algebraic, System

@@ -177,6 +177,11 @@ class BondGraph:
                 found.setdefault(p.name, p)
         return found
 
+    @property
+    def declared_parameters(self) -> Mapping[str, Parameter]:
+        """Parameters declared with `parameter`, without those that elements carry; a view."""
+        return MappingProxyType(self._parameters)
+
     def coefficient(self, element: Element) -> sp.Expr:
         """Linear coefficient of an element as an expression of parameters.
 
@@ -272,6 +277,24 @@ class BondGraph:
             g.bond(tail, e)
             tail = e
         return g
+
+    def replace(self, name: str, element: Element) -> BondGraph:
+        """Return the graph with `element` in place of another, bonds and half arrows kept."""
+        from bondgraph.rewriting import replace as replaced
+
+        return replaced(self, name, element)
+
+    def insert(self, place: Any, chain: Element | Iterable[Element]) -> BondGraph:
+        """Return the graph with elements put into a bond or branched off a junction."""
+        from bondgraph.rewriting import insert
+
+        return insert(self, place, chain)
+
+    def remove(self, name: str, **options: bool) -> BondGraph:
+        """Return the graph without an element and its bonds, see `bondgraph.rewriting.remove`."""
+        from bondgraph.rewriting import remove
+
+        return remove(self, name, **options)
 
     def with_inserted(self, bond: Bond, junction: Junction) -> BondGraph:
         """Return the graph with `junction` put into the middle of a bond."""

@@ -144,7 +144,7 @@ def use(graph: BondGraph, name: str, /, **bindings: Binding) -> Instance:
     >>> ladder.check(), ladder.parameters["b_R_1"].value
     ((), 2000.0)
     """
-    stack = building._current.get()
+    stack = building.current()
     if not stack:
         raise GraphError(
             f"use({graph.name}, {name!r}) outside of a graph: write it inside "

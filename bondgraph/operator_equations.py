@@ -178,7 +178,8 @@ class _Equations:
     def __post_init__(self) -> None:
         self.names = Names(self.graph)
         sensors = {s.name for s in self.graph.of_type(Sensor)}
-        self.power = [b for b in self.graph.bonds if not {b.tail, b.head} & sensors]
+        bonds = self.graph.bonds
+        self.power = frozenset(b for b in bonds if not {b.tail, b.head} & sensors)
 
     def put(self, element: str, role: str, unknown: Iterable[tuple[Any, str]], **more: Any) -> None:
         total: dict[str, Any] = {}
@@ -188,13 +189,7 @@ class _Equations:
         self.made.append(OperatorEquation(element, role, kept, **more))
 
     def bonds(self, name: str) -> list[Bond]:
-        return [b for b in self.graph.bonds_of(name) if b in self._set]
-
-    @property
-    def _set(self) -> frozenset[Bond]:
-        if not hasattr(self, "_kept"):
-            self._kept = frozenset(self.power)
-        return self._kept
+        return [b for b in self.graph.bonds_of(name) if b in self.power]
 
     def element(self, e: Element) -> None:
         if isinstance(e, Sensor):

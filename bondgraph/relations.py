@@ -194,7 +194,7 @@ class _Builder:
     def signals(self, e: Element, value: Any) -> tuple[Any, tuple[str, ...]]:
         """Return `value` as an expression of signals by their names, and the signals it reads."""
         if isinstance(value, int | float):
-            return sp.Float(value) if isinstance(value, float) else sp.Integer(value), ()
+            return exact(value), ()
         if isinstance(value, str):
             if value not in self._parameters:
                 raise unknown_name(
@@ -348,8 +348,6 @@ class _Builder:
         why = f"{e.kind} {e.name}"
         if isinstance(e, Modulated):
             value, reads = self.signals(e, e.value)
-            if isinstance(e.value, int | float):
-                value = sp.nsimplify(value, rational=True)
             linear, rest = _linear_part(value, reads)
             left = reads if rest is not None and linear is None else ()
             self.put(target, linear or [], why, expression=rest, reads=left)
@@ -504,6 +502,11 @@ class _Builder:
         self.made.outputs.append((e.name, target, e.unit))
 
 
+def exact(value: float) -> sp.Rational:
+    """Return the decimal a user wrote as an exact number."""
+    return sp.Rational(repr(value)) if isinstance(value, float) else sp.Integer(value)
+
+
 def _linear_part(
     value: sp.Expr, reads: tuple[str, ...]
 ) -> tuple[list[tuple[Any, str]] | None, sp.Expr | None]:
@@ -555,7 +558,7 @@ def _known(graph: BondGraph, e: Element, value: Any, local: tuple[sp.Symbol, ...
     if isinstance(value, str):
         return graph.declared(value, e.name)
     if isinstance(value, int | float):
-        return sp.nsimplify(value, rational=True)
+        return exact(value)
     for s in value.free_symbols - set(local):
         graph.declared(str(s), e.name)
     return value

@@ -22,6 +22,7 @@ from bondgraph.graph import Bond, BondGraph
 
 MARGIN = 4.0
 _SEARCHED = 150  # larger graphs with rings are drawn from their first spanning tree
+_REROUTED = 30  # up to so many wires a second round finds better ways
 _WIDER = (1.0, 1.4, 2.0)
 _Edge = Bond | Reading
 
@@ -133,7 +134,7 @@ def _wired(graph: BondGraph, placer: Placer, part: Part, signals: Sequence[Readi
             done[b] = _cut((anchors[b.tail], *(via or ()), anchors[b.head]), boxes, _ends(b))
     rest: list[_Edge] = [*(b for b in graph.bonds if b not in done), *signals]
     rest.sort(key=lambda e: (isinstance(e, Reading), _distance(anchors, _ends(e))))
-    for _ in range(2 if len(rest) > 1 else 1):
+    for _ in range(2 if 1 < len(rest) <= _REROUTED else 1):
         for e in rest:
             done.pop(e, None)
             path = route(_ends(e), anchors, boxes, list(done.values()), page)

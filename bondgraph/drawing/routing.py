@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from bondgraph.drawing.geometry import Point, Rect, hull
 
-STEP = 8.0
+STEP, _COARSE, _POINTS = 8.0, 20.0, 40_000
 _HARD, _SOFT, _NEAR, _WINDOW = 7.0, 17.0, 10.0, 130.0
 _TURN, _CROSS, _FOLLOW, _BESIDE, _TOUCH = 4.0, 10.0, 120.0, 5.0, 40.0
 _Array = NDArray[np.float64]
@@ -36,8 +36,9 @@ def route(
     start, end = anchors[ends[0]], anchors[ends[1]]
     whole = page.grown(7 * STEP)
     near = hull([*boxes[ends[0]], *boxes[ends[1]]]).grown(_WINDOW)
-    for window in (_common(near, whole), whole):
-        raster = _Raster.over(window, start, end)
+    close = _common(near, whole)
+    for window, step in ((close, _step(close)), (whole, _step(whole)), (whole, STEP)):
+        raster = _Raster.over(window, start, end, step)
         for n, rs in boxes.items():
             if n not in ends:
                 for r in rs:
@@ -53,6 +54,11 @@ def route(
     return (start, end)
 
 
+def _step(window: Rect) -> float:
+    """Distance of lines: coarser in large windows, which then cost no more than small ones."""
+    return min(max(STEP, (window.width * window.height / _POINTS) ** 0.5), _COARSE)
+
+
 def _common(a: Rect, b: Rect) -> Rect:
     return Rect(max(a.x0, b.x0), max(a.y0, b.y0), min(a.x1, b.x1), min(a.y1, b.y1))
 
@@ -66,14 +72,15 @@ class _Raster:
     level: _Array
     upright: _Array
     turn: _Array
+    step: float
 
     @classmethod
-    def over(cls, window: Rect, start: Point, end: Point) -> _Raster:
+    def over(cls, window: Rect, start: Point, end: Point, step: float) -> _Raster:
         """Return an empty raster with lines through both anchors."""
-        x = _lines(window.x0, window.x1, start[0], end[0])
-        y = _lines(window.y0, window.y1, start[1], end[1])
+        x = _lines(window.x0, window.x1, step, start[0], end[0])
+        y = _lines(window.y0, window.y1, step, start[1], end[1])
         shape = (x.size, y.size)
-        return cls(x, y, np.ones(shape), np.ones(shape), np.full(shape, _TURN))
+        return cls(x, y, np.ones(shape), np.ones(shape), np.full(shape, _TURN), step)
 
     def forbid(self, r: Rect) -> None:
         """Keep out of a label; passing close to it costs more."""
@@ -146,7 +153,7 @@ class _Raster:
         return _corners(points)
 
     def _straight(self, box: Rect, along: _Array, across: _Array) -> None:
-        if (on := self._cells(box.grown(STEP / 2))) is not None:
+        if (on := self._cells(box.grown(self.step / 2))) is not None:
             along[on] += _FOLLOW
             across[on] += _CROSS
             self.turn[on] += _TOUCH
@@ -154,18 +161,18 @@ class _Raster:
             along[beside] += _BESIDE
 
     def _slanting(self, a: Point, b: Point) -> None:
-        count = ceil(max(abs(b[0] - a[0]), abs(b[1] - a[1])) / STEP) + 1
+        count = ceil(max(abs(b[0] - a[0]), abs(b[1] - a[1])) / self.step) + 1
         share = np.linspace(0.0, 1.0, count)
         for x, y in zip(a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), strict=True):
-            if (c := self._cells(Rect(x, y, x, y).grown(STEP * 0.75))) is not None:
+            if (c := self._cells(Rect(x, y, x, y).grown(self.step * 0.75))) is not None:
                 self.level[c] += _CROSS / 2
                 self.upright[c] += _CROSS / 2
                 self.turn[c] += _TOUCH
 
     def _cells(self, r: Rect) -> tuple[slice, slice] | None:
         """Points of the raster in a box; None for none."""
-        i0, i1 = np.searchsorted(self.x, (r.x0, r.x1))
-        j0, j1 = np.searchsorted(self.y, (r.y0, r.y1))
+        i0, i1 = self.x.searchsorted((r.x0, r.x1))
+        j0, j1 = self.y.searchsorted((r.y0, r.y1))
         return None if i0 >= i1 or j0 >= j1 else (slice(i0, i1), slice(j0, j1))
 
     def _node(self, p: Point) -> int:
@@ -173,12 +180,12 @@ class _Raster:
         return i * self.y.size + j
 
 
-def _lines(low: float, high: float, *through: float) -> _Array:
+def _lines(low: float, high: float, step: float, *through: float) -> _Array:
     """Coordinates of lines about a step apart, some of them given."""
-    regular = STEP * np.arange(floor(low / STEP), ceil(high / STEP) + 1)
+    regular = step * np.arange(floor(low / step), ceil(high / step) + 1)
     keep = np.ones(regular.size, dtype=bool)
     for v in through:
-        keep &= np.abs(regular - v) >= STEP / 2
+        keep &= np.abs(regular - v) >= step / 2
     return np.unique(np.concatenate((regular[keep], np.asarray(through, dtype=float))))
 
 

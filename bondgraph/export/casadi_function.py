@@ -140,7 +140,7 @@ class CasadiModel:
         return {"t": t, "x": x, "u": u, "p": packed, "ode": dx}
 
     def step(
-        self, interval: float, plugin: str = "", options: Mapping[str, Any] | None = None
+        self, interval: float, plugin: str = "cvodes", options: Mapping[str, Any] | None = None
     ) -> ca.Function:
         """Return ``(t, x, u, u_next, p, m, z_guess) -> (x_next, m_next, y, z)``: an accepted step.
 

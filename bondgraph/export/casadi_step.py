@@ -18,7 +18,7 @@ __all__ = ["step_function"]
 def step_function(
     model: CasadiModel,
     interval: float,
-    plugin: str = "",
+    plugin: str = "cvodes",
     options: Mapping[str, Any] | None = None,
 ) -> ca.Function:
     """Return ``(t, x, u, u_next, p, m, z_guess) -> (x_next, m_next, y, z)`` over `interval`.
@@ -33,7 +33,10 @@ def step_function(
     interval : float
         Length of the step, s.
     plugin : str
-        Integrator of CasADi; by default ``"idas"`` with algebraic unknowns, else ``"cvodes"``.
+        Integrator of CasADi. ``"idas"`` and ``"collocation"`` keep algebraic unknowns open, the
+        others have them solved at every evaluation. IDAS can refuse to correct a start that is
+        consistent to rounding (``IDA_LINESEARCH_FAIL``), and from an uncorrected one
+        (``{"calc_ic": False}``) it bears moderate tolerances only; the others do not mind.
     options : mapping, optional
         Of the integrator, such as ``{"abstol": 1e-12, "reltol": 1e-9}``.
 
@@ -75,7 +78,7 @@ def _integrator(
     model: CasadiModel, interval: float, plugin: str, options: dict[str, Any]
 ) -> ca.Function:
     """Integrator over local time with the inputs linear in it; z open for idas and collocation."""
-    opened = bool(model.names.algebraic) and plugin in ("", "idas", "collocation")
+    opened = bool(model.names.algebraic) and plugin in ("idas", "collocation")
     kind: Any = ca.SX if opened or not model.names.algebraic else ca.MX
     shapes = {n: model.equations.size_in(n) for n in ("t", "x", "z", "u", "p", "m")}
     v: dict[str, Any] = {n: kind.sym(n, *s) for n, s in shapes.items()}
@@ -90,5 +93,4 @@ def _integrator(
     else:
         guess = ca.DM(model.names.guess)
         problem["ode"] = model.rhs(at, v["x"], now, v["p"], v["m"], tau, guess)[0]
-    name = plugin or ("idas" if opened else "cvodes")
-    return ca.integrator("integrate", name, problem, 0.0, interval, options)
+    return ca.integrator("integrate", plugin, problem, 0.0, interval, options)

@@ -56,7 +56,8 @@ def _text(graph: BondGraph) -> str:
     ):  # fmt: skip
         if names:
             lines.append(f"{what}: {', '.join(_with_unit(n, p.units) for n in names)}")
-    lines += [f"{n} = {v:.9g} {p.units.get(n, '')}".rstrip() for n, v in values.items()]
+    units = {n: "" if unit == "1" else unit for n, unit in p.units.items()}
+    lines += [f"{n} = {v:.9g} {units.get(n, '')}".rstrip() for n, v in values.items()]
     lines.append("")
     for step in p.steps:
         shown = step.expression

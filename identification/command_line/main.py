@@ -12,6 +12,9 @@ from typing import NoReturn
 
 from bondgraph.errors import BondsightError
 from identification.command_line.arguments import jobs, nonnegative
+from identification.command_line.conformance import add_conformance_command
+from identification.command_line.equations import NOTATIONS as EQUATIONS
+from identification.command_line.export import add_export_command
 from identification.command_line.machines import add_machine_commands
 
 
@@ -86,9 +89,7 @@ def _parser() -> argparse.ArgumentParser:
 
     p = verbs.add_parser("equations", help="print the equations of a model")
     p.add_argument("model")
-    p.add_argument(
-        "--format", choices=("ordered", "closed", "latex", "causality"), default="ordered"
-    )
+    p.add_argument("--format", choices=EQUATIONS, default="ordered")
     p.set_defaults(run=_equations)
 
     p = verbs.add_parser("draw", help="draw a model with its causal strokes as SVG")
@@ -100,6 +101,8 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument("what", nargs="*", help="names of measurements (default: all)")
     p.set_defaults(run=_bench)
 
+    add_export_command(verbs)
+    add_conformance_command(verbs)
     add_machine_commands(verbs)
 
     p = verbs.add_parser("recordings", help="list the known public recordings")
@@ -161,7 +164,7 @@ def _demo(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from bondgraph.causality import assign_causality
-    from bondgraph.equations import derive
+    from bondgraph.deriving import system
     from identification.command_line.models import load_model
 
     graph = load_model(options.model)
@@ -169,31 +172,15 @@ def _check(options: argparse.Namespace) -> int:
         print("\n".join(lines), file=sys.stderr)
         return 2
     print(assign_causality(graph))
-    space = derive(graph)
-    print(
-        f"sound: {len(graph.elements)} elements, states "
-        f"{', '.join(str(s.symbol) for s in space.states)}"
-    )
+    print(f"sound: {len(graph.elements)} elements, states {', '.join(system(graph).states)}")
     return 0
 
 
 def _equations(options: argparse.Namespace) -> int:
-    from bondgraph.equations import derive
-    from bondgraph.export.latex import latex
+    from identification.command_line.equations import equations
     from identification.command_line.models import load_model
 
-    space = derive(load_model(options.model))
-    if options.format == "latex":
-        print(latex(space))
-    elif options.format == "causality":
-        print(space.causality)
-    elif options.format == "closed":
-        for s, rate in zip(space.states, space.dxdt, strict=True):
-            print(f"d{s.symbol}/dt = {rate}")
-        for n, y in zip(space.output_names, space.y, strict=True):
-            print(f"{n} = {y}")
-    else:
-        print(space)
+    print(equations(load_model(options.model), options.format))
     return 0
 
 
