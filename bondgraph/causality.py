@@ -41,6 +41,7 @@ from bondgraph.graph import Bond, BondGraph
 
 MOST_ALTERNATIVES = 1000
 MOST_RETRIES = 10_000
+MOST_FIRST = 200
 
 Preference: TypeAlias = Literal["integral", "derivative"]
 
@@ -123,7 +124,19 @@ def assign_causality(
         Sources (or laws with one possible causality) contradict each other.
     """
     graph.require_sound()
-    return _assign(graph, prefer, tuple(inverted), tuple(first))
+    given, served = tuple(inverted), tuple(first)
+    try:
+        return _assign(graph, prefer, given, served)
+    except CausalConflict as conflict:
+        # serving a store too early may leave another without a stroke: try other orders
+        names = [n for n, _, _ in storage_ports(graph) if n not in served]
+        orders = [names, names[::-1], *([n] for n in names[:MOST_FIRST])]
+        for order in orders:
+            try:
+                return _assign(graph, prefer, given, (*served, *order))
+            except CausalConflict:
+                continue
+        raise conflict
 
 
 def alternatives(graph: BondGraph, most: int = MOST_ALTERNATIVES) -> tuple[Causality, ...]:

@@ -12,7 +12,9 @@ import sympy as sp
 from bondgraph.causality import Causality, assign_causality, storage_ports
 from bondgraph.elements import Dq, Multiport, Switched, symbol
 from bondgraph.elimination import eliminate_named
-from bondgraph.equations import AlgebraicLoop, DerivativeCausality
+from bondgraph.coordinates import relations_of
+from bondgraph.equations import AlgebraicLoop, DerivativeCausality, derive
+from bondgraph.errors import GraphError
 from bondgraph.graph import BondGraph
 from bondgraph.ordering import components, tear
 from bondgraph.relations import Dependent, LawUse, Relation, Relations, Stored, collect
@@ -50,7 +52,17 @@ def system(graph: BondGraph, causality: Causality | None = None) -> System:
         graph = in_mode(graph)
     if causality is None:
         causality = assign_causality(graph, first=_with_memory(graph))
-    return _Solver(collect(graph, causality)).solve()
+    made = collect(graph, causality)
+    try:
+        return _Solver(made).solve()
+    except DerivativeCausality as error:
+        if not any(use.law.n_memory for use in made.laws):
+            raise
+        try:
+            shifted = relations_of(derive(graph), made)
+        except GraphError:
+            raise error from None
+        return _Solver(shifted).solve()
 
 
 def _with_memory(graph: BondGraph) -> tuple[str, ...]:

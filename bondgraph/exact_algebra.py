@@ -14,15 +14,18 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
-__all__ = ["PRIME", "Row", "echelon", "generic_values", "modular", "rank", "solve"]
+__all__ = ["PRIME", "Row", "echelon", "generic_values", "modular", "rank", "rational", "solve"]
 
 PRIME = 2**61 - 1
 """A Mersenne prime: the field in which ranks are taken."""
 
 Row: TypeAlias = dict[int, Any]
+Entries: TypeAlias = Mapping[int, Any]
 
 
-def solve(rows: Sequence[Mapping[int, Any]], right: Sequence[Mapping[int, Any]]) -> list[Row] | None:
+def solve(
+    rows: Sequence[Mapping[int, Any]], right: Sequence[Mapping[int, Any]]
+) -> list[Row] | None:
     """Return X of ``A X = B``, row by row, or None if A is singular.
 
     Pivots follow Markowitz (Management Science 3 (1957) 255): the entry that can fill in least.

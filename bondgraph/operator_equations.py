@@ -43,7 +43,13 @@ from bondgraph.modulation import port_variables
 from bondgraph.naming import Names
 from bondgraph.relations import field_laws
 
-__all__ = ["FAULT_ROLES", "OperatorEquation", "OperatorEquations", "operator_equations", "positions"]
+__all__ = [
+    "FAULT_ROLES",
+    "OperatorEquation",
+    "OperatorEquations",
+    "operator_equations",
+    "positions",
+]
 
 FAULT_ROLES = ("law", "ratio", "source", "reading")
 """Equations that a fault of their element breaks; balances and definitions always hold."""
@@ -140,9 +146,7 @@ def operator_equations(graph: BondGraph, places: Positions | None = None) -> Ope
     inputs = [n for n in dict.fromkeys(n for q in build.made for _, n in q.known)
               if not isinstance(graph.elements.get(n), Sensor)]  # fmt: skip
     sensors = tuple(s.name for s in graph.of_type(Sensor))
-    return OperatorEquations(
-        graph.name, tuple(build.made), tuple(unknowns), tuple(inputs), sensors
-    )
+    return OperatorEquations(graph.name, tuple(build.made), tuple(unknowns), tuple(inputs), sensors)
 
 
 def positions(graph: BondGraph) -> dict[str, Terms]:
@@ -326,6 +330,4 @@ class _Equations:
         for power, name in enumerate(e.drift, start=1):
             known.append((-lag * symbol(name), "ramp" if power == 1 else f"ramp{power}"))
         argument = value if e.law else ""
-        self.put(
-            e.name, "reading", [(-1, value)], known=tuple(known), argument=argument, lag=lag
-        )
+        self.put(e.name, "reading", [(-1, value)], known=tuple(known), argument=argument, lag=lag)

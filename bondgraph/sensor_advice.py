@@ -41,12 +41,16 @@ class Advice:
     parts: Classes
     inverted: bool
 
+    @property
+    def text(self) -> str:
+        """The parts, separated by strokes."""
+        return " | ".join(", ".join(p) for p in self.parts)
+
     def __str__(self) -> str:
         """One line."""
-        text = " | ".join(", ".join(p) for p in self.parts)
         return (
             f"{self.kind} at {self.junction}: {self.pairs} pairs by signature, "
-            f"{self.separable} in principle: {text}"
+            f"{self.separable} in principle: {self.text}"
         )
 
 
@@ -76,7 +80,7 @@ class SensorAdvice:
         """Table for notebooks."""
         rows = "".join(
             f"<tr><td>{a.kind}</td><td>{escape(a.junction)}</td><td>{a.pairs}</td>"
-            f"<td>{a.separable}</td><td>{escape(' | '.join(', '.join(p) for p in a.parts))}</td></tr>"
+            f"<td>{a.separable}</td><td>{escape(a.text)}</td></tr>"
             for a in self.ranked
         )
         titles = ("sensor", "junction", "pairs", "in principle", "parts")

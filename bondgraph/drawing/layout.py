@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import hypot
 
 from bondgraph.drawing.crossings import Obstacles, count_crossings
 from bondgraph.drawing.geometry import Point, Rect, cut, hull
@@ -20,8 +21,9 @@ from bondgraph.drawing.routing import route
 from bondgraph.drawing.skeleton import Component, components
 from bondgraph.graph import Bond, BondGraph
 
-MARGIN = 4.0
+MARGIN, _STROKE = 4.0, 8.0
 _SEARCHED = 150  # larger graphs with rings are drawn from their first spanning tree
+_WIRED = 120  # elements in all variants whose wires are routed for comparison
 _REROUTED = 30  # up to so many wires a second round finds better ways
 _WIDER = (1.0, 1.4, 2.0)
 _Edge = Bond | Reading
@@ -84,27 +86,30 @@ def layout(
     signals = readings(graph)
     closing = len(graph.bonds) - len(graph.elements) + len(pieces) + len(signals)
     first = Spacing().scaled(1.0 + min(0.04 * closing, 0.4))
-    best: tuple[int, Layout] | None = None
+    plans: list[tuple[int, int, float, Layout]] = []
     for by in _WIDER:
-        placer = Placer(graph, *marks, first.scaled(by), signals)
-        parts = [_best(graph, placer, variants) for variants in pieces]
-        plan = _wired(graph, placer, stacked(parts, placer.spacing.row), signals)
-        bad = _hidden(plan)
-        if best is None or bad < best[0]:
-            best = (bad, plan)
-        if not bad:
+        spacing = first.scaled(by)
+        ranked = [_ranked(graph, Placer(graph, *marks, spacing, signals), v) for v in pieces]
+        for k in range(max((len(r) for r in ranked), default=1)):
+            placer = Placer(graph, *marks, spacing, signals)
+            parts = [placer.component(r[min(k, len(r) - 1)]) for r in ranked]
+            plan = _wired(graph, placer, stacked(parts, spacing.row), signals)
+            size = plan.page.width + plan.page.height
+            plans.append((_hidden(plan), plan.crossings, size, plan))
+        best = min(plans, key=lambda p: p[:3])
+        if not best[0]:
             break
-    assert best is not None
-    return best[1]
+    return best[3]
 
 
-def _best(graph: BondGraph, placer: Placer, variants: Sequence[Component]) -> Part:
-    """Return the variant whose remaining bonds would be short and cross little if straight."""
+def _ranked(graph: BondGraph, placer: Placer, variants: Sequence[Component]) -> list[Component]:
+    """Return the variants whose remaining bonds would be short and cross little if straight."""
     if len(variants) == 1 or len(graph.elements) > _SEARCHED:
-        return placer.component(variants[0])
-    parts = [placer.component(c) for c in variants]
-    k = min(range(len(parts)), key=lambda k: _badness(graph, parts[k]))
-    return placer.component(variants[k])  # again: the labels belong to what was placed last
+        return [variants[0]]
+    badness = [_badness(graph, placer.component(c)) for c in variants]
+    order = sorted(range(len(variants)), key=badness.__getitem__)
+    most = max(1, min(3, _WIRED // len(graph.elements)))
+    return [variants[k] for k in order[:most]]
 
 
 def _badness(graph: BondGraph, part: Part) -> float:
@@ -163,11 +168,13 @@ def _cut(
 
 
 def _grown(shape: Sequence[Rect], path: Sequence[Point]) -> list[Rect]:
-    """Shape at the start of a path with a margin: more room for the stroke of a slanting bond."""
+    """Shape at the start of a path with a margin that clears the stroke, however it slants."""
     tight = [r.grown(MARGIN) for r in shape]
     k = next((k for k in range(1, len(path)) if not any(r.contains(path[k]) for r in tight)), 1)
     dx, dy = abs(path[k][0] - path[k - 1][0]), abs(path[k][1] - path[k - 1][1])
-    return [r.grown(MARGIN + 7.0 * min(dx, dy) / max(dx, dy, 1.0)) for r in shape]
+    length = hypot(dx, dy) or 1.0
+    gx, gy = MARGIN + _STROKE * dy / length, MARGIN + _STROKE * dx / length
+    return [Rect(r.x0 - gx, r.y0 - gy, r.x1 + gx, r.y1 + gy) for r in shape]
 
 
 def _via(part: Part, b: Bond) -> tuple[Point, ...] | None:
@@ -186,5 +193,5 @@ def _in_line(b: Bond, anchors: Mapping[str, Point], obstacles: Obstacles) -> boo
 def _hidden(plan: Layout) -> int:
     """Count the wires that pass through a label of another element."""
     obstacles = Obstacles(plan.boxes)
-    edges: dict[_Edge, tuple[Point, ...]] = {**plan.wires, **plan.signals}
-    return sum(obstacles.hit(points, _ends(e)) for e, points in edges.items())
+    edges: list[tuple[_Edge, tuple[Point, ...]]] = [*plan.wires.items(), *plan.signals.items()]
+    return sum(obstacles.hit(points, _ends(e)) for e, points in edges)

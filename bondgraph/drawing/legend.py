@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 
 from bondgraph.drawing import paint
 from bondgraph.drawing.geometry import Point, Rect
@@ -34,11 +35,11 @@ def entries(domains: Iterable[str], strokes: Iterable[str], *, signals: bool) ->
     shown = [d for d in paint.FILL if d and d in present]
     for d in shown if len(shown) > 1 else ():
         fill, ink = paint.FILL[d]
-        found.append(Entry(d, ink, lambda p, fill=fill, ink=ink: _patch(p, fill, ink)))
+        found.append(Entry(d, ink, partial(_patch, fill=fill, ink=ink)))
     for kind, text in _STROKE_TEXT.items():
         if kind in kinds:
             colour = paint.STROKES[kind]
-            found.append(Entry(text, colour, lambda p, colour=colour: _end(p, colour)))
+            found.append(Entry(text, colour, partial(_end, colour=colour)))
     if signals:
         found.append(Entry("signal", paint.FAINT, _dashes))
     return found

@@ -89,8 +89,7 @@ class Placer:
         leaves = [n for n in c.leaves[node] if n != skip]
         for n in sorted(leaves, key=lambda n: isinstance(self.graph[n], Sensor)):
             s = min(sides, key=lambda s: (len(rows[s]) + len(arms[s]), s))
-            if s < 0:
-                self.labels[n] = self._label(n, above=True)
+            self.labels[n] = self._label(n, above=s < 0)
             rows[s].insert(0, (Part({n: (0.0, 0.0)}, {}, self.labels[n].box), n))
         parts = [Part({node: (0.0, 0.0)}, {}, own.box)]
         bands: dict[int, Rect | None] = {-1: None, 1: None}

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import ceil, floor
+from math import ceil, floor, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +56,7 @@ def route(
 
 def _step(window: Rect) -> float:
     """Distance of lines: coarser in large windows, which then cost no more than small ones."""
-    return min(max(STEP, (window.width * window.height / _POINTS) ** 0.5), _COARSE)
+    return min(max(STEP, sqrt(window.width * window.height / _POINTS)), _COARSE)
 
 
 def _common(a: Rect, b: Rect) -> Rect:
@@ -76,9 +76,10 @@ class _Raster:
 
     @classmethod
     def over(cls, window: Rect, start: Point, end: Point, step: float) -> _Raster:
-        """Return an empty raster with lines through both anchors."""
-        x = _lines(window.x0, window.x1, step, start[0], end[0])
-        y = _lines(window.y0, window.y1, step, start[1], end[1])
+        """Return an empty raster with lines through both anchors and beside them."""
+        ends = (start, end)
+        x = _lines(window.x0, window.x1, step, [p[0] + d for p in ends for d in (-8.5, 0.0, 8.5)])
+        y = _lines(window.y0, window.y1, step, [p[1] + d for p in ends for d in (-8.0, 0.0)])
         shape = (x.size, y.size)
         return cls(x, y, np.ones(shape), np.ones(shape), np.full(shape, _TURN), step)
 
@@ -102,7 +103,8 @@ class _Raster:
         for r in parts[1:]:
             if (small := self._cells(r.grown(5.0))) is not None:
                 self.level[small] = np.inf
-        if (body := self._cells(parts[0].grown(-4.0))) is not None:
+        b = parts[0]  # a level wire ends above or at the middle, for there is a name below
+        if (body := self._cells(Rect(b.x0 + 4.0, b.y0 + 4.0, b.x1 - 4.0, b.y1 - 9.0))) is not None:
             self.turn[body] = _TURN
             self.level[body] = 1.0
 
@@ -180,7 +182,7 @@ class _Raster:
         return i * self.y.size + j
 
 
-def _lines(low: float, high: float, step: float, *through: float) -> _Array:
+def _lines(low: float, high: float, step: float, through: Sequence[float]) -> _Array:
     """Coordinates of lines about a step apart, some of them given."""
     regular = step * np.arange(floor(low / step), ceil(high / step) + 1)
     keep = np.ones(regular.size, dtype=bool)

@@ -94,12 +94,12 @@ def _tree(
     stack = [(start, iter(near[start][::step]))]
     while stack:
         n, rest = stack[-1]
-        m = next((m for m in rest if m not in parent), None)
-        if m is None:
+        fresh = next((m for m in rest if m not in parent), "")
+        if fresh:
+            parent[fresh] = n
+            stack.append((fresh, iter(near[fresh][::step])))
+        else:
             stack.pop()
-            continue
-        parent[m] = n
-        stack.append((m, iter(near[m][::step])))
     return parent
 
 
@@ -107,7 +107,7 @@ def _by_height(parent: Mapping[str, str]) -> tuple[int, dict[str, list[str]]]:
     """Length of the longest path from the root, and children sorted by theirs."""
     children: dict[str, list[str]] = {n: [] for n in parent}
     height = dict.fromkeys(parent, 1)
-    for n in reversed(parent):
+    for n in reversed(list(parent)):
         up = parent[n]
         children[n].sort(key=lambda m: -height[m])
         if up:

@@ -93,7 +93,7 @@ def graph_schema() -> dict[str, Any]:
 
 
 def _declared(graph: BondGraph) -> Mapping[str, Parameter]:
-    return graph._parameters
+    return graph.declared_parameters
 
 
 def _check_sizes(graph: BondGraph, where: str) -> None:

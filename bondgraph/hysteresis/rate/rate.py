@@ -6,7 +6,6 @@ Sizes: N samples.
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import lfilter
 
 from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.creep.first_order_lag import relaxed_share
@@ -84,5 +83,7 @@ def rate_record(
     """
     quotients = np.diff(x, prepend=last) / step
     share = float(relaxed_share(NUMPY, step / max(smoothing, 1e-300)))
+    from scipy.signal import lfilter  # late: half a second of every import
+
     smooth, _ = lfilter([share], [1.0, share - 1.0], quotients, zi=[(1.0 - share) * rate])
     return np.asarray(smooth)

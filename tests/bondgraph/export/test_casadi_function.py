@@ -144,7 +144,7 @@ def test_memory_matters_in_that_test() -> None:
 def test_an_operator_alone_is_exact_sample_by_sample() -> None:
     graph = stack_ang()
     model = casadi_functions(program(graph))
-    time = np.arange(801) * 1e-3
+    time = 1e-3 * np.arange(801, dtype=np.float64)
     volt = 50.0 * (1 - np.cos(8 * np.pi * time) * np.exp(-time))
     found = record(model, time, volt[:-1], volt[1:])["y"].full()[0]
     expected = simulate(graph, time, {"V_in": volt})["x"]

@@ -1,0 +1,132 @@
+"""Exact controllability and observability matrices for almost all parameters.
+
+Everything is computed at random parameter values in a prime field: no rounding, no growth, and a
+rank that is the rank for all parameters but those on a set of measure zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+from bondgraph.deriving import system
+from bondgraph.elements import MGY, MTF, Sensor, Source, Switched, Valued
+from bondgraph.exact_algebra import PRIME, generic_values, modular, rank
+from bondgraph.graph import BondGraph
+from bondgraph.linear import linear_rates
+from bondgraph.system import System
+
+__all__ = [
+    "SET_ASIDE",
+    "generic_matrices",
+    "kalman_ranks",
+    "linear_skeleton",
+    "null_vectors",
+    "transposed",
+]
+
+Matrix: TypeAlias = list[list[int]]
+SET_ASIDE = ("one", "ramp")
+"""Inputs that nobody can choose: constants and drifts."""
+
+
+def kalman_ranks(graph: BondGraph, seed: int = 1) -> tuple[int, int, int]:
+    """Return the ranks of the controllability and observability matrices, and the order.
+
+    Exact at random parameter values in a prime field, so the rank for almost all parameters.
+    """
+    model = system(linear_skeleton(graph))
+    a, b, c = generic_matrices(model, seed)
+    n = model.order
+    inputs = [list(column) for column in zip(*b, strict=True)]
+    moved = rank(_krylov(a, inputs))
+    return moved, rank(_krylov(transposed(a, n), c)), n
+
+
+def linear_skeleton(graph: BondGraph) -> BondGraph:
+    """Return the graph with the linear part of every law and constant ratios.
+
+    A resistor whose law has no linear part becomes a linear one: it has a slope somewhere.
+    """
+    if graph.of_type(Switched):
+        from bondgraph.modes import in_mode
+
+        graph = in_mode(graph)
+    for e in graph.of_type(Valued):
+        if e.law is not None:
+            empty = e.value in (None, 0) and getattr(e, "stiffness", None) is None
+            graph = graph.with_element(e.name, law=None, **({"value": 1.0} if empty else {}))
+    for e in graph.of_type(Sensor):
+        if e.law is not None:
+            graph = graph.with_element(e.name, law=None)
+    for e in graph.of_type(Source):
+        if e.drive is not None and e.drive.law is not None:
+            # the law may be what changes volts into newtons: the unit goes with it
+            graph = graph.with_element(e.name, drive=replace(e.drive, law=None), unit="")
+    for e in graph.of_type(MTF, MGY):
+        graph = graph.with_element(e.name, ratio=1.0)
+    return graph
+
+
+def generic_matrices(model: System, seed: int) -> tuple[Matrix, Matrix, Matrix]:
+    """Return A, B, C in the prime field at random parameters; B without derivatives of inputs.
+
+    ``x' = A x + B0 u + B1 u' + ..`` becomes ``z' = A z + (B0 + A B1 + ..) u`` for
+    ``z = x - B1 u - ..``.
+    """
+    values = generic_values(model.parameters, seed)
+    outputs = tuple(
+        replace(model.stored[0], name=f"reading_{n}", rate=signal)
+        for n, signal, _ in (model.readings if model.stored else ())
+    )
+    wide = replace(model, stored=(*model.stored, *outputs))
+    forms = linear_rates(wide, values)  # type: ignore[arg-type]
+    n = model.order
+    a = [[modular(f.get(x, 0)) for x in model.states] for f in forms[:n]]
+    c = [[modular(f.get(x, 0)) for x in model.states] for f in forms[n:]]
+    names = [u for u in model.inputs if u.rstrip("0123456789") not in SET_ASIDE]
+    b: Matrix = [[] for _ in range(n)]
+    for u in names:
+        column = [0] * n
+        for prefix in ("d3_", "d2_", "d_", ""):
+            own = [modular(f.get(prefix + u, 0)) for f in forms[:n]]
+            column = [(p + o) % PRIME for p, o in zip(_product(a, column), own, strict=True)]
+        for i in range(n):
+            b[i].append(column[i])
+    return a, b, c
+
+
+def _product(a: Matrix, v: Sequence[int]) -> list[int]:
+    return [sum(x * y for x, y in zip(row, v, strict=True)) % PRIME for row in a]
+
+
+def transposed(a: Matrix, n: int) -> Matrix:
+    """Return the columns of a matrix; `n` empty ones if it has no row."""
+    width = len(a[0]) if a else n
+    return [[row[j] for row in a] for j in range(width)]
+
+
+def _krylov(a: Matrix, starts: Matrix) -> Matrix:
+    """Return ``v, A v, A^2 v, ..`` for every vector of `starts`."""
+    found = []
+    for v in starts:
+        for _ in a:
+            found.append(list(v))
+            v = _product(a, v)
+    return found
+
+
+def null_vectors(form: Sequence[tuple[int, list[int]]], n: int) -> list[list[int]]:
+    """Return a basis of the null space of a reduced echelon form with `n` columns."""
+    pivots = {c for c, _ in form}
+    basis = []
+    for free in range(n):
+        if free in pivots:
+            continue
+        v = [0] * n
+        v[free] = 1
+        for c, row in form:
+            v[c] = -row[free] % PRIME
+        basis.append(v)
+    return basis
