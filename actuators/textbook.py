@@ -48,7 +48,8 @@ def thermal_lag(gain: float = 1.0, resistance: float = 1.0, capacity: float = 0.
     with BondGraph("thermal_lag") as g:
         heater, air = One("heater"), Zero("air")
         Se("u", unit="V") >> TF("K", ratio=1.0 / gain) >> heater
-        heater >> R("R_th", resistance, unit="K/W")
-        heater >> air >> C("C_th", capacity, unit="J/K", fixed=True)
+        # temperatures count in volts of the thermometer, so neither value has a thermal unit
+        heater >> R("R_th", resistance)
+        heater >> air >> C("C_th", capacity, fixed=True)
         air >> De("y", unit="V")
     return g

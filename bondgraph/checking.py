@@ -62,7 +62,7 @@ def _physics_problems(graph: BondGraph) -> tuple[str, ...]:
 
         lines += domain_problems(graph)
     if graph.of_type(Field):
-        from bondgraph.stores import energy_problems
+        from bondgraph.energy.stores import energy_problems
 
         lines += energy_problems(graph)
     return lines

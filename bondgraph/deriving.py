@@ -47,7 +47,7 @@ def system(graph: BondGraph, causality: Causality | None = None) -> System:
         A dependent storage cannot be solved (its law has memory, or its index is too high).
     """
     if graph.of_type(Switched):
-        from bondgraph.modes import in_mode
+        from bondgraph.modes.resolve import in_mode
 
         graph = in_mode(graph)
     if causality is None:

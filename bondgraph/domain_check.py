@@ -19,6 +19,9 @@ from bondgraph.domains import DOMAINS
 from bondgraph.elements import (
     RS,
     C,
+    De,
+    Df,
+    Dq,
     Element,
     I,
     Junction,
@@ -218,7 +221,10 @@ def _written(e: Element) -> tuple[tuple[str, str], ...]:
         command = e.drive is not None and e.drive.law is not None
         return () if command else (("e" if effort else "f", unit),)
     if isinstance(e, Sensor):
-        return ()  # a recorded channel may show any unit: thermometers give volts
+        if e.law is not None:
+            return ()
+        table: dict[type[Element], str] = {De: "e", Df: "f", Dq: "q"}
+        return ((table.get(type(e), ""), unit),)
     if isinstance(e, R):
         return (("z", unit),)
     if isinstance(e, C):

@@ -332,7 +332,7 @@ class Switched(Junction, ABC):
     """A junction that a controller turns off; abstract.
 
     On, it is its junction; off, it isolates. Equations belong to one mode: `on` here, or
-    `bondgraph.modes.in_mode`. Switching keeps states; a mode that would need an impulse
+    `bondgraph.modes.resolve.in_mode`. Switching keeps states; a mode that would need an impulse
     is refused.
     """
 

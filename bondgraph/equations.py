@@ -169,7 +169,7 @@ def derive(graph: BondGraph) -> StateSpace:
         The message names the elements and the bonds.
     """
     if graph.of_type(Switched):
-        from bondgraph.modes import in_mode
+        from bondgraph.modes.resolve import in_mode
 
         graph = in_mode(graph)
     return _Derivation(graph).result()

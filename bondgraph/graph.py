@@ -280,19 +280,19 @@ class BondGraph:
 
     def replace(self, name: str, element: Element) -> BondGraph:
         """Return the graph with `element` in place of another, bonds and half arrows kept."""
-        from bondgraph.rewriting import replace as replaced
+        from bondgraph.composing.rewriting import replace as replaced
 
         return replaced(self, name, element)
 
     def insert(self, place: Any, chain: Element | Iterable[Element]) -> BondGraph:
         """Return the graph with elements put into a bond or branched off a junction."""
-        from bondgraph.rewriting import insert
+        from bondgraph.composing.rewriting import insert
 
         return insert(self, place, chain)
 
     def remove(self, name: str, **options: bool) -> BondGraph:
-        """Return the graph without an element and its bonds, see `bondgraph.rewriting.remove`."""
-        from bondgraph.rewriting import remove
+        """Return the graph without an element and its bonds, see `bondgraph.composing.rewriting.remove`."""
+        from bondgraph.composing.rewriting import remove
 
         return remove(self, name, **options)
 

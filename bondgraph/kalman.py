@@ -50,7 +50,7 @@ def linear_skeleton(graph: BondGraph) -> BondGraph:
     A resistor whose law has no linear part becomes a linear one: it has a slope somewhere.
     """
     if graph.of_type(Switched):
-        from bondgraph.modes import in_mode
+        from bondgraph.modes.resolve import in_mode
 
         graph = in_mode(graph)
     for e in graph.of_type(Valued):

@@ -132,7 +132,7 @@ def operator_equations(graph: BondGraph, places: Positions | None = None) -> Ope
         An element is not linear and has no law to set aside (modulation, reaction, heat).
     """
     if graph.of_type(Switched):
-        from bondgraph.modes import in_mode
+        from bondgraph.modes.resolve import in_mode
 
         graph = in_mode(graph)
     graph.require_sound()

@@ -32,7 +32,7 @@ from bondgraph.kalman import (
     transposed,
 )
 from bondgraph.operator_equations import positions
-from bondgraph.rewriting import replace as replaced
+from bondgraph.composing.rewriting import replace as replaced
 from bondgraph.system import System
 
 if TYPE_CHECKING:

@@ -20,10 +20,10 @@ from bondgraph import (
     derive,
     simulate,
 )
-from bondgraph.components import COMPONENTS, mass_spring_damper, rc_section
+from bondgraph.composing.components import COMPONENTS, mass_spring_damper, rc_section
 from bondgraph.domain_check import domain_problems
-from bondgraph.hierarchy import ports_of, use
-from bondgraph.library import Library
+from bondgraph.composing.hierarchy import ports_of, use
+from bondgraph.composing.library import Library
 from bondgraph.unit_notes import unit_notes
 
 

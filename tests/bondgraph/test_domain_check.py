@@ -6,7 +6,7 @@ import pytest
 
 from actuators.catalogue import MODELS
 from bondgraph import GY, TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
-from bondgraph.components import COMPONENTS
+from bondgraph.composing.components import COMPONENTS
 from bondgraph.domain_check import domain_problems, groups_of_bonds, statements
 from bondgraph.drives import Drive
 from bondgraph.elements import RS, CField, Element

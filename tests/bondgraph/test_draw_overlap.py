@@ -195,8 +195,8 @@ def test_nothing_hides_a_label_in_the_svg(name: str | int) -> None:
     everything = [q for boxes in labels for q in boxes]
     for points in lines:
         assert all(x < p < x + w and y < q < y + h for p, q in points)
-        for a, b in itertools.pairwise(points):
-            assert not any(passes(a, b, q) for q in everything), (a, b)
+        for start, end in itertools.pairwise(points):
+            assert not any(passes(start, end, q) for q in everything), (start, end)
     for q in everything:
         assert x < q[0] < q[2] < x + w
         assert y < q[1] < q[3] < y + h

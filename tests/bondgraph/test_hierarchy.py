@@ -20,12 +20,12 @@ from bondgraph import (
     Zero,
     derive,
 )
-from bondgraph.components import COMPONENTS, rc_section
+from bondgraph.composing.components import COMPONENTS, rc_section
 from bondgraph.drives import Drive
 from bondgraph.elements import MTF, CField, MSe
-from bondgraph.hierarchy import Port, embedded, ports_of, use
+from bondgraph.composing.hierarchy import Port, embedded, ports_of, use
 from bondgraph.laws import Polynomial
-from bondgraph.library import Library
+from bondgraph.composing.library import Library
 from bondgraph.modulation import displacement, effort, external, port_variables
 
 

@@ -10,8 +10,8 @@ from bondgraph.elements import X0, X1, MSe, MSf
 from bondgraph.errors import UnknownName, UnusableInput
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
-from bondgraph.modes import in_mode, mode_of, modes
-from bondgraph.switching import simulate_modes
+from bondgraph.modes.resolve import in_mode, mode_of, modes
+from bondgraph.modes.run import simulate_modes
 
 TIME = np.linspace(0.0, 5.0, 501)
 STEP = {"V": np.ones(TIME.size)}

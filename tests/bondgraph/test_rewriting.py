@@ -25,12 +25,12 @@ from bondgraph import (
     derive,
     simulate,
 )
-from bondgraph.components import rc_section
+from bondgraph.composing.components import rc_section
 from bondgraph.elements import MSe
-from bondgraph.hierarchy import use
+from bondgraph.composing.hierarchy import use
 from bondgraph.modulation import displacement, effort, flow
-from bondgraph.rewriting import insert, remove, rename, replace
-from bondgraph.simplification import collapse_junctions, drop_unused_parameters, merge_junctions
+from bondgraph.composing.rewriting import insert, remove, rename, replace
+from bondgraph.composing.simplification import collapse_junctions, drop_unused_parameters, merge_junctions
 
 
 def circuit() -> BondGraph:

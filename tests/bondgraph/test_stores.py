@@ -10,13 +10,13 @@ import sympy as sp
 
 from bondgraph import BondGraph, C, GraphError, I, One, R, Se
 from bondgraph.backend import NUMPY
-from bondgraph.definiteness import is_positive, shortened, sign_of, vanishes
+from bondgraph.energy.definiteness import is_positive, shortened, sign_of, vanishes
 from bondgraph.elements import CField, IField, RField
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
-from bondgraph.law_energy import law_energy, law_energy_record
+from bondgraph.energy.law_energy import law_energy, law_energy_record
 from bondgraph.laws import Hysteretic, Polynomial, Table
 from bondgraph.modulation import port_variables
-from bondgraph.stores import (
+from bondgraph.energy.stores import (
     energy_problems,
     positivity,
     store_energy,

@@ -71,8 +71,8 @@ def test_random_graphs_have_the_exact_ranks(loops: bool) -> None:
     """Causality alone gives the rank of [A B] and [A; C], and with paths the Kalman verdict."""
     told = {(q, v): 0 for q in ("controllability", "observability") for v in (True, False)}
     undecided = 0
-    for seed in range(120):
-        g = with_sensors(random_graph(seed, 22, loops), seed)
+    for seed in range(110):
+        g = with_sensors(random_graph(seed, 25, loops), seed)
         try:
             moved, seen, n = kalman_ranks(g)
         except CausalConflict:
@@ -98,10 +98,10 @@ def test_prime_field_ranks_are_rational_ranks(seed: int) -> None:
     assert kalman_ranks(g) == rational_ranks(g, seed)
 
 
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", range(40))
 def test_what_is_tied_is_constant_or_unseen(seed: int) -> None:
     """The tied combination is in the left (right) null space at other parameter values too."""
-    g = with_sensors(random_graph(seed, 25, False), seed)
+    g = with_sensors(random_graph(seed, 15, False), seed)
     linear = system(g).linearise()
     rng = np.random.default_rng(seed)
     a, _, c, _ = linear.numbers({n: float(rng.uniform(0.5, 2.0)) for n in g.parameters})

@@ -68,7 +68,7 @@ def in_its_mode(graph: BondGraph) -> BondGraph:
     """Return the graph with its switched junctions replaced, as `system` takes them."""
     if not graph.of_type(Switched):
         return graph
-    from bondgraph.modes import in_mode
+    from bondgraph.modes.resolve import in_mode
 
     return in_mode(graph)
 

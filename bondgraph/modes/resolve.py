@@ -15,7 +15,7 @@ from itertools import product
 from bondgraph.elements import X0, Element, MSe, MSf, One, Switched, Zero
 from bondgraph.errors import GraphError, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.renaming import apart, assemble, declared_parameters
+from bondgraph.composing.renaming import apart, assemble, declared_parameters
 
 __all__ = ["MOST_MODES", "in_mode", "mode_of", "modes", "off_source"]
 

@@ -1,4 +1,4 @@
-"""A small library of components with ports, ready for `bondgraph.hierarchy.use`.
+"""A small library of components with ports, ready for `bondgraph.composing.hierarchy.use`.
 
 Every port says the unit of its effort. Power is positive from the first port to the last. Each
 number is a parameter named like its element and may be bound when the component is used.
@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from bondgraph.elements import GY, TF, C, I, One, R, Zero
 from bondgraph.graph import BondGraph
-from bondgraph.hierarchy import Port, use
-from bondgraph.library import Library
+from bondgraph.composing.hierarchy import Port, use
+from bondgraph.composing.library import Library
 
 __all__ = [
     "COMPONENTS",

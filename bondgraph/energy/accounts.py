@@ -11,7 +11,7 @@ from html import escape
 import numpy as np
 
 from bondgraph.backend import FloatArray
-from bondgraph.bond_values import BondPower
+from bondgraph.energy.bond_values import BondPower
 from bondgraph.errors import unknown_name
 
 __all__ = ["Entry", "Ledger"]

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from bondgraph.elements import Element, One, Parameter, Sensor, Zero, symbol
 from bondgraph.errors import GraphError
 from bondgraph.graph import BondGraph
-from bondgraph.renaming import Renaming, apart, assemble, declared_parameters, mentioned_names
+from bondgraph.composing.renaming import Renaming, apart, assemble, declared_parameters, mentioned_names
 
 __all__ = [
     "bridged",

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from bondgraph.definiteness import vanishes
+from bondgraph.energy.definiteness import vanishes
 from bondgraph.elements import (
     RE,
     RS,

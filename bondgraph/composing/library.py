@@ -10,7 +10,7 @@ from typing import Any
 
 from bondgraph.errors import GraphError, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.hierarchy import Binding, Instance, use
+from bondgraph.composing.hierarchy import Binding, Instance, use
 
 __all__ = ["Factory", "Library"]
 
@@ -30,7 +30,7 @@ class Library:
 
     Examples
     --------
-    >>> from bondgraph.components import COMPONENTS
+    >>> from bondgraph.composing.components import COMPONENTS
     >>> COMPONENTS.make("rc_section", resistance=2.0).parameters["R"].value
     2.0
     """
@@ -93,7 +93,7 @@ class Library:
             _making.reset(token)
 
     def use(self, name: str, instance: str, /, **bindings: Binding) -> Instance:
-        """Make a component and put it into the graph being built, see `bondgraph.hierarchy.use`."""
+        """Make a component and put it into the graph being built, see `bondgraph.composing.hierarchy.use`."""
         return use(self.make(name), instance, **bindings)
 
     def __str__(self) -> str:

@@ -5,7 +5,7 @@ copies it, flat, into the graph being built: element ``R_1`` becomes ``left_R_1`
 ``k`` becomes ``left_k``, signals in expressions follow. Each port becomes a junction
 ``left_<port>`` of the kind of its neighbour inside (a 1-junction beside anything but a junction),
 so the half arrow inside says which way power is positive there, and a bond outside may have either
-direction: the junction keeps the balance. (`bondgraph.simplification.merge_junctions` removes what
+direction: the junction keeps the balance. (`bondgraph.composing.simplification.merge_junctions` removes what
 is then superfluous.) A port that stays open is a junction with one bond,
 which `BondGraph.check` refuses by name.
 """
@@ -19,11 +19,11 @@ from typing import ClassVar, cast
 import sympy as sp
 
 from bondgraph import building
-from bondgraph.binding import Binding, bound, external_signals
+from bondgraph.composing.binding import Binding, bound, external_signals
 from bondgraph.elements import Element, Junction, One, Zero
 from bondgraph.errors import GraphError, nearest, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.renaming import (
+from bondgraph.composing.renaming import (
     Renaming,
     apart,
     assemble,

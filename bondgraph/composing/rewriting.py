@@ -11,7 +11,7 @@ from typing import TypeAlias
 from bondgraph.elements import C, Element, I, One, Source, Zero
 from bondgraph.errors import GraphError, unknown_name
 from bondgraph.graph import Bond, BondGraph
-from bondgraph.renaming import (
+from bondgraph.composing.renaming import (
     Renaming,
     Replacement,
     apart,
@@ -20,7 +20,7 @@ from bondgraph.renaming import (
     mentioned_names,
     own_parameters,
 )
-from bondgraph.simplification import bridged, collapse_junctions, mentions, unused_parameters
+from bondgraph.composing.simplification import bridged, collapse_junctions, mentions, unused_parameters
 
 __all__ = ["Place", "insert", "remove", "rename", "replace"]
 

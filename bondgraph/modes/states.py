@@ -11,7 +11,7 @@ from bondgraph.causality import storage_ports
 from bondgraph.elements import C, CField, Dq
 from bondgraph.errors import GraphError
 from bondgraph.graph import BondGraph
-from bondgraph.modes import in_mode
+from bondgraph.modes.resolve import in_mode
 
 if TYPE_CHECKING:
     from bondgraph.compiled import Compiled

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.backend import FloatArray
-from bondgraph.bond_values import BondPower, Motion, in_its_mode, power_bonds
+from bondgraph.energy.bond_values import BondPower, Motion, in_its_mode, power_bonds
 from bondgraph.deriving import system
 from bondgraph.elements import symbol
 from bondgraph.errors import UnusableInput, unknown_name

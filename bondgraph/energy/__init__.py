@@ -1,0 +1,1 @@
+"""Where power goes: ledgers, energies of stores, the port-Hamiltonian form."""
