@@ -147,7 +147,7 @@ def drop_derivatives(d: _Derivation) -> None:
             if any(depends(d, s, flow) for s in state.rate.free_symbols):
                 raise DerivativeCausality(
                     f"{d.graph.name}: state {state.symbol} of {state.element} needs the flow of "
-                    f"{name[2:]}, which has derivative causality; put a resistance in series with it"
+                    f"{name[2:]}, which has derivative causality; put a resistance in series"
                 )
         d.found = {t: a for t, a in d.found.items() if not depends(d, t, flow)}
 

@@ -10,9 +10,9 @@ from typing import Any
 import sympy as sp
 
 from bondgraph.causality import Causality, assign_causality, storage_ports
+from bondgraph.coordinates import relations_of
 from bondgraph.elements import Dq, Multiport, Switched, symbol
 from bondgraph.elimination import eliminate_named
-from bondgraph.coordinates import relations_of
 from bondgraph.equations import AlgebraicLoop, DerivativeCausality, derive
 from bondgraph.errors import GraphError
 from bondgraph.graph import BondGraph

@@ -291,7 +291,7 @@ class BondGraph:
         return insert(self, place, chain)
 
     def remove(self, name: str, **options: bool) -> BondGraph:
-        """Return the graph without an element and its bonds, see `bondgraph.composing.rewriting.remove`."""
+        """Return the graph without an element and its bonds, see `composing.rewriting`."""
         from bondgraph.composing.rewriting import remove
 
         return remove(self, name, **options)

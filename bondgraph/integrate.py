@@ -1,8 +1,8 @@
 """General integrator: any `Program`, stiff, with algebraic unknowns and memory.
 
-Radau IIA with two stages: order 3, L-stable, stiffly accurate (Hairer and Wanner, Solving Ordinary
-Differential Equations II, 1996, sec. IV.5), so stiffness asks for nothing and algebraic unknowns are
-exact at the end of every step. Newton's method takes a fixed number of steps, which makes it blind
+Radau IIA with two stages: order 3, L-stable, stiffly accurate (Hairer and Wanner, Solving
+Ordinary Differential Equations II, 1996, sec. IV.5), so stiffness asks for nothing and algebraic
+unknowns are exact at the end of every step. Newton's method takes a fixed number of steps, which makes it blind
 to the scales of the variables; the last correction is measured and must vanish.
 """
 
@@ -114,8 +114,8 @@ def _start(
     n = len(program.states)
     if start.shape != (n,) or not np.isfinite(start).all():
         raise UnusableInput(
-            f"{program.name}: x0 has shape {start.shape}; it needs {n} finite numbers, one a state: "
-            f"{', '.join(program.states)}"
+            f"{program.name}: x0 has shape {start.shape}; it needs {n} finite numbers, one a "
+            f"state: {', '.join(program.states)}"
         )
     return start, _consistent(program, t, start, u, p, memory)
 

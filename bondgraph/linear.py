@@ -327,17 +327,15 @@ def linear_rates(
             known = forms.get(s)
             forms[r.target] = {s: Fraction(1)} if known is None else known
             continue
-        total: dict[str, Fraction] = {}
-        if r.expression is not None:
-            total["one"] = exact(r.expression)
+        total = {} if r.expression is None else {"one": exact(r.expression)}
         for c, s in r.terms:
             k = Fraction(c) if isinstance(c, int) else exact(c)
             form = forms.get(s)
             if form is None:
                 total[s] = total.get(s, Fraction(0)) + k
                 continue
-            for leaf, v in form.items():
-                total[leaf] = total.get(leaf, Fraction(0)) + k * v
+            for leaf, part in form.items():
+                total[leaf] = total.get(leaf, Fraction(0)) + k * part
         forms[r.target] = {leaf: v for leaf, v in total.items() if v}
     return tuple(dict(forms.get(s.rate, {s.rate: Fraction(1)})) for s in model.stored)
 

@@ -1,7 +1,7 @@
 """Which signal is the effort and which the flow of every bond.
 
 ``e_<name>`` and ``f_<name>``: of the junction where all its bonds share the variable, of the
-one-port or the port of a field (``name1``) otherwise, of both ends (``tail_head``) where neither is.
+one-port or the port of a field (``name1``) otherwise, of both ends (``tail_head``) if neither is.
 """
 
 from __future__ import annotations

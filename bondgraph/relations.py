@@ -437,6 +437,7 @@ class _Builder:
         laws = field_laws(self.graph, e)
         local = port_variables(letter, len(bonds))
         outside = {s: symbol(v) for s, v in zip(local, variables, strict=True)}
+        crossed = _crossed(laws, local, [i for i, g in enumerate(forward) if not g])
         for i, law in enumerate(laws):
             why = f"{e.kind} {e.name}, port {i + 1}"
             slopes = [law.diff(s) for s in local]
@@ -454,7 +455,18 @@ class _Builder:
                 self.put(outputs[i], terms, why, expression=rest, reads=used)
                 continue
             target = variables[i]
-            if linear and slopes[i] != 0:
+            if i in crossed:
+                weights, known = crossed[i]
+                terms = [(w, outputs[j]) for j, w in weights.items()]
+                terms += [(-known.diff(s), v) for s, v in zip(local, variables, strict=True)]
+                rest = -known.xreplace(dict.fromkeys(local, sp.S.Zero))
+                self.put(
+                    target,
+                    [(c, v) for c, v in terms if c != 0],
+                    f"{why} inverted",
+                    expression=rest if rest != 0 else None,
+                )
+            elif linear and slopes[i] != 0:
                 inverse = [(-d / slopes[i], v) for d, v in terms if v != target]
                 shift = None if rest is None else -rest / slopes[i]
                 self.put(
@@ -504,7 +516,29 @@ class _Builder:
 
 def exact(value: float) -> sp.Rational:
     """Return the decimal a user wrote as an exact number."""
-    return sp.Rational(repr(value)) if isinstance(value, float) else sp.Integer(value)
+    return sp.Rational(repr(float(value))) if isinstance(value, float) else sp.Integer(value)
+
+
+def _crossed(
+    laws: tuple[sp.Expr, ...], local: tuple[sp.Symbol, ...], inverted: list[int]
+) -> dict[int, tuple[dict[int, sp.Expr], sp.Expr]]:
+    """Invert linear ports together if one of them has no slope of its own (a gyrator as a field).
+
+    Returns, for each inverted port, weights of the outputs and what the other variables take away.
+    """
+    jacobian = sp.Matrix(laws).jacobian(local)
+    block = jacobian.extract(inverted, inverted)
+    if jacobian.free_symbols & set(local) or all(block[i, i] != 0 for i in range(block.rows)):
+        return {}
+    if block.det() == 0:
+        return {}
+    inverse = block.inv()
+    without = {local[i]: sp.S.Zero for i in inverted}
+    found = {}
+    for row, i in enumerate(inverted):
+        weights = {j: inverse[row, c] for c, j in enumerate(inverted) if inverse[row, c] != 0}
+        found[i] = weights, sp.Add(*(w * laws[j].xreplace(without) for j, w in weights.items()))
+    return found
 
 
 def _linear_part(
@@ -530,6 +564,12 @@ def field_laws(graph: BondGraph, e: Field) -> tuple[sp.Expr, ...]:
     n = e.ports
     local = port_variables(e.letter, n)
     energy = getattr(e, "energy", None)
+    for what in ("law", "matrix"):
+        if not isinstance(getattr(e, what), tuple | list):
+            raise GraphError(
+                f"{graph.name}: {what} of {e.name} is a {type(getattr(e, what)).__name__}; give a "
+                "tuple of expressions or numbers (of an array: tolist())"
+            )
     given = [k for k, v in (("law", e.law), ("matrix", e.matrix), ("energy", energy)) if v]
     if len(given) != 1:
         have = " and ".join(given) or "none"
@@ -559,6 +599,24 @@ def _known(graph: BondGraph, e: Element, value: Any, local: tuple[sp.Symbol, ...
         return graph.declared(value, e.name)
     if isinstance(value, int | float):
         return exact(value)
-    for s in value.free_symbols - set(local):
-        graph.declared(str(s), e.name)
+    ports = {str(v) for v in local}
+    own = graph.declared_parameters
+    for s in sorted(value.free_symbols, key=str):
+        name = str(s)
+        if s in local:
+            if name in own and own[name].symbol == s:
+                raise GraphError(
+                    f"{graph.name}: {name} in the law of {e.name} is both a port variable and a "
+                    "parameter; rename the parameter"
+                )
+        elif name in ports and name not in own:
+            raise GraphError(
+                f"{graph.name}: {name} in the law of {e.name} is not the port variable of that "
+                "name; take it from bondgraph.modulation.port_variables"
+            )
+        elif graph.declared(name, e.name) != s:
+            raise GraphError(
+                f"{graph.name}: {name} in the law of {e.name} is not the symbol of the parameter "
+                "of that name (its assumptions differ); use what BondGraph.parameter returned"
+            )
     return value

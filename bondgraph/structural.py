@@ -19,6 +19,7 @@ from itertools import combinations, product
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from bondgraph.causality import CausalConflict, assign_causality, storage_ports
+from bondgraph.composing.rewriting import replace as replaced
 from bondgraph.deriving import system
 from bondgraph.elements import De, Df, Dq, Se, Sf
 from bondgraph.exact_algebra import echelon, rank
@@ -32,7 +33,6 @@ from bondgraph.kalman import (
     transposed,
 )
 from bondgraph.operator_equations import positions
-from bondgraph.composing.rewriting import replace as replaced
 from bondgraph.system import System
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
+from bondgraph.composing.renaming import declared_parameters, mentioned_names
 from bondgraph.elements import C, Parameter, TwoPort
 from bondgraph.errors import GraphError, UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.composing.renaming import declared_parameters, mentioned_names
 from bondgraph.units import parse_unit
 
 __all__ = ["Binding", "bound", "external_signals"]

@@ -6,10 +6,10 @@ number is a parameter named like its element and may be bound when the component
 
 from __future__ import annotations
 
-from bondgraph.elements import GY, TF, C, I, One, R, Zero
-from bondgraph.graph import BondGraph
 from bondgraph.composing.hierarchy import Port, use
 from bondgraph.composing.library import Library
+from bondgraph.elements import GY, TF, C, I, One, R, Zero
+from bondgraph.graph import BondGraph
 
 __all__ = [
     "COMPONENTS",

@@ -5,8 +5,8 @@ copies it, flat, into the graph being built: element ``R_1`` becomes ``left_R_1`
 ``k`` becomes ``left_k``, signals in expressions follow. Each port becomes a junction
 ``left_<port>`` of the kind of its neighbour inside (a 1-junction beside anything but a junction),
 so the half arrow inside says which way power is positive there, and a bond outside may have either
-direction: the junction keeps the balance. (`bondgraph.composing.simplification.merge_junctions` removes what
-is then superfluous.) A port that stays open is a junction with one bond,
+direction: the junction keeps the balance. (`simplification.merge_junctions` removes what is then
+superfluous.) A port that stays open is a junction with one bond,
 which `BondGraph.check` refuses by name.
 """
 
@@ -20,9 +20,6 @@ import sympy as sp
 
 from bondgraph import building
 from bondgraph.composing.binding import Binding, bound, external_signals
-from bondgraph.elements import Element, Junction, One, Zero
-from bondgraph.errors import GraphError, nearest, unknown_name
-from bondgraph.graph import BondGraph
 from bondgraph.composing.renaming import (
     Renaming,
     apart,
@@ -30,6 +27,9 @@ from bondgraph.composing.renaming import (
     declared_parameters,
     own_parameters,
 )
+from bondgraph.elements import Element, Junction, One, Zero
+from bondgraph.errors import GraphError, nearest, unknown_name
+from bondgraph.graph import BondGraph
 
 __all__ = ["Binding", "Instance", "Port", "embedded", "ports_of", "use"]
 

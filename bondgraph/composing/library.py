@@ -8,9 +8,9 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Any
 
+from bondgraph.composing.hierarchy import Binding, Instance, use
 from bondgraph.errors import GraphError, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.composing.hierarchy import Binding, Instance, use
 
 __all__ = ["Factory", "Library"]
 
@@ -93,7 +93,7 @@ class Library:
             _making.reset(token)
 
     def use(self, name: str, instance: str, /, **bindings: Binding) -> Instance:
-        """Make a component and put it into the graph being built, see `bondgraph.composing.hierarchy.use`."""
+        """Make a component and put it into the graph being built, as `hierarchy.use` does."""
         return use(self.make(name), instance, **bindings)
 
     def __str__(self) -> str:

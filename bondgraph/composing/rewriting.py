@@ -8,9 +8,6 @@ from itertools import pairwise
 from types import MappingProxyType
 from typing import TypeAlias
 
-from bondgraph.elements import C, Element, I, One, Source, Zero
-from bondgraph.errors import GraphError, unknown_name
-from bondgraph.graph import Bond, BondGraph
 from bondgraph.composing.renaming import (
     Renaming,
     Replacement,
@@ -20,7 +17,15 @@ from bondgraph.composing.renaming import (
     mentioned_names,
     own_parameters,
 )
-from bondgraph.composing.simplification import bridged, collapse_junctions, mentions, unused_parameters
+from bondgraph.composing.simplification import (
+    bridged,
+    collapse_junctions,
+    mentions,
+    unused_parameters,
+)
+from bondgraph.elements import C, Element, I, One, Source, Zero
+from bondgraph.errors import GraphError, unknown_name
+from bondgraph.graph import Bond, BondGraph
 
 __all__ = ["Place", "insert", "remove", "rename", "replace"]
 

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from bondgraph.composing.renaming import (
+    Renaming,
+    apart,
+    assemble,
+    declared_parameters,
+    mentioned_names,
+)
 from bondgraph.elements import Element, One, Parameter, Sensor, Zero, symbol
 from bondgraph.errors import GraphError
 from bondgraph.graph import BondGraph
-from bondgraph.composing.renaming import Renaming, apart, assemble, declared_parameters, mentioned_names
 
 __all__ = [
     "bridged",

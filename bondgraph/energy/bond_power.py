@@ -15,9 +15,9 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.backend import FloatArray
-from bondgraph.energy.bond_values import BondPower, Motion, in_its_mode, power_bonds
 from bondgraph.deriving import system
 from bondgraph.elements import symbol
+from bondgraph.energy.bond_values import BondPower, Motion, in_its_mode, power_bonds
 from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.modulation import TIME

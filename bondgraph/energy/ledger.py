@@ -11,14 +11,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bondgraph.backend import FloatArray
-from bondgraph.energy.bond_power import motion, observables
-from bondgraph.energy.bond_values import BondPower, Motion, in_its_mode
 from bondgraph.elements import RE, RS, C, Element, Field, I, Junction, R, RField, Source, TwoPort
 from bondgraph.energy.accounts import Entry, Ledger
-from bondgraph.graph import BondGraph
+from bondgraph.energy.bond_power import motion, observables
+from bondgraph.energy.bond_values import BondPower, Motion, in_its_mode
 from bondgraph.energy.power_balance import PowerBalance, PowerProof, power_balance
-from bondgraph.simulate import Trajectory
 from bondgraph.energy.stored import held, integral
+from bondgraph.graph import BondGraph
+from bondgraph.simulate import Trajectory
 
 __all__ = [
     "BondPower",

@@ -14,15 +14,15 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from bondgraph.energy.bond_values import in_its_mode
-from bondgraph.energy.definiteness import shortened, vanishes
 from bondgraph.deriving import system
 from bondgraph.elements import RS, symbol
-from bondgraph.errors import GraphError
-from bondgraph.graph import BondGraph
+from bondgraph.energy.bond_values import in_its_mode
+from bondgraph.energy.definiteness import shortened, vanishes
 from bondgraph.energy.passivity import Passivity, judge
 from bondgraph.energy.stores import energy_problems, store_energy, store_names
 from bondgraph.energy.structure import Forms, Port, ports, resistances
+from bondgraph.errors import GraphError
+from bondgraph.graph import BondGraph
 from bondgraph.system import System
 
 __all__ = ["PortHamiltonian", "port_hamiltonian"]

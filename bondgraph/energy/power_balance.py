@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from bondgraph.energy.bond_values import in_its_mode, power_bonds
 from bondgraph.causality import Causality, assign_causality
-from bondgraph.energy.definiteness import vanishes
 from bondgraph.elements import GY, RE, RS, TF, Element, Junction, TwoPort, Zero, symbol
+from bondgraph.energy.bond_values import in_its_mode, power_bonds
+from bondgraph.energy.definiteness import vanishes
 from bondgraph.errors import unknown_name
 from bondgraph.graph import Bond, BondGraph
 from bondgraph.naming import Names

@@ -14,16 +14,16 @@ import numpy as np
 import sympy as sp
 
 from bondgraph.backend import CASADI, FloatArray
-from bondgraph.energy.bond_values import Motion
 from bondgraph.elements import C, CField, Element, I, IField, R, symbol
+from bondgraph.energy.bond_values import Motion
+from bondgraph.energy.law_energy import law_energy_record
+from bondgraph.energy.stores import store_energy, stored_variables
 from bondgraph.errors import BondsightError, GraphError
 from bondgraph.graph import BondGraph
 from bondgraph.hysteresis import Operator
-from bondgraph.energy.law_energy import law_energy_record
 from bondgraph.laws import Hysteretic, Sliding, StopSum
 from bondgraph.laws.law import Law, split
 from bondgraph.printing import to_casadi
-from bondgraph.energy.stores import store_energy, stored_variables
 
 __all__ = ["Held", "held"]
 

@@ -13,11 +13,11 @@ from math import isfinite
 
 import sympy as sp
 
-from bondgraph.energy.definiteness import Sign, sign_of, vanishes
 from bondgraph.elements import C, CField, Element, Field, I, IField, RField, symbol
+from bondgraph.energy.definiteness import Sign, sign_of, vanishes
+from bondgraph.energy.law_energy import law_energy
 from bondgraph.errors import BondsightError, GraphError, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.energy.law_energy import law_energy
 from bondgraph.modulation import port_variables
 from bondgraph.relations import field_laws
 

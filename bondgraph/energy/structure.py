@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from bondgraph.energy.definiteness import vanishes
 from bondgraph.elements import (
     RE,
     RS,
@@ -27,6 +26,7 @@ from bondgraph.elements import (
     Source,
     symbol,
 )
+from bondgraph.energy.definiteness import vanishes
 from bondgraph.errors import GraphError
 from bondgraph.graph import Bond, BondGraph
 from bondgraph.modulation import port_variables

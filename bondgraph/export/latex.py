@@ -8,7 +8,9 @@ import unicodedata
 import sympy as sp
 from sympy.printing.latex import LatexPrinter, accepted_latex_functions
 
+from bondgraph.elements import symbol
 from bondgraph.equations import ONE, StateSpace
+from bondgraph.system import System
 
 __all__ = ["latex", "ordered_latex", "pretty", "rate_of", "tex", "words"]
 
@@ -137,6 +139,18 @@ def latex(space: StateSpace) -> str:
         f"{rate_of(s.symbol)} &= {tex(f)}" for s, f in zip(space.states, space.dxdt, strict=True)
     ]
     lines += [f"{pretty(n)} &= {tex(f)}" for n, f in zip(space.output_names, space.y, strict=True)]
+    return _aligned(lines)
+
+
+def system_latex(model: System) -> str:
+    """Return the closed equations of any system: rates, residuals of unknowns, outputs."""
+    lines = [
+        f"{rate_of(symbol(n))} &= {tex(f)}" for n, f in zip(model.states, model.rates, strict=True)
+    ]
+    lines += [f"0 &= {tex(g)}" for g in model.residuals]
+    lines += [
+        f"{pretty(n)} &= {tex(y)}" for n, y in zip(model.output_names, model.outputs, strict=True)
+    ]
     return _aligned(lines)
 
 

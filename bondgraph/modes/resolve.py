@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import product
 
+from bondgraph.composing.renaming import apart, assemble, declared_parameters
 from bondgraph.elements import X0, Element, MSe, MSf, One, Switched, Zero
 from bondgraph.errors import GraphError, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.composing.renaming import apart, assemble, declared_parameters
 
 __all__ = ["MOST_MODES", "in_mode", "mode_of", "modes", "off_source"]
 

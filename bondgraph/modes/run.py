@@ -17,8 +17,8 @@ import numpy as np
 
 from bondgraph.errors import GraphError, UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.modes.states import Mode, taken_over
 from bondgraph.modes.resolve import mode_of
+from bondgraph.modes.states import Mode, taken_over
 from bondgraph.simulate import Trajectory, simulate
 
 __all__ = ["Schedule", "simulate_modes"]

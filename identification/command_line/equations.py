@@ -41,9 +41,14 @@ def _program(graph: BondGraph) -> Any:
 
 
 def _space(graph: BondGraph) -> Any:
-    from bondgraph.equations import derive
+    """Return the state space; the exact equations of a graph that has none."""
+    from bondgraph.deriving import system
+    from bondgraph.equations import AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws, derive
 
-    return derive(graph)
+    try:
+        return derive(graph)
+    except (AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws):
+        return system(graph)
 
 
 def _text(graph: BondGraph) -> str:
@@ -84,7 +89,14 @@ def _ordered(graph: BondGraph) -> str:
 
 
 def _closed(graph: BondGraph) -> str:
+    from bondgraph.system import System
+
     space = _space(graph)
+    if isinstance(space, System):
+        lines = [f"d{n}/dt = {f}" for n, f in zip(space.states, space.rates, strict=True)]
+        lines += [f"0 = {g}" for g in space.residuals]
+        pairs = zip(space.output_names, space.outputs, strict=True)
+        return "\n".join([*lines, *(f"{n} = {y}" for n, y in pairs)])
     lines = [f"d{s.symbol}/dt = {f}" for s, f in zip(space.states, space.dxdt, strict=True)]
     lines += [f"{n} = {y}" for n, y in zip(space.output_names, space.y, strict=True)]
     return "\n".join(lines)
@@ -97,9 +109,11 @@ def _causality(graph: BondGraph) -> str:
 
 
 def _latex(graph: BondGraph) -> str:
-    from bondgraph.export.latex import latex
+    from bondgraph.export.latex import latex, system_latex
+    from bondgraph.system import System
 
-    return latex(_space(graph))
+    space = _space(graph)
+    return system_latex(space) if isinstance(space, System) else latex(space)
 
 
 def _numpy(graph: BondGraph) -> str:

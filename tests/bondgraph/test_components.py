@@ -21,9 +21,9 @@ from bondgraph import (
     simulate,
 )
 from bondgraph.composing.components import COMPONENTS, mass_spring_damper, rc_section
-from bondgraph.domain_check import domain_problems
 from bondgraph.composing.hierarchy import ports_of, use
 from bondgraph.composing.library import Library
+from bondgraph.domain_check import domain_problems
 from bondgraph.unit_notes import unit_notes
 
 

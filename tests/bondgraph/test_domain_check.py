@@ -13,6 +13,7 @@ from bondgraph.elements import RS, CField, Element
 from bondgraph.laws import Polynomial
 from bondgraph.unit_notes import unit_notes
 
+
 @pytest.mark.parametrize("name", sorted(MODELS))
 def test_the_models_pass(name: str) -> None:
     assert domain_problems(MODELS[name]()) == ()

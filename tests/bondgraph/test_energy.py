@@ -11,9 +11,9 @@ from scipy.integrate import solve_ivp
 
 from actuators.stack_bond_graph import stack_bond_graph
 from bondgraph import BondGraph, C, GraphError, I, One, R, Se, Trajectory, UnusableInput, simulate
-from bondgraph.energy.bond_power import motion
 from bondgraph.deriving import system
 from bondgraph.elements import RE, RS, Zero
+from bondgraph.energy.bond_power import motion
 from bondgraph.energy.ledger import Ledger, ledger, observables, power_balance
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.laws import Coulomb, Hysteretic, Polynomial, Sliding, StopSum, Table

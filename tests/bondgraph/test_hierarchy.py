@@ -21,11 +21,11 @@ from bondgraph import (
     derive,
 )
 from bondgraph.composing.components import COMPONENTS, rc_section
+from bondgraph.composing.hierarchy import Port, embedded, ports_of, use
+from bondgraph.composing.library import Library
 from bondgraph.drives import Drive
 from bondgraph.elements import MTF, CField, MSe
-from bondgraph.composing.hierarchy import Port, embedded, ports_of, use
 from bondgraph.laws import Polynomial
-from bondgraph.composing.library import Library
 from bondgraph.modulation import displacement, effort, external, port_variables
 
 

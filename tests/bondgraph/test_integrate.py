@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from actuators.stack_bond_graph import stack_bond_graph
 from bondgraph import BondGraph, BondsightError, C, Df, I, One, R, Se, UnusableInput, simulate
-from bondgraph.elements import MSe, MTF
+from bondgraph.elements import MTF, MSe
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.integrate import _Runner, rest
 from bondgraph.laws import Hysteretic, Polynomial
@@ -40,7 +40,7 @@ def reference(
     p = list(made.nominal)
 
     def rate(at: float, x: np.ndarray) -> np.ndarray:
-        return made.rhs(at, x, [], [u(at)], p, [], 0)[0].full().ravel()
+        return np.asarray(made.rhs(at, x, [], [u(at)], p, [], 0)[0].full()).ravel()
 
     found = solve_ivp(rate, (t[0], t[-1]), x0, t_eval=t, rtol=1e-11, atol=1e-12, method="DOP853")
     return np.asarray(found.y.T)

@@ -10,15 +10,15 @@ import sympy as sp
 
 from actuators.stack_bond_graph import stack_bond_graph
 from bondgraph import GY, BondGraph, C, GraphError, I, One, R, Se, Sf, Zero
-from bondgraph.energy.definiteness import vanishes
 from bondgraph.deriving import system
 from bondgraph.elements import RE, RS, CField, IField, MSe, RField
-from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
-from bondgraph.laws import Coulomb, Hysteretic, Polynomial
-from bondgraph.modulation import flow, port_variables
+from bondgraph.energy.definiteness import vanishes
 from bondgraph.energy.passivity import judge
 from bondgraph.energy.port_hamiltonian import PortHamiltonian, port_hamiltonian
 from bondgraph.energy.structure import resistances
+from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
+from bondgraph.laws import Coulomb, Hysteretic, Polynomial
+from bondgraph.modulation import flow, port_variables
 from tests.bondgraph.energy_models import coupled, crank, plate, rlc
 from tests.properties.test_random_graphs import random_graph
 

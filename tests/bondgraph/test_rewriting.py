@@ -26,11 +26,15 @@ from bondgraph import (
     simulate,
 )
 from bondgraph.composing.components import rc_section
-from bondgraph.elements import MSe
 from bondgraph.composing.hierarchy import use
-from bondgraph.modulation import displacement, effort, flow
 from bondgraph.composing.rewriting import insert, remove, rename, replace
-from bondgraph.composing.simplification import collapse_junctions, drop_unused_parameters, merge_junctions
+from bondgraph.composing.simplification import (
+    collapse_junctions,
+    drop_unused_parameters,
+    merge_junctions,
+)
+from bondgraph.elements import MSe
+from bondgraph.modulation import displacement, effort, flow
 
 
 def circuit() -> BondGraph:

@@ -10,12 +10,9 @@ import sympy as sp
 
 from bondgraph import BondGraph, C, GraphError, I, One, R, Se
 from bondgraph.backend import NUMPY
-from bondgraph.energy.definiteness import is_positive, shortened, sign_of, vanishes
 from bondgraph.elements import CField, IField, RField
-from bondgraph.hysteresis import MaxwellResistiveCapacitor
+from bondgraph.energy.definiteness import is_positive, shortened, sign_of, vanishes
 from bondgraph.energy.law_energy import law_energy, law_energy_record
-from bondgraph.laws import Hysteretic, Polynomial, Table
-from bondgraph.modulation import port_variables
 from bondgraph.energy.stores import (
     energy_problems,
     positivity,
@@ -23,6 +20,9 @@ from bondgraph.energy.stores import (
     store_names,
     stored_variables,
 )
+from bondgraph.hysteresis import MaxwellResistiveCapacitor
+from bondgraph.laws import Hysteretic, Polynomial, Table
+from bondgraph.modulation import port_variables
 from tests.bondgraph.energy_models import coupled, crank, plate, rlc
 
 

@@ -27,7 +27,7 @@ from bondgraph import (
 )
 from bondgraph.causality import alternatives, assign_causality
 from bondgraph.deriving import system
-from bondgraph.elements import MGY, MSe, MSf, MTF, RE, RS, CField, symbol
+from bondgraph.elements import MGY, MTF, RE, RS, CField, MSe, MSf, symbol
 from bondgraph.laws import Polynomial
 from bondgraph.linear import linear_rates, linearise, sensitivities, zeros
 from bondgraph.modulation import (

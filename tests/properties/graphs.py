@@ -55,7 +55,7 @@ def random_graph(seed: int, largest: int = 60, loops: bool = True) -> BondGraph:
                 continue
             one = isinstance(j, One)
             store, rare = (I, C) if one else (C, I)
-            added = []
+            added: list[Any] = []
             if rng.random() < 0.75:
                 added.append(store(f"s_{n}", number()))
             if rng.random() < 0.3:
@@ -118,12 +118,12 @@ def pencil(g: BondGraph) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, 
         if isinstance(e, Se | Sf):
             row({effort if isinstance(e, Se) else flow: -1.0}, source=1.0)
         elif isinstance(e, R):
-            row({effort: 1.0, flow: -inward * float(e.value)})
+            row({effort: 1.0, flow: -inward * float(e.value or 0.0)})
         elif isinstance(e, C):
-            row({effort: float(e.value), f"q_{e.name}": -1.0})
+            row({effort: float(e.value or 0.0), f"q_{e.name}": -1.0})
             row({flow: inward}, rate=f"q_{e.name}")
         elif isinstance(e, I):
-            row({flow: inward * float(e.value), f"p_{e.name}": -1.0})
+            row({flow: inward * float(e.value or 0.0), f"p_{e.name}": -1.0})
             row({effort: 1.0}, rate=f"p_{e.name}")
     return np.array(rows_e), np.array(rows_a), np.array(rows_b), at
 
@@ -137,4 +137,4 @@ def degree(e: np.ndarray, a: np.ndarray) -> int | None:
         if np.linalg.cond(m / scale[:, None]) > 1e13:
             return None
     first, second = (np.linalg.slogdet(s * e - a)[1] for s in (1e5j, 1e6j))
-    return round((second - first) / np.log(10.0))
+    return int(round(float((second - first) / np.log(10.0))))

@@ -47,11 +47,11 @@ def response(model: System, names: tuple[str, ...]) -> np.ndarray:
     out = f(0, v[:n], [], v[n:], p, [], 0)
     jac = ca.Function("j", [v], [ca.densify(ca.jacobian(out, v))])(0).full()
     y, x = jac[: len(names)], jac[len(names) :]
-    powers = [1.0] * len(model.inputs)
+    powers: list[complex] = [1.0] * len(model.inputs)
     powers += [S if r.startswith("d_") else S ** int(r[1]) for r in model.input_rates]
     u = np.array(powers)
     states = np.linalg.solve(S * np.eye(n) - x[:, :n], x[:, n:] @ u)
-    return y[:, :n] @ states + y[:, n:] @ u
+    return np.asarray(y[:, :n] @ states + y[:, n:] @ u)
 
 
 def signals(g: BondGraph) -> tuple[str, ...]:
