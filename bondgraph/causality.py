@@ -389,9 +389,11 @@ class _Table:
             self.reasons[b] = why
             self.trail.append(b)
             for end in (b.tail, b.head):
+                if end in self.open:
+                    self.open[end] -= 1
+            for end in (b.tail, b.head):
                 kind = self.kinds[end]
                 if kind in ("0", "1"):
-                    self.open[end] -= 1
                     self._junction(end, kind == "0", b, queue)
                 elif kind:
                     self._two_port(end, kind == "GY", b, queue)

@@ -2,8 +2,8 @@
 
 Radau IIA with two stages: order 3, L-stable, stiffly accurate (Hairer and Wanner, Solving
 Ordinary Differential Equations II, 1996, sec. IV.5), so stiffness asks for nothing and algebraic
-unknowns are exact at the end of every step. Newton's method takes a fixed number of steps, which makes it blind
-to the scales of the variables; the last correction is measured and must vanish.
+unknowns are exact at the end of every step. Newton's method takes a fixed number of steps, which
+makes it blind to the scales of the variables; the last correction is measured and must vanish.
 """
 
 from __future__ import annotations

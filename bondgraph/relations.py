@@ -7,8 +7,9 @@ graph of 10^5 bonds costs no symbolic work before someone asks for a closed form
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any
 
 import sympy as sp
@@ -437,7 +438,7 @@ class _Builder:
         laws = field_laws(self.graph, e)
         local = port_variables(letter, len(bonds))
         outside = {s: symbol(v) for s, v in zip(local, variables, strict=True)}
-        crossed = _crossed(laws, local, [i for i, g in enumerate(forward) if not g])
+        crossed = _crossed(laws, local, [i for i, g in enumerate(forward) if not g], self._vanishes)
         for i, law in enumerate(laws):
             why = f"{e.kind} {e.name}, port {i + 1}"
             slopes = [law.diff(s) for s in local]
@@ -466,7 +467,7 @@ class _Builder:
                     f"{why} inverted",
                     expression=rest if rest != 0 else None,
                 )
-            elif linear and slopes[i] != 0:
+            elif linear and not self._vanishes(slopes[i]):
                 inverse = [(-d / slopes[i], v) for d, v in terms if v != target]
                 shift = None if rest is None else -rest / slopes[i]
                 self.put(
@@ -484,6 +485,13 @@ class _Builder:
                     implicit=True,
                     reads=used,
                 )
+
+    def _vanishes(self, value: sp.Expr) -> bool:
+        """Whether a coefficient is 0, or is at the declared values: nobody may divide by it."""
+        if value == 0 or not value.free_symbols:
+            return bool(value == 0)
+        found = [p for p in self._parameters.values() if isfinite(p.value)]
+        return bool(value.xreplace({p.symbol: exact(p.value) for p in found}) == 0)
 
     # -- sensors ------------------------------------------------------------------------------
     def sensor(self, e: Sensor) -> None:
@@ -520,7 +528,10 @@ def exact(value: float) -> sp.Rational:
 
 
 def _crossed(
-    laws: tuple[sp.Expr, ...], local: tuple[sp.Symbol, ...], inverted: list[int]
+    laws: tuple[sp.Expr, ...],
+    local: tuple[sp.Symbol, ...],
+    inverted: list[int],
+    vanishes: Callable[[sp.Expr], bool],
 ) -> dict[int, tuple[dict[int, sp.Expr], sp.Expr]]:
     """Invert linear ports together if one of them has no slope of its own (a gyrator as a field).
 
@@ -528,9 +539,11 @@ def _crossed(
     """
     jacobian = sp.Matrix(laws).jacobian(local)
     block = jacobian.extract(inverted, inverted)
-    if jacobian.free_symbols & set(local) or all(block[i, i] != 0 for i in range(block.rows)):
+    if jacobian.free_symbols & set(local) or not any(
+        vanishes(block[i, i]) for i in range(block.rows)
+    ):
         return {}
-    if block.det() == 0:
+    if vanishes(block.det()):
         return {}
     inverse = block.inv()
     without = {local[i]: sp.S.Zero for i in inverted}

@@ -90,6 +90,23 @@ def test_free_choice_is_listed() -> None:
     assert assign_causality(g).free_choices == ("R_1",)
 
 
+def test_a_taken_back_choice_leaves_no_trace() -> None:
+    """Five arms between four nodes: choices conflict and are taken back, and it ends well."""
+    with BondGraph("bridge") as g:
+        nodes = {n: Zero(n) for n in "abcd"}
+        supply = One("supply")
+        Se("V") >> supply >> nodes["a"]
+        nodes["d"] >> supply
+        for pair in ("ab", "ac", "bd", "cd", "bc"):
+            arm = One(f"arm_{pair}")
+            nodes[pair[0]] >> arm >> nodes[pair[1]]
+            arm >> R(f"r_{pair}", 1.0)
+    causality = assign_causality(g)
+    assert len(causality.strokes) == len(g.bonds)
+    for j in g.of_type(Zero):
+        assert sum(causality.strokes[b].effort_to == j.name for b in g.bonds_of(j.name)) == 1
+
+
 def test_friction_needs_the_flow() -> None:
     with BondGraph("g") as g:
         a = Zero("a")

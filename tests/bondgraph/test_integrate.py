@@ -160,7 +160,7 @@ def test_failure_is_loud() -> None:
         MSe("e", value=displacement("c") ** 2 + effort("c")) >> loop
         loop >> R("r", 1.0)
         loop >> C("c", 1.0)
-    with pytest.raises(BondsightError, match="blow_up: .*(converge|settle)"):
+    with pytest.raises(BondsightError, match=r"blow_up: .*(converge|settle)"):
         simulate(g, np.linspace(0, 2, 21), {}, x0=np.ones(1))
 
 
