@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from actuators.moving_plate import moving_plate, moving_plate_charge
 from actuators.printed.models import PRINTED_MODELS
 from actuators.stack_bond_graph import stack_bond_graph
+from actuators.stack_field import stack_field_charge, stack_field_curved, stack_field_voltage
 from actuators.stack_lumped import stack_lumped
 from actuators.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from actuators.ultrasonic.stage import ultrasonic_stage
@@ -21,6 +23,11 @@ MODELS: dict[str, Callable[[], BondGraph]] = {
     "stack_bond_graph": stack_bond_graph,
     "stack_lumped": stack_lumped,
     "stack_with_payload": stack_with_payload,
+    "stack_field_voltage": stack_field_voltage,
+    "stack_field_charge": stack_field_charge,
+    "stack_field_curved": stack_field_curved,
+    "moving_plate": moving_plate,
+    "moving_plate_charge": moving_plate_charge,
     **PRINTED_MODELS,
     "ultrasonic_stage": ultrasonic_stage,
     "mass_with_viscous_friction": mass_with_viscous_friction,

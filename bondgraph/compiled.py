@@ -25,7 +25,7 @@ from bondgraph.elements import symbol
 from bondgraph.equations import LawPort, StateSpace, derive
 from bondgraph.errors import unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.laws.law import Law, split
+from bondgraph.laws.law import CALLED_FROM, NEWTON_STEPS, Law, split
 from bondgraph.printing import to_casadi
 
 
@@ -182,6 +182,8 @@ def solve_laws(
     laws = law_slices(compiled)
     q = ca.vertcat(*[p[i] for i in compiled.law_parameters]) if compiled.law_parameters else ca.SX()
     w = list(ca.vertsplit(w_last)) if len(laws) else []
+    if len(laws) > 1 and not any(port.law.closed for port, _, _ in laws):
+        return _solve_together(laws, free, gain, memory, q, w_last, step)
     for _ in range(1 if len(laws) == 1 else 4):
         for j, (port, ms, qs) in enumerate(laws):
             others = free[j]
@@ -190,6 +192,41 @@ def solve_laws(
                     others = others + gain[j, k] * wk
             w[j] = scalar_solution(port, others, gain[j, j], memory[ms], q[qs], w[j], step)
     return ca.vertcat(*w) if w else ca.SX(0, 1)
+
+
+def _solve_together(
+    laws: tuple[tuple[LawPort, slice, slice], ...],
+    free: ca.SX,
+    gain: ca.SX,
+    memory: ca.SX,
+    q: ca.SX,
+    w_last: ca.SX,
+    step: Any,
+) -> ca.SX:
+    """Newton's method for laws that have a slope: sweeps diverge where stiff laws share a loop."""
+    n = len(laws)
+    functions = []
+    for port, ms, qs in laws:
+        s, m = ca.SX.sym("s"), ca.SX.sym("m", ms.stop - ms.start)
+        p, h = ca.SX.sym("q", qs.stop - qs.start), ca.SX.sym("h")
+        w = ca.SX(port.law.deviation(CASADI, s, split(m), law_arguments(port.law, p, h)))
+        options = {"never_inline": True} if port.law.n_memory >= CALLED_FROM else {}
+        slope = ca.densify(ca.jacobian(w, s))
+        functions.append(ca.Function("law", [s, m, p, h], [w, slope], options))
+
+    def values(s: ca.SX) -> tuple[ca.SX, ca.SX]:
+        pairs = [
+            f(s[j], memory[ms], q[qs], step)
+            for j, (f, (_, ms, qs)) in enumerate(zip(functions, laws, strict=True))
+        ]
+        return ca.vertcat(*(w for w, _ in pairs)), ca.vertcat(*(d for _, d in pairs))
+
+    s = free + gain @ w_last
+    for _ in range(NEWTON_STEPS):
+        w, slope = values(s)
+        matrix = ca.SX.eye(n) - gain * ca.repmat(slope.T, n, 1)
+        s = s - ca.solve(matrix, s - free - gain @ w)
+    return values(s)[0]
 
 
 def scalar_solution(

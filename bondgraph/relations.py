@@ -483,7 +483,8 @@ class _Builder:
                     f"{why} inverted",
                     expression=rest,
                     implicit=True,
-                    reads=used,
+                    # what it reads keeps it away from forms that know assignments only
+                    reads=used or [outputs[i]],
                 )
 
     def _vanishes(self, value: sp.Expr) -> bool:
