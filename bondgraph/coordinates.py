@@ -43,9 +43,7 @@ def relations_of(space: StateSpace, made: Relations) -> Relations:
     for port in space.laws:
         argument = f"s_{port.element}"
         put(argument, port.argument, f"argument of the law of {port.element}")
-        laws.append(
-            LawUse(port.element, port.role, port.law, argument, sp.S.Zero, port.parameters)
-        )
+        laws.append(LawUse(port.element, port.role, port.law, argument, sp.S.Zero, port.parameters))
         found[str(port.w)] = Relation(
             str(port.w), (), f"law of {port.element}", law=len(laws) - 1, reads=(argument,)
         )

@@ -21,7 +21,7 @@ from bondgraph.errors import BondsightError, unknown_name
 from bondgraph.relations import LawUse, Relation, Stored
 
 if TYPE_CHECKING:
-    from bondgraph.linear import Linearised
+    from bondgraph.analysis.linear import Linearised
     from bondgraph.program import Program
 
 __all__ = ["Algebraic", "System", "law_expression"]
@@ -210,20 +210,20 @@ class System:
 
     # -- analysis -----------------------------------------------------------------------------
     def linearise(self, at: Mapping[str, float] | None = None) -> Linearised:
-        """Return the symbolic linear system at an operating point, see `bondgraph.linear`."""
-        from bondgraph.linear import linearise
+        """Return the symbolic linear system at an operating point, see `bondgraph.analysis.linear`."""
+        from bondgraph.analysis.linear import linearise
 
         return linearise(self, at)
 
     def transfer_function(self, source: str, signal: str) -> sp.Expr:
         """Return the transfer function from an input to any signal, rational in ``s``."""
-        from bondgraph.linear import transfer_function
+        from bondgraph.analysis.linear import transfer_function
 
         return transfer_function(self, source, signal)
 
     def eigenvalues(self, values: Mapping[str, float] | None = None) -> Any:
         """Return the eigenvalues at parameter `values` (nominal where not given), shape (n_x,)."""
-        from bondgraph.linear import eigenvalues
+        from bondgraph.analysis.linear import eigenvalues
 
         return eigenvalues(self, values)
 

@@ -12,11 +12,11 @@ from scipy.optimize import brentq
 from actuators.materials import VACUUM_PERMITTIVITY
 from actuators.moving_plate import moving_plate, moving_plate_charge, plate_rest, pull_in_voltage
 from bondgraph import BondsightError, UnusableInput, simulate
+from bondgraph.analysis.linear import eigenvalues
 from bondgraph.deriving import system
 from bondgraph.energy.bond_power import observables
 from bondgraph.energy.ledger import ledger
 from bondgraph.energy.stores import energy_problems
-from bondgraph.linear import eigenvalues
 
 SIZES: dict[str, Any] = {
     "stiffness": 1.0, "gap": 2e-6, "area": 1.6e-7, "permittivity": VACUUM_PERMITTIVITY,

@@ -96,7 +96,7 @@ def test_conversion_is_that_of_the_whole_material() -> None:
             found = whole.elastic[2, 2], whole.coupling[2, 2], whole.dielectric[2, 2]
             assert plate.values == pytest.approx(found, rel=1e-12)
         bar = uniaxial(m, form)
-        assert bar.coupling_squared == pytest.approx(coupling_factors(m).k33**2, rel=1e-12)
+        assert bar.coupling_squared == pytest.approx(coupling_factors(m).k33 ** 2, rel=1e-12)
         assert plate.coupling_squared == pytest.approx(coupling_factors(m).kt ** 2, rel=1e-9)
         energy = field_energy(bar, LAYERS)
         found = small_signal(energy)

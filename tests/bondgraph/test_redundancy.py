@@ -29,13 +29,13 @@ from bondgraph import (
     UnusableInput,
     Zero,
 )
+from bondgraph.analysis.exact_algebra import generic_values
+from bondgraph.analysis.linear import LAPLACE
+from bondgraph.analysis.redundancy import Redundancy, RedundancyRelation, redundancy
+from bondgraph.analysis.sensor_advice import splitting_sensors
 from bondgraph.deriving import system
 from bondgraph.elements import RS, Parameter, Sensor, symbol
-from bondgraph.exact_algebra import generic_values
 from bondgraph.laws import Polynomial
-from bondgraph.linear import LAPLACE
-from bondgraph.redundancy import Redundancy, RedundancyRelation, redundancy
-from bondgraph.sensor_advice import splitting_sensors
 from identification.diagnosis.structure import structure
 from tests.properties.graphs import pencil, random_graph
 

@@ -26,10 +26,10 @@ from bondgraph import (
     Sf,
     Zero,
 )
+from bondgraph.analysis.kalman import linear_skeleton
+from bondgraph.analysis.structural import controllability, kalman_ranks, observability
 from bondgraph.deriving import system
-from bondgraph.kalman import linear_skeleton
 from bondgraph.laws import Coulomb, Polynomial
-from bondgraph.structural import controllability, kalman_ranks, observability
 from tests.properties.graphs import random_graph
 
 

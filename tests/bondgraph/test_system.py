@@ -25,11 +25,11 @@ from bondgraph import (
     UnknownName,
     Zero,
 )
+from bondgraph.analysis.linear import linear_rates, linearise, sensitivities, zeros
 from bondgraph.causality import alternatives, assign_causality
 from bondgraph.deriving import system
 from bondgraph.elements import MGY, MTF, RE, RS, CField, MSe, MSf, symbol
 from bondgraph.laws import Polynomial
-from bondgraph.linear import linear_rates, linearise, sensitivities, zeros
 from bondgraph.modulation import (
     TIME,
     displacement,

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bondgraph import BondGraph, CausalConflict, GraphError
+from bondgraph.analysis.linear import eigenvalues, linear_rates
 from bondgraph.deriving import system
-from bondgraph.linear import eigenvalues, linear_rates
 from bondgraph.programming import signal_function
 from bondgraph.system import System
 from tests.properties.graphs import degree, pencil, random_graph

@@ -11,12 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from html import escape
 
+from bondgraph.analysis.fault_signatures import FaultSignatures, signatures
+from bondgraph.analysis.redundancy_relation import RedundancyRelation as RedundancyRelation
+from bondgraph.analysis.redundancy_relation import relation
+from bondgraph.analysis.residual_space import ResidualSpace, blind, diagnostic, symbolic_space
 from bondgraph.errors import unknown_name
-from bondgraph.fault_signatures import FaultSignatures, signatures
 from bondgraph.graph import BondGraph
-from bondgraph.redundancy_relation import RedundancyRelation as RedundancyRelation
-from bondgraph.redundancy_relation import relation
-from bondgraph.residual_space import ResidualSpace, blind, diagnostic, symbolic_space
 
 __all__ = ["Redundancy", "RedundancyRelation", "redundancy"]
 
@@ -94,7 +94,7 @@ def redundancy(graph: BondGraph) -> Redundancy:
 
     Coefficients are exact in the parameters, which costs seconds from about 40 elements on, and
     more than 20 s in some larger graphs with rings of two-ports; signatures alone
-    (`bondgraph.fault_signatures.signatures`) cost milliseconds.
+    (`bondgraph.analysis.fault_signatures.signatures`) cost milliseconds.
 
     Nonlinear laws stay as deviations from their linear part: where they enter is exact, so their
     elements have a signature, but they are not evaluated.

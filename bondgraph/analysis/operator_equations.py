@@ -13,6 +13,8 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
+from bondgraph.analysis.exact_algebra import rational
+from bondgraph.analysis.linear import LAPLACE
 from bondgraph.elements import (
     GY,
     MGY,
@@ -36,9 +38,7 @@ from bondgraph.elements import (
     symbol,
 )
 from bondgraph.errors import BondsightError, GraphError
-from bondgraph.exact_algebra import rational
 from bondgraph.graph import Bond, BondGraph
-from bondgraph.linear import LAPLACE
 from bondgraph.modulation import port_variables
 from bondgraph.naming import Names
 from bondgraph.relations import field_laws

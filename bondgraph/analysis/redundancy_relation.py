@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from bondgraph.analysis.exact_algebra import Row
+from bondgraph.analysis.linear import LAPLACE
+from bondgraph.analysis.residual_space import ResidualSpace
 from bondgraph.elements import symbol
 from bondgraph.errors import UnusableInput, unknown_name
-from bondgraph.exact_algebra import Row
-from bondgraph.linear import LAPLACE
-from bondgraph.residual_space import ResidualSpace
 
 __all__ = ["RedundancyRelation", "relation"]
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from html import escape
 from itertools import combinations
 
+from bondgraph.analysis.exact_algebra import modular, rank
+from bondgraph.analysis.residual_space import Diagnostic, ResidualSpace, generic_space
 from bondgraph.errors import unknown_name
-from bondgraph.exact_algebra import modular, rank
 from bondgraph.graph import BondGraph
-from bondgraph.residual_space import Diagnostic, ResidualSpace, generic_space
 
 __all__ = ["FaultSignatures", "signatures"]
 

@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
+from bondgraph.analysis.exact_algebra import PRIME, generic_values, modular, rank
+from bondgraph.analysis.linear import linear_rates
 from bondgraph.deriving import system
 from bondgraph.elements import MGY, MTF, Sensor, Source, Switched, Valued
-from bondgraph.exact_algebra import PRIME, generic_values, modular, rank
 from bondgraph.graph import BondGraph
-from bondgraph.linear import linear_rates
 from bondgraph.system import System
 
 __all__ = [

@@ -18,13 +18,8 @@ from html import escape
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from bondgraph.causality import CausalConflict, assign_causality, storage_ports
-from bondgraph.composing.rewriting import replace as replaced
-from bondgraph.deriving import system
-from bondgraph.elements import De, Df, Dq, Se, Sf
-from bondgraph.exact_algebra import echelon, rank
-from bondgraph.graph import BondGraph
-from bondgraph.kalman import (
+from bondgraph.analysis.exact_algebra import echelon, rank
+from bondgraph.analysis.kalman import (
     SET_ASIDE,
     generic_matrices,
     kalman_ranks,
@@ -32,7 +27,12 @@ from bondgraph.kalman import (
     null_vectors,
     transposed,
 )
-from bondgraph.operator_equations import positions
+from bondgraph.analysis.operator_equations import positions
+from bondgraph.causality import CausalConflict, assign_causality, storage_ports
+from bondgraph.composing.rewriting import replace as replaced
+from bondgraph.deriving import system
+from bondgraph.elements import De, Df, Dq, Se, Sf
+from bondgraph.graph import BondGraph
 from bondgraph.system import System
 
 if TYPE_CHECKING:

@@ -17,13 +17,13 @@ from typing import Any
 
 import sympy as sp
 
+from bondgraph.analysis.exact_algebra import Row, generic_values, solve
+from bondgraph.analysis.linear import LAPLACE
+from bondgraph.analysis.operator_equations import OperatorEquations, Positions, operator_equations
 from bondgraph.causality import CausalConflict, Causality, assign_causality, storage_ports
 from bondgraph.elements import Sensor
 from bondgraph.errors import GraphError, UnusableInput
-from bondgraph.exact_algebra import Row, generic_values, solve
 from bondgraph.graph import BondGraph
-from bondgraph.linear import LAPLACE
-from bondgraph.operator_equations import OperatorEquations, Positions, operator_equations
 
 __all__ = ["Diagnostic", "ResidualSpace", "diagnostic", "generic_space", "symbolic_space"]
 

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
+from bondgraph.analysis.fault_signatures import Classes, FaultSignatures, separated, signatures
+from bondgraph.analysis.operator_equations import positions
+from bondgraph.analysis.residual_space import diagnostic
 from bondgraph.elements import De, Df, One, Sensor, Zero
 from bondgraph.errors import BondsightError
-from bondgraph.fault_signatures import Classes, FaultSignatures, separated, signatures
 from bondgraph.graph import BondGraph
-from bondgraph.operator_equations import positions
-from bondgraph.residual_space import diagnostic
 
 __all__ = ["Advice", "SensorAdvice", "splitting_sensors"]
 

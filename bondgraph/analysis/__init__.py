@@ -1,0 +1,1 @@
+"""Linear systems, structural ranks, redundancy relations."""
