@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import sympy as sp
 
 from bondgraph.elements import (
@@ -21,6 +23,7 @@ from bondgraph.elements import (
     Modulated,
     Multiport,
     One,
+    Parameter,
     Sensor,
     TwoPort,
     Valued,
@@ -44,10 +47,11 @@ def problems(graph: BondGraph) -> tuple[str, ...]:
             "with >>",
         )
     lines: list[str] = []
+    parameters = graph.parameters
     for e in graph.elements.values():
         lines.extend(_bond_problems(graph, e))
-        lines.extend(_value_problems(graph, e))
-    lines.extend(_parameter_problems(graph))
+        lines.extend(_value_problems(graph, e, parameters))
+    lines.extend(_parameter_problems(parameters))
     lines.extend(_connection_problems(graph))
     if not lines:
         lines.extend(_physics_problems(graph))
@@ -117,12 +121,14 @@ def _multiport_problems(graph: BondGraph, e: Multiport) -> list[str]:
     return lines
 
 
-def _value_problems(graph: BondGraph, e: Element) -> list[str]:
+def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parameter]) -> list[str]:
     if isinstance(e, MTF | MGY) or not isinstance(e, Valued | TwoPort):
         return []
     own = e.ratio if isinstance(e, TwoPort) else e.value
+    if isinstance(e, C) and own is None:
+        own = e.stiffness
     if isinstance(own, int | float) and 0 < own < float("inf"):
-        if not isinstance(e, C) or e.stiffness is None:
+        if not isinstance(e, C) or None in (e.value, e.stiffness):
             return []  # the usual case, without symbols
     try:
         c = graph.coefficient(e)
@@ -130,8 +136,11 @@ def _value_problems(graph: BondGraph, e: Element) -> list[str]:
         return [str(error)]
     if isinstance(e, C) and e.value is not None and e.stiffness is not None:
         return [f"{e.name} (C) has both a capacitance and a stiffness: give one"]
-    numbers = {s: graph.parameters[str(s)].value for s in c.free_symbols}
-    v = complex(sp.N(c.subs(numbers))) if numbers else complex(sp.N(c))
+    if c.is_Symbol:
+        v = complex(parameters[str(c)].value)
+    else:
+        numbers = {s: parameters[str(s)].value for s in c.free_symbols}
+        v = complex(sp.N(c.subs(numbers))) if numbers else complex(sp.N(c))
     if v.imag or v.real != v.real or abs(v) == float("inf"):
         return [
             f"{e.name} ({e.kind}): its coefficient {c} is not a finite number; check its parameters"
@@ -148,9 +157,9 @@ def _value_problems(graph: BondGraph, e: Element) -> list[str]:
     return []
 
 
-def _parameter_problems(graph: BondGraph) -> list[str]:
+def _parameter_problems(parameters: Mapping[str, Parameter]) -> list[str]:
     lines = []
-    for p in graph.parameters.values():
+    for p in parameters.values():
         if p.value != p.value or abs(p.value) == float("inf"):
             lines.append(f"parameter {p.name} is {p.value}: give a finite number")
         elif p.positive and p.value < 0:

@@ -211,19 +211,23 @@ class BondGraph:
                 )
             return self._parameters[value].symbol
         if isinstance(value, sp.Expr):
-            known = {p.symbol: n for n, p in self._parameters.items()}
-            known |= {
-                symbol(n, positive=True): n
-                for n, e in self._elements.items()
-                if isinstance(e, Valued | TwoPort) and n != element.name
-            }
             for s in value.free_symbols:
-                if s not in known:
+                if not self._knows(s, element.name):
                     raise unknown_name(
                         "parameter", str(s), f"{self.name}.{element.name}", self._parameters
                     )
             return value
         return symbol(element.name, positive=True)
+
+    def _knows(self, s: sp.Symbol, element: str) -> bool:
+        """Whether `s` is a declared parameter or the value of an element other than `element`."""
+        name = str(s)
+        declared = self._parameters.get(name)
+        if declared is not None and declared.symbol == s:
+            return True
+        other = self._elements.get(name)
+        valued = isinstance(other, Valued | TwoPort) and name != element
+        return valued and bool(s == symbol(name, positive=True))
 
     def declared(self, name: str, element: str) -> sp.Symbol:
         """Symbol of a declared parameter (or of an element's value) that `element` uses."""

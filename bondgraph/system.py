@@ -210,7 +210,7 @@ class System:
 
     # -- analysis -----------------------------------------------------------------------------
     def linearise(self, at: Mapping[str, float] | None = None) -> Linearised:
-        """Return the symbolic linear system at an operating point, see `bondgraph.analysis.linear`."""
+        """Return the symbolic linear system at an operating point, see `analysis.linear`."""
         from bondgraph.analysis.linear import linearise
 
         return linearise(self, at)

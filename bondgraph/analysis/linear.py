@@ -304,9 +304,9 @@ def linear_rates(
             raise unknown_name("parameter", n, model.name, numbers)
         numbers[n] = v
     if model.algebraic or model.laws:
+        why = ", ".join(u.element for u in model.laws) or model.algebraic[0].reason
         raise UnusableInput(
-            f"{model.name} is not linear: {', '.join(u.element for u in model.laws)} has a law; "
-            "take System.rates or linearise(at=..)"
+            f"{model.name} is not linear ({why}); take System.rates or linearise(at=..)"
         )
     exact = _Exact(numbers)
     forms: dict[str, dict[str, Fraction]] = {}

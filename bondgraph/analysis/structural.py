@@ -31,7 +31,7 @@ from bondgraph.analysis.operator_equations import positions
 from bondgraph.causality import CausalConflict, assign_causality, storage_ports
 from bondgraph.composing.rewriting import replace as replaced
 from bondgraph.deriving import system
-from bondgraph.elements import De, Df, Dq, Se, Sf
+from bondgraph.elements import De, Df, Dq, Field, Se, Sf
 from bondgraph.graph import BondGraph
 from bondgraph.system import System
 
@@ -64,7 +64,7 @@ class Reach:
         Sources (sensors) dualised to get there.
     structural_rank : int or None
         Rank of ``[A B]`` (of ``[A; C]``) by causality: states less what is tied. None if a loop of
-        bonds left no assignment without a conflict; the exact rank then decides.
+        bonds left no assignment without a conflict, or there is a field; the exact rank decides.
     exact_rank : int
         The same at random exact parameter values.
     tied : tuple of tuple of str
@@ -183,7 +183,10 @@ def _reach(graph: BondGraph, question: Question) -> Reach:
         paths,
         separate,
         *(held or ((), ())),
-        None if held is None else n - len(own) - len(held[0]) + len(form) - without,
+        # the ports of a field are tied by its law, which causality does not see
+        None
+        if held is None or graph.of_type(Field)
+        else n - len(own) - len(held[0]) + len(form) - without,
         len(form),
         tied,
     )

@@ -66,17 +66,19 @@ def test_pull_in_follows_from_the_linearised_stiffness_in_symbols() -> None:
 
 
 def test_a_slow_ramp_stands_below_and_falls_above() -> None:
-    t = np.linspace(0.0, 5e-3, 2001)
-    ramp = np.minimum(t / 2.5e-3, 1.0)
-    run = simulate(moving_plate(), t, {"V_in": 0.99 * V_PI * ramp})
-    assert 0.25 * GAP < run["x"][-1] < GAP / 3
+    t = np.linspace(0.0, 3e-3, 301)
+    ramp = 0.5 - 0.5 * np.cos(np.pi * np.minimum(t / 1.5e-3, 1.0))
+    run = simulate(moving_plate(), t, {"V_in": 0.98 * V_PI * ramp})
     x = run["x"][-1]
-    assert plate_rest(x, **SIZES).voltage == pytest.approx(0.99 * V_PI, rel=1e-4)
-    # above it the plate falls: nothing in the model stops it
-    with pytest.raises(BondsightError):
-        run = simulate(moving_plate(), t, {"V_in": 1.05 * V_PI * ramp})
-        assert run["x"].max() < GAP / 3, "no rest, yet the plate stays in the gap"
-        raise AssertionError("the plate stands above its pull-in voltage")
+    assert 0.2 * GAP < x < GAP / 3
+    assert plate_rest(x, **SIZES).voltage == pytest.approx(0.98 * V_PI, rel=1e-3)
+    # above it the plate falls until the law of the empty gap has no meaning
+    try:
+        above = simulate(moving_plate(), t, {"V_in": 1.05 * V_PI * ramp})
+        fell = bool(above["x"].max() > 0.9 * GAP)
+    except BondsightError as error:
+        fell = "converge" in str(error) or "settle" in str(error)
+    assert fell
 
 
 def test_charge_drive_has_no_pull_in() -> None:

@@ -137,4 +137,4 @@ def degree(e: np.ndarray, a: np.ndarray) -> int | None:
         if np.linalg.cond(m / scale[:, None]) > 1e13:
             return None
     first, second = (np.linalg.slogdet(s * e - a)[1] for s in (1e5j, 1e6j))
-    return int(round(float((second - first) / np.log(10.0))))
+    return round(float((second - first) / np.log(10.0)))
