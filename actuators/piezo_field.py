@@ -2,7 +2,8 @@
 
 The charge Q and the elongation x are its displacements, voltage V and force F (tension positive)
 the gradient of one energy ``W(Q, x)``. Along the poling axis, with S strain, D charge density, the
-four forms of the constants (IEEE Std 176, eq. 30-33 in one dimension) have the energy density
+four forms of the constants (IEEE Std 176; stack actuator thesis, eq. 2.1-2.7) have the energy
+density
 
 | form | constants | ``U(S, D)`` |
 | --- | --- | --- |
@@ -20,135 +21,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, final
 
 import sympy as sp
 
-from actuators.constitutive import FORMS, BadConstant, Form, Piezoelectric
 from actuators.poled_ceramic import StackConstants
+from actuators.uniaxial import Uniaxial, number_of
 from bondgraph.elements import CField
-from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.errors import UnusableInput
 from bondgraph.modulation import port_variables
 
 __all__ = [
     "LINEAR",
     "Curvature",
     "Layers",
-    "Sides",
-    "Uniaxial",
     "energy_density",
     "field_energy",
     "piezo_field",
     "small_signal",
-    "uniaxial",
 ]
-
-Sides: TypeAlias = Literal["free", "clamped"]
-
-# of the square of the coupling in the constant that an exchange leaves standing
-_SIGN = {"d": -1, "e": 1, "g": 1, "h": -1}
-_MECHANICAL: dict[str, Form] = {"d": "e", "e": "d", "g": "h", "h": "g"}
-_ELECTRICAL: dict[str, Form] = {"d": "g", "g": "d", "e": "h", "h": "e"}
-
-
-def _number(value: Any) -> float | None:
-    """Return a number as a float, None for an expression with symbols."""
-    return None if getattr(value, "free_symbols", ()) else float(value)
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Uniaxial:
-    """The constants that matter along the poling axis, in one of the four forms.
-
-    Parameters
-    ----------
-    form : {"d", "e", "g", "h"}
-    elastic : number or expression
-        Compliance (m^2/N) in forms d and g, stiffness (N/m^2) in e and h. With free sides these
-        belong to a slender bar: ``c = 1/s``, not the c_33 of the plate.
-    coupling : number or expression
-        d (m/V), e (C/m^2), g (V m/N) or h (V/m).
-    dielectric : number or expression
-        Permittivity (F/m) in forms d and e, its inverse (m/F) in g and h.
-
-    Raises
-    ------
-    BadConstant
-        A number is not finite, an elastic or dielectric one not positive, or the coupling factor
-        reaches 1, so that the energy has no lowest value. Expressions are not judged.
-
-    Examples
-    --------
-    >>> bar = Uniaxial("d", 20.7e-12, 400e-12, 1.55e-8)
-    >>> round(float(bar.coupling_squared), 3), round(bar.to("e").coupling, 2)
-    (0.499, 19.32)
-    """
-
-    form: Form
-    elastic: Any
-    coupling: Any
-    dielectric: Any
-
-    def __post_init__(self) -> None:
-        """Refuse numbers that no material can have."""
-        if self.form not in FORMS:
-            raise unknown_name("form", self.form, "the constitutive equations", FORMS)
-        for name, value, positive in zip(self.names, self.values, (1, 0, 1), strict=True):
-            number = _number(value)
-            if number is not None and not (isfinite(number) and (number > 0 or not positive)):
-                raise BadConstant(
-                    f"{name} = {number:g} must be finite{' and positive' if positive else ''}; "
-                    f"check its sign and its SI unit (form {self.form})"
-                )
-        square = _number(self.coupling_squared)
-        if square is not None and not square < 1.0:
-            raise BadConstant(
-                f"k^2 = {square:.4g}: a coupling factor lies below 1, or the energy has no lowest "
-                f"value; {self.names[1]} is too large for {self.names[0]} and {self.names[2]}, "
-                "check the units"
-            )
-
-    @property
-    def names(self) -> tuple[str, str, str]:
-        """Names of the three constants."""
-        return FORMS[self.form]
-
-    @property
-    def values(self) -> tuple[Any, Any, Any]:
-        """Elastic, coupling and dielectric constant."""
-        return self.elastic, self.coupling, self.dielectric
-
-    @property
-    def coupling_squared(self) -> Any:
-        """``k^2``: part of the energy given at one port that the other can take.
-
-        ``d^2/(s^E eps^T)``, ``h^2/(c^D beta^S)``; in forms e and g the square over itself plus the
-        product, and so below 1 for any constants.
-        """
-        square, product = self.coupling**2, self.elastic * self.dielectric
-        return square / product if self.form in "dh" else square / (product + square)
-
-    def to(self, form: Form) -> Uniaxial:
-        """Return the same material in another form."""
-        if form not in FORMS:
-            raise unknown_name("form", form, "the constitutive equations", FORMS)
-        same = self
-        if (form in "eh") != (self.form in "eh"):
-            same = same._exchanged_mechanical()
-        if (form in "gh") != (self.form in "gh"):
-            same = same._exchanged_electrical()
-        return same
-
-    def _exchanged_mechanical(self) -> Uniaxial:
-        k = self.coupling / self.elastic
-        other = self.dielectric + _SIGN[self.form] * k * self.coupling
-        return Uniaxial(_MECHANICAL[self.form], 1 / self.elastic, k, other)
-
-    def _exchanged_electrical(self) -> Uniaxial:
-        k = self.coupling / self.dielectric
-        other = self.elastic + _SIGN[self.form] * k * self.coupling
-        return Uniaxial(_ELECTRICAL[self.form], other, k, 1 / self.dielectric)
 
 
 @final
@@ -178,7 +69,7 @@ class Layers:
     def __post_init__(self) -> None:
         """Refuse sizes that no body has."""
         for name in ("area", "thickness", "number"):
-            value = _number(getattr(self, name))
+            value = number_of(getattr(self, name))
             if value is not None and not 0 < value < float("inf"):
                 raise UnusableInput(
                     f"layers: {name} = {value:g} must be positive and finite; give SI units"
@@ -204,7 +95,7 @@ class Curvature:
     def __post_init__(self) -> None:
         """Refuse an energy without lower bound."""
         for name in ("electrostriction", "saturation"):
-            value = _number(getattr(self, name))
+            value = number_of(getattr(self, name))
             if value is not None and not (isfinite(value) and (value >= 0 or name[0] == "e")):
                 raise UnusableInput(
                     f"curvature: {name} = {value:g} must be finite, and saturation 0 or more: else "
@@ -214,32 +105,6 @@ class Curvature:
 
 LINEAR = Curvature()
 """No higher terms."""
-
-
-def uniaxial(material: Piezoelectric, form: Form = "d", sides: Sides = "free") -> Uniaxial:
-    """Return the constants of axis 3 from those of the whole material.
-
-    Parameters
-    ----------
-    material : Piezoelectric
-        In any form.
-    form : {"d", "e", "g", "h"}
-        Of the result.
-    sides : {"free", "clamped"}
-        ``T1 = T2 = 0``, the slender stack (k33), or ``S1 = S2 = 0``, the thin plate (kt).
-
-    Raises
-    ------
-    UnusableInput
-        `sides` is neither.
-    """
-    if sides not in ("free", "clamped"):
-        raise UnusableInput(f"uniaxial: sides = {sides!r}; give 'free' (bar) or 'clamped' (plate)")
-    held: Form = "d" if sides == "free" else "e"
-    m = material.to(held)
-    picked = (a[2, 2] for a in (m.elastic, m.coupling, m.dielectric))
-    values = picked if material.symbolic else map(float, picked)
-    return Uniaxial(held, *values).to(form)
 
 
 def energy_density(constants: Uniaxial, strain: Any, charge: Any) -> Any:
@@ -325,7 +190,7 @@ def small_signal(energy: sp.Expr, charge: Any = 0, elongation: Any = 0) -> Stack
     hessian = sp.hessian(energy, (q, x)).subs({q: charge, x: elongation})
     w_qq, w_qx, w_xx = hessian[0, 0], hessian[0, 1], hessian[1, 1]
     found = (w_xx - w_qx**2 / w_qq, 1 / w_qq, -w_qx / w_qq)
-    k, c, t = (v if (f := _number(v)) is None else f for v in map(_tidy, found))
+    k, c, t = (v if (f := number_of(v)) is None else f for v in map(_tidy, found))
     return StackConstants(k, c, t)
 
 

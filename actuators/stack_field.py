@@ -18,8 +18,8 @@ with ``beta^T = beta^S - h^2/c^D`` and ``c^E = c^D - h^2/beta^S``. By hand: elim
 ``E_2 = -F T/l``) leaves ``V = q/C - T F``, ``F = k (x - T q)``, the gradient of
 ``k (x - T q)^2/2 + q^2/(2 C)``: form g. Eliminating V_t of `stack_lumped` (eq. 5.1) leaves
 ``V = (q - T x)/C``, ``F = k x - T V``, the gradient of ``k x^2/2 + (q - T x)^2/(2 C)``: form e. So
-all three have the same transfer functions; their default numbers differ, and the bond graph's
-rounded "k" is the data sheet's for one of the two electrical conditions only.
+all three have the same transfer functions. Their default numbers differ: the data sheet gives one
+stiffness, and the models take it for different electrical conditions.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from collections.abc import Iterable
 
 from actuators.constitutive import Form
 from actuators.materials import material
-from actuators.piezo_field import LINEAR, Curvature, Layers, Uniaxial, piezo_field
+from actuators.piezo_field import LINEAR, Curvature, Layers, piezo_field
+from actuators.uniaxial import Uniaxial
 from bondgraph import BondGraph, De, Df, Dq, GraphError, I, One, R, Se, Sf, Zero
 from bondgraph.elements import Source
 

@@ -162,8 +162,8 @@ def alternatives(graph: BondGraph, most: int = MOST_ALTERNATIVES) -> tuple[Causa
         free = [s for s in stores if s not in held]
         for give in free:
             rest = tuple(s for s in free if s != give)
-            for take in held:
-                others = tuple(s for s in held if s != take)
+            for take in sorted(held):
+                others = tuple(s for s in sorted(held) if s != take)
                 made = _assign(graph, "integral", (), (*rest, take, *others, give))
                 key = frozenset(made.derivative)
                 if key not in found and len(key) == len(held):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
@@ -29,7 +29,7 @@ from bondgraph.elements import (
     Valued,
     Zero,
 )
-from bondgraph.errors import BondsightError
+from bondgraph.errors import BondsightError, unknown_name
 from bondgraph.graph import BondGraph
 
 _TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
@@ -51,6 +51,7 @@ def problems(graph: BondGraph) -> tuple[str, ...]:
     for e in graph.elements.values():
         lines.extend(_bond_problems(graph, e))
         lines.extend(_value_problems(graph, e, parameters))
+        lines.extend(_name_problems(graph, e, parameters))
     lines.extend(_parameter_problems(parameters))
     lines.extend(_connection_problems(graph))
     if not lines:
@@ -157,6 +158,30 @@ def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Param
     return []
 
 
+def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parameter]) -> list[str]:
+    """Parameters that a source or a sensor names: they must exist, and times must not run back."""
+    if isinstance(e, Source):
+        drive = e.drive
+        uses = [("offset", e.offset)]
+        uses += [("lag", drive.lag), ("delay", drive.delay)] if drive is not None else []
+    elif isinstance(e, Sensor):
+        uses = [("lag", e.lag), ("delay", e.delay), *(("drift", n) for n in e.drift)]
+    else:
+        return []
+    lines = []
+    for what, name in uses:
+        if name is None:
+            continue
+        if name not in parameters:
+            error = unknown_name(f"parameter for the {what}", name, e.name, parameters)
+            lines.append(str(error))
+        elif what == "lag" and not parameters[name].value > 0:
+            lines.append(f"{e.name}: its lag {name} must be positive; give a time, or leave it out")
+        elif what == "delay" and not parameters[name].value >= 0:
+            lines.append(f"{e.name}: its delay {name} must not be negative")
+    return lines
+
+
 def _parameter_problems(parameters: Mapping[str, Parameter]) -> list[str]:
     lines = []
     for p in parameters.values():
@@ -170,17 +195,19 @@ def _parameter_problems(parameters: Mapping[str, Parameter]) -> list[str]:
 
 
 def _connection_problems(graph: BondGraph) -> list[str]:
-    import networkx as nx
-
-    network = graph.network()
+    near: dict[str, list[str]] = {n: [] for n in graph.elements}
+    for b in graph.bonds:
+        near[b.tail].append(b.head)
+        near[b.head].append(b.tail)
     for e in graph.of_type(Modulated, TF, GY):
         value = e.value if isinstance(e, Modulated) else e.ratio
         for s in getattr(value, "free_symbols", ()):
             _, _, name = str(s).partition("_")
             for end in name.split(">"):
-                if end in network:
-                    network.add_edge(end, e.name)
-    parts = list(nx.weakly_connected_components(network))
+                if end in near:
+                    near[end].append(e.name)
+                    near[e.name].append(end)
+    parts = _parts(near)
     if len(parts) < 2:
         return []
     parts.sort(key=len, reverse=True)
@@ -189,3 +216,20 @@ def _connection_problems(graph: BondGraph) -> list[str]:
         f"the graph falls into {len(parts)} parts: {rest} not connected to "
         f"{min(parts[0])}; bond them"
     ]
+
+
+def _parts(near: Mapping[str, Sequence[str]]) -> list[set[str]]:
+    """Return the connected parts of an undirected graph."""
+    parts: list[set[str]] = []
+    seen: set[str] = set()
+    for start in near:
+        if start in seen:
+            continue
+        part, ahead = {start}, [start]
+        while ahead:
+            more = [n for n in near[ahead.pop()] if n not in part]
+            part.update(more)
+            ahead.extend(more)
+        seen |= part
+        parts.append(part)
+    return parts

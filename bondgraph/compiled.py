@@ -23,7 +23,7 @@ import sympy as sp
 from bondgraph.backend import CASADI
 from bondgraph.elements import symbol
 from bondgraph.equations import LawPort, StateSpace, derive
-from bondgraph.errors import unknown_name
+from bondgraph.errors import real_number, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.laws.law import CALLED_FROM, NEWTON_STEPS, Law, split
 from bondgraph.printing import to_casadi
@@ -146,7 +146,7 @@ class Compiled:
         for name, v in values.items():
             if name not in self.parameter_names:
                 raise unknown_name("parameter", name, self.space.name, self.parameter_names)
-            p[self.parameter_names.index(name)] = v
+            p[self.parameter_names.index(name)] = real_number(name, v)
         return p
 
 

@@ -24,6 +24,7 @@ __all__ = ["system"]
 
 MOST_DISPLACEMENTS = 12
 SHORT = 40
+LONG = 40
 
 
 def system(graph: BondGraph, causality: Causality | None = None) -> System:
@@ -127,6 +128,9 @@ class _Solver:
         self.parameters = made.graph.parameters
         self.states = {s.name: s for s in made.states}
         self.dependents = {d.rate: d for d in made.dependents}
+        self.stores = {d.stored for d in made.dependents}
+        self.unknown: dict[str, Relation] = {}
+        self.wanted: dict[str, tuple[str, str]] = {}
         self.ordered: dict[str, Relation] = {}
         self.algebraic: list[Algebraic] = []
         self.loops: list[tuple[str, ...]] = []
@@ -143,6 +147,7 @@ class _Solver:
         # a state of which nothing reads the rate still needs it
         for part in components([*self.made.found, *self.dependents], self._reads):
             self._component(part)
+        self._refuse_empty_residuals()
         made = self.made
         return System(
             self.name,
@@ -159,6 +164,26 @@ class _Solver:
             made.causality,
             made.aliases,
         )
+
+    def _refuse_empty_residuals(self) -> None:
+        """Refuse unknowns that no residual determines: a matching of both must exist."""
+        if not self.algebraic:
+            return
+        import networkx as nx
+
+        graph: nx.Graph = nx.Graph()
+        names = {a.name for a in self.algebraic}
+        rows = [("residual", i) for i in range(len(self.algebraic))]
+        graph.add_nodes_from(rows)
+        graph.add_nodes_from(names)
+        for row, a in zip(rows, self.algebraic, strict=True):
+            closed = sp.expand(self._closed_relation(a.residual))
+            held = {str(v) for v in closed.free_symbols}
+            # without an unknown but with states it is a hidden constraint, which the integrator
+            # keeps; with neither it says nothing
+            graph.add_edges_from((row, n) for n in names if n in held or held & self.states.keys())
+        if len(nx.bipartite.maximum_matching(graph, rows)) < 2 * len(rows):
+            raise self._singular(sorted(names))
 
     # -- what depends on what -----------------------------------------------------------------
     def _reads(self, name: str) -> Iterable[str]:
@@ -196,19 +221,30 @@ class _Solver:
 
     # -- components ---------------------------------------------------------------------------
     def _component(self, part: list[str]) -> None:
-        if len(part) == 1 and part[0] not in self._reads(part[0]):
-            (name,) = part
-            r = self._relation(name, part)
-            if r is None:
-                return
-            if r.implicit:
-                self._implicit([r], (name,))
-            else:
-                self.ordered[name] = r
-            return
+        found = {n: self._relation(n, part) for n in part}
+        rows = {n: r for n, r in found.items() if r is not None}
+        # rates of unknowns that a derivative needs are relations of their own
+        while more := [n for n in self.wanted if n not in rows and n not in self.ordered]:
+            for rate in more:
+                name, element = self.wanted[rate]
+                rows[rate] = self._implicit_rate(self.unknown[name], name, rate, element)
+
+        def reads(n: str) -> list[str]:
+            r = rows[n]
+            return [s for s in r.sources if s in rows and not (r.implicit and s == n)]
+
+        for piece in components(rows, reads) if len(rows) > len(found) else [list(rows)]:
+            if len(piece) == 1 and piece[0] not in reads(piece[0]):
+                (r,) = (rows[n] for n in piece)
+                if r.implicit:
+                    self._implicit([r], tuple(piece))
+                else:
+                    self.ordered[r.target] = r
+            elif piece:
+                self._loop(piece, {n: rows[n] for n in piece})
+
+    def _loop(self, part: list[str], rows: Mapping[str, Relation]) -> None:
         self.loops.append(tuple(part))
-        relations = {n: self._relation(n, part) for n in part}
-        rows = {n: r for n, r in relations.items() if r is not None}
         inside = set(part)
         if all(self._is_linear(r, inside) for r in rows.values()):
             self._solve_linear(part, rows)
@@ -225,28 +261,36 @@ class _Solver:
 
     def _preferred(self, name: str) -> int:
         """Tear at a derivative or a free choice: the loop is then named after an element."""
-        if name in self.dependents:
+        if name in self.dependents or name in self.wanted:
             return 0
+        if name in self.stores:
+            return 3
         reason = self.made.found[name].reason
         return 1 if reason.startswith("R ") else 2
 
     # -- derivatives of dependent stores ------------------------------------------------------
     def _derivative(self, d: Dependent, inside: set[str]) -> Relation:
-        r = self.made.found[d.stored]
-        why = f"rate of {d.element} in derivative causality"
+        r = self.unknown.get(d.stored, self.made.found[d.stored])
         if d.stored in inside:
             raise self._too_deep(d, "its own rate decides what it stores")
         if r.implicit:
-            residual = self._closed_relation(r)
-            own = residual.diff(symbol(d.stored))
-            total = self._total(residual, d, skip=d.stored)
-            terms = tuple((-c / own, s) for c, s in total)
-        else:
-            terms = self._total(self.closed(d.stored), d, skip=None)
-        reads = {
-            str(v) for c, _ in terms if isinstance(c, sp.Expr) for v in c.free_symbols
-        } - self._constants()
-        return Relation(d.rate, tuple(terms), why, reads=tuple(sorted(reads)))
+            return self._implicit_rate(r, d.stored, d.rate, d.element)
+        terms = self._total(self.closed(d.stored), d.element, skip=None)
+        why = f"rate of {d.element} in derivative causality"
+        return Relation(d.rate, terms, why, reads=self._signals_in(terms))
+
+    def _implicit_rate(self, r: Relation, name: str, rate: str, element: str) -> Relation:
+        """Rate of an unknown by differentiating its residual."""
+        residual = self._closed_relation(r)
+        own = residual.diff(symbol(name))
+        if own == 0:
+            raise self._too_deep(
+                next(d for d in self.made.dependents if d.element == element),
+                f"{name} does not show in its own equation",
+            )
+        terms = tuple((-c / own, s) for c, s in self._total(residual, element, skip=name))
+        why = f"rate of {name}, differentiated"
+        return Relation(rate, terms, why, reads=self._signals_in(terms))
 
     def _closed_relation(self, r: Relation) -> sp.Expr:
         for s in r.sources:
@@ -257,12 +301,13 @@ class _Solver:
         return set(self.parameters)
 
     def _total(
-        self, expression: sp.Expr, d: Dependent, skip: str | None
+        self, expression: sp.Expr, element: str, skip: str | None
     ) -> tuple[tuple[Any, str], ...]:
         """Terms of the total time derivative of a closed expression."""
         expression = sp.sympify(expression)
         stores = {x.stored: x.rate for x in self.dependents.values()}
         constants = self._constants()
+        d = next(d for d in self.made.dependents if d.element == element)
         if any(f.func.__name__.endswith("_deviation") for f in expression.atoms(_applied())):
             raise self._too_deep(d, "a law with memory or a jump decides what it stores")
         terms: list[tuple[Any, str]] = []
@@ -277,6 +322,9 @@ class _Solver:
                 terms.append((slope, self.states[name].rate))
             elif name in stores:
                 terms.append((slope, stores[name]))
+            elif name in self.unknown:
+                terms.append((slope, _unknown_rate(name)))
+                self.wanted.setdefault(_unknown_rate(name), (name, element))
             elif name == "time":
                 terms.append((slope, "one"))
                 if "one" not in self.made.inputs:
@@ -301,7 +349,14 @@ class _Solver:
 
     # -- loops --------------------------------------------------------------------------------
     def _solve_linear(self, part: list[str], rows: Mapping[str, Relation]) -> None:
+        """Solve a linear loop: in closed form if one or two signals cut it, else by elimination."""
+        if len(part) > LONG or not self._solve_torn(part, rows):
+            self._eliminate(part, rows)
+
+    def _solve_torn(self, part: list[str], rows: Mapping[str, Relation]) -> bool:
         torn, order = tear(part, self._inside_reads(rows), self._preferred)
+        if len(torn) > 2:
+            return False
         forms: dict[str, dict[str, Any]] = {t: {t: sp.S.One} for t in torn}
 
         def form(r: Relation) -> dict[str, Any]:
@@ -317,6 +372,9 @@ class _Solver:
         for t in torn:
             back = form(rows[t])
             matrix.append([sp.S(int(t == o)) - back.get(o, 0) for o in torn])
+        if len(torn) > 1 and sum(sp.count_ops(c) for row in matrix for c in row) > SHORT:
+            return False
+        inverse = self._inverse(matrix, torn, part)
         rest = self._without(torn, order, rows)
         needed = {s for t in torn for _, s in rest[t].terms}
         for n in reversed(order):
@@ -325,15 +383,10 @@ class _Solver:
         for n in (*order, *torn):
             if _free(n) in needed or n in torn:
                 self.ordered[_free(n)] = rest[n]
-        small = len(torn) == 1 or (
-            len(torn) == 2 and sum(sp.count_ops(c) for row in matrix for c in row) < SHORT
-        )
-        if small:
-            self._put_inverse(torn, rows, self._inverse(matrix, torn, part))
-        else:
-            self._put_elimination(torn, rows, matrix, part)
+        self._put_inverse(torn, rows, inverse)
         for n in order:
             self.ordered[n] = rows[n]
+        return True
 
     def _put_inverse(self, torn: list[str], rows: Mapping[str, Relation], inverse: Any) -> None:
         """Assign the torn signals as closed combinations of the free parts."""
@@ -342,21 +395,28 @@ class _Solver:
             why = f"{rows[t].reason}; algebraic loop solved"
             self.ordered[t] = Relation(t, tuple(terms), why, reads=self._signals_in(terms))
 
-    def _put_elimination(
-        self,
-        torn: list[str],
-        rows: Mapping[str, Relation],
-        matrix: list[list[Any]],
-        part: list[str],
-    ) -> None:
-        """Assign the torn signals by Gaussian elimination with named coefficients.
+    def _eliminate(self, part: list[str], rows: Mapping[str, Relation]) -> None:
+        """Assign all signals of a loop by sparse elimination with named coefficients.
 
         A closed inverse grows exponentially with the loop; named intermediate values do not.
         """
+        position = {n: i for i, n in enumerate(part)}
+        matrix = []
+        for n in part:
+            r = rows[n]
+            entries: dict[int, Any] = {position[n]: sp.S.One}
+            for c, s in r.terms:
+                if s in position:
+                    entries[position[s]] = entries.get(position[s], sp.S.Zero) - c
+            matrix.append(entries)
+            outside = tuple((c, s) for c, s in r.terms if s not in position)
+            self.ordered[_free(n)] = replace(
+                r, target=_free(n), terms=outside, reason=f"{r.reason}, with the loop cut"
+            )
         made = eliminate_named(
-            [[sp.sympify(c) for c in row] for row in matrix],
-            [_free(t) for t in torn],
-            torn,
+            matrix,
+            [_free(n) for n in part],
+            part,
             prefix=f"loop{len(self.loops)}",
             nominal={p.name: p.value for p in self.parameters.values()},
         )
@@ -487,6 +547,7 @@ class _Solver:
             }
         )
         for r in relations:
+            self.unknown[r.target] = r
             self.algebraic.append(Algebraic(r.target, r, "loop of " + ", ".join(reasons)))
 
     # -- displacements ------------------------------------------------------------------------
@@ -591,6 +652,10 @@ def _near(made: Relations, flow: str, stores: Mapping[str, str]) -> Iterable[str
 
 def _free(name: str) -> str:
     return f"free_{name}"
+
+
+def _unknown_rate(name: str) -> str:
+    return f"rate_of_{name}"
 
 
 def _rate_name(name: str) -> str:

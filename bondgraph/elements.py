@@ -91,6 +91,17 @@ class Element(ABC):
                 "element in equations and verdicts; use letters, digits and underscores, "
                 "a letter first"
             )
+        for field_name in ("value", "stiffness", "ratio"):
+            value = getattr(self, field_name, None)
+            if type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0:
+                value = value.item()
+                object.__setattr__(self, field_name, value)
+            plain = value is None or isinstance(value, int | float | str | sp.Expr)
+            if not plain or isinstance(value, bool):
+                raise GraphError(
+                    f"{self.name}: {field_name} = {value!r} is no number, no name of a parameter "
+                    "and no expression of parameters; give one of them"
+                )
         building.join(self)
 
     def __rshift__(self, other: _Other) -> _Other:

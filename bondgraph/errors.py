@@ -15,6 +15,7 @@ __all__ = [
     "UnknownName",
     "UnusableInput",
     "nearest",
+    "real_number",
     "unknown_name",
 ]
 
@@ -113,3 +114,20 @@ def unknown_name(kind: str, name: object, where: str, known: Iterable[str]) -> U
         f", ... ({len(names)} in all)" if len(names) > _SHOWN else ""
     )
     return UnknownName(f"no {kind} {str(name)!r}{place}.{hint} Known: {shown or 'none'}")
+
+
+def real_number(name: str, value: object) -> float:
+    """Return `value` as a finite float.
+
+    Raises
+    ------
+    UnusableInput
+        It is none.
+    """
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        number = float("nan")
+    if number != number or abs(number) == float("inf"):
+        raise UnusableInput(f"{name} = {value!r} is not a finite number; give one")
+    return number

@@ -76,3 +76,17 @@ def to_html(recording: Recording) -> str:
         f"<p><b>{html.escape(recording.name)}</b>: {recording.n} samples{rate}</p>"
         f"<table><tr>{head}</tr>{rows}</table>" + (f"<ul>{notes}</ul>" if notes else "")
     )
+
+
+def regular_target(target: Path) -> Path:
+    """Return where a file is really to be written, links followed.
+
+    Raises
+    ------
+    UnusableInput
+        It exists and is no regular file: a folder, a device, a pipe.
+    """
+    real = target.resolve()
+    if real.exists() and not real.is_file():
+        raise UnusableInput(f"{target} exists and is no regular file; give another --out")
+    return real

@@ -150,7 +150,9 @@ class BondGraph:
 
     def of_type(self, *types: type[Element]) -> tuple[Any, ...]:
         """Elements of the given types, in order."""
-        return tuple(e for e in self._elements.values() if isinstance(e, types))
+        # few classes, many elements: asking an abstract class about each of them takes long
+        kinds = {t for t in {type(e) for e in self._elements.values()} if issubclass(t, types)}
+        return tuple(e for e in self._elements.values() if type(e) in kinds)
 
     def network(self) -> nx.DiGraph:
         """Return the graph for networkx: nodes carry ``element``, edges carry ``bond``."""
@@ -167,8 +169,14 @@ class BondGraph:
     def parameters(self) -> dict[str, Parameter]:
         """All parameters by name: declared ones, element values, laws, drives, sensors."""
         found: dict[str, Parameter] = dict(self._parameters)
-        for e in self._elements.values():
+        owner: dict[str, str] = {}
+        for e in self.of_type(Valued, TwoPort, Source, Sensor):
             for p in _own_parameters(e):
+                if owner.setdefault(p.name, e.name) != e.name:
+                    raise GraphError(
+                        f"{self.name}: {p.name!r} is a parameter of {owner[p.name]} and of "
+                        f"{e.name}; rename one of the elements"
+                    )
                 if p.name in found and p.name in self._parameters and e.name == p.name:
                     raise GraphError(
                         f"{self.name}: {p.name!r} is both a declared parameter and an element with "
@@ -190,12 +198,12 @@ class BondGraph:
         """
         if isinstance(element, TwoPort):
             return self._expression(element, element.ratio)
-        if isinstance(element, C) and element.stiffness is not None:
-            return self._expression(element, element.stiffness)
         if not isinstance(element, Valued):
             raise GraphError(f"{self.name}: {element.name} ({element.kind}) has no coefficient")
         if element.law is not None and element.law.slope is not None:
-            return sp.Float(element.law.slope)
+            return sp.Float(element.law.slope)  # a whole law has its own, whatever the value says
+        if isinstance(element, C) and element.stiffness is not None:
+            return self._expression(element, element.stiffness)
         if element.value is None:
             raise GraphError(
                 f"{self.name}: {element.name} has neither a value nor a law with a slope; give one"
@@ -227,6 +235,9 @@ class BondGraph:
             return True
         other = self._elements.get(name)
         valued = isinstance(other, Valued | TwoPort) and name != element
+        own = [getattr(other, k, None) for k in ("value", "stiffness", "ratio")]
+        # only a number makes the element a parameter; an expression would have to be followed
+        valued = valued and any(isinstance(v, int | float) for v in own)
         return valued and bool(s == symbol(name, positive=True))
 
     def declared(self, name: str, element: str) -> sp.Symbol:
@@ -322,6 +333,8 @@ class BondGraph:
                 g._parameters[n] = replace(g._parameters[n], value=float(v))
             elif n in g._elements:
                 g._elements[n] = _with_value(g._elements[n], float(v))
+            elif n in self.parameters:
+                g._parameters[n] = replace(self.parameters[n], value=float(v))
             else:
                 raise unknown_name("parameter", n, self.name, [*g._parameters, *g._elements])
         return g
@@ -350,17 +363,6 @@ def _with_value(e: Element, v: float) -> Element:
 
 def _own_parameters(e: Element) -> tuple[Parameter, ...]:
     found: list[Parameter] = []
-    if isinstance(e, TwoPort) and isinstance(e.ratio, int | float):
-        found.append(
-            Parameter(
-                e.name,
-                float(e.ratio),
-                e.unit or "1",
-                fixed=e.fixed,
-                source=e.source,
-                spread=e.spread,
-            )
-        )
     if isinstance(e, Valued):
         value = e.stiffness if isinstance(e, C) and e.stiffness is not None else e.value
         if isinstance(value, int | float):
@@ -376,10 +378,22 @@ def _own_parameters(e: Element) -> tuple[Parameter, ...]:
             )
         if e.law is not None:
             found.extend(e.law.parameters(e.name))
-    if isinstance(e, Source) and e.drive is not None:
-        if e.drive.law is not None:
+    elif isinstance(e, TwoPort):
+        if isinstance(e.ratio, int | float):
+            found.append(
+                Parameter(
+                    e.name,
+                    float(e.ratio),
+                    e.unit or "1",
+                    fixed=e.fixed,
+                    source=e.source,
+                    spread=e.spread,
+                )
+            )
+    elif isinstance(e, Source):
+        if e.drive is not None and e.drive.law is not None:
             found.extend(e.drive.law.parameters(e.name))
-    if isinstance(e, Sensor) and e.law is not None:
+    elif isinstance(e, Sensor) and e.law is not None:
         found.extend(e.law.parameters(e.name))
     return tuple(found)
 

@@ -27,16 +27,27 @@ class Names:
             for i, b in enumerate(graph.bonds_of(e.name), start=1)
         }
         self._own_one_port = {n for n, e in graph.elements.items() if e.n_ports == 1}
+        self._pairs = {b: (self._effort(b), self._flow(b)) for b in graph.bonds}
 
     def effort(self, b: Bond) -> str:
         """Return the name of the effort of a bond."""
+        return self._pairs[b][0]
+
+    def flow(self, b: Bond) -> str:
+        """Return the name of the flow of a bond."""
+        return self._pairs[b][1]
+
+    def pair(self, b: Bond) -> tuple[str, str]:
+        """Return the names of the effort and of the flow of a bond."""
+        return self._pairs[b]
+
+    def _effort(self, b: Bond) -> str:
         for end in (b.tail, b.head):
             if end in self._zero:
                 return f"e_{self._alias.get(end, end)}"
         return f"e_{self._own(b)}"
 
-    def flow(self, b: Bond) -> str:
-        """Return the name of the flow of a bond."""
+    def _flow(self, b: Bond) -> str:
         for end in (b.tail, b.head):
             if end in self._one:
                 return f"f_{self._alias.get(end, end)}"
@@ -65,7 +76,7 @@ class Names:
         """Return second names: of the port of an element whose signal is named after a junction."""
         found: dict[str, str] = {}
         for b in self._graph.bonds:
-            own = (self.effort(b), self.flow(b))
+            own = self._pairs[b]
             port = self._port.get(b)
             for end in (port,) if port else (b.tail, b.head):
                 if port or end in self._own_one_port:

@@ -11,7 +11,8 @@ import sympy as sp
 
 from bondgraph.backend import CASADI
 from bondgraph.deriving import system
-from bondgraph.elements import symbol
+from bondgraph.elements import Sensor, Source, symbol
+from bondgraph.errors import UnusableInput
 from bondgraph.graph import BondGraph
 from bondgraph.laws.law import Law, split
 from bondgraph.modulation import TIME
@@ -22,9 +23,26 @@ from bondgraph.system import System
 
 __all__ = ["law_functions", "program", "program_of", "signal_function"]
 
+# the operators of Python look for the fitting overload first, which takes seven times as long
+_binary = ca.SX.binary
+_ZERO, _ONE = ca.SX(0), ca.SX(1)
+
 
 def program(graph: BondGraph) -> Program:
-    """Derive `graph` and return its executable form."""
+    """Derive `graph` and return its executable form.
+
+    Raises
+    ------
+    UnusableInput
+        A source or a sensor has a dead time, which no state and no memory can carry.
+    """
+    late = [e.name for e in graph.of_type(Source) if e.drive and e.drive.delay]
+    late += [e.name for e in graph.of_type(Sensor) if e.delay]
+    if late:
+        raise UnusableInput(
+            f"{graph.name}: {', '.join(late)} has a dead time, which the exported equations cannot "
+            "carry; take it out (delay=None) and shift the signal in the target"
+        )
     return program_of(system(graph))
 
 
@@ -62,13 +80,16 @@ class _Evaluation:
         self.value.setdefault("one", ca.SX(1))
         values = ca.vertsplit(self.columns["p"])
         self.parameter = dict(zip(self.names["p"], values, strict=True))
-        self.table = {q.symbol: v for q, v in zip(model.parameters.values(), values, strict=True)}
         self.coefficients: dict[Any, Any] = {}
         self.calls = self._calls()
         self.m = ca.SX.sym("m", sum(c.law.n_memory for c in self.calls))
         for r in model.relations:
             self.value[r.target] = self.of(r)
         self.residuals = [self.of(a.residual) for a in model.algebraic]
+
+    @cached_property
+    def table(self) -> dict[sp.Symbol, Any]:
+        return {q.symbol: self.parameter[n] for n, q in self.model.parameters.items()}
 
     def _calls(self) -> tuple[LawCall, ...]:
         found, at = [], 0
@@ -94,18 +115,30 @@ class _Evaluation:
     def coefficient(self, c: Any, reads: dict[sp.Symbol, Any]) -> Any:
         if reads and c.free_symbols & reads.keys():
             return to_casadi(c, {**self.table, **reads})
+        simple = self._simple(c)
+        if simple is not None:
+            return simple
         if c not in self.coefficients:
             self.coefficients[c] = to_casadi(c, self.table)
         return self.coefficients[c]
 
+    def _simple(self, c: Any) -> Any:
+        """Return a parameter or its inverse, the coefficients of nearly all relations."""
+        if c.is_Symbol:
+            return self.parameter.get(c.name)
+        if c.is_Pow and c.exp is sp.S.NegativeOne and c.base.is_Symbol:
+            base = self.parameter.get(c.base.name)
+            return None if base is None else _binary(ca.OP_DIV, _ONE, base)
+        return None
+
     def of(self, r: Relation) -> Any:
         reads = {symbol(s): self.value[s] for s in r.reads} if r.reads else {}
-        total: Any = 0
+        total: Any = _ZERO
         for c, s in r.terms:
-            if isinstance(c, int):
-                total = total + self.value[s] if c == 1 else total - self.value[s]
-            else:
-                total = total + self.coefficient(c, reads) * self.value[s]
+            value = self.value[s]
+            if not isinstance(c, int):
+                value = _binary(ca.OP_MUL, self.coefficient(c, reads), value)
+            total = _binary(ca.OP_SUB if isinstance(c, int) and c != 1 else ca.OP_ADD, total, value)
         if r.expression is not None:
             total = total + to_casadi(r.expression, {**self.table, **reads})
         if r.law is not None:

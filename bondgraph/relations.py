@@ -7,8 +7,10 @@ graph of 10^5 bonds costs no symbolic work before someone asks for a closed form
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import isfinite
 from typing import Any
 
@@ -141,7 +143,34 @@ def collect(graph: BondGraph, causality: Causality) -> Relations:
     for s in graph.of_type(Sensor):
         builder.sensor(s)
     made.aliases.update(builder.names.aliases())
+    _refuse_collisions(made)
     return made
+
+
+def _refuse_collisions(made: Relations) -> None:
+    """Refuse an element or parameter that is called like a signal: one name, one meaning."""
+    graph, parameters = made.graph, made.graph.parameters
+    signals = {*made.found, *(s.name for s in made.states), *(d.stored for d in made.dependents)}
+    signals |= {f"w_{use.element}" for use in made.laws}
+    stored = [*(s.name for s in made.states), *(d.stored for d in made.dependents)]
+    if len(set(stored)) < len(stored):
+        (twice, *_) = (n for n in stored if stored.count(n) > 1)
+        raise GraphError(
+            f"{graph.name}: two stores are called {twice!r}, one of them a port of a field; rename "
+            "an element"
+        )
+    signals |= {f"{d}_{n}" for n in made.inputs for d in ("d", "d2", "d3")}
+    sources = {e.name for e in graph.of_type(Source)}
+    seen: set[str] = set()
+    for n in (*made.inputs, *parameters):
+        own = n in sources or n in parameters
+        reserved = own and (n in (str(TIME), "one") or re.fullmatch(r"ramp\d*", n) is not None)
+        if n in signals or n in seen or reserved:
+            raise GraphError(
+                f"{graph.name}: {n!r} is the name of a signal of this graph as well; rename the "
+                "element or parameter"
+            )
+        seen.add(n)
 
 
 class _Builder:
@@ -153,8 +182,11 @@ class _Builder:
         self.names = Names(made.graph)
         self.strokes = made.causality.strokes
         self._parameters = made.graph.parameters
-        self._symbols = {p.symbol: p.name for p in self._parameters.values()}
         self._reads: dict[sp.Expr, tuple[sp.Expr, tuple[str, ...]]] = {}
+
+    @cached_property
+    def _symbols(self) -> frozenset[sp.Symbol]:
+        return frozenset(p.symbol for p in self._parameters.values())
 
     # -- small tools --------------------------------------------------------------------------
     def put(
@@ -258,7 +290,7 @@ class _Builder:
             self._one_port(e, b)
 
     def _one_port(self, e: Element, b: Bond) -> None:
-        effort, flow = self.names.effort(b), self.names.flow(b)
+        effort, flow = self.names.pair(b)
         gets_effort = self.effort_in(b, e.name)
         if isinstance(e, Source):
             self._source(e, effort if not gets_effort else flow)
@@ -310,6 +342,11 @@ class _Builder:
             pairs = ((e2, e1), (f1, f2)) if given else ((e1, e2), (f2, f1))
         else:
             pairs = ((f2, e1), (f1, e2)) if given else ((e1, f2), (e2, f1))
+        if given and n == 0:
+            raise GraphError(
+                f"{self.graph.name}: {e.name} ({e.kind}) has ratio 0 and would be divided by it; "
+                "give a ratio, or remove the element"
+            )
         ratio = 1 / n if given else n
         for target, source in pairs:
             self.put(target, [(ratio, source)], why, reads=reads)
@@ -444,7 +481,8 @@ class _Builder:
             slopes = [law.diff(s) for s in local]
             used = [v for s, v in zip(local, variables, strict=True) if s in law.free_symbols]
             linear = not any(d.free_symbols & set(local) for d in slopes)
-            terms = [(d, v) for d, v in zip(slopes, variables, strict=True) if linear and d != 0]
+            ports = [j for j, d in enumerate(slopes) if linear and d != 0]
+            terms = [(slopes[j], variables[j]) for j in ports]
             rest = None
             if linear:
                 constant = law.xreplace(dict.fromkeys(local, sp.S.Zero))
@@ -468,7 +506,8 @@ class _Builder:
                     expression=rest if rest != 0 else None,
                 )
             elif linear and not self._vanishes(slopes[i]):
-                inverse = [(-d / slopes[i], v) for d, v in terms if v != target]
+                # by port, not by name: two ports may share one flow
+                inverse = [(-slopes[j] / slopes[i], variables[j]) for j in ports if j != i]
                 shift = None if rest is None else -rest / slopes[i]
                 self.put(
                     target,

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bondgraph.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.elements import Sensor, Source
+from bondgraph.errors import BondsightError, UnusableInput, real_number, unknown_name
 from bondgraph.graph import BondGraph
+from bondgraph.shift import delayed
 from bondgraph.spline import between_samples
 
 if TYPE_CHECKING:
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 Memories = Mapping[str, Sequence[float]]
+ROUNDED = 1e-5
 HOLDS = ("hold", "linear", "band-limited")
 
 
@@ -40,6 +44,8 @@ class Trajectory:
         State at the last sample; with `memory` a later run goes on from here.
     memory : dict of str to tuple of float
         Memory of each law that has one, at the last sample, by element.
+    states : tuple of str
+        Names of the states, in the order of `state`.
     """
 
     name: str
@@ -49,6 +55,7 @@ class Trajectory:
     steps_per_sample: int = 1
     state: Array = field(default_factory=lambda: np.zeros(0))
     memory: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    states: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> Array:
         """Output by name."""
@@ -316,7 +323,7 @@ def inputs_of(compiled: Compiled, commands: Mapping[str, Array], n: int) -> Arra
             u[:, i] = commands[name]
         elif name == "one":
             u[:, i] = 1.0
-        elif name.startswith("ramp"):
+        elif re.fullmatch(r"ramp\d*", name):
             u[:, i] = np.linspace(0.0, 1.0, n) ** int(name[4:] or 1)
         else:
             raise unknown_name("input", name, "the commands", list(commands))
@@ -329,7 +336,7 @@ def simulate(
     commands: Mapping[str, Array] | None = None,
     parameters: Mapping[str, float] | None = None,
     *,
-    x0: Array | None = None,
+    x0: Array | Mapping[str, float] | None = None,
     hold: str = "linear",
     accuracy: float = 1e-4,
     observed: Sequence[str] = (),
@@ -349,13 +356,27 @@ def simulate(
         Command of each source.
     parameters : dict of str to float
         Values that differ from the declared ones.
-    x0 : ndarray, shape (n_x,), optional
-        Initial state; the rest under the first inputs when not given.
+    x0 : ndarray, shape (n_x,), or dict of str to float, optional
+        Initial state: an array in the order of `Trajectory.states` (of an earlier run, or of
+        ``derive(graph).states``), or displacements and momenta by name as in
+        ``system(graph).states``; the rest under the first inputs when not given.
     memory : dict of str to sequence of float, optional
         Memory of a law to start from, by element, such as `Trajectory.memory` of an earlier run;
         virgin where not given.
     """
+    if isinstance(model, BondGraph) and (held := _dead_times(model, parameters or {})):
+        made = simulate(
+            _without_delays(model), time, _late(commands or {}, held, time), parameters,
+            x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
+        )  # fmt: skip
+        return replace(made, outputs=_late(made.outputs, held, made.time))
     compiled = _compiled(model, observed)
+    if compiled is not None and isinstance(x0, Mapping):
+        known = tuple(str(v.symbol) for v in compiled.space.states)
+        if any(n.startswith("z_") for n in known) and isinstance(model, BondGraph):
+            compiled = None  # its states are no displacements and momenta
+        else:
+            x0 = _by_name(compiled.space.name, x0, known)
     if compiled is None:
         assert isinstance(model, BondGraph)
         return simulate_general(
@@ -376,11 +397,12 @@ def simulate(
             f"numbers, one a state: {', '.join(str(s.symbol) for s in compiled.space.states)}"
         )
     step = float(np.diff(time).mean())
-    n_sub, run = settle(compiled, p, u, step, start, hold, accuracy, memory=memory)
+    n_sub, run = settle(compiled, p, u, step, start, hold, accuracy, memory=memory, loud=True)
     names = (*compiled.space.output_names, *compiled.observed)
     outputs = {n: run.y[:, i] for i, n in enumerate(names)}
     laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.space.laws)}
-    return Trajectory(compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory)
+    states = tuple(str(v.symbol) for v in compiled.space.states)
+    return Trajectory(compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory, states)
 
 
 def _compiled(model: BondGraph | Compiled, observed: Sequence[str]) -> Compiled | None:
@@ -402,7 +424,7 @@ def simulate_general(
     commands: Mapping[str, Array] | None = None,
     parameters: Mapping[str, float] | None = None,
     *,
-    x0: Array | None = None,
+    x0: Array | Mapping[str, float] | None = None,
     hold: str = "linear",
     accuracy: float = 1e-4,
     observed: Sequence[str] = (),
@@ -431,17 +453,21 @@ def simulate_general(
     for name, v in (parameters or {}).items():
         if name not in program.parameters:
             raise unknown_name("parameter", name, graph.name, program.parameters)
-        p[program.parameters.index(name)] = v
+        p[program.parameters.index(name)] = real_number(name, v)
     start = np.array(program.virgin)
     rows = {c.element: c for c in program.laws if c.law.n_memory}
     for element, states in (memory or {}).items():
         if element not in rows:
             raise unknown_name("law with memory", element, graph.name, rows)
         start[rows[element].memory] = rows[element].law.checked_memory(states)
+    if isinstance(x0, Mapping):
+        x0 = _by_name(graph.name, x0, program.states)
     made = integrate(program, time, u, p, x0=x0, memory=start, accuracy=accuracy)
     outputs = {n: made.y[:, i] for i, n in enumerate(program.outputs)}
     if observed:
         f = signal_function(model, tuple(observed)).map(time.size)
+        if n := len(program.input_rates):
+            u[1:, -n:] = u[:-1, -n:].copy()  # as for the sensors: the rate before the sample
         columns = (time[None, :], made.x.T, made.z.T, u.T, np.tile(p[:, None], time.size))
         kept = np.tile(made.memory[:, None], time.size)
         if made.memory.size:
@@ -452,7 +478,49 @@ def simulate_general(
         values = f(*columns, kept, np.zeros((1, time.size))).full()
         outputs |= dict(zip(observed, values, strict=True))
     last = {e: tuple(made.memory[c.memory].tolist()) for e, c in rows.items()}
-    return Trajectory(graph.name, time, outputs, {}, made.n_sub, made.x[-1], last)
+    return Trajectory(graph.name, time, outputs, {}, made.n_sub, made.x[-1], last, program.states)
+
+
+def _dead_times(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Dead time in seconds of sources and sensors that have one."""
+    names = {e.name: e.drive.delay for e in graph.of_type(Source) if e.drive and e.drive.delay}
+    names |= {e.name: e.delay for e in graph.of_type(Sensor) if e.delay}
+    known = graph.parameters if names else {}
+    found = {}
+    for element, n in names.items():
+        if n not in known:
+            graph.require_sound()
+        found[element] = real_number(n, parameters.get(n, known[n].value))
+    return found
+
+
+def _without_delays(graph: BondGraph) -> BondGraph:
+    for e in graph.of_type(Source):
+        if e.drive and e.drive.delay:
+            graph = graph.with_element(e.name, drive=replace(e.drive, delay=None))
+    for e in graph.of_type(Sensor):
+        if e.delay:
+            graph = graph.with_element(e.name, delay=None)
+    return graph
+
+
+def _late(signals: Mapping[str, Array], held: Mapping[str, float], time: Array) -> dict[str, Array]:
+    """Delay the signals that have a dead time; before the first sample they rest."""
+    step = float(np.diff(time).mean()) if time.size > 1 else 1.0
+    return {
+        n: delayed(np.asarray(v, float), held[n] / step)[0] if held.get(n) else v
+        for n, v in signals.items()
+    }
+
+
+def _by_name(name: str, x0: Mapping[str, float], states: Sequence[str]) -> Array:
+    """Return an initial state given by names; all must be there."""
+    for n in x0:
+        if n not in states:
+            raise unknown_name("state", n, name, states)
+    if missing := [n for n in states if n not in x0]:
+        raise UnusableInput(f"{name}: x0 has no value for {', '.join(missing)}; give all states")
+    return np.array([float(x0[n]) for n in states])
 
 
 def _even(name: str, time: Array) -> Array:
@@ -466,7 +534,10 @@ def _even(name: str, time: Array) -> Array:
 
 
 def _checked(model: str, commands: Mapping[str, Array] | None, time: Array) -> dict[str, Array]:
-    commands = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
+    try:
+        commands = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
+    except (TypeError, ValueError):
+        raise UnusableInput(f"{model}: a command is not made of numbers; give arrays") from None
     for name, v in commands.items():
         if v.shape != time.shape:
             raise UnusableInput(f"{model}: input {name} has shape {v.shape}, time has {time.shape}")
@@ -485,12 +556,20 @@ def settle(
     accuracy: float,
     largest: int = 256,
     memory: Memories | None = None,
+    loud: bool = False,
 ) -> tuple[int, Run]:
-    """Double the sub-steps until the outputs settle; returns the number and the last run."""
+    """Double the sub-steps until the outputs settle; returns the number and the last run.
+
+    Raises
+    ------
+    BondsightError
+        If `loud`: they do not settle, or are not finite.
+    """
     n_sub = 1 if hold != "band-limited" else 2
     run = run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold, memory=memory)
     if compiled.n_w == 0 and hold != "band-limited":
         return n_sub, run
+    change = float("inf")
     while n_sub < largest:
         finer = run_record(compiled, p, u, step, x0, n_sub=2 * n_sub, hold=hold, memory=memory)
         floor = np.maximum(1e-12 * np.abs(finer.y).max(axis=0, initial=0.0), 1e-150)
@@ -498,5 +577,11 @@ def settle(
         change = np.sqrt(np.mean(((finer.y - run.y) / span) ** 2, axis=0)).max(initial=0.0)
         run, n_sub = finer, 2 * n_sub
         if change < accuracy:
-            break
+            return n_sub, run
+    if loud and not change < max(accuracy, ROUNDED):
+        raise BondsightError(
+            f"{compiled.space.name}: the outputs do not settle within {largest} sub-steps a sample "
+            f"(they still change by {change:.1e} of their range); sample faster, or ask for less "
+            "accuracy="
+        )
     return n_sub, run

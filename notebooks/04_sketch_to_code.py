@@ -26,12 +26,12 @@
 # simulation and code for five other tools; every answer is compared with another way to get it. The
 # gearbox then gets hysteresis, and the code is written again, with its memory.
 #
-# The numbers are made up, of the size of a robot joint with a strain wave gear. Nothing is measured.
+# The numbers are made up, of the size of a robot joint with a strain wave gear. Nothing is
+# measured.
 
 # %%
 import importlib.util
 import runpy
-import shutil
 import subprocess
 import tempfile
 from pathlib import Path
@@ -73,6 +73,7 @@ from bondgraph.export.modelica import modelica
 from bondgraph.export.numpy_module import numpy_module
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic
+from bondgraph.native import compiler
 from bondgraph.programming import program
 from bondgraph.reading.graph_json import from_json
 
@@ -87,7 +88,7 @@ plt.rcParams.update(
         "grid.alpha": 0.3,
     }
 )
-GCC = shutil.which("gcc")
+GCC = compiler()
 HAS_FMPY, HAS_CONTROL, HAS_PYMOCA = (
     importlib.util.find_spec(name) is not None for name in ("fmpy", "control", "pymoca")
 )
@@ -272,8 +273,8 @@ for f, amplitude in tones.items():
 # %% [markdown]
 # ## Code
 #
-# Everything below reads one executable form, `program(axis)`. First a Python module that needs NumPy
-# and nothing of this project; its equations stay readable.
+# Everything below reads one executable form, `program(axis)`. First a Python module that needs
+# NumPy and nothing of this project; its equations stay readable.
 
 # %%
 form = program(axis)
@@ -328,7 +329,7 @@ def run_c(form, time, volt, steps):
 files = c_code(form)
 for name, text in files.items():
     print(f"{name:16s}{len(text.splitlines()):5d} lines")
-print(next(line for line in files["axis.h"].splitlines() if "AXIS_STATE" in line.upper()).strip())
+print("\n".join(line for line in files["axis.h"].splitlines() if "_STATE" in line))
 if GCC:
     compiled = run_c(form, time, volt, 4)
     for name in form.outputs:
@@ -341,12 +342,13 @@ else:
 
 # %% [markdown]
 # Functional mock-up units: FMI 2.0 with its own integrator (co-simulation) and FMI 3.0 for the
-# importer's (model exchange). FMPy holds the inputs over its steps, so the reference holds them too.
+# importer's (model exchange). FMPy holds the inputs over its steps, so the reference holds them
+# too.
 
 
 # %%
 def record(time, volt, stairs=False):
-    """Input of FMPy; as stairs, every step is an event at which the importer's solver starts anew."""
+    """Input of FMPy; stairs make every step an event, where its solver starts anew."""
     if stairs:
         volt = np.append(np.repeat(volt[:-1], 2), volt[-1])
         time = np.append(time[0], np.repeat(time[1:], 2))
@@ -392,9 +394,9 @@ else:
     print("gcc or FMPy is not here")
 
 # %% [markdown]
-# Modelica, LaTeX and JSON are texts. The Modelica model depends on no library; pymoca, if it is here,
-# parses it. The LaTeX file is complete (article and amsmath). JSON reads back to the same graph, and
-# is safe to take from strangers: nothing in a file is executed.
+# Modelica, LaTeX and JSON are texts. The Modelica model depends on no library; pymoca, if it is
+# here, parses it. The LaTeX file is complete (article and amsmath). JSON reads back to the same
+# graph, and is safe to take from strangers: nothing in a file is executed.
 
 # %%
 text = modelica(form)
@@ -408,15 +410,16 @@ if HAS_PYMOCA:
 
 # %%
 tex = document(form)
-body = tex[tex.index("Closed") :] if "Closed" in tex else tex
-print(body[:600].rstrip(), "\n...")
+lines = tex.splitlines()
+closed = next(n for n, line in enumerate(lines) if "Closed form" in line)
+print("\n".join([*lines[closed : closed + 5], "..."]))
 assert tex.startswith(r"\documentclass")
 assert tex.rstrip().endswith(r"\end{document}")
 
 # %%
 written = to_json(axis)
 again = from_json(written)
-print("\n".join(written.splitlines()[:9]), "\n ...")
+print("\n".join([*written.splitlines()[:13], "..."]))
 assert to_json(again) == written
 assert dict(again.elements) == dict(axis.elements)
 assert again.bonds == axis.bonds
@@ -426,8 +429,9 @@ assert [str(r) for r in system(again).rates] == [str(r) for r in model.rates]
 # ## Parts
 #
 # A second machine should not be typed again. A graph that ends in `Port`s can be used in another;
-# `COMPONENTS` has a dozen ready. The motor is taken from there, gear and arm are written here. Names
-# get the name of the instance in front: `motor_K`.
+# `COMPONENTS` has a dozen ready. The motor is taken from there, gear and arm are written here.
+# Names get the name of the instance in front: `motor_K`. With the names put back, every
+# rate must be the one of above.
 
 # %%
 print(COMPONENTS)
@@ -464,14 +468,20 @@ renamed = {
     "load_b_l": "b_l",
 }
 put = {
-    composed.parameters[f"joint_{a}"].symbol: values[axis.parameters[b].symbol]
+    composed.parameters[f"joint_{a}"].symbol: axis.parameters[b].symbol for a, b in renamed.items()
+}
+put |= {
+    sp.Symbol(f"{letter}_joint_{a}", real=True): sp.Symbol(f"{letter}_{b}", real=True)
+    for letter in "pq"
     for a, b in renamed.items()
 }
-assert len(composed.parameters) == len(axis.parameters) == len(put)
-assert np.allclose(system(composed).eigenvalues(), model.eigenvalues(), rtol=1e-9)
-print(
-    f"\ncomposed: {len(single.elements)} elements, {len(composed.elements)} with junctions merged"
-)
+typed, parts = dict(zip(model.states, model.rates, strict=True)), system(composed)
+assert len(composed.parameters) == len(axis.parameters) == len(renamed)
+for state, rate in zip(parts.states, parts.rates, strict=True):
+    twin = str(sp.Symbol(state, real=True).xreplace(put))
+    assert sp.cancel(rate.xreplace(put) - typed[twin]) == 0
+assert np.allclose(parts.eigenvalues(), model.eigenvalues(), rtol=1e-9)
+print(f"\na joint: {len(single.elements)} elements, {len(composed.elements)} with junctions merged")
 
 # %% [markdown]
 # Two joints on one supply with an inner resistance. What must come out is known: moved in common
@@ -514,8 +524,8 @@ assert change > 0.05
 
 # %% [markdown]
 # The exports carry the memory: it moves once an accepted step and is part of the state. The same
-# record, minor loops included, from the module, the compiled C and both units. python-control has no
-# place for a memory, and says so.
+# record, minor loops included, from the module, the compiled C and both units. python-control has
+# no place for a memory, and says so.
 
 # %%
 form = program(worn)

@@ -5,13 +5,16 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from bondgraph import native
 from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.exchange import regular_target
 from bondgraph.graph import BondGraph
 
 __all__ = ["FORMATS", "Format", "add_export_command", "export", "target_of"]
@@ -57,7 +60,10 @@ def export(graph: BondGraph, name: str, out: Path | None = None) -> tuple[Path, 
     """
     if name not in FORMATS:
         raise unknown_name("format", name, "bondsight export", FORMATS)
-    return FORMATS[name].write(graph, target_of(graph, name, out))
+    target = target_of(graph, name, out)
+    if name != "c":  # there the target is a folder
+        regular_target(target)
+    return FORMATS[name].write(graph, target)
 
 
 def target_of(graph: BondGraph, name: str, out: Path | None = None) -> Path:
@@ -99,6 +105,8 @@ def _run(options: argparse.Namespace) -> int:
         raise UnusableInput(f"{target} is the model itself; give another --out")
     for file in export(graph, options.format, options.out):
         print(file)
+    if options.format.startswith("fmu") and native.compiler() is None:
+        print("no C compiler found: the archive has sources only", file=sys.stderr)
     return 0
 
 

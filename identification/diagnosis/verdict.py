@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from bondgraph.exchange import regular_target
 from identification.diagnosis.diagnose import Diagnosis, element_kind
 from identification.diagnosis.effects import by_name
 from identification.diagnosis.search import Trial
@@ -211,6 +212,7 @@ def write_verdict(d: Diagnosis, folder: Path) -> Path:
 
 def write_atomically(target: Path, text: str) -> None:
     """Write a text file so that a reader sees the old or the new one, never a part."""
+    target = regular_target(target)
     target.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
     try:

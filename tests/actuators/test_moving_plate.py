@@ -55,7 +55,7 @@ def test_pull_in_follows_from_the_linearised_stiffness_in_symbols() -> None:
     """``det A = 0`` at rest gives ``x = g/3`` and the formula, for all parameters."""
     model = system(moving_plate())
     q, x = sp.symbols("q_plate1 q_plate2", real=True)
-    k, gap, area, eps, m = sp.symbols("k gap A eps m", positive=True)
+    k, gap, area, eps = sp.symbols("k gap A eps", positive=True)
     residual, force = model.residuals[0], model.rates[1]
     slope = force.diff(x) - force.diff(q) * residual.diff(x) / residual.diff(q)
     at_rest = slope.subs(q**2, 2 * eps * area * k * x)

@@ -15,12 +15,10 @@ from actuators.constitutive import BadConstant
 from actuators.piezo_field import (
     Curvature,
     Layers,
-    Uniaxial,
     energy_density,
     field_energy,
     piezo_field,
     small_signal,
-    uniaxial,
 )
 from actuators.poled_ceramic import coupling_factors, stack_constants, transversely_isotropic
 from actuators.stack_bond_graph import stack_bond_graph
@@ -33,6 +31,7 @@ from actuators.stack_field import (
     stack_field_voltage,
 )
 from actuators.stack_lumped import stack_lumped
+from actuators.uniaxial import Uniaxial, uniaxial
 from bondgraph import BondGraph, Dq, GraphError, One, Se, Sf, UnusableInput, simulate
 from bondgraph.deriving import system
 from bondgraph.energy.bond_power import observables
@@ -95,8 +94,8 @@ def test_conversion_is_that_of_the_whole_material() -> None:
     for form in FORMS:
         plate, whole = uniaxial(m, form, "clamped"), m.to(form)
         if form in "eh":
-            found = whole.elastic[2, 2], whole.coupling[2, 2], whole.dielectric[2, 2]
-            assert plate.values == pytest.approx(found, rel=1e-12)
+            entries = whole.elastic[2, 2], whole.coupling[2, 2], whole.dielectric[2, 2]
+            assert plate.values == pytest.approx(entries, rel=1e-12)
         bar = uniaxial(m, form)
         assert bar.coupling_squared == pytest.approx(coupling_factors(m).k33 ** 2, rel=1e-12)
         assert plate.coupling_squared == pytest.approx(coupling_factors(m).kt ** 2, rel=1e-9)
@@ -262,7 +261,7 @@ def test_stack_bond_graph_coincides(form: Any) -> None:
         stack_field_voltage(form=form, resistance=5.0, external_force=True, sensors=sensors)
     )
     theirs = system(stack_bond_graph(external_force=True, sensors=sensors))
-    length, b, r = sp.symbols("l b R_nl", positive=True)
+    length, b = sp.symbols("l b", positive=True)
     two = small_signal(field_energy(*material_symbols(form)))
     named = {**two.as_bond_graph(length), "R_nl": b}
     mapped = {sp.Symbol(n, positive=True): v for n, v in named.items()}

@@ -95,7 +95,8 @@ def test_an_inverted_port_against_a_hand_made_reduction() -> None:
 def test_the_rate_of_an_inverted_curved_port_is_implicit_differentiation() -> None:
     model = system(two_port(lambda n: CField(n, energy=CURVED), "e", "m"))
     (current, _) = model.outputs
-    q, x, p, du, m = (*real("q_device1 q_device2 p_m d_u"), *positive("m,"))
+    q, p, du = real("q_device1 p_m d_u")
+    m = positive("m")
     assert same(current, (du - sp.Rational(3, 10) * p / m) / (1 + 3 * q**2))
 
 
@@ -146,7 +147,8 @@ def test_a_store_behind_a_ratio_that_the_field_sets() -> None:
         b >> device
         b >> I("m", 1.0)
     model = system(g)
-    q, x, p, u, du, k, m = (*real("q_device1 q_device2 p_m u d_u"), *positive("c_2 m"))
+    q, x, p, u, du = real("q_device1 q_device2 p_m u d_u")
+    k, m = positive("c_2 m")
     n, v = 2 + x**2, p / m
     top = n * (du - v / 3) + 2 * x * v * (q + x / 3 - u)
     assert same(model.rates[0], k * top / (n * (n**2 + k)))
