@@ -25,6 +25,7 @@ from bondgraph.elements import (
     One,
     Parameter,
     Sensor,
+    Source,
     TwoPort,
     Valued,
     Zero,

@@ -92,7 +92,7 @@ class Element(ABC):
                 "a letter first"
             )
         for field_name in ("value", "stiffness", "ratio"):
-            value = getattr(self, field_name, None)
+            value: Any = getattr(self, field_name, None)
             if type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0:
                 value = value.item()
                 object.__setattr__(self, field_name, value)
