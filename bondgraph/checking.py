@@ -40,6 +40,9 @@ _TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
 }
 
 
+SMALLEST, LARGEST = 1e-100, 1e100
+
+
 def problems(graph: BondGraph) -> tuple[str, ...]:
     """Return one line for each problem: the element, what is wrong, what to do."""
     if not graph.elements:
@@ -129,7 +132,7 @@ def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Param
     own = e.ratio if isinstance(e, TwoPort) else e.value
     if isinstance(e, C) and own is None:
         own = e.stiffness
-    if isinstance(own, int | float) and 0 < own < float("inf"):
+    if isinstance(own, int | float) and SMALLEST < own < LARGEST:
         if not isinstance(e, C) or None in (e.value, e.stiffness):
             return []  # the usual case, without symbols
     try:
@@ -146,6 +149,11 @@ def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Param
     if v.imag or v.real != v.real or abs(v) == float("inf"):
         return [
             f"{e.name} ({e.kind}): its coefficient {c} is not a finite number; check its parameters"
+        ]
+    if v.real and not SMALLEST < abs(v) < LARGEST:
+        return [
+            f"{e.name} ({e.kind}): coefficient {v.real:g} is beyond {SMALLEST:g} to {LARGEST:g}, "
+            "whose products a float cannot hold; choose other units"
         ]
     if isinstance(e, Valued) and v.real < 0:
         return [

@@ -226,6 +226,8 @@ class _Builder:
 
     def signals(self, e: Element, value: Any) -> tuple[Any, tuple[str, ...]]:
         """Return `value` as an expression of signals by their names, and the signals it reads."""
+        if value is None:
+            raise GraphError(f"{self.graph.name}: {e.name} ({e.kind}) has no value; give one")
         if isinstance(value, int | float):
             return exact(value), ()
         if isinstance(value, str):
@@ -563,7 +565,15 @@ class _Builder:
 
 
 def exact(value: float) -> sp.Rational:
-    """Return the decimal a user wrote as an exact number."""
+    """Return the decimal a user wrote as an exact number.
+
+    Raises
+    ------
+    GraphError
+        It is not finite.
+    """
+    if not isfinite(value):
+        raise GraphError(f"{value} is no finite number; give one")
     return sp.Rational(repr(float(value))) if isinstance(value, float) else sp.Integer(value)
 
 

@@ -10,7 +10,20 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from actuators.stack_bond_graph import stack_bond_graph
-from bondgraph import BondGraph, BondsightError, C, Df, I, One, R, Se, UnusableInput, simulate
+from bondgraph import (
+    BondGraph,
+    BondsightError,
+    C,
+    Df,
+    I,
+    One,
+    R,
+    Se,
+    Sf,
+    UnusableInput,
+    Zero,
+    simulate,
+)
 from bondgraph.elements import MTF, MSe
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.integrate import _Runner, rest
@@ -175,3 +188,75 @@ def test_bad_input_is_one_line() -> None:
         simulate(g, t, {"U": t}, x0=np.zeros(2))
     with pytest.raises(UnusableInput, match="linear between samples"):
         simulate(g, t, {"T": t}, x0=np.zeros(2), hold="hold")
+
+
+def test_states_by_name_mean_the_same_on_both_integrators() -> None:
+    with BondGraph("pair") as g:
+        body = One("body")
+        Se("u") >> body >> I("A", 1.0)
+        body >> I("B", 3.0)
+        body >> R("r", 1.0)
+        body >> Df("v")
+    t = np.linspace(0, 1, 101)
+    for run in (simulate, simulate_general):
+        found = run(g, t, {"u": 0 * t}, x0={"p_A": 1.0}, accuracy=1e-6)
+        assert found["v"] == pytest.approx(np.exp(-t / 4), abs=1e-5)
+    with pytest.raises(BondsightError, match="no state 'p_C'"):
+        simulate(g, t, {"u": 0 * t}, x0={"p_C": 1.0})
+
+
+def test_every_start_of_a_monotone_loop_is_found() -> None:
+    with BondGraph("cubic") as g:
+        node = Zero("node")
+        Sf("u") >> node >> R("r", 1.0, law=Polynomial(orders=(3,)))
+        node >> C("c", 1.0)
+    t = np.linspace(0, 0.1, 3)
+    for q in np.linspace(-1, 1, 21):
+        simulate_general(g, t, {"u": 0 * t}, {"a_3_r": 0.4}, x0=np.array([q]))
+
+
+def test_a_loop_without_states_runs() -> None:
+    with BondGraph("static") as g:
+        loop = One("loop")
+        Se("V") >> loop >> R("N", 1.0, law=Polynomial(orders=(3,)))
+        loop >> R("P", 1.0)
+        loop >> Df("i")
+    t = np.linspace(0, 1, 11)
+    for run in (simulate, simulate_general):
+        i = run(g, t, {"V": t}, {"a_3_N": 1.0})["i"]
+        assert 2 * i + i**3 == pytest.approx(t, abs=1e-9)
+
+
+def test_dead_time_is_simulated() -> None:
+    with BondGraph("late") as g:
+        g.parameter("T", 0.25, "s")
+        body = One("body")
+        Se("F") >> body >> R("r", 2.0)
+        body >> Df("v", delay="T")
+    t = np.linspace(0, 1, 101)
+    v = simulate(g, t, {"F": np.sin(3 * t)})["v"]
+    later = np.where(t < 0.25, 0.0, np.sin(3 * (t - 0.25)) / 2)
+    assert v[35:] == pytest.approx(later[35:], abs=1e-6)
+    with pytest.raises(UnusableInput, match="v has a dead time"):
+        program(g)
+
+
+def test_a_run_that_does_not_settle_is_loud() -> None:
+    """Two samples a period of a cubic spring's free swing are too few for two sub-steps."""
+    from bondgraph.compiled import compile_model
+    from bondgraph.simulate import settle
+
+    with BondGraph("coarse") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 1.0)
+        body >> C("k", stiffness=1.0, law=Polynomial(orders=(3,)))
+        body >> Df("v")
+    model = compile_model(g)
+    p = model.vector({"a_3_k": 5.0})
+    arguments = (model, p, np.zeros((21, 1)), 1.5, np.array([1.0, 0.0]), "linear", 1e-4)
+    n_sub, run = settle(*arguments, largest=2)
+    assert n_sub == 2
+    with pytest.raises(BondsightError, match=r"coarse: the outputs do not settle within 2 "):
+        settle(*arguments, largest=2, loud=True)
+    n_sub, run = settle(*arguments, loud=True)
+    assert np.isfinite(run.y).all()
