@@ -254,9 +254,6 @@ def test_a_run_that_does_not_settle_is_loud() -> None:
     model = compile_model(g)
     p = model.vector({"a_3_k": 5.0})
     arguments = (model, p, np.zeros((21, 1)), 1.5, np.array([1.0, 0.0]), "linear", 1e-4)
-    n_sub, run = settle(*arguments, largest=2)
-    assert n_sub == 2
+    assert settle(*arguments, largest=2)[0] == 2
     with pytest.raises(BondsightError, match=r"coarse: the outputs do not settle within 2 "):
         settle(*arguments, largest=2, loud=True)
-    n_sub, run = settle(*arguments, loud=True)
-    assert np.isfinite(run.y).all()
