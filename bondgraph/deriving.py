@@ -128,7 +128,7 @@ class _Solver:
         self.parameters = made.graph.parameters
         self.states = {s.name: s for s in made.states}
         self.dependents = {d.rate: d for d in made.dependents}
-        self.stores = {d.stored for d in made.dependents}
+        self.stores = {d.stored: d.rate for d in made.dependents}
         self.unknown: dict[str, Relation] = {}
         self.wanted: dict[str, tuple[str, str]] = {}
         self.ordered: dict[str, Relation] = {}
@@ -214,7 +214,7 @@ class _Solver:
                 ahead.append(self.dependents[name].stored)
             if name in found:
                 ahead.extend(found[name].sources)
-        stores = {x.stored: x.rate for x in self.dependents.values()}
+        stores = self.stores
         needed += [stores[n] for n in seen if n in stores and n != d.stored and found[n].implicit]
         # the law of the store itself is differentiated too
         return tuple(dict.fromkeys([d.stored, *found[d.stored].sources, *needed]))
@@ -297,23 +297,22 @@ class _Solver:
             self.closed(s)
         return self.closed.value(r)
 
-    def _constants(self) -> set[str]:
-        return set(self.parameters)
-
     def _total(
         self, expression: sp.Expr, element: str, skip: str | None
     ) -> tuple[tuple[Any, str], ...]:
         """Terms of the total time derivative of a closed expression."""
         expression = sp.sympify(expression)
-        stores = {x.stored: x.rate for x in self.dependents.values()}
-        constants = self._constants()
-        d = next(d for d in self.made.dependents if d.element == element)
+
+        def too_deep(why: str) -> DerivativeCausality:
+            return self._too_deep(next(d for d in made if d.element == element), why)
+
+        made, stores = self.made.dependents, self.stores
         if any(f.func.__name__.endswith("_deviation") for f in expression.atoms(_applied())):
-            raise self._too_deep(d, "a law with memory or a jump decides what it stores")
+            raise too_deep("a law with memory or a jump decides what it stores")
         terms: list[tuple[Any, str]] = []
         for v in sorted(expression.free_symbols, key=str):
             name = str(v)
-            if name in constants or name == skip:
+            if name in self.parameters or name == skip:
                 continue
             slope = expression.diff(v)
             if slope == 0:
@@ -337,7 +336,7 @@ class _Solver:
                     self.input_rates.append(rate)
                 terms.append((slope, rate))
             else:
-                raise self._too_deep(d, f"{name} of a nonlinear loop decides what it stores")
+                raise too_deep(f"{name} of a nonlinear loop decides what it stores")
         return tuple(terms)
 
     def _too_deep(self, d: Dependent, why: str) -> DerivativeCausality:
@@ -418,7 +417,9 @@ class _Solver:
             [_free(n) for n in part],
             part,
             prefix=f"loop{len(self.loops)}",
-            nominal={p.name: p.value for p in self.parameters.values()},
+            nominal=self._nominal(
+                v for n in part for c, _ in rows[n].terms for v in getattr(c, "free_symbols", ())
+            ),
         )
         if made is None:
             raise self._singular(part)
@@ -429,6 +430,11 @@ class _Solver:
                 r, reason=f"{reason}; algebraic loop solved", reads=reads
             )
 
+    def _nominal(self, symbols: Iterable[sp.Symbol]) -> dict[str, float]:
+        """Return declared values of the parameters among `symbols`."""
+        names = {str(v) for v in symbols}
+        return {n: self.parameters[n].value for n in names if n in self.parameters}
+
     def _signals_in(self, terms: Iterable[tuple[Any, str]], *more: Any) -> tuple[str, ...]:
         found = {
             str(v)
@@ -436,7 +442,7 @@ class _Solver:
             if isinstance(c, sp.Expr)
             for v in c.free_symbols
         }
-        return tuple(sorted(found - set(self.parameters)))
+        return tuple(sorted(n for n in found if n not in self.parameters))
 
     def _without(
         self, torn: list[str], order: list[str], rows: Mapping[str, Relation]
@@ -485,13 +491,14 @@ class _Solver:
 
     def _judge(self, determinant: sp.Expr, part: list[str]) -> None:
         """Refuse a loop that is singular at the declared values."""
-        if determinant.free_symbols - {p.symbol for p in self.parameters.values()}:
-            return
         values = {
-            p.symbol: sp.Rational(str(p.value)) if p.value == p.value else sp.nan
-            for p in self.parameters.values()
-            if p.symbol in determinant.free_symbols
+            symbol(n, positive=self.parameters[n].positive): (
+                sp.Rational(str(v)) if v == v else sp.nan
+            )
+            for n, v in self._nominal(determinant.free_symbols).items()
         }
+        if determinant.free_symbols - values.keys():
+            return
         if determinant.xreplace(values) == 0:
             raise self._singular(part)
 

@@ -228,6 +228,8 @@ def _written(e: Element) -> tuple[tuple[str, str], ...]:
     if isinstance(e, R):
         return (("z", unit),)
     if isinstance(e, C):
+        if e.law is not None and e.value is None and e.stiffness is None:
+            return ()  # the unit may be that of a stiffness or of a compliance
         return (("k" if e.stiffness is not None else "c", unit),)
     if isinstance(e, I):
         return (("i", unit),)

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 Memories = Mapping[str, Sequence[float]]
-ROUNDED = 1e-5
 HOLDS = ("hold", "linear", "band-limited")
 
 
@@ -46,6 +45,9 @@ class Trajectory:
         Memory of each law that has one, at the last sample, by element.
     states : tuple of str
         Names of the states, in the order of `state`.
+    settled : bool
+        Whether the last doubling of the sub-steps changed the outputs by less than the accuracy
+        asked for; not where an output only rests, or jumps between samples.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Trajectory:
     state: Array = field(default_factory=lambda: np.zeros(0))
     memory: dict[str, tuple[float, ...]] = field(default_factory=dict)
     states: tuple[str, ...] = ()
+    settled: bool = True
 
     def __getitem__(self, name: str) -> Array:
         """Output by name."""
@@ -65,7 +68,9 @@ class Trajectory:
 
     def __repr__(self) -> str:
         """Short text."""
-        return f"Trajectory({self.name!r}, {self.time.size} samples, {', '.join(self.outputs)})"
+        unsettled = "" if self.settled else ", not settled"
+        outputs = ", ".join(self.outputs)
+        return f"Trajectory({self.name!r}, {self.time.size} samples, {outputs}{unsettled})"
 
     def to_pandas(self) -> Any:
         """Return a data frame with time as index (needs pandas)."""
@@ -92,6 +97,8 @@ class Run:
         State at the last sample.
     memory : dict of str to tuple of float
         Memory of each law that has one, at the last sample, by element.
+    settled : bool
+        See `Trajectory.settled`.
     """
 
     y: Array
@@ -100,6 +107,7 @@ class Run:
     w: Array
     x: Array
     memory: dict[str, tuple[float, ...]]
+    settled: bool = True
 
 
 def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
@@ -402,7 +410,9 @@ def simulate(
     outputs = {n: run.y[:, i] for i, n in enumerate(names)}
     laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.space.laws)}
     states = tuple(str(v.symbol) for v in compiled.space.states)
-    return Trajectory(compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory, states)
+    return Trajectory(
+        compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory, states, run.settled
+    )
 
 
 def _compiled(model: BondGraph | Compiled, observed: Sequence[str]) -> Compiled | None:
@@ -560,10 +570,12 @@ def settle(
 ) -> tuple[int, Run]:
     """Double the sub-steps until the outputs settle; returns the number and the last run.
 
+    A run that does not settle says so in `Run.settled`.
+
     Raises
     ------
     BondsightError
-        If `loud`: they do not settle, or are not finite.
+        If `loud`: they are not finite.
     """
     n_sub = 1 if hold != "band-limited" else 2
     run = run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold, memory=memory)
@@ -578,10 +590,11 @@ def settle(
         run, n_sub = finer, 2 * n_sub
         if change < accuracy:
             return n_sub, run
-    if loud and not change < max(accuracy, ROUNDED):
+    if loud and not np.isfinite(run.y).all():
+        first = int(np.argmin(np.isfinite(run.y).all(axis=1)))
         raise BondsightError(
-            f"{compiled.space.name}: the outputs do not settle within {largest} sub-steps a sample "
-            f"(they still change by {change:.1e} of their range); sample faster, or ask for less "
-            "accuracy="
+            f"{compiled.space.name}: the outputs are not finite from sample {first} on, at "
+            f"{largest} sub-steps a sample; check parameters and start, or sample faster"
         )
+    run = replace(run, settled=False)
     return n_sub, run

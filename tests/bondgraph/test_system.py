@@ -568,11 +568,12 @@ def test_numbers_of_numpy_and_numbers_that_are_none() -> None:
 
 
 def test_names_of_lags_offsets_and_delays_must_exist() -> None:
-    for source, sensor in (
+    cases: Any = (
         ({"offset": "nosuch"}, {}),
         ({}, {"lag": "nosuch"}),
         ({}, {"drift": ("nosuch",)}),
-    ):
+    )
+    for source, sensor in cases:
         with BondGraph("n") as g:
             loop = One("loop")
             Se("V", **source) >> loop >> R("r", 1.0)

@@ -20,7 +20,7 @@ from bondgraph.programming import signal_function
 from bondgraph.system import System
 from tests.properties.graphs import degree, pencil, random_graph
 
-quick = settings(max_examples=25, deadline=None, derandomize=True, database=None)
+quick = settings(max_examples=12, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)
 S = 0.7 + 1.3j
 
@@ -140,7 +140,7 @@ def test_equations_hold_nothing_but_states_inputs_and_parameters(seed: int) -> N
 
 def test_power_is_conserved_in_the_junction_structure() -> None:
     """Supply equals what resistors and stores take, at real signals drawn by chance."""
-    for seed in range(12):
+    for seed in range(8):
         g = random_graph(seed, largest=40)
         model, _ = derived(g)
         if model is None:
@@ -164,8 +164,8 @@ def test_power_is_conserved_in_the_junction_structure() -> None:
 def test_few_solvable_graphs_are_refused() -> None:
     """Some loops of bonds have a solution but no causality of bonds; they are refused, and rare."""
     refused = 0
-    for seed in range(100):
+    for seed in range(40):
         g = random_graph(seed)
         model, order = derived(g)
         refused += model is None and order is not None
-    assert refused <= 2
+    assert refused <= 1

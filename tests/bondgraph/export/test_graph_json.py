@@ -241,7 +241,6 @@ class NotOfTheLanguage(el.R):
         (sp.Symbol("foreign"), "not made by Bondsight"),
         (sp.gamma(sp.Symbol("a", positive=True)), "gamma has no place"),
         (sp.Float("0.1", 30), "precision of a double"),
-        (object(), "not a number, a name or a SymPy"),
     ],
 )
 def test_what_cannot_be_written(value: Any, message: str) -> None:
