@@ -17,6 +17,7 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.backend import CASADI
+from bondgraph.blocked import blocked_record
 from bondgraph.compiled import (
     Compiled,
     advance_laws,
@@ -29,6 +30,9 @@ from bondgraph.laws.law import Law, split
 from bondgraph.native import build, c_source
 
 Array = np.ndarray
+
+MANY_STATES = 32
+"""States from which a linear model runs in blocks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,12 +277,32 @@ class _Key:
 
 @lru_cache(maxsize=256)
 def _runner(key: _Key) -> Runner:
-    step = step_function(key.compiled, key.n_d)
     lay = layout(key.compiled, key.n_d)
+    if lay.n_x >= MANY_STATES and not lay.n_w and not lay.n_d:
+        return _blocked_runner(lay)
+    step = step_function(key.compiled, key.n_d)
     library = build(c_source(step) + _LOOP)
     if library is None:
         return _machine_runner(step, lay)
     return _native_runner(library, step, lay)
+
+
+def _blocked_runner(lay: Layout) -> Runner:
+    """Run a large linear model: its unrolled step would take gcc minutes."""
+
+    def run(
+        u: Array, z: Array, n_sub: int, m: Array, q: Array, dm: Array, dq: Array
+    ) -> tuple[Array, Array]:
+        at = np.cumsum([0, *(r * c for r, c in lay.pieces)])
+        phi, g0, g1, _, _, _, cy, dy = (
+            m[at[i] : at[i + 1]].reshape(shape, order="F") for i, shape in enumerate(lay.pieces)
+        )
+        v = u.reshape(u.shape[0], 2 * lay.n_u)
+        late = np.hstack([np.zeros_like(dy), dy])
+        y, x = blocked_record(phi, np.hstack([g0, g1]), cy, late, v, z[:, 0], n_sub)
+        return y[:, :, None], x[:, None]
+
+    return run
 
 
 def _native_runner(library: Path, step: ca.Function, lay: Layout) -> Runner:

@@ -16,6 +16,7 @@ from bondgraph.equations import derive
 from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.laws import StopSum
 from bondgraph.simulate import equilibrium, inputs_of, run_record
+from identification.command_line.bench_graphs import graphs
 from identification.command_line.bench_operators import operators
 
 
@@ -127,6 +128,7 @@ MEASUREMENTS: dict[str, Callable[[], None]] = {
     "derivation": derivation,
     "simulation": simulation,
     "operators": operators,
+    "graphs": graphs,
     "diagnosis": diagnosis,
     "piezo": piezo,
 }

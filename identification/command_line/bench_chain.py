@@ -18,7 +18,7 @@ from typing import Any
 from bondgraph import TF, BondGraph, C, I, One, R, Se, Zero
 from bondgraph.elements import Element
 
-__all__ = ["FAMILIES", "MOST_CLOSED", "chain", "force_at_the_end", "measure"]
+__all__ = ["DAMPING", "FAMILIES", "MOST_CLOSED", "STIFFNESS", "chain", "mass", "measure"]
 
 MOST_CLOSED = 200
 """Segments beyond which the closed symbolic forms are not asked for."""
@@ -134,15 +134,6 @@ def peak_memory() -> float:
     except (OSError, StopIteration):
         unit = 2**20 if sys.platform == "darwin" else 1024
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
-
-
-def force_at_the_end(segments: int) -> list[dict[str, float]]:
-    """Return the numeric ``dx/dt`` of the plain chain, states by the names ``p_m_1``, ``q_k_1``."""
-    from bondgraph.analysis.linear import linear_rates
-    from bondgraph.deriving import system
-
-    rows = linear_rates(system(chain(segments)))
-    return [{k: float(v) for k, v in row.items()} for row in rows]
 
 
 if __name__ == "__main__":
