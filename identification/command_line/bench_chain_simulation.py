@@ -135,7 +135,7 @@ class _Problem:
             for j in range(1, TERMS):
                 term = self.a @ term
                 if j <= 2:
-                    term = term + self.b * (self.u[k] if j == 1 else slope / STEP)
+                    term = term + self.b * (self.u[k] if j == 1 else slope)
                 term = term * (STEP / j)
                 total = total + term
             states[:, k + 1] = total
