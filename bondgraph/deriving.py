@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import sympy as sp
 
 from bondgraph.causality import Causality, assign_causality, storage_ports
+from bondgraph.closing import Closing
 from bondgraph.coordinates import relations_of
+from bondgraph.displacements import stored_displacements
 from bondgraph.elements import Dq, Multiport, Switched, symbol
 from bondgraph.elimination import eliminate_named
 from bondgraph.equations import AlgebraicLoop, DerivativeCausality, derive
 from bondgraph.errors import GraphError
 from bondgraph.graph import BondGraph
 from bondgraph.ordering import components, tear
-from bondgraph.relations import Dependent, LawUse, Relation, Relations, Stored, collect
+from bondgraph.relations import Dependent, Relation, Relations, Stored, collect
 from bondgraph.system import Algebraic, System
 
 __all__ = ["system"]
 
-MOST_DISPLACEMENTS = 12
 SHORT = 40
 LONG = 40
 
@@ -75,50 +75,6 @@ def _with_memory(graph: BondGraph) -> tuple[str, ...]:
     )
 
 
-@dataclass
-class _Closing:
-    """Closed forms on demand while the order is still being found."""
-
-    relations: Mapping[str, Relation]
-    laws: list[LawUse]
-    parameters: Mapping[str, Any]
-
-    def __post_init__(self) -> None:
-        self.done: dict[str, sp.Expr] = {}
-
-    def __call__(self, name: str) -> sp.Expr:
-        todo = [name]
-        while todo:
-            top = todo[-1]
-            if top in self.done or top not in self.relations:
-                todo.pop()
-                continue
-            r = self.relations[top]
-            missing = [s for s in r.sources if s in self.relations and s not in self.done]
-            if missing:
-                todo.extend(missing)
-                continue
-            self.done[top] = self.value(r)
-            todo.pop()
-        return self.done.get(name, symbol(name))
-
-    def value(self, r: Relation) -> sp.Expr:
-        from bondgraph.system import law_expression
-
-        reads = {symbol(s): self.done[s] for s in r.reads if s in self.done}
-        parts = [
-            (c.xreplace(reads) if isinstance(c, sp.Expr) else c) * self.done.get(s, symbol(s))
-            for c, s in r.terms
-        ]
-        if r.expression is not None:
-            parts.append(r.expression.xreplace(reads))
-        if r.law is not None:
-            use = self.laws[r.law]
-            argument = self.done.get(use.argument, symbol(use.argument))
-            parts.append(law_expression(use, self.parameters, argument))
-        return sp.Add(*parts)
-
-
 class _Solver:
     """Turns collected relations into ordered assignments."""
 
@@ -135,7 +91,7 @@ class _Solver:
         self.algebraic: list[Algebraic] = []
         self.loops: list[tuple[str, ...]] = []
         self.input_rates: list[str] = []
-        self.closed = _Closing(self.ordered, made.laws, self.parameters)
+        self.closed = Closing(self.ordered, made.laws, self.parameters)
         self.torn = {c for c in made.causality.free_choices}
         self.rate_reads: dict[str, tuple[str, ...]] = {}
 
@@ -177,7 +133,7 @@ class _Solver:
         graph.add_nodes_from(rows)
         graph.add_nodes_from(names)
         for row, a in zip(rows, self.algebraic, strict=True):
-            closed = sp.expand(self._closed_relation(a.residual))
+            closed = sp.expand(self.closed.value(a.residual))
             held = {str(v) for v in closed.free_symbols}
             # without an unknown but with states it is a hidden constraint, which the integrator
             # keeps; with neither it says nothing
@@ -281,7 +237,7 @@ class _Solver:
 
     def _implicit_rate(self, r: Relation, name: str, rate: str, element: str) -> Relation:
         """Rate of an unknown by differentiating its residual."""
-        residual = self._closed_relation(r)
+        residual = self.closed.value(r)
         own = residual.diff(symbol(name))
         if own == 0:
             raise self._too_deep(
@@ -291,11 +247,6 @@ class _Solver:
         terms = tuple((-c / own, s) for c, s in self._total(residual, element, skip=name))
         why = f"rate of {name}, differentiated"
         return Relation(rate, terms, why, reads=self._signals_in(terms))
-
-    def _closed_relation(self, r: Relation) -> sp.Expr:
-        for s in r.sources:
-            self.closed(s)
-        return self.closed.value(r)
 
     def _total(
         self, expression: sp.Expr, element: str, skip: str | None
@@ -565,7 +516,7 @@ class _Solver:
         made = self.made
         flow = Names(made.graph).at("f", made.graph.neighbour(e.name))
         target = f"x_{e.name}"
-        terms = _as_stored(made, flow)
+        terms = stored_displacements(made, flow)
         why = f"displacement at {e.name}"
         if terms is None:
             state = f"q_{e.name}"
@@ -573,88 +524,6 @@ class _Solver:
             self.states[state] = made.states[-1]
             terms = ((1, state),)
         made.found[target] = Relation(target, terms, why)
-
-
-def _as_stored(made: Relations, flow: str) -> tuple[tuple[Any, str], ...] | None:
-    """Return stored displacements whose rates sum to `flow` identically, if there are any.
-
-    Works in the linear relations with constant coefficients near the sensor only; the unknown
-    combination follows from a small exact linear solve.
-    """
-    stores = {s.rate: s.name for s in made.states if s.name.startswith("q_")}
-    stores |= {d.rate: d.stored for d in made.dependents if d.stored.startswith("q_")}
-    if flow in stores:
-        return ((1, stores[flow]),)
-    near = list(_near(made, flow, stores))
-    if not 0 < len(near) <= MOST_DISPLACEMENTS:
-        return None
-    leaves: dict[str, dict[str, sp.Expr]] = {}
-
-    def form(name: str, depth: int = 0) -> dict[str, sp.Expr]:
-        if name in leaves:
-            return leaves[name]
-        r = made.found.get(name)
-        plain = (
-            r is not None
-            and not r.implicit
-            and r.law is None
-            and r.expression is None
-            and not r.reads
-            and depth < 40
-        )
-        if not plain or r is None:
-            leaves[name] = {name: sp.S.One}
-            return leaves[name]
-        leaves[name] = {name: sp.S.One}  # a loop reads itself: a leaf then
-        total: dict[str, sp.Expr] = {}
-        for c, s in r.terms:
-            for leaf, k in form(s, depth + 1).items():
-                total[leaf] = total.get(leaf, sp.S.Zero) + c * k
-        leaves[name] = total
-        return total
-
-    columns = [form(n) for n in near]
-    wanted = form(flow)
-    rows = sorted({leaf for f in (*columns, wanted) for leaf in f})
-    unknown = [sp.Dummy() for _ in near]
-    equations = []
-    for leaf in rows:
-        balance = wanted.get(leaf, sp.S.Zero)
-        for c, f in zip(unknown, columns, strict=True):
-            balance -= c * f.get(leaf, sp.S.Zero)
-        equations.append(balance)
-    solution = sp.linsolve(equations, unknown)
-    if not solution or solution is sp.S.EmptySet:
-        return None
-    (values,) = solution
-    if any(v.free_symbols & set(unknown) for v in values):
-        return None
-    found = [
-        (sp.cancel(v), stores[n]) for n, v in zip(near, values, strict=True) if sp.cancel(v) != 0
-    ]
-    return tuple(found) or None
-
-
-def _near(made: Relations, flow: str, stores: Mapping[str, str]) -> Iterable[str]:
-    """Rates of displacements connected to `flow` by flow relations alone."""
-    neighbours: dict[str, set[str]] = {}
-    for r in made.found.values():
-        if not r.target.startswith("f_"):
-            continue
-        for _, s in r.terms:
-            if s.startswith("f_"):
-                neighbours.setdefault(r.target, set()).add(s)
-                neighbours.setdefault(s, set()).add(r.target)
-    seen, ahead = {flow: None}, deque([flow])
-    near: list[str] = []
-    while ahead and len(near) < MOST_DISPLACEMENTS:
-        for n in sorted(neighbours.get(ahead.popleft(), ())):
-            if n not in seen:
-                seen[n] = None
-                ahead.append(n)
-                if n in stores:
-                    near.append(n)
-    return near
 
 
 def _free(name: str) -> str:

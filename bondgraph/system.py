@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from bondgraph.backend import SYMPY
 from bondgraph.causality import Causality
+from bondgraph.closing import Closing
 from bondgraph.elements import Parameter, symbol
-from bondgraph.errors import BondsightError, unknown_name
+from bondgraph.errors import unknown_name
 from bondgraph.relations import LawUse, Relation, Stored
 
 if TYPE_CHECKING:
     from bondgraph.analysis.linear import Linearised
     from bondgraph.program import Program
 
-__all__ = ["Algebraic", "System", "law_expression"]
+__all__ = ["Algebraic", "System"]
 
 _OUTSIDE = ("time",)
 
@@ -116,8 +116,8 @@ class System:
 
     # -- closed forms -------------------------------------------------------------------------
     @cached_property
-    def _closed(self) -> dict[str, sp.Expr]:
-        return {}
+    def _closing(self) -> Closing:
+        return Closing({r.target: r for r in self.relations}, self.laws, self.parameters)
 
     def signal(self, name: str) -> sp.Expr:
         """Return a signal in states, inputs, parameters (and algebraic unknowns).
@@ -126,46 +126,12 @@ class System:
         ------
         UnknownName
         """
-        if name not in self.index and name not in self._leaves:
+        known = self._closing.relations
+        if name not in known and name not in self._leaves:
             name = self.aliases.get(name, name)
-        if name not in self.index:
-            if name in self._leaves:
-                return symbol(name)
-            raise unknown_name("signal", name, self.name, [*self.index, *self._leaves])
-        closed = self._closed
-        todo = [name]
-        while todo:
-            top = todo[-1]
-            if top in closed:
-                todo.pop()
-                continue
-            relation = self.relations[self.index[top]]
-            missing = [s for s in relation.sources if s in self.index and s not in closed]
-            if missing:
-                todo.extend(missing)
-                continue
-            closed[top] = self._value(relation)
-            todo.pop()
-        return closed[name]
-
-    def _value(self, relation: Relation) -> sp.Expr:
-        closed = self._closed
-        reads = {symbol(s): closed[s] for s in relation.reads if s in closed}
-        parts = []
-        for c, s in relation.terms:
-            value = closed.get(s)
-            if value is None:
-                value = symbol(s)
-            if reads and isinstance(c, sp.Expr):
-                c = c.xreplace(reads)
-            parts.append(c * value)
-        if relation.expression is not None:
-            parts.append(relation.expression.xreplace(reads))
-        if relation.law is not None:
-            use = self.laws[relation.law]
-            argument = closed.get(use.argument, symbol(use.argument))
-            parts.append(law_expression(use, self.parameters, argument))
-        return sp.Add(*parts)
+        if name not in known and name not in self._leaves:
+            raise unknown_name("signal", name, self.name, [*known, *self._leaves])
+        return self._closing(name)
 
     @cached_property
     def _leaves(self) -> frozenset[str]:
@@ -192,11 +158,7 @@ class System:
     @property
     def residuals(self) -> tuple[sp.Expr, ...]:
         """Closed residuals of the algebraic unknowns, shape (n_z,)."""
-        for a in self.algebraic:
-            for s in a.residual.sources:
-                if s in self.index:
-                    self.signal(s)
-        return tuple(self._value(a.residual) for a in self.algebraic)
+        return tuple(self._closing.value(a.residual) for a in self.algebraic)
 
     @property
     def dependent(self) -> dict[str, sp.Expr]:
@@ -248,18 +210,6 @@ class System:
         from bondgraph.export.latex import system_latex
 
         return "$$" + system_latex(self) + "$$"
-
-
-def law_expression(use: LawUse, parameters: Mapping[str, Parameter], argument: sp.Expr) -> sp.Expr:
-    """Return the deviation of a law as SymPy; one with memory or a jump as a named function."""
-    law = use.law
-    if not law.n_memory and not law.set_valued and not law.timed:
-        try:
-            p = tuple(parameters[n].symbol for n in use.parameters)
-            return sp.sympify(law.deviation(SYMPY, argument, (), p))
-        except (TypeError, AttributeError, BondsightError):
-            pass  # a law in numbers only (a table): named below
-    return sp.Function(f"{use.element}_deviation")(argument)
 
 
 def _text(system: System, relation: Relation) -> str:

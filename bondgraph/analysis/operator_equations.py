@@ -38,10 +38,10 @@ from bondgraph.elements import (
     symbol,
 )
 from bondgraph.errors import BondsightError, GraphError
+from bondgraph.field_laws import field_laws
 from bondgraph.graph import Bond, BondGraph
 from bondgraph.modulation import port_variables
 from bondgraph.naming import Names
-from bondgraph.relations import field_laws
 
 __all__ = [
     "FAULT_ROLES",

@@ -17,9 +17,9 @@ from bondgraph.elements import C, CField, Element, Field, I, IField, RField, sym
 from bondgraph.energy.definiteness import Sign, sign_of, vanishes
 from bondgraph.energy.law_energy import law_energy
 from bondgraph.errors import BondsightError, GraphError, unknown_name
+from bondgraph.field_laws import field_laws
 from bondgraph.graph import BondGraph
 from bondgraph.modulation import port_variables
-from bondgraph.relations import field_laws
 
 __all__ = [
     "Positivity",

@@ -28,10 +28,11 @@ from bondgraph.elements import (
 )
 from bondgraph.energy.definiteness import vanishes
 from bondgraph.errors import GraphError
+from bondgraph.field_laws import field_laws
 from bondgraph.graph import Bond, BondGraph
 from bondgraph.modulation import port_variables
 from bondgraph.naming import Names
-from bondgraph.relations import Relation, field_laws
+from bondgraph.relations import Relation
 from bondgraph.system import System
 
 __all__ = ["Form", "Forms", "Port", "Resistance", "ports", "resistances"]
