@@ -51,6 +51,36 @@ def delayed(y: Array, samples: float) -> tuple[Array, Array]:
     return value, slope
 
 
+def warped(y: Array, samples: Array) -> tuple[Array, Array]:
+    """``y(n - samples[n])`` along the first axis, and its derivative by the delay.
+
+    Eight-point Lagrange interpolation with a delay of its own at every sample; beyond its ends the
+    signal rests at its end values.
+
+    Parameters
+    ----------
+    y : ndarray, shape (N, k)
+    samples : ndarray, shape (N,)
+        Delays in samples, any sign.
+    """
+    n = y.shape[0]
+    whole = np.floor(samples).astype(int)
+    fraction = samples - whole
+    nodes = np.arange(-3.0, 5.0)
+    index = np.arange(n) - whole
+    value, slope = np.zeros_like(y, dtype=float), np.zeros_like(y, dtype=float)
+    for i, node in enumerate(nodes):
+        others = np.delete(nodes, i)
+        scale = float(np.prod(node - others))
+        factors = fraction[:, None] - others
+        weight = factors.prod(axis=1) / scale
+        change = sum(np.delete(factors, j, axis=1).prod(axis=1) for j in range(TAPS - 1)) / scale
+        part = y[np.clip(index - int(node), 0, n - 1)]
+        value += weight[:, None] * part
+        slope += change[:, None] * part
+    return value, slope
+
+
 @lru_cache(maxsize=1024)
 def interval_weights(fraction: float, m: int) -> tuple[Array, Array]:
     """Lagrange weights at `fraction` of an interval with nodes ``0, 1/m, ..., 1``, and slopes."""

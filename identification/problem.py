@@ -13,8 +13,8 @@ from bondgraph.elements import Parameter, Sensor, Source
 from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split
-from bondgraph.simulate import equilibrium, fine_inputs, inputs_of, run_record
 from bondgraph.units import parse_unit
+from identification.engine import Engine, ExactEngine
 
 Array = np.ndarray
 
@@ -183,6 +183,18 @@ class Problem:
         Start values of the sensors' offsets, in units of their scale.
     source_offsets : bool
         Fit a constant added to each command (needed where the model integrates).
+    lags, offsets : bool
+        Which nuisances of the sensors are fitted where `nuisances` is set.
+    clock : float
+        Largest ratio error of the sensors' clocks, as a fraction; 0 does not fit it.
+    initial : "free", "rest" or tuple of str
+        Initial state: fitted, the rest under the first inputs, or fitted for the states named
+        (the others keep `known_states`, or the rest).
+    whitening : tuple of ndarray
+        Autoregressive polynomial of each reading's noise, 1 first; none for white noise.
+    priors : dict of str to (float, float)
+        Centre (as theta) and weight (one over its standard deviation) of parameters that have a
+        prior; a weak one holds the others.
     """
 
     graph: BondGraph
@@ -195,6 +207,12 @@ class Problem:
     fixed: Sequence[str] = ()
     known_states: Mapping[str, Array] = field(default_factory=dict)
     known_offsets: tuple[float, ...] = ()
+    lags: bool = True
+    offsets: bool = True
+    clock: float = 0.0
+    initial: str | tuple[str, ...] = "free"
+    whitening: tuple[Array, ...] = ()
+    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __getstate__(self) -> dict[str, object]:
         """Only the fields travel to other processes; compiled functions are rebuilt there."""
@@ -204,6 +222,21 @@ class Problem:
     def compiled(self) -> Compiled:
         """Compiled model with source offsets added as nuisances."""
         return compile_model(self.with_offsets)
+
+    @cached_property
+    def engine(self) -> Engine:
+        """What runs the model."""
+        return ExactEngine(self.compiled)
+
+    @cached_property
+    def free_states(self) -> Array:
+        """Positions of the states whose initial value is fitted."""
+        if self.initial == "rest":
+            return np.arange(0)
+        if self.initial == "free":
+            return np.arange(self.engine.n_x)
+        names = self.engine.state_names
+        return np.array([i for i, n in enumerate(names) if n in self.initial], int)
 
     @cached_property
     def with_offsets(self) -> BondGraph:
@@ -230,7 +263,7 @@ class Problem:
     def free(self) -> tuple[Free, ...]:
         """Free model parameters, in the order of the compiled parameter vector."""
         found = []
-        for n, p in self.compiled.space.parameters.items():
+        for n, p in self.engine.parameters.items():
             if not p.fixed and n not in self.fixed and n not in self.delays:
                 found.append(free_parameter(p, self.starts.get(n)))
         return tuple(found)
@@ -257,37 +290,35 @@ class Problem:
     @cached_property
     def inputs(self) -> Array:
         """Inputs at the samples, shape (N, n_u)."""
-        return inputs_of(self.compiled, self.data.commands, self.data.n)
+        return self.engine.inputs(self.data.commands, self.data.time)
 
     @cached_property
     def start_vector(self) -> Array:
         """Parameter vector with the start values, shape (n_p,)."""
-        known = {k: v for k, v in self.starts.items() if k in self.compiled.parameter_names}
-        return self.compiled.vector(known)
+        known = {k: v for k, v in self.starts.items() if k in self.engine.parameter_names}
+        return self.engine.vector(known)
 
     @cached_property
     def rest_state(self) -> Array:
         """Equilibrium under the first inputs at the start values."""
-        return equilibrium(self.compiled, self.start_vector, self.inputs[0])
+        return self.engine.rest(self.start_vector, self.inputs[0])
 
     @cached_property
     def state_scale(self) -> Array:
         """Spread of each state in a simulation at the start values, shape (n_x,)."""
-        states = tuple(str(s.symbol) for s in self.compiled.space.states)
-        seen = Compiled(self.compiled.space, states)
-        run = run_record(
-            seen, self.start_vector, self.inputs, self.data.dt, self.rest_state,
-            n_sub=self.n_sub, hold=self.data.hold,
+        spread = self.engine.spreads(
+            self.start_vector, self.inputs, self.data.dt, self.rest_state, self.n_sub,
+            self.data.hold,
         )  # fmt: skip
-        moved = run.y[:, len(self.data.names) :]
-        spread = np.where(np.isfinite(moved), moved, 0.0).std(axis=0)
         return np.asarray(np.maximum(spread, 1e-6 * np.abs(self.rest_state) + 1e-30))
 
     def fine_inputs(self, window: slice) -> Array:
         """Return inputs at both ends of each sub-step of a window."""
         key = (window.start, window.stop)
         if key not in self._fine:
-            self._fine[key] = fine_inputs(self.inputs[window], self.steps, self.data.hold)
+            self._fine[key] = self.engine.fine_inputs(
+                self.inputs[window], self.steps, self.data.hold
+            )
         return self._fine[key]
 
     @cached_property

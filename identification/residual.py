@@ -1,19 +1,22 @@
 """Residuals of a problem and their exact derivatives, initial states and nuisances eliminated.
 
 The vector ``theta`` holds the free model parameters, one lag for each output (samples), the
-declared delays (samples) and one offset for each output. The initial states of the windows are
+declared delays (samples), one offset for each output and, if they are fitted, one ratio error for
+each sensor's clock (over the largest one). The initial states of the windows are
 eliminated one by one (variable projection, Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.signal import lfilter
 
-from bondgraph.shift import delayed, delayed_within
-from bondgraph.simulate import Run, prepare, run_prepared
+from bondgraph.shift import delayed, delayed_within, warped
+from bondgraph.simulate import Run
 from identification.problem import Problem
 
 Array = np.ndarray
@@ -42,19 +45,16 @@ class Slots:
     lags: slice
     delays: slice
     offsets: slice
+    clocks: slice
     size: int
 
 
 def slots(problem: Problem) -> Slots:
     """Layout of ``theta`` for `problem`."""
-    f, y, d = len(problem.free), len(problem.data.names), len(problem.delays)
-    return Slots(
-        slice(0, f),
-        slice(f, f + y),
-        slice(f + y, f + y + d),
-        slice(f + y + d, f + 2 * y + d),
-        f + 2 * y + d,
-    )
+    y = len(problem.data.names)
+    edges = np.cumsum([0, len(problem.free), y, len(problem.delays), y, y if problem.clock else 0])
+    free, lags, delays, offsets, clocks = (slice(int(a), int(b)) for a, b in pairwise(edges))
+    return Slots(free, lags, delays, offsets, clocks, int(edges[-1]))
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,8 @@ def start_point(problem: Problem) -> Point:
     if problem.known_offsets:
         theta[at.offsets] = problem.known_offsets
     states = np.tile(problem.rest_state, (len(windows(problem)), 1))
-    for i, s in enumerate(problem.compiled.space.states):
-        known = problem.known_states.get(str(s.symbol))
+    for i, name in enumerate(problem.engine.state_names):
+        known = problem.known_states.get(name)
         if known is not None and known.size == states.shape[0]:
             states[:, i] = known
     return Point(theta, states)
@@ -115,7 +115,7 @@ def offset_scale(problem: Problem) -> Array:
 def parameters_at(problem: Problem, theta: Array) -> Array:
     """Physical parameter vector, shape (n_p,)."""
     p = problem.start_vector.copy()
-    names = problem.compiled.parameter_names
+    names = problem.engine.parameter_names
     for f, t in zip(problem.free, theta, strict=False):
         p[names.index(f.parameter.name)] = f.value(float(t))
     return p
@@ -123,64 +123,136 @@ def parameters_at(problem: Problem, theta: Array) -> Array:
 
 def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Evaluation:
     """Simulate at `point`; with derivatives also the Jacobians."""
-    data, compiled, at = problem.data, problem.compiled, slots(problem)
-    names = compiled.parameter_names
-    n_y, n_x = len(data.names), compiled.n_x
+    data, engine, at = problem.data, problem.engine, slots(problem)
+    names = engine.parameter_names
+    n_y, n_free = len(data.names), len(problem.free)
     p = parameters_at(problem, point.theta)
     directions = [names.index(f.parameter.name) for f in problem.free] if derivatives else []
+    slopes = np.array([f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)])
     offsets = offset_scale(problem)
-    lags = output_delays(problem, point.theta)
     y = np.full((data.n, n_y), np.nan)
     train = data.mask("train")
-    weight = 1.0 / data.floor
     rows: list[Array] = []
     jacobians: list[Array] = []
     local: list[tuple[slice, Array]] = []
     filled = 0
-    n_sub = problem.steps
-    ready = prepare(compiled, p, data.dt, n_sub, directions, derivatives)
+    rest, by_p = _rest(problem, p, directions)
+    ready = engine.prepare(p, data.dt, problem.steps, directions, derivatives)
     for w, x0 in zip(windows(problem), point.states, strict=True):
-        run = run_prepared(
+        run = engine.run(
             ready,
             problem.inputs[w],
-            x0,
-            fine=problem.fine_inputs(w),
+            x0 if rest is None else rest,
+            problem.fine_inputs(w),
             every_substep=bool(problem.delays),
         )
-        if problem.delays:
-            declared = lags - point.theta[at.lags]
-            run, late = _declared_delays(run, n_y, declared, n_sub)
-            simulated, shifts, tangent = _lagged(run, n_y, point.theta[at.lags], derivatives)
-            shifts_declared = late
-        else:
-            simulated, shifts, tangent = _lagged(run, n_y, lags, derivatives)
-            shifts_declared = shifts
-        y[w] = simulated + point.theta[at.offsets] * offsets
+        seen = _seen(problem, run, point.theta, derivatives)
+        y[w] = seen.y + point.theta[at.offsets] * offsets
         chosen = train[w]
         if not chosen.any():
             continue
-        part = ((data.readings[w] - y[w]) * weight)[chosen]
-        rows.append(part.ravel(order="F"))
+        part = _weighted(problem, (data.readings[w] - y[w])[chosen].T[:, :, None])
+        rows.append(part.ravel())
         if derivatives:
-            slopes = np.array(
-                [f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)]
-            )
-            block = np.zeros((n_y, part.shape[0], at.size))
-            block[:, :, at.free] = tangent[chosen][:, :, : slopes.size].transpose(1, 0, 2) * slopes
+            tangent = seen.tangent[chosen]
+            by_start = tangent[:, :, n_free:]
+            block = np.zeros((n_y, tangent.shape[0], at.size))
+            by_free = tangent[:, :, :n_free]
+            if by_p is not None:
+                by_free = by_free + by_start @ by_p
+            block[:, :, at.free] = by_free.transpose(1, 0, 2) * slopes
             for c in range(n_y):
-                block[c, :, at.lags.start + c] = shifts[chosen, c]
+                block[c, :, at.lags.start + c] = seen.by_lag[chosen, c]
                 block[c, :, at.offsets.start + c] = offsets[c]
+                if problem.clock:
+                    block[c, :, at.clocks.start + c] = seen.by_clock[chosen, c]
             for j, outputs in enumerate(problem.delays.values()):
                 for c in outputs:
-                    block[c, :, at.delays.start + j] = shifts_declared[chosen, c]
-            block *= weight[:, None, None]
-            jacobians.append(block.reshape(part.size, -1))
-            states = tangent[chosen][:, :, slopes.size :].transpose(1, 0, 2) * weight[:, None, None]
-            local.append((slice(filled, filled + part.size), states.reshape(part.size, n_x)))
+                    block[c, :, at.delays.start + j] = seen.by_delay[chosen, c]
+            jacobians.append(_weighted(problem, block).reshape(part.size, -1))
+            states = by_start[:, :, problem.free_states].transpose(1, 0, 2)
+            states = _weighted(problem, states).reshape(part.size, -1)
+            local.append((slice(filled, filled + part.size), states))
         filled += part.size
     residual = np.concatenate(rows) if rows else np.zeros(0)
     jacobian = np.concatenate(jacobians) if jacobians else np.zeros((residual.size, 0))
     return Evaluation(y, residual, jacobian, local)
+
+
+def _weighted(problem: Problem, block: Array) -> Array:
+    """Divide by the floor, channel by channel, and whiten coloured noise along time.
+
+    `block` has shape (n_y, n, columns). The first samples, which the filter does not know the past
+    of, are not scored.
+    """
+    block = block / problem.data.floor[:, None, None]
+    for c, polynomial in enumerate(problem.whitening):
+        order = polynomial.size - 1
+        if order:
+            block[c] = lfilter(polynomial, [1.0], block[c], axis=0)
+            block[c, :order] = 0.0
+    return np.asarray(block)
+
+
+def _rest(
+    problem: Problem, p: Array, directions: Sequence[int]
+) -> tuple[Array | None, Array | None]:
+    """Rest under the first inputs and its derivative by the parameters, where a record rests."""
+    if problem.initial != "rest":
+        return None, None
+    first = problem.inputs[0]
+    columns = []
+    for i in directions:
+        h = 1e-6 * max(abs(p[i]), 1e-30)
+        ends = [p.copy(), p.copy()]
+        ends[0][i] += h
+        ends[1][i] -= h
+        high, low = (problem.engine.rest(e, first) for e in ends)
+        columns.append((high - low) / (2 * h))
+    n_x = problem.engine.n_x
+    by_p = np.stack(columns, axis=1) if columns else np.zeros((n_x, 0))
+    return problem.engine.rest(p, first), by_p
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """Readings with delays and clocks, and their derivatives, shapes (N, n_y) and (N, n_y, n_d)."""
+
+    y: Array
+    tangent: Array
+    by_lag: Array
+    by_delay: Array
+    by_clock: Array
+
+
+def _seen(problem: Problem, run: Run, theta: Array, derivatives: bool) -> _Seen:
+    at, n_y = slots(problem), len(problem.data.names)
+    lags = output_delays(problem, theta)
+    by_delay: Array | None = None
+    if problem.delays:
+        declared = lags - theta[at.lags]
+        run, by_delay = _declared_delays(run, n_y, declared, problem.steps)
+        lags = theta[at.lags]
+    if problem.clock:
+        y, by_lag, tangent = _clocked(run, n_y, lags, theta[at.clocks] * problem.clock)
+        samples = np.arange(y.shape[0], dtype=float)[:, None]
+        # theta of a clock is its ratio error over the largest one
+        by_clock = -by_lag * samples * problem.clock
+    else:
+        y, by_lag, tangent = _lagged(run, n_y, lags, derivatives)
+        by_clock = by_lag
+    return _Seen(y, tangent, by_lag, by_lag if by_delay is None else by_delay, by_clock)
+
+
+def _clocked(run: Run, n_y: int, lags: Array, clocks: Array) -> tuple[Array, Array, Array]:
+    """Read the outputs as sensors with clocks of their own take them."""
+    y, by_lag, tangent = run.y[:, :n_y].copy(), np.zeros_like(run.y[:, :n_y]), run.dy.copy()
+    samples = np.arange(y.shape[0], dtype=float)
+    for c in range(n_y):
+        late = lags[c] - clocks[c] * samples
+        both, slopes = warped(np.concatenate([run.y[:, c, None], run.dy[:, c]], axis=1), late)
+        y[:, c], tangent[:, c], by_lag[:, c] = both[:, 0], both[:, 1:], slopes[:, 0]
+    return y, by_lag, tangent[:, :n_y]
 
 
 def _declared_delays(run: Run, n_y: int, delays: Array, n_sub: int) -> tuple[Run, Array]:

@@ -3,24 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
 from bondgraph.backend import CASADI, Ops
+from bondgraph.elements import Parameter
+from bondgraph.errors import unknown_name
 from bondgraph.hysteresis import Operator
 from bondgraph.laws.law import Law
 
 
 @dataclass(frozen=True)
 class Hysteretic(Law):
-    """Any operator with memory as the whole law of an element, with numbers for its parameters.
+    """Any operator with memory as the whole law of an element.
 
     In a storage the argument is the displacement and the output the effort; in a resistor flow and
     effort; in a drive or a sensor the signal before and after.
+
+    Parameters
+    ----------
+    operator : Operator
+        Its numbers are constants of the model, unless they are named in `free`.
+    free : sequence of str
+        Numbers that are parameters of the model: ``"beta"``, ``"weights"`` (all of them) or
+        ``"weights[3]"``. They are called ``beta_NAME`` and ``weights_3_NAME`` after the element.
+
+    Raises
+    ------
+    UnknownName
+        If the operator has no such number.
     """
 
     operator: Operator
+    free: tuple[str, ...] = ()
     name: ClassVar[str] = "operator"
+
+    def __post_init__(self) -> None:
+        """Check the names of the free numbers."""
+        object.__setattr__(self, "free", tuple(self.free))
+        self._places()
 
     @property
     def energy(self) -> str:  # type: ignore[override]
@@ -45,6 +66,17 @@ class Hysteretic(Law):
         """Memory of the operator."""
         return self.operator.n_memory
 
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Return the free numbers of the operator."""
+        found = []
+        for field, i in self._places():
+            value = getattr(self.operator, field)
+            sizes = [abs(v) for v in value] if isinstance(value, tuple) else [abs(value)]
+            number = float(value if i is None else value[i])
+            label = f"{field}_{element}" if i is None else f"{field}_{i}_{element}"
+            found.append(Parameter(label, number, positive=False, scale=float(max(sizes)) or 1.0))
+        return tuple(found)
+
     def initial_memory(self, s: float) -> tuple[float, ...]:
         """Return the operator's own initial memory at `s`."""
         return tuple(float(v) for v in self.operator.initial_memory(s))
@@ -55,11 +87,44 @@ class Hysteretic(Law):
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Memory of the operator at `s`."""
-        return tuple(self.operator.advance(ops, s, tuple(memory), *p))
+        operator, step = self._at(p)
+        return tuple(operator.advance(ops, s, tuple(memory), *step))
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Operator less its reference slope."""
-        return self.operator.value(ops, s, tuple(memory), *p) - self.slope * s
+        operator, step = self._at(p)
+        return operator.value(ops, s, tuple(memory), *step) - self.slope * s
+
+    def _places(self) -> tuple[tuple[str, int | None], ...]:
+        """Field and position of each free number."""
+        numbers = {f.name: getattr(self.operator, f.name) for f in fields(self.operator)}  # type: ignore[arg-type]
+        known: dict[str, tuple[tuple[str, int | None], ...]] = {}
+        for field, value in numbers.items():
+            if isinstance(value, tuple) and value and isinstance(value[0], int | float):
+                known[field] = tuple((field, i) for i in range(len(value)))
+                known |= {f"{field}[{i}]": ((field, i),) for i in range(len(value))}
+            elif isinstance(value, int | float) and not isinstance(value, bool):
+                known[field] = ((field, None),)
+        found: list[tuple[str, int | None]] = []
+        for wanted in self.free:
+            if wanted not in known:
+                raise unknown_name("number", wanted, f"operator {self.operator.kind}", known)
+            found += [place for place in known[wanted] if place not in found]
+        return tuple(found)
+
+    def _at(self, p: Sequence[Any]) -> tuple[Operator, tuple[Any, ...]]:
+        """Return the operator with its free numbers in place, and the time step if it takes one."""
+        places = self._places()
+        changed: dict[str, Any] = {}
+        for (field, i), value in zip(places, p, strict=False):
+            if i is None:
+                changed[field] = value
+            else:
+                entries = changed.setdefault(field, list(getattr(self.operator, field)))
+                entries[i] = value
+        values = {k: tuple(v) if isinstance(v, list) else v for k, v in changed.items()}
+        made = replace(self.operator, **values) if values else self.operator  # type: ignore[type-var]
+        return made, tuple(p[len(places) :])
 
 
 def initial_slope(operator: Operator, s: float) -> tuple[float, ...]:

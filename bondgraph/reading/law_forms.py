@@ -161,7 +161,7 @@ LAWS: tuple[LawForm, ...] = (
     LawForm(Saturation, {"low": NUMBER, "high": NUMBER, "knee": NON_NEGATIVE} | _UNITS),
     LawForm(DeadZone, {"centre": NUMBER, "width": NON_NEGATIVE, "size": NUMBER} | _UNITS),
     LawForm(Hats, {"knots": rising(2), "size": NUMBER} | _UNITS),
-    LawForm(Hysteretic, {"operator": OPERATOR}),
+    LawForm(Hysteretic, {"operator": OPERATOR, "free": listed(TEXT)}),
     LawForm(
         Polynomial,
         {"centre": NUMBER, "half": _NONZERO, "size": NUMBER, "orders": listed(integer(0, 64))}

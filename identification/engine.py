@@ -1,0 +1,157 @@
+"""What runs a model over a record with derivatives: the exact step, or the general one."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from bondgraph.compiled import Compiled
+from bondgraph.elements import Parameter
+from bondgraph.simulate import (
+    Prepared,
+    Run,
+    equilibrium,
+    fine_inputs,
+    inputs_of,
+    prepare,
+    run_prepared,
+)
+
+__all__ = ["Engine", "ExactEngine"]
+
+Array = np.ndarray
+
+
+class Outcome(Protocol):
+    """What a run gives: readings (N, n_y) and their derivatives (N, n_y, n_d)."""
+
+    @property
+    def y(self) -> Array:
+        """Readings."""
+
+    @property
+    def dy(self) -> Array:
+        """Derivatives of the readings."""
+
+
+class Engine(ABC):
+    """A compiled model that fits can run; abstract.
+
+    Parameters enter as vectors in the order of `parameter_names`, states in that of `state_names`.
+    """
+
+    @property
+    @abstractmethod
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Declared parameters, in order."""
+
+    @property
+    @abstractmethod
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+
+    @property
+    @abstractmethod
+    def has_memory(self) -> bool:
+        """Whether a law carries memory."""
+
+    @abstractmethod
+    def vector(self, values: Mapping[str, float]) -> Array:
+        """Parameter vector with some values changed by name."""
+
+    @abstractmethod
+    def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
+        """Input matrix, shape (N, n_u)."""
+
+    @abstractmethod
+    def fine_inputs(self, u: Array, n_sub: int, hold: str) -> Array:
+        """Return the inputs at both ends of each sub-step, shape ((N - 1) n_sub, 2, n_u)."""
+
+    @abstractmethod
+    def rest(self, p: Array, u: Array) -> Array:
+        """State at rest under constant inputs `u`, shape (n_u,)."""
+
+    @abstractmethod
+    def prepare(
+        self, p: Array, step: float, n_sub: int, directions: Sequence[int], states: bool
+    ) -> Any:
+        """Make ready to run at one parameter vector; `states`: differentiate by the start too."""
+
+    @abstractmethod
+    def run(self, ready: Any, u: Array, x0: Array, fine: Array, *, every_substep: bool) -> Run:
+        """Run over inputs `u` (N, n_u) with their sub-step values `fine`."""
+
+    @abstractmethod
+    def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
+        """Spread of each state in a simulation, shape (n_x,)."""
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the parameters, in the order of the vector."""
+        return tuple(self.parameters)
+
+    @property
+    def n_x(self) -> int:
+        """Number of states."""
+        return len(self.state_names)
+
+
+@dataclass(frozen=True)
+class ExactEngine(Engine):
+    """Models that are linear up to scalar laws: exact linear part, see `bondgraph.compiled`."""
+
+    compiled: Compiled
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Declared parameters, in order."""
+        return self.compiled.space.parameters
+
+    @cached_property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return tuple(str(s.symbol) for s in self.compiled.space.states)
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether a law carries memory."""
+        return any(port.law.n_memory for port in self.compiled.space.laws)
+
+    def vector(self, values: Mapping[str, float]) -> Array:
+        """Parameter vector with some values changed by name."""
+        return self.compiled.vector(values)
+
+    def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
+        """Input matrix; pseudo-inputs are filled in."""
+        return inputs_of(self.compiled, commands, time.size)
+
+    def fine_inputs(self, u: Array, n_sub: int, hold: str) -> Array:
+        """Return the inputs at both ends of each sub-step."""
+        return fine_inputs(u, n_sub, hold)
+
+    def rest(self, p: Array, u: Array) -> Array:
+        """Equilibrium of the linear part."""
+        return equilibrium(self.compiled, p, u)
+
+    def prepare(
+        self, p: Array, step: float, n_sub: int, directions: Sequence[int], states: bool
+    ) -> Prepared:
+        """Discretise with derivatives."""
+        return prepare(self.compiled, p, step, n_sub, directions, states)
+
+    def run(self, ready: Any, u: Array, x0: Array, fine: Array, *, every_substep: bool) -> Run:
+        """Run the compiled step."""
+        return run_prepared(ready, u, x0, fine=fine, every_substep=every_substep)
+
+    def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
+        """Spread of the states, observed in a simulation."""
+        seen = Compiled(self.compiled.space, self.state_names)
+        ready = prepare(seen, p, step, n_sub)
+        run = run_prepared(ready, u, x0, hold)
+        moved = run.y[:, self.compiled.n_y :]
+        return np.asarray(np.where(np.isfinite(moved), moved, 0.0).std(axis=0))
