@@ -195,6 +195,8 @@ class Problem:
     priors : dict of str to (float, float)
         Centre (as theta) and weight (one over its standard deviation) of parameters that have a
         prior; a weak one holds the others.
+    overrides : dict of str to Parameter
+        Parameters with other bounds and scales than the graph declares.
     """
 
     graph: BondGraph
@@ -213,6 +215,7 @@ class Problem:
     initial: str | tuple[str, ...] = "free"
     whitening: tuple[Array, ...] = ()
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    overrides: Mapping[str, Parameter] = field(default_factory=dict)
 
     def __getstate__(self) -> dict[str, object]:
         """Only the fields travel to other processes; compiled functions are rebuilt there."""
@@ -263,7 +266,8 @@ class Problem:
     def free(self) -> tuple[Free, ...]:
         """Free model parameters, in the order of the compiled parameter vector."""
         found = []
-        for n, p in self.engine.parameters.items():
+        for n, declared in self.engine.parameters.items():
+            p = self.overrides.get(n, declared)
             if not p.fixed and n not in self.fixed and n not in self.delays:
                 found.append(free_parameter(p, self.starts.get(n)))
         return tuple(found)

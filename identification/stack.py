@@ -132,6 +132,10 @@ class Stack:
             limit[at[logs]] = LARGEST_STEP
         return limit
 
+    def scored(self, record: int) -> list[int]:
+        """Return the windows of a record that have training samples."""
+        return _scored(self.problems[record])
+
     def count(self, evaluations: Sequence[Evaluation]) -> int:
         """Return the number of residuals."""
         return max(sum(e.residual.size for e in evaluations), 1)
@@ -200,8 +204,14 @@ class Stack:
         return np.concatenate(pieces)
 
 
-def stack_of(problems: Sequence[Problem], own: Collection[str] = ()) -> Stack:
-    """Join `problems`; parameters named in `own` take a value in every record."""
+def stack_of(
+    problems: Sequence[Problem], own: Collection[str] = (), labels: Sequence[str] = ()
+) -> Stack:
+    """Join `problems`; parameters named in `own` take a value in every record.
+
+    `labels` name the records in the labels of the unknowns; numbers from 1 if left out.
+    """
+    labels = labels or [str(r + 1) for r in range(len(problems))]
     keys: dict[tuple[object, ...], int] = {}
     columns, factors = [], []
     first = problems[0].data.dt
@@ -213,9 +223,11 @@ def stack_of(problems: Sequence[Problem], own: Collection[str] = ()) -> Stack:
         factor[slots(p).delays] = first / p.data.dt
         columns.append(np.array(at, int))
         factors.append(factor)
-    many = len(problems) > 1
-    names = tuple(f"{key[1]} @{key[2]}" if many and len(key) > 2 else str(key[1]) for key in keys)
-    return Stack(tuple(problems), names, tuple(columns), tuple(factors))
+    names = []
+    for key in keys:
+        whose = f" @{labels[int(str(key[2]))]}" if len(problems) > 1 and len(key) > 2 else ""
+        names.append(f"{key[1]}{whose}")
+    return Stack(tuple(problems), tuple(names), tuple(columns), tuple(factors))
 
 
 def _keys(p: Problem, r: int, own: Collection[str]) -> list[tuple[object, ...]]:

@@ -1,0 +1,32 @@
+"""Fit any model to any recordings: `Study` says what, `estimate` does it."""
+
+from __future__ import annotations
+
+from identification.estimation.estimate import estimate
+from identification.estimation.result import Estimation
+from identification.estimation.specification import (
+    NO_NUISANCES,
+    LogNormal,
+    Normal,
+    Nuisances,
+    Prior,
+    Vary,
+)
+from identification.estimation.study import Setting, Study
+from identification.fit import Estimate
+from identification.levenberg_marquardt import Status
+
+__all__ = [
+    "NO_NUISANCES",
+    "Estimate",
+    "Estimation",
+    "LogNormal",
+    "Normal",
+    "Nuisances",
+    "Prior",
+    "Setting",
+    "Status",
+    "Study",
+    "Vary",
+    "estimate",
+]

@@ -1,0 +1,304 @@
+"""Fit a study: method, noise, sub-steps and behaviour between samples, until all is settled."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy import stats
+from threadpoolctl import threadpool_limits
+
+from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.simulate import HOLDS
+from identification.estimation.methods import METHODS
+from identification.estimation.methods.method import Method, Options, Solution
+from identification.estimation.noise import autoregressive, innovations
+from identification.estimation.result import Estimation, estimates_of, simulate_validation
+from identification.estimation.study import ESTIMATED, Setting, Study
+from identification.levenberg_marquardt import Status
+from identification.residual import Evaluation
+from identification.stack import Stack, Stacked
+
+__all__ = ["estimate"]
+
+Array = np.ndarray
+Progress = Callable[[str, float], None]
+ROUNDS = 4
+FINEST = 16
+BLOCKS = 40
+SUB_STEP_SHARE = 0.05
+"""Readings may change by this share of the noise when the sub-steps are doubled."""
+
+
+def estimate(
+    study: Study,
+    method: str = "single_shooting",
+    *,
+    optimiser: str = "gauss_newton",
+    start: Estimation | None = None,
+    max_iterations: int = 60,
+    tolerance: float = 1e-8,
+    linear_solver: str = "mumps",
+    progress: Progress | None = None,
+) -> Estimation:
+    """Fit the free parameters of `study` to its recordings.
+
+    Noise levels (and colours) are estimated in turn with the parameters, the sub-steps are doubled
+    until the readings settle, and Ctrl-C ends the fit with the best values so far.
+
+    Parameters
+    ----------
+    method : str
+        ``single_shooting``, ``multiple_shooting``, ``collocation``, ``prediction_error`` or
+        ``frequency_domain``; see `identification.estimation.methods.METHODS`.
+    optimiser : {"gauss_newton", "ipopt"}
+    start : Estimation, optional
+        Begin where another fit of a study with the same unknowns ended.
+    tolerance : float
+        Converged if an iteration lowers the cost by less, relatively.
+    linear_solver : {"mumps", "spral"}
+        Of IPOPT.
+    progress : callable, optional
+        Called with a text and a fraction between 0 and 1.
+
+    Raises
+    ------
+    UnknownName, UnusableInput
+        One line that says what cannot be used, and what to do.
+    """
+    begin = time.perf_counter()
+    chosen = _method(method, optimiser, linear_solver)
+    chosen.check(study)
+    say = progress or (lambda text, fraction: None)
+
+    def report(iteration: int, cost: float) -> None:
+        share = min(0.95, iteration / max(max_iterations, 1))
+        say(f"{chosen.name}: iteration {iteration}, cost {cost:.6g}", share)
+
+    options = Options(optimiser, max_iterations, tolerance, report, linear_solver)
+    # tiny matrices: threads of the linear algebra only get in each other's way
+    with warnings.catch_warnings(), threadpool_limits(1):
+        warnings.simplefilter("ignore", RuntimeWarning)
+        made = _settled(study, chosen, options, start)
+        result = _finished(study, chosen, optimiser, *made)
+    say("done", 1.0)
+    return replace(result, seconds=time.perf_counter() - begin)
+
+
+def _method(name: str, optimiser: str, linear_solver: str) -> Method:
+    if name not in METHODS:
+        raise unknown_name("method", name, "estimate", METHODS)
+    chosen = METHODS[name]
+    if optimiser not in ("gauss_newton", "ipopt"):
+        raise unknown_name("optimiser", optimiser, "estimate", ("gauss_newton", "ipopt"))
+    if optimiser not in chosen.optimisers:
+        raise UnusableInput(
+            f"{name} runs with {' or '.join(chosen.optimisers)}, not with {optimiser}"
+        )
+    if linear_solver not in ("mumps", "spral"):
+        raise UnusableInput(
+            f"linear_solver = {linear_solver!r}: IPOPT is used with 'mumps' or 'spral' only"
+        )
+    return chosen
+
+
+Made = tuple[Setting, Stack, Solution]
+
+
+def _settled(
+    study: Study, method: Method, options: Options, start: Estimation | None
+) -> tuple[Setting, Stack, Solution, tuple[str, ...]]:
+    setting = study.first_setting if start is None else _fitting(study, start.setting)
+    point = None if start is None else start.point
+    notes: list[str] = []
+    if study.hold == ESTIMATED:
+        setting, stack, solution = _best_hold(study, method, options, setting, point)
+        notes.append(f"the commands are {_HOLD_WORDS[setting.hold]} between samples: fits best")
+    else:
+        setting, stack, solution = _solve(study, method, options, setting, point)
+    for _ in range(ROUNDS):
+        if solution.status in (Status.BROKEN, Status.CANCELLED):
+            break
+        finer = _refined(study, setting, stack, solution.point)
+        heard = _reweighted(study, finer, stack, solution.point)
+        if _same(setting, heard):
+            break
+        trace = solution.trace
+        setting, stack, solution = _solve(study, method, options, heard, solution.point)
+        solution = replace(solution, trace=(*trace, *solution.trace[1:]))
+    return setting, stack, solution, tuple(notes)
+
+
+_HOLD_WORDS = {"linear": "linear", "hold": "held", "band-limited": "band-limited"}
+
+
+def _fitting(study: Study, setting: Setting) -> Setting:
+    """Return a setting of another study for this one; its own where the recordings differ."""
+    fresh = study.first_setting
+    sizes = [f.size for f in fresh.floors]
+    return setting if [f.size for f in setting.floors] == sizes else fresh
+
+
+def _solve(
+    study: Study, method: Method, options: Options, setting: Setting, point: Stacked | None
+) -> Made:
+    stack = study.stack(setting)
+    begin = stack.start() if point is None or point.theta.size != stack.n else point
+    return setting, stack, method.solve(study, setting, stack, begin, options)
+
+
+def _best_hold(
+    study: Study, method: Method, options: Options, setting: Setting, point: Stacked | None
+) -> Made:
+    """Fit with each behaviour between samples; linear unless another is clearly better."""
+    made: dict[str, Made] = {}
+    for hold in HOLDS:
+        steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_sub)
+        trial = replace(setting, hold=hold, n_sub=steps)
+        made[hold] = _solve(study, method, options, trial, point)
+        if made[hold][2].status is Status.CANCELLED:
+            break
+
+    def score(hold: str) -> float:
+        return made[hold][2].trace[-1] * (0.98 if hold == "linear" else 1.0)
+
+    return made[min(made, key=score)]
+
+
+def _refined(study: Study, setting: Setting, stack: Stack, point: Stacked) -> Setting:
+    """Double the sub-steps of recordings whose readings still change by them."""
+    if study.n_sub is not None:
+        return setting
+    steps = list(setting.n_sub)
+    now = stack.evaluate(point, derivatives=False)
+    for r in range(len(stack.problems)):
+        while steps[r] < FINEST:
+            trial = replace(setting, n_sub=(*steps[:r], 2 * steps[r], *steps[r + 1 :]))
+            problem = study.problem(r, trial)
+            alone = replace(stack, problems=(problem,), columns=(stack.columns[r],),
+                            factors=(stack.factors[r],))  # fmt: skip
+            finer = alone.evaluate(Stacked(point.theta, (point.states[r],)), derivatives=False)[0]
+            floor = np.maximum(setting.floors[r], study.first_setting.floors[r])
+            if _changed(now[r], finer, floor) < SUB_STEP_SHARE:
+                break
+            steps[r] *= 2
+            now = (*now[:r], finer, *now[r + 1 :])
+    finest = max(steps[: len(stack.problems)], default=1)
+    judged = [max(n, finest) for n in steps[len(stack.problems) :]]
+    return replace(setting, n_sub=(*steps[: len(stack.problems)], *judged))
+
+
+def _changed(a: Evaluation, b: Evaluation, floor: Array) -> float:
+    seen = np.isfinite(a.y).all(axis=1)
+    if not seen.any() or not np.isfinite(b.y[seen]).all():
+        return 0.0
+    return float(np.sqrt(np.mean(((a.y - b.y)[seen] / floor) ** 2, axis=0)).max())
+
+
+def _reweighted(study: Study, setting: Setting, stack: Stack, point: Stacked) -> Setting:
+    """Take noise levels, and colours if wanted, from the training residuals."""
+    known = study.noise if not isinstance(study.noise, str) else {}
+    now = stack.evaluate(point, derivatives=False)
+    floors, whitening = list(setting.floors), list(setting.whitening)
+    for r, (p, e) in enumerate(zip(stack.problems, now, strict=True)):
+        m = p.data.mask("train")
+        rest = (p.data.readings - e.y)[m]
+        if not np.isfinite(rest).all() or rest.shape[0] < 4:
+            continue
+        level, colours = setting.floors[r].copy(), []
+        for c, n in enumerate(p.data.names):
+            polynomial = np.ones(1)
+            heard = rest[:, c]
+            if study.noise == "coloured":
+                polynomial = autoregressive(heard)
+                heard = innovations(heard - heard.mean(), polynomial)
+            if n not in known:
+                least = 1e-9 * float(np.ptp(p.data.readings[:, c]))
+                level[c] = max(float(np.sqrt(np.mean(heard**2))), least, 1e-300)
+            colours.append(polynomial)
+        floors[r] = level
+        whitening[r] = tuple(colours) if study.noise == "coloured" else ()
+    return replace(setting, floors=tuple(floors), whitening=tuple(whitening))
+
+
+def _same(a: Setting, b: Setting) -> bool:
+    if a.n_sub != b.n_sub:
+        return False
+    level = all(np.allclose(x, y, rtol=0.02) for x, y in zip(a.floors, b.floors, strict=True))
+    pairs = zip(a.whitening, b.whitening, strict=True)
+    return level and all(
+        len(x) == len(y)
+        and all(v.size == w.size and np.abs(v - w).max() < 0.02 for v, w in zip(x, y, strict=True))
+        for x, y in pairs
+    )
+
+
+def _finished(
+    study: Study,
+    method: Method,
+    optimiser: str,
+    setting: Setting,
+    stack: Stack,
+    solution: Solution,
+    notes: tuple[str, ...],
+) -> Estimation:
+    point = solution.point
+    found = stack.evaluate(point)
+    covariance, words = solution.covariance, ""
+    if covariance is None:
+        covariance, words = _covariance(stack, found, point)
+    estimates, nuisances = estimates_of(stack, point, covariance)
+    simulated = [e.y for e in found]
+    result = Estimation(
+        study, setting, method.name, optimiser, solution.status, point, covariance,
+        stack.cost(found, point), solution.trace, estimates, nuisances, tuple(simulated),
+        (*notes, *solution.notes, *((words,) if words else ())),
+    )  # fmt: skip
+    judged = [
+        simulate_validation(result.problem(i), result.values, result.mean_offsets, study.init)
+        for i in range(len(study.recordings), len(study.records))
+    ]
+    return replace(result, simulated=(*simulated, *judged))
+
+
+def _covariance(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tuple[Array, str]:
+    """Inverse information; the block sandwich where the residuals are coloured.
+
+    White, Econometrica 48 (1980) 817; blocks of consecutive residuals may be correlated within.
+    """
+    factor = stack.normal(found, point).factor
+    if not np.isfinite(factor).all():
+        return np.full((stack.n, stack.n), np.nan), ""
+    inverse = np.linalg.pinv(factor.T @ factor, hermitian=True, rcond=1e-15)
+    residual = np.concatenate([e.residual for e in found])
+    if not _coloured(stack, found):
+        return inverse, ""
+    jacobian = stack.projected(found, point)
+    middle = np.zeros_like(inverse)
+    parts = np.array_split(np.arange(residual.size), BLOCKS)
+    for part in parts:
+        g = jacobian[part].T @ residual[part]
+        middle += np.outer(g, g)
+    robust = inverse @ middle @ inverse * (len(parts) / (len(parts) - 1))
+    return robust, "the residuals are coloured: intervals are robust ones (block sandwich)"
+
+
+def _coloured(stack: Stack, found: Sequence[Evaluation], lags: int = 20) -> bool:
+    """Whether a portmanteau test sees correlation in the residuals of a reading."""
+    for p, e in zip(stack.problems, found, strict=True):
+        rows = e.residual.size
+        count = len(p.data.names)
+        if p.window is not None or rows % max(count, 1):
+            return True
+        for r in e.residual.reshape(count, -1):
+            n = r.size
+            if n <= 2 * lags or not (power := float(r @ r)):
+                continue
+            rho = np.array([r[k:] @ r[:-k] for k in range(1, lags + 1)]) / power
+            q = n * (n + 2) * np.sum(rho**2 / (n - np.arange(1, lags + 1)))
+            if q > stats.chi2.ppf(0.999, lags):
+                return True
+    return False

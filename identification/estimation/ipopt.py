@@ -1,0 +1,208 @@
+"""IPOPT on the same residuals: exact gradient, Gauss-Newton Hessian, bounds inside the solver."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from identification.estimation.methods.method import Options
+from identification.levenberg_marquardt import Descent, Status
+from identification.residual import Evaluation
+from identification.stack import Stack, Stacked
+
+__all__ = ["minimise_with_ipopt"]
+
+Array = np.ndarray
+LARGE = 1e19
+
+
+def minimise_with_ipopt(stack: Stack, start: Stacked, options: Options) -> Descent:
+    """Minimise the misfit of `stack`; unknowns are theta, initial states stay eliminated.
+
+    Each call of the objective moves the initial states to their best values for its theta (one
+    linear step from the last ones), which is variable projection inside IPOPT.
+    """
+    watch = _Watch(stack, start, options)
+    if not np.isfinite(watch.cost):
+        return Descent(watch.point, watch.found, Status.BROKEN, np.inf, (np.inf,))
+    n = stack.n
+    objective = _Objective(watch, n)
+    hessian = _Hessian(watch, n)
+    x = ca.MX.sym("x", n)
+    lower, upper = stack.bounds
+    settings: dict[str, Any] = {
+        "ipopt.linear_solver": options.linear_solver,
+        "ipopt.print_level": 0,
+        "ipopt.sb": "yes",
+        "print_time": False,
+        "ipopt.max_iter": options.max_iterations,
+        "ipopt.tol": options.tolerance,
+        "ipopt.acceptable_tol": 100 * options.tolerance,
+        "ipopt.bound_relax_factor": 0.0,
+        "ipopt.fixed_variable_treatment": "make_parameter",
+        "hess_lag": hessian,
+        "error_on_fail": False,
+    }
+    problem: dict[str, Any] = {"x": x, "f": objective(x)}
+    solver = ca.nlpsol("fit", "ipopt", problem, settings)
+    status = Status.ITERATIONS
+    try:
+        solver(
+            x0=watch.point.theta,
+            lbx=np.maximum(lower, -LARGE),
+            ubx=np.minimum(upper, LARGE),
+        )
+        said = solver.stats()["return_status"]
+        if said in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
+            status = Status.CONVERGED
+        elif said != "Maximum_Iterations_Exceeded":
+            status = Status.NO_PROGRESS
+    except (KeyboardInterrupt, RuntimeError):
+        if not watch.interrupted:
+            raise
+    if watch.interrupted:
+        status = Status.CANCELLED
+    return Descent(watch.best, stack.evaluate(watch.best), status, watch.cost, tuple(watch.trace))
+
+
+class _Watch:
+    """Evaluations at theta, with the best point seen."""
+
+    def __init__(self, stack: Stack, start: Stacked, options: Options) -> None:
+        lower, upper = stack.bounds
+        self.stack, self.options = stack, options
+        self.point = Stacked(np.clip(start.theta, lower, upper), start.states)
+        self.found: tuple[Evaluation, ...] = stack.evaluate(self.point)
+        self.cost = stack.cost(self.found, self.point)
+        self.best, self.trace = self.point, [self.cost]
+        self.count = max(stack.count(self.found), 1)
+        self.interrupted = False
+
+    def at(self, theta: Array) -> None:
+        """Evaluate at theta, the states following linearly."""
+        if np.array_equal(theta, self.point.theta):
+            return
+        try:
+            system = self.stack.normal(self.found, self.point)
+            states = _followed(self.stack, system.states, self.point, theta)
+            self.point = Stacked(theta.copy(), states)
+            self.found = self.stack.evaluate(self.point)
+        except KeyboardInterrupt:
+            self.interrupted = True
+            raise
+        cost = self.stack.cost(self.found, self.point)
+        if np.isfinite(cost) and cost < self.trace[-1]:
+            self.cost, self.best = cost, self.point
+            self.trace.append(cost)
+            if self.options.report is not None:
+                self.options.report(len(self.trace) - 1, cost)
+
+    def derivatives(self) -> tuple[Array, Array]:
+        """Gradient and Gauss-Newton Hessian of half the sum of squares over the count."""
+        system = self.stack.normal(self.found, self.point)
+        factor, right = system.factor, system.right
+        return -(factor.T @ right) / self.count, factor.T @ factor / self.count
+
+
+def _followed(
+    stack: Stack, follow: Sequence[list[tuple[Array, Array]]], point: Stacked, theta: Array
+) -> tuple[Array, ...]:
+    states = []
+    for r, p in enumerate(stack.problems):
+        moved = point.states[r].copy()
+        delta = (theta - point.theta)[stack.columns[r]] * stack.factors[r]
+        at = p.free_states
+        if at.size:
+            for i, (by_theta, by_residual) in zip(stack.scored(r), follow[r], strict=True):
+                moved[i, at] += (by_residual - by_theta @ delta) * p.state_scale[at]
+        states.append(moved)
+    return tuple(states)
+
+
+class _Callback(ca.Callback):
+    """A function of theta that CasADi calls back."""
+
+    def __init__(self, watch: _Watch, n: int, name: str) -> None:
+        super().__init__()
+        self.watch, self.n = watch, n
+        self.construct(name, {})
+
+
+class _Objective(_Callback):
+    def __init__(self, watch: _Watch, n: int) -> None:
+        super().__init__(watch, n, "objective")
+
+    def get_n_in(self) -> int:
+        return 1
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_sparsity_in(self, i: int) -> Any:
+        return ca.Sparsity.dense(self.n, 1)
+
+    def get_sparsity_out(self, i: int) -> Any:
+        return ca.Sparsity.dense(1, 1)
+
+    def eval(self, arguments: Any) -> Any:
+        self.watch.at(np.asarray(arguments[0]).ravel())
+        cost = self.watch.stack.cost(self.watch.found, self.watch.point)
+        return [0.5 * cost]
+
+    def has_jacobian(self) -> bool:
+        return True
+
+    def get_jacobian(self, name: str, *_: Any) -> Any:
+        self.slope = _Gradient(self.watch, self.n, name)  # CasADi keeps no reference
+        return self.slope
+
+
+class _Gradient(_Callback):
+    """``(x, f) -> df/dx``, one row."""
+
+    def __init__(self, watch: _Watch, n: int, name: str) -> None:
+        super().__init__(watch, n, name)
+
+    def get_n_in(self) -> int:
+        return 2
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_sparsity_in(self, i: int) -> Any:
+        return ca.Sparsity.dense(self.n, 1) if i == 0 else ca.Sparsity(1, 1)
+
+    def get_sparsity_out(self, i: int) -> Any:
+        return ca.Sparsity.dense(1, self.n)
+
+    def eval(self, arguments: Any) -> Any:
+        self.watch.at(np.asarray(arguments[0]).ravel())
+        return [self.watch.derivatives()[0][None, :]]
+
+
+class _Hessian(_Callback):
+    """``(x, p, lam_f, lam_g) -> upper triangle``, as nlpsol asks for."""
+
+    def __init__(self, watch: _Watch, n: int) -> None:
+        super().__init__(watch, n, "hessian")
+
+    def get_n_in(self) -> int:
+        return 4
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_sparsity_in(self, i: int) -> Any:
+        shapes = {0: ca.Sparsity.dense(self.n, 1), 2: ca.Sparsity.dense(1, 1)}
+        return shapes.get(i, ca.Sparsity(0, 1) if i == 3 else ca.Sparsity(0, 0))
+
+    def get_sparsity_out(self, i: int) -> Any:
+        return ca.Sparsity.upper(self.n)
+
+    def eval(self, arguments: Any) -> Any:
+        self.watch.at(np.asarray(arguments[0]).ravel())
+        whole = float(arguments[2]) * self.watch.derivatives()[1]
+        return [ca.triu(ca.DM(whole))]

@@ -1,0 +1,80 @@
+"""What every way of fitting offers, and what it says about memory."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from identification.estimation.study import Setting, Study
+from identification.levenberg_marquardt import Report, Status
+from identification.stack import Stack, Stacked
+
+__all__ = ["Method", "Options", "Solution"]
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Options:
+    """How far a fit goes.
+
+    Attributes
+    ----------
+    optimiser : {"gauss_newton", "ipopt"}
+    max_iterations : int
+    tolerance : float
+        Converged if an iteration lowers the cost by less, relatively.
+    report : callable or None
+        Called with the iteration and the cost.
+    linear_solver : {"mumps", "spral"}
+        Of IPOPT.
+    """
+
+    optimiser: str = "gauss_newton"
+    max_iterations: int = 60
+    tolerance: float = 1e-8
+    report: Report | None = None
+    linear_solver: str = "mumps"
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Where a method ended.
+
+    Attributes
+    ----------
+    point : Stacked
+        Unknowns of `Study.stack` at the setting.
+    covariance : ndarray, shape (n, n), or None
+        Of theta, where the method has one of its own; otherwise that of the free run is taken.
+    """
+
+    point: Stacked
+    status: Status
+    trace: tuple[float, ...]
+    covariance: Array | None = None
+    notes: tuple[str, ...] = ()
+
+
+class Method(ABC):
+    """A way to fit a study; subclasses are final and stateless.
+
+    `memory` says what becomes of hysteretic memory; `optimisers` names those it can use.
+    """
+
+    name: ClassVar[str]
+    memory: ClassVar[str]
+    optimisers: ClassVar[tuple[str, ...]] = ("gauss_newton",)
+
+    @abstractmethod
+    def check(self, study: Study) -> None:
+        """Refuse what the method cannot do, in one line that names another method."""
+
+    @abstractmethod
+    def solve(
+        self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
+    ) -> Solution:
+        """Fit from `start`; ``stack`` is ``study.stack(setting)``."""

@@ -1,0 +1,43 @@
+"""Single shooting: one free run a recording (or a window), the misfit of its readings."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+from identification.estimation.methods.method import Method, Options, Solution
+from identification.estimation.study import Setting, Study
+from identification.levenberg_marquardt import minimise
+from identification.stack import Stack, Stacked
+
+__all__ = ["SingleShooting"]
+
+
+@final
+class SingleShooting(Method):
+    """Output error of the free run; the initial states are eliminated."""
+
+    name: ClassVar[str] = "single_shooting"
+    memory: ClassVar[str] = "memory runs along with the simulation, with exact derivatives"
+    optimisers: ClassVar[tuple[str, ...]] = ("gauss_newton", "ipopt")
+
+    def check(self, study: Study) -> None:
+        """Take every study."""
+
+    def solve(
+        self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
+    ) -> Solution:
+        """Descend from `start`."""
+        if options.optimiser == "ipopt":
+            from identification.estimation.ipopt import minimise_with_ipopt
+
+            made = minimise_with_ipopt(stack, start, options)
+        else:
+            made = minimise(
+                stack,
+                start,
+                max_iterations=options.max_iterations,
+                tolerance=options.tolerance,
+                report=options.report,
+                keep_on_interrupt=True,
+            )
+        return Solution(made.point, made.status, made.trace)

@@ -1,0 +1,327 @@
+"""What a fit found: values with intervals, nuisances, simulated readings; frozen and printable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from bondgraph.errors import BondsightError, unknown_name
+from bondgraph.graph import BondGraph
+from bondgraph.signals import Recording
+from identification.estimation.study import Setting, Study
+from identification.fit import Estimate
+from identification.levenberg_marquardt import Status
+from identification.problem import Free, Problem
+from identification.residual import (
+    Point,
+    evaluate,
+    offset_scale,
+    parameters_at,
+    slots,
+    windows,
+)
+from identification.stack import Stack, Stacked, refine_states
+
+__all__ = ["Estimation"]
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Estimation:
+    """Result of `estimate`.
+
+    Sizes: n unknowns (parameters and nuisances), N samples and n_y readings of a record.
+
+    Attributes
+    ----------
+    study : Study
+    setting : Setting
+        What was chosen from the data: noise, sub-steps, behaviour of the commands.
+    method, optimiser : str
+    status : Status
+        How it ended, in words.
+    point : Stacked
+        Scaled unknowns and initial states of the fitted recordings.
+    covariance : ndarray, shape (n, n)
+        Of the scaled unknowns (``point.theta``).
+    cost : float
+        Mean square of the training residuals over the noise that the fit took.
+    trace : tuple of float
+        Cost at the start and after each iteration.
+    estimates, nuisances : tuple of Estimate
+        Values with 95 % intervals, SI.
+    simulated : tuple of ndarray, shape (N, n_y) each
+        Readings of the fitted model: of the fitted recordings, then of the validation ones.
+    floors : tuple of ndarray, shape (n_y,) each
+        Noise floors from the recordings alone, SI.
+    notes : tuple of str
+        What the reader should know.
+    seconds : float
+    """
+
+    study: Study
+    setting: Setting
+    method: str
+    optimiser: str
+    status: Status
+    point: Stacked
+    covariance: Array
+    cost: float
+    trace: tuple[float, ...]
+    estimates: tuple[Estimate, ...]
+    nuisances: tuple[Estimate, ...]
+    simulated: tuple[Array, ...]
+    notes: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def floors(self) -> tuple[Array, ...]:
+        """Noise floors from the recordings alone, SI."""
+        return self.study.first_setting.floors
+
+    @cached_property
+    def stack(self) -> Stack:
+        """Problems of the fitted recordings."""
+        return self.study.stack(self.setting)
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """All parameters of the model, SI; of the first recording where each has its own."""
+        return self.values_of(0)
+
+    def values_of(self, record: int) -> dict[str, float]:
+        """All parameters of the model in one of the fitted recordings, SI."""
+        problem = self.stack.problems[record]
+        local = self.stack.local(self.point, record)
+        names = problem.engine.parameter_names
+        found = dict(zip(names, map(float, parameters_at(problem, local.theta)), strict=True))
+        at = len(problem.free) + len(problem.data.names)
+        for j, n in enumerate(problem.delays):
+            found[n] = float(local.theta[at + j]) * problem.data.dt
+        return {n: v for n, v in found.items() if not n.startswith("offset_")}
+
+    @property
+    def record_names(self) -> tuple[str, ...]:
+        """Names of the recordings, in the order of `simulated`."""
+        return self.study.record_names
+
+    def sensors(self, record: int = 0) -> tuple[str, ...]:
+        """Names of the readings of a recording, in the order of the columns."""
+        return self.problem(record).data.names
+
+    def problem(self, record: int = 0) -> Problem:
+        """Problem of one recording, validation ones included."""
+        if record < len(self.stack.problems):
+            return self.stack.problems[record]
+        return self.study.problem(record, self.setting)
+
+    def residuals(self, part: str = "train", record: int = 0) -> Array:
+        """Measured less simulated on ``train`` or ``test`` of a recording, shape (n, n_y), SI."""
+        data = self.problem(record).data
+        m = data.mask(part)
+        return np.asarray(data.readings[m] - self.simulated[record][m])
+
+    def rmse(self, part: str = "train", record: int = 0) -> dict[str, float]:
+        """Root mean square error of each reading, SI; NaN where nothing is scored."""
+        r = self.residuals(part, record)
+        return {
+            n: float(np.sqrt(np.mean(r[:, c] ** 2))) if r.size else float("nan")
+            for c, n in enumerate(self.sensors(record))
+        }
+
+    def chi2(self, part: str = "train") -> float:
+        """Mean square residual over the noise floor, all recordings and readings."""
+        squares = [
+            np.ravel((self.residuals(part, r) / floor) ** 2) for r, floor in enumerate(self.floors)
+        ]
+        every = np.concatenate(squares)
+        return float(np.mean(every)) if every.size else float("nan")
+
+    def estimate_of(self, name: str) -> Estimate:
+        """Estimate of one parameter or nuisance by name."""
+        known = {e.name: e for e in (*self.estimates, *self.nuisances)}
+        if name not in known:
+            raise unknown_name("estimate", name, self.study.graph.name, known)
+        return known[name]
+
+    @property
+    def free(self) -> tuple[Free, ...]:
+        """Free parameters of all recordings, in the order they have in ``point.theta``."""
+        found: dict[int, Free] = {}
+        for p, at in zip(self.stack.problems, self.stack.columns, strict=True):
+            for f, i in zip(p.free, at, strict=False):
+                found.setdefault(int(i), f)
+        return tuple(found[i] for i in sorted(found))
+
+    def graph(self) -> BondGraph:
+        """Return the model with the fitted values."""
+        names = self.study.graph.parameters
+        return self.study.graph.with_values({n: v for n, v in self.values.items() if n in names})
+
+    def predict(self, recording: Recording, init: int = 0) -> Array:
+        """Return the readings of the fitted model on another recording, shape (N, n_y), SI."""
+        study = self.study.changed(validation=(recording,), init=init)
+        problem = study.problem(len(study.recordings), _with_one(self.setting, study))
+        return simulate_validation(problem, self.values, self.mean_offsets, init)
+
+    @property
+    def mean_offsets(self) -> dict[str, float]:
+        """Offset of each sensor, mean over the fitted recordings, SI; zero where not fitted."""
+        found: dict[str, list[float]] = {}
+        for r, p in enumerate(self.stack.problems):
+            theta = self.stack.local(self.point, r).theta
+            values = theta[slots(p).offsets] * offset_scale(p)
+            for n, v in zip(p.data.names, values, strict=True):
+                found.setdefault(n, []).append(float(v))
+        return {n: float(np.mean(v)) for n, v in found.items()}
+
+    def to_pandas(self) -> Any:
+        """Return estimates and nuisances as a data frame (needs pandas)."""
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise BondsightError(
+                "to_pandas needs pandas: pip install 'bondsight[tables]'"
+            ) from error
+        rows = [
+            (e.name, e.value, e.unit, *e.ci95, e.at_bound, kind)
+            for kind, group in (("parameter", self.estimates), ("nuisance", self.nuisances))
+            for e in group
+        ]
+        columns = ["name", "value", "unit", "lower95", "upper95", "at_bound", "kind"]
+        return pd.DataFrame(rows, columns=columns).set_index("name")
+
+    def __repr__(self) -> str:
+        """Short text."""
+        return (
+            f"Estimation({self.study.graph.name!r}, {self.method}, {self.status.value}, "
+            f"cost {self.cost:.4g})"
+        )
+
+    def __str__(self) -> str:
+        """Values with intervals, errors and notes, one a line."""
+        lines = [repr(self)]
+        for e in (*self.estimates, *self.nuisances):
+            mark = "  at its bound" if e.at_bound else ""
+            low, high = e.ci95
+            lines.append(
+                f"  {e.name:24s} {e.value:12.6g} {e.unit:10s} [{low:.6g}, {high:.6g}]{mark}"
+            )
+        for r, name in enumerate(self.record_names):
+            for part in ("train", "test"):
+                for n, v in self.rmse(part, r).items():
+                    if np.isfinite(v):
+                        lines.append(f"  rms error of {n}, {part} of {name}: {v:.4g}")
+        return "\n".join([*lines, *(f"  note: {n}" for n in self.notes)])
+
+    def _repr_html_(self) -> str:
+        """Return a table for notebooks."""
+        rows = "".join(
+            f"<tr><td>{escape(e.name)}</td><td>{e.value:.6g}</td><td>{escape(e.unit)}</td>"
+            f"<td>{e.ci95[0]:.6g}</td><td>{e.ci95[1]:.6g}</td>"
+            f"<td>{'at its bound' if e.at_bound else ''}</td></tr>"
+            for e in (*self.estimates, *self.nuisances)
+        )
+        notes = "".join(f"<p>{escape(n)}</p>" for n in self.notes)
+        return (
+            f"<p>{escape(repr(self))}</p><table><tr><th>name</th><th>value</th><th>unit</th>"
+            f"<th colspan=2>95 % interval</th><th></th></tr>{rows}</table>{notes}"
+        )
+
+
+def _with_one(setting: Setting, study: Study) -> Setting:
+    """Return the setting with what one more recording needs."""
+    fresh = study.first_setting
+    n = len(study.recordings)
+    return replace(
+        setting,
+        n_sub=(*setting.n_sub[:n], max(setting.n_sub)),
+        floors=(*setting.floors[:n], *fresh.floors[n:]),
+        whitening=(*setting.whitening[:n], *fresh.whitening[n:]),
+    )
+
+
+def simulate_validation(
+    problem: Problem, values: Mapping[str, float], offsets: Mapping[str, float], init: int
+) -> Array:
+    """Simulate a recording that is only judged; its initial state is fitted to `init` samples.
+
+    Sensors keep the offsets they had in the fitted recordings; commands have none.
+    """
+    known = {n: v for n, v in values.items() if n in problem.engine.parameter_names}
+    made = replace(problem, starts=known, source_offsets=False)
+    at = slots(made)
+    theta = np.zeros(at.size)
+    theta[at.delays] = [values.get(n, 0.0) / made.data.dt for n in made.delays]
+    theta[at.offsets] = [offsets.get(n, 0.0) for n in made.data.names] / offset_scale(made)
+    states = np.tile(made.rest_state, (len(windows(made)), 1))
+    point = Point(theta, states)
+    if init and made.free_states.size:
+        begin = replace(made.data.split, train=slice(0, init), test=slice(init, made.data.n))
+        short = replace(made, data=replace(made.data, split=begin), window=None)
+        found = refine_states(short, Point(theta, states[:1]))
+        point = Point(theta, np.tile(found.states[0], (states.shape[0], 1)))
+    return evaluate(made, point, derivatives=False).y
+
+
+def estimates_of(
+    stack: Stack, point: Stacked, covariance: Array
+) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
+    """Return parameters and nuisances with their 95 % intervals.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (n, n)
+        Of theta.
+    """
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    lower, upper = stack.bounds
+    done: set[int] = set()
+    found: list[Estimate] = []
+    nuisances: list[Estimate] = []
+    for r, p in enumerate(stack.problems):
+        at, factor = stack.columns[r], stack.factors[r]
+        for j, (value, unit, slope, free) in enumerate(_meanings(p, stack.local(point, r).theta)):
+            i = int(at[j])
+            if i in done:
+                continue
+            done.add(i)
+            t, reach = float(point.theta[i]), 1.96 * float(sd[i])
+            if free is not None:
+                # wide intervals of logarithmic parameters stay within what a double holds
+                ends = sorted(
+                    (free.value(max(t - reach, -700.0)), free.value(min(t + reach, 700.0)))
+                )
+                nuisance = free.parameter.name.startswith("offset_")
+            elif upper[i] > lower[i]:
+                half = reach * abs(slope * float(factor[j]))
+                ends, nuisance = [value - half, value + half], stack.names[i] not in p.delays
+            else:
+                continue
+            hit = bool(t <= lower[i] + 1e-9 or t >= upper[i] - 1e-9)
+            entry = Estimate(stack.names[i], value, unit, (ends[0], ends[1]), hit)
+            (nuisances if nuisance else found).append(entry)
+    return tuple(found), tuple(nuisances)
+
+
+def _meanings(p: Problem, theta: Array) -> list[tuple[float, str, float, Free | None]]:
+    """Value (SI), unit and slope of each local unknown, in the order of `slots`."""
+    at, dt, scale = slots(p), p.data.dt, offset_scale(p)
+    units = [getattr(p.graph[n], "unit", "") for n in p.data.names]
+    found: list[tuple[float, str, float, Free | None]] = [
+        (f.value(float(t)), f.parameter.unit, 1.0, f) for f, t in zip(p.free, theta, strict=False)
+    ]
+    found += [(float(t) * dt, "s", dt, None) for t in theta[at.lags]]
+    found += [(float(t) * dt, "s", dt, None) for t in theta[at.delays]]
+    found += [
+        (float(t) * s, u, float(s), None)
+        for t, s, u in zip(theta[at.offsets], scale, units, strict=True)
+    ]
+    found += [(float(t) * p.clock, "1", p.clock, None) for t in theta[at.clocks]]
+    return found
