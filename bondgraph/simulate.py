@@ -99,6 +99,8 @@ class Run:
         Memory of each law that has one, at the last sample, by element.
     settled : bool
         See `Trajectory.settled`.
+    dx : ndarray, shape (n_x, n_d)
+        Derivatives of the last state.
     """
 
     y: Array
@@ -108,6 +110,7 @@ class Run:
     x: Array
     memory: dict[str, tuple[float, ...]]
     settled: bool = True
+    dx: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
@@ -241,6 +244,7 @@ def run_prepared(
         out[:, n_y + n_w :, 0],
         z[:n_x, 0].copy(),
         {e: tuple(z[rows, 0].tolist()) for e, rows, _ in _memories(compiled, lay)},
+        dx=z[:n_x, 1:].copy(),
     )
 
 

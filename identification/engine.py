@@ -6,13 +6,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from bondgraph.compiled import Compiled
 from bondgraph.elements import Parameter
 from bondgraph.simulate import (
+    Memories,
     Prepared,
     Run,
     equilibrium,
@@ -25,18 +26,6 @@ from bondgraph.simulate import (
 __all__ = ["Engine", "ExactEngine"]
 
 Array = np.ndarray
-
-
-class Outcome(Protocol):
-    """What a run gives: readings (N, n_y) and their derivatives (N, n_y, n_d)."""
-
-    @property
-    def y(self) -> Array:
-        """Readings."""
-
-    @property
-    def dy(self) -> Array:
-        """Derivatives of the readings."""
 
 
 class Engine(ABC):
@@ -83,8 +72,17 @@ class Engine(ABC):
         """Make ready to run at one parameter vector; `states`: differentiate by the start too."""
 
     @abstractmethod
-    def run(self, ready: Any, u: Array, x0: Array, fine: Array, *, every_substep: bool) -> Run:
-        """Run over inputs `u` (N, n_u) with their sub-step values `fine`."""
+    def run(
+        self,
+        ready: Any,
+        u: Array,
+        x0: Array,
+        fine: Array,
+        *,
+        every_substep: bool = False,
+        memory: Memories | None = None,
+    ) -> Run:
+        """Run over inputs `u` (N, n_u) with their sub-step values `fine`, from `memory`."""
 
     @abstractmethod
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
@@ -144,9 +142,18 @@ class ExactEngine(Engine):
         """Discretise with derivatives."""
         return prepare(self.compiled, p, step, n_sub, directions, states)
 
-    def run(self, ready: Any, u: Array, x0: Array, fine: Array, *, every_substep: bool) -> Run:
+    def run(
+        self,
+        ready: Any,
+        u: Array,
+        x0: Array,
+        fine: Array,
+        *,
+        every_substep: bool = False,
+        memory: Memories | None = None,
+    ) -> Run:
         """Run the compiled step."""
-        return run_prepared(ready, u, x0, fine=fine, every_substep=every_substep)
+        return run_prepared(ready, u, x0, fine=fine, every_substep=every_substep, memory=memory)
 
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
         """Spread of the states, observed in a simulation."""

@@ -146,12 +146,12 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
             problem.fine_inputs(w),
             every_substep=bool(problem.delays),
         )
-        seen = _seen(problem, run, point.theta, derivatives)
+        seen = read_out(problem, run, point.theta, derivatives=derivatives)
         y[w] = seen.y + point.theta[at.offsets] * offsets
         chosen = train[w]
         if not chosen.any():
             continue
-        part = _weighted(problem, (data.readings[w] - y[w])[chosen].T[:, :, None])
+        part = weighted(problem, (data.readings[w] - y[w])[chosen].T[:, :, None])
         rows.append(part.ravel())
         if derivatives:
             tangent = seen.tangent[chosen]
@@ -169,9 +169,9 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
             for j, outputs in enumerate(problem.delays.values()):
                 for c in outputs:
                     block[c, :, at.delays.start + j] = seen.by_delay[chosen, c]
-            jacobians.append(_weighted(problem, block).reshape(part.size, -1))
+            jacobians.append(weighted(problem, block).reshape(part.size, -1))
             states = by_start[:, :, problem.free_states].transpose(1, 0, 2)
-            states = _weighted(problem, states).reshape(part.size, -1)
+            states = weighted(problem, states).reshape(part.size, -1)
             local.append((slice(filled, filled + part.size), states))
         filled += part.size
     residual = np.concatenate(rows) if rows else np.zeros(0)
@@ -179,7 +179,7 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
     return Evaluation(y, residual, jacobian, local)
 
 
-def _weighted(problem: Problem, block: Array) -> Array:
+def weighted(problem: Problem, block: Array) -> Array:
     """Divide by the floor, channel by channel, and whiten coloured noise along time.
 
     `block` has shape (n_y, n, columns). The first samples, which the filter does not know the past
@@ -215,7 +215,7 @@ def _rest(
 
 
 @dataclass(frozen=True)
-class _Seen:
+class Seen:
     """Readings with delays and clocks, and their derivatives, shapes (N, n_y) and (N, n_y, n_d)."""
 
     y: Array
@@ -225,7 +225,8 @@ class _Seen:
     by_clock: Array
 
 
-def _seen(problem: Problem, run: Run, theta: Array, derivatives: bool) -> _Seen:
+def read_out(problem: Problem, run: Run, theta: Array, *, derivatives: bool) -> Seen:
+    """Return what the sensors say of a run: lags, dead times and clocks; no offsets."""
     at, n_y = slots(problem), len(problem.data.names)
     lags = output_delays(problem, theta)
     by_delay: Array | None = None
@@ -241,7 +242,7 @@ def _seen(problem: Problem, run: Run, theta: Array, derivatives: bool) -> _Seen:
     else:
         y, by_lag, tangent = _lagged(run, n_y, lags, derivatives)
         by_clock = by_lag
-    return _Seen(y, tangent, by_lag, by_lag if by_delay is None else by_delay, by_clock)
+    return Seen(y, tangent, by_lag, by_lag if by_delay is None else by_delay, by_clock)
 
 
 def _clocked(run: Run, n_y: int, lags: Array, clocks: Array) -> tuple[Array, Array, Array]:

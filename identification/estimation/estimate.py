@@ -122,8 +122,9 @@ def _settled(
     for _ in range(ROUNDS):
         if solution.status in (Status.BROKEN, Status.CANCELLED):
             break
-        finer = _refined(study, setting, stack, solution.point)
-        heard = _reweighted(study, finer, stack, solution.point)
+        joined = solution.readings
+        finer = _refined(study, setting, stack, solution.point) if joined is None else setting
+        heard = _reweighted(study, finer, stack, joined or _readings(stack, solution.point))
         if _same(setting, heard):
             break
         trace = solution.trace
@@ -198,14 +199,17 @@ def _changed(a: Evaluation, b: Evaluation, floor: Array) -> float:
     return float(np.sqrt(np.mean(((a.y - b.y)[seen] / floor) ** 2, axis=0)).max())
 
 
-def _reweighted(study: Study, setting: Setting, stack: Stack, point: Stacked) -> Setting:
+def _readings(stack: Stack, point: Stacked) -> tuple[Array, ...]:
+    return tuple(e.y for e in stack.evaluate(point, derivatives=False))
+
+
+def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence[Array]) -> Setting:
     """Take noise levels, and colours if wanted, from the training residuals."""
     known = study.noise if not isinstance(study.noise, str) else {}
-    now = stack.evaluate(point, derivatives=False)
     floors, whitening = list(setting.floors), list(setting.whitening)
-    for r, (p, e) in enumerate(zip(stack.problems, now, strict=True)):
+    for r, (p, y) in enumerate(zip(stack.problems, readings, strict=True)):
         m = p.data.mask("train")
-        rest = (p.data.readings - e.y)[m]
+        rest = (p.data.readings - y)[m]
         if not np.isfinite(rest).all() or rest.shape[0] < 4:
             continue
         level, colours = setting.floors[r].copy(), []
@@ -251,10 +255,10 @@ def _finished(
     if covariance is None:
         covariance, words = _covariance(stack, found, point)
     estimates, nuisances = estimates_of(stack, point, covariance)
-    simulated = [e.y for e in found]
+    simulated = [e.y for e in found] if solution.readings is None else list(solution.readings)
     result = Estimation(
         study, setting, method.name, optimiser, solution.status, point, covariance,
-        stack.cost(found, point), solution.trace, estimates, nuisances, tuple(simulated),
+        _cost(stack, found, solution), solution.trace, estimates, nuisances, tuple(simulated),
         (*notes, *solution.notes, *((words,) if words else ())),
     )  # fmt: skip
     judged = [
@@ -262,6 +266,12 @@ def _finished(
         for i in range(len(study.recordings), len(study.records))
     ]
     return replace(result, simulated=(*simulated, *judged))
+
+
+def _cost(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> float:
+    if solution.readings is not None or not solution.point.theta.size:
+        return solution.trace[-1]
+    return stack.cost(found, solution.point)
 
 
 def _covariance(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tuple[Array, str]:

@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from identification.estimation.methods.method import Method, Options, Solution
+from identification.estimation.methods.multiple_shooting import MultipleShooting
 from identification.estimation.methods.single_shooting import SingleShooting
 
 __all__ = ["METHODS", "Method", "Options", "Solution"]
 
-METHODS: Mapping[str, Method] = MappingProxyType({m.name: m for m in (SingleShooting(),)})
+METHODS: Mapping[str, Method] = MappingProxyType(
+    {m.name: m for m in (SingleShooting(), MultipleShooting())}
+)
 """All methods by name."""

@@ -50,6 +50,8 @@ class Solution:
         Unknowns of `Study.stack` at the setting.
     covariance : ndarray, shape (n, n), or None
         Of theta, where the method has one of its own; otherwise that of the free run is taken.
+    readings : tuple of ndarray, shape (N, n_y) each, or None
+        Simulated readings, where they are not those of the free run.
     """
 
     point: Stacked
@@ -57,6 +59,7 @@ class Solution:
     trace: tuple[float, ...]
     covariance: Array | None = None
     notes: tuple[str, ...] = ()
+    readings: tuple[Array, ...] | None = None
 
 
 class Method(ABC):

@@ -1,0 +1,434 @@
+"""Multiple shooting: windows with initial states of their own that must join without a gap.
+
+Bock, Springer Series in Chemical Physics 18 (1981) 102. Gauss-Newton on the readings with the
+continuity of the states as constraints; each step solves the sparse optimality system, so that
+unstable plants do not multiply their growth from window to window.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import ClassVar, final
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from bondgraph.errors import UnusableInput
+from bondgraph.simulate import Run
+from identification.estimation.methods.method import Method, Options, Solution
+from identification.estimation.study import Setting, Study
+from identification.levenberg_marquardt import Status, minimise
+from identification.problem import Problem
+from identification.residual import (
+    offset_scale,
+    parameters_at,
+    read_out,
+    slots,
+    weighted,
+    windows,
+)
+from identification.stack import Stack, Stacked, refine_states
+
+__all__ = ["MultipleShooting"]
+
+Array = np.ndarray
+WINDOWS = 40
+SHORTEST = 12
+CLOSED = 1e-7
+"""Largest gap between windows, in spreads of the state."""
+FREE_RUN_LOSS = 1.02
+STAGES = (1.0, 1e2, 1e4, 1e6)
+"""Weight of the squared gaps (in spreads of the state) beside the residuals (in noise)."""
+STAGE_ITERATIONS = 12
+
+
+@final
+class MultipleShooting(Method):
+    """For long, unstable or integrating plants, and for poor start values."""
+
+    name: ClassVar[str] = "multiple_shooting"
+    memory: ClassVar[str] = (
+        "memory runs on from window to window with its value; its derivatives end at each window, "
+        "and the free run finishes the fit"
+    )
+
+    def check(self, study: Study) -> None:
+        """Refuse declared dead times: they reach over the edges of windows."""
+        for e in study.graph.elements.values():
+            drive = getattr(e, "drive", None)
+            if getattr(e, "delay", None) or (drive is not None and drive.delay):
+                raise UnusableInput(
+                    f"multiple_shooting: {e.name} has a dead time, which reaches over the edges of "
+                    "windows; use method='single_shooting'"
+                )
+
+    def solve(
+        self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
+    ) -> Solution:
+        """Close the gaps, then finish with the free run where it is as good."""
+        cut = [_windows(p, study.window) for p in stack.problems]
+        whole = replace(stack, problems=tuple(replace(p, window=None) for p in stack.problems))
+        begin = _Nodes(start.theta, [_observed(whole, start, r, c) for r, c in enumerate(cut)])
+        near, approach = _approached(whole, cut, begin, options)
+        made, status, trace, system = _descend(whole, cut, near, options)
+        trace = (*approach, *trace[1:])
+        point = Stacked(made.theta, tuple(n[:1] for n in made.states))
+        now = _swept(whole, cut, made)
+        cost = now.cost
+        if status is not Status.CANCELLED and np.isfinite(cost):
+            free = minimise(
+                whole, point, max_iterations=options.max_iterations, tolerance=options.tolerance
+            )
+            if np.isfinite(free.cost) and free.cost <= FREE_RUN_LOSS * cost:
+                return Solution(free.point, free.status, (*trace, *free.trace[1:]))
+        notes = (
+            "the free run diverges from the windows (unstable or integrating): the readings shown "
+            "are those of the joined windows",
+        )
+        return Solution(point, status, trace, _information(system, stack.n), notes, now.readings)
+
+
+@dataclass(frozen=True, eq=False)
+class _Nodes:
+    """Unknowns: theta and the state at the start of every window, record by record."""
+
+    theta: Array
+    states: list[Array]
+
+
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    """All windows at one point.
+
+    `residual`, `by_theta`, `by_node` for the training readings (scaled nodes), window by window;
+    `gap`, `gap_theta`, `gap_node` for the joints.
+    """
+
+    cost: float
+    gap_size: float
+    readings: tuple[Array, ...]
+    blocks: list[tuple[int, Array, Array, Array]]
+    joints: list[tuple[int, Array, Array, Array]]
+
+
+def _windows(problem: Problem, wanted: int | None) -> list[slice]:
+    """Windows that share their edges: the last sample of one is the first of the next."""
+    n = problem.data.n
+    length = wanted or max(SHORTEST, n // WINDOWS)
+    count = max(1, round((n - 1) / length))
+    edges = np.linspace(0, n - 1, count + 1).astype(int)
+    return [slice(int(a), int(b) + 1) for a, b in pairwise(edges)]
+
+
+def _observed(stack: Stack, start: Stacked, record: int, cut: list[slice]) -> Array:
+    """Node states that let each window follow its own readings at the start values."""
+    p = stack.problems[record]
+    length = cut[0].stop - cut[0].start - 1
+    split = replace(p.data.split, train=slice(0, p.data.n), test=slice(0, 0))
+    loose = replace(p, data=replace(p.data, split=split), window=max(length, 3))
+    local = stack.local(start, record)
+    states = np.tile(local.states[:1], (len(windows(loose)), 1))
+    found = refine_states(loose, replace(local, states=states), passes=8).states
+    at = np.array([w.start for w in windows(loose)])
+    picked = found[[int(np.abs(at - c.start).argmin()) for c in cut]]
+    if not p.free_states.size:
+        picked[0] = p.rest_state
+    else:
+        held = np.setdiff1d(np.arange(p.engine.n_x), p.free_states)
+        picked[0, held] = local.states[0, held]
+    return np.asarray(picked)
+
+
+def _swept(stack: Stack, cut: list[list[slice]], nodes: _Nodes) -> _Sweep:
+    total, count, gap_size = 0.0, 0, 0.0
+    blocks, joints, readings = [], [], []
+    first = 0
+    for r, p in enumerate(stack.problems):
+        theta = nodes.theta[stack.columns[r]] * stack.factors[r]
+        at, engine, data = slots(p), p.engine, p.data
+        names = engine.parameter_names
+        vector = parameters_at(p, theta)
+        directions = [names.index(f.parameter.name) for f in p.free]
+        slopes = np.array([f.slope(float(t)) for f, t in zip(p.free, theta, strict=False)])
+        ready = engine.prepare(vector, data.dt, p.n_sub, directions, True)
+        n_f, n_x = len(directions), engine.n_x
+        n_y = len(data.names)
+        y, dy = np.empty((data.n, n_y)), np.empty((data.n, n_y, n_f))
+        local: list[Array] = []
+        memory = None
+        for k, w in enumerate(cut[r]):
+            run = engine.run(ready, p.inputs[w], nodes.states[r][k], _fine(p, w), memory=memory)
+            memory = run.memory or None
+            y[w], dy[w] = run.y[:, :n_y], run.dy[:, :n_y, :n_f]
+            local.append(run.dy[:, :n_y, n_f:])
+            if k + 1 < len(cut[r]):
+                scale = p.state_scale
+                gap = (run.x - nodes.states[r][k + 1]) / scale
+                wide = np.zeros((n_x, stack.n))
+                wide[:, stack.columns[r][at.free]] = run.dx[:, :n_f] * slopes / scale[:, None]
+                joints.append((first + k, gap, wide, run.dx[:, n_f:] * scale / scale[:, None]))
+                gap_size = max(gap_size, float(np.abs(gap).max(initial=0.0)))
+        seen = read_out(p, Run(y, dy, y[:, :0], y[:, :0], y[0, :0], {}), theta, derivatives=True)
+        shown = seen.y + theta[at.offsets] * offset_scale(p)
+        readings.append(shown)
+        train = data.mask("train")
+        rest = weighted(p, (data.readings - shown).T[:, :, None].copy())[:, :, 0]
+        block = np.zeros((n_y, data.n, at.size))
+        block[:, :, at.free] = seen.tangent.transpose(1, 0, 2) * slopes
+        for c in range(n_y):
+            block[c, :, at.lags.start + c] = seen.by_lag[:, c]
+            block[c, :, at.offsets.start + c] = offset_scale(p)[c]
+            if p.clock:
+                block[c, :, at.clocks.start + c] = seen.by_clock[:, c]
+        block = weighted(p, block)
+        for k, w in enumerate(cut[r]):
+            last = k + 1 == len(cut[r])
+            rows = np.arange(w.start, w.stop if last else w.stop - 1)
+            rows = rows[train[rows]]
+            e = rest[:, rows].ravel()
+            wide = np.zeros((e.size, stack.n))
+            wide[:, stack.columns[r]] = block[:, rows].reshape(e.size, at.size) * stack.factors[r]
+            by_node = weighted(p, (local[k] * p.state_scale).transpose(1, 0, 2).copy())
+            by_node = by_node[:, rows - w.start].reshape(e.size, n_x)
+            blocks.append((first + k, e, wide, by_node))
+            total += float(e @ e)
+            count += e.size
+        first += len(cut[r])
+    weight, centre = stack.prior
+    with np.errstate(over="ignore", invalid="ignore"):
+        total += float(np.sum((weight * (nodes.theta - centre)) ** 2))
+    return _Sweep(total / max(count, 1), gap_size, tuple(readings), blocks, joints)
+
+
+def _fine(p: Problem, w: slice) -> Array:
+    """Return the inputs between the samples of a window, cut from those of the whole record."""
+    whole = p.fine_inputs(slice(0, p.data.n))
+    return np.asarray(whole[w.start * p.n_sub : (w.stop - 1) * p.n_sub])
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """Normal matrix and constraints in theta and scaled nodes."""
+
+    gram: sparse.csc_matrix
+    right: Array
+    joint: sparse.csc_matrix
+    gap: Array
+
+
+def _assembled(stack: Stack, cut: list[list[slice]], nodes: _Nodes, sweep: _Sweep) -> _System:
+    sizes = [p.engine.n_x for p, c in zip(stack.problems, cut, strict=True) for _ in c]
+    place = stack.n + np.concatenate([[0], np.cumsum(sizes)]).astype(int)
+    total = int(place[-1])
+    weight, centre = stack.prior
+    gram = sparse.lil_matrix((total, total))
+    theta_gram = np.diag(weight**2)
+    right = np.zeros(total)
+    right[: stack.n] = weight**2 * (centre - nodes.theta)
+    for k, e, wide, by_node in sweep.blocks:
+        a, b = place[k], place[k + 1]
+        theta_gram = theta_gram + wide.T @ wide
+        cross = wide.T @ by_node
+        gram[: stack.n, a:b] = cross
+        gram[a:b, : stack.n] = cross.T
+        gram[a:b, a:b] = by_node.T @ by_node
+        right[: stack.n] += wide.T @ e
+        right[a:b] += by_node.T @ e
+    gram[: stack.n, : stack.n] = theta_gram
+    rows = sum(j[1].size for j in sweep.joints)
+    joint, gap = sparse.lil_matrix((rows, total)), np.zeros(rows)
+    at = 0
+    for k, g, wide, by_node in sweep.joints:
+        n = g.size
+        joint[at : at + n, : stack.n] = wide
+        joint[at : at + n, place[k] : place[k + 1]] = by_node
+        joint[at : at + n, place[k + 1] : place[k + 1] + n] = -np.eye(n)
+        gap[at : at + n] = g
+        at += n
+    return _System(gram.tocsc(), right, joint.tocsc(), gap)
+
+
+def _held(stack: Stack, cut: list[list[slice]], fixed: Array) -> Array:
+    """Which unknowns may move: theta off its bounds, nodes except known initial states."""
+    free = [~fixed]
+    for p, c in zip(stack.problems, cut, strict=True):
+        for k in range(len(c)):
+            moving = np.ones(p.engine.n_x, bool)
+            if k == 0:
+                moving[:] = False
+                moving[p.free_states] = True
+            free.append(moving)
+    return np.concatenate(free)
+
+
+def _stepped(
+    stack: Stack, cut: list[list[slice]], nodes: _Nodes, system: _System, damping: float
+) -> tuple[Array, Array] | None:
+    """Step and multipliers of the damped optimality system, within the bounds."""
+    lower, upper = stack.bounds
+    low = np.maximum(lower - nodes.theta, -stack.lowest)
+    high = np.maximum(np.minimum(upper - nodes.theta, stack.lowest), low)
+    clipped = np.zeros(stack.n)
+    fixed = high <= low
+    total = system.gram.shape[0]
+    size = system.gram.diagonal()
+    for _ in range(stack.n + 1):
+        free = _held(stack, cut, fixed)
+        delta = np.zeros(total)
+        delta[: stack.n] = np.where(fixed, clipped, 0.0)
+        h = system.gram + sparse.diags(damping * size + 1e-14 * size.max())
+        right = (system.right - system.gram @ delta)[free]
+        gap = -(system.gap + system.joint @ delta)
+        joint = system.joint[:, free]
+        matrix = sparse.bmat([[h[free][:, free], joint.T], [joint, None]], format="csc")
+        try:
+            solved = splu(matrix).solve(np.concatenate([right, gap]))
+        except RuntimeError:
+            return None
+        if not np.isfinite(solved).all():
+            return None
+        n_free = int(free.sum())
+        delta[free] = solved[:n_free]
+        over = (delta[: stack.n] < low - 1e-12) | (delta[: stack.n] > high + 1e-12)
+        if not (over & ~fixed).any():
+            return delta, solved[n_free:]
+        clipped = np.where(over & ~fixed, np.clip(delta[: stack.n], low, high), clipped)
+        fixed = fixed | over
+    return None
+
+
+def _moved(stack: Stack, cut: list[list[slice]], nodes: _Nodes, delta: Array) -> _Nodes:
+    at, states = stack.n, []
+    for p, c, old in zip(stack.problems, cut, nodes.states, strict=True):
+        n = p.engine.n_x * len(c)
+        states.append(old + delta[at : at + n].reshape(len(c), -1) * p.state_scale)
+        at += n
+    return _Nodes(nodes.theta + delta[: stack.n], states)
+
+
+def _approached(
+    stack: Stack, cut: list[list[slice]], nodes: _Nodes, options: Options
+) -> tuple[_Nodes, list[float]]:
+    """Draw the windows together: gaps cost more from stage to stage.
+
+    With loose windows the misfit has no wrong minima that come from many periods; the constraints
+    alone would close the gaps before the parameters are near.
+    """
+    now = _swept(stack, cut, nodes)
+    trace = [now.cost]
+    if not np.isfinite(now.cost):
+        return nodes, trace
+    lower, upper = stack.bounds
+    for weight in STAGES:
+        damping = 1e-3
+        cost = _soft(stack, now, nodes, weight)
+        for _ in range(STAGE_ITERATIONS):
+            system = _assembled(stack, cut, nodes, now)
+            gram = system.gram + weight * (system.joint.T @ system.joint)
+            right = system.right - weight * (system.joint.T @ system.gap)
+            better = None
+            while damping < 1e8:
+                delta = _loose_step(stack, cut, nodes, gram, right, damping)
+                trial = _moved(stack, cut, nodes, delta)
+                trial = _Nodes(np.clip(trial.theta, lower, upper), trial.states)
+                after = _swept(stack, cut, trial)
+                new = _soft(stack, after, trial, weight)
+                if np.isfinite(new) and new <= cost:
+                    better = (trial, after, new)
+                    break
+                damping *= 8.0
+            if better is None:
+                break
+            gain = (cost - better[2]) / max(cost, 1e-300)
+            nodes, now, cost = better
+            damping = max(damping / 6.0, 1e-9)
+            trace.append(now.cost)
+            if options.report is not None:
+                options.report(len(trace) - 1, now.cost)
+            if gain < 1e-2:
+                break
+    return nodes, trace
+
+
+def _soft(stack: Stack, sweep: _Sweep, nodes: _Nodes, weight: float) -> float:
+    count = max(sum(e.size for _, e, _, _ in sweep.blocks), 1)
+    gaps = sum(float(g @ g) for _, g, _, _ in sweep.joints)
+    return sweep.cost * count + weight * gaps
+
+
+def _loose_step(
+    stack: Stack,
+    cut: list[list[slice]],
+    nodes: _Nodes,
+    gram: sparse.csc_matrix,
+    right: Array,
+    damping: float,
+) -> Array:
+    lower, upper = stack.bounds
+    free = _held(stack, cut, upper <= lower)
+    size = gram.diagonal()
+    h = (gram + sparse.diags(damping * size + 1e-14 * size.max())).tocsc()
+    delta = np.zeros(size.size)
+    delta[free] = splu(h[free][:, free].tocsc()).solve(right[free])
+    delta[: stack.n] = np.clip(delta[: stack.n], -stack.lowest, stack.lowest)
+    return delta
+
+
+def _descend(
+    stack: Stack, cut: list[list[slice]], nodes: _Nodes, options: Options
+) -> tuple[_Nodes, Status, tuple[float, ...], _System]:
+    now = _swept(stack, cut, nodes)
+    if not np.isfinite(now.cost):
+        system = _assembled(stack, cut, nodes, now)
+        return nodes, Status.BROKEN, (np.inf,), system
+    count = max(sum(e.size for _, e, _, _ in now.blocks), 1)
+    system = _assembled(stack, cut, nodes, now)
+    trace, damping, penalty = [now.cost], 1e-3, 0.0
+    status = Status.ITERATIONS
+    try:
+        for _ in range(options.max_iterations):
+            accepted = None
+            while damping < 1e10:
+                found = _stepped(stack, cut, nodes, system, damping)
+                if found is not None:
+                    delta, multipliers = found
+                    penalty = max(penalty, 2.0 * float(np.abs(multipliers).max(initial=0.0)))
+                    trial = _moved(stack, cut, nodes, delta)
+                    after = _swept(stack, cut, trial)
+                    old = now.cost * count + penalty * float(np.abs(system.gap).sum())
+                    gap = np.concatenate([g for _, g, _, _ in after.joints] or [np.zeros(1)])
+                    new = after.cost * count + penalty * float(np.abs(gap).sum())
+                    if np.isfinite(new) and new <= old * (1 + 1e-12):
+                        accepted = (trial, after, (old - new) / max(old, 1e-300))
+                        break
+                damping *= 8.0
+            if accepted is None:
+                status = Status.NO_PROGRESS
+                break
+            nodes, now, gain = accepted
+            system = _assembled(stack, cut, nodes, now)
+            trace.append(now.cost)
+            damping = max(damping / 6.0, 1e-12)
+            if options.report is not None:
+                options.report(len(trace) - 1, now.cost)
+            if gain < options.tolerance and now.gap_size < CLOSED:
+                status = Status.CONVERGED
+                break
+    except KeyboardInterrupt:
+        status = Status.CANCELLED
+    return nodes, status, tuple(trace), system
+
+
+def _information(system: _System, n: int) -> Array:
+    """Covariance of theta under the constraints: a block of the inverse optimality system."""
+    size = system.gram.diagonal()
+    h = system.gram + sparse.diags(np.full(size.size, 1e-14 * size.max()))
+    matrix = sparse.bmat([[h, system.joint.T], [system.joint, None]], format="csc")
+    unit = np.zeros((matrix.shape[0], n))
+    unit[:n] = np.eye(n)
+    try:
+        return np.asarray(splu(matrix).solve(unit)[:n])
+    except RuntimeError:
+        return np.full((n, n), np.nan)

@@ -1,0 +1,225 @@
+"""Many starts: the same fit from points spread over the bounds, on whatever joblib runs on."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+from joblib.parallel import get_active_backend
+from scipy.stats import qmc
+from threadpoolctl import threadpool_limits
+
+from bondgraph.errors import UnusableInput, unknown_name
+from identification.estimation.estimate import Progress, estimate
+from identification.estimation.methods import METHODS, Options
+from identification.estimation.result import Estimation
+from identification.estimation.study import Study
+from identification.levenberg_marquardt import Status
+from identification.stack import Stack, Stacked
+
+__all__ = ["Arrival", "Starts", "many_starts"]
+
+Array = np.ndarray
+WIDE = float(np.log(10.0))
+"""Reach of a logarithmic parameter without bounds: a decade either way."""
+WIDE_SCALES = 2.0
+SAME = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """One start and where it led.
+
+    Attributes
+    ----------
+    index : int
+        Number of the start; 0 is the declared one.
+    start, theta : ndarray, shape (n,)
+        Scaled unknowns at the start and at the end.
+    states : tuple of ndarray
+    cost : float
+        Mean square of the weighted residuals; infinite if it could not be simulated.
+    """
+
+    index: int
+    start: Array
+    theta: Array
+    states: tuple[Array, ...]
+    cost: float
+    status: Status
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """All arrivals, best first, and the best one fitted to the end.
+
+    Attributes
+    ----------
+    arrivals : tuple of Arrival
+    best : Estimation
+    wanted : int
+        Starts asked for; more than `arrivals` only if it was cancelled.
+    names : tuple of str
+        Labels of the unknowns.
+    """
+
+    arrivals: tuple[Arrival, ...]
+    best: Estimation
+    wanted: int
+    names: tuple[str, ...]
+    seconds: float = 0.0
+
+    @property
+    def costs(self) -> Array:
+        """Cost of each arrival, rising: the waterfall."""
+        return np.array([a.cost for a in self.arrivals])
+
+    @property
+    def agreeing(self) -> int:
+        """How many starts ended within a thousandth of the best cost."""
+        costs = self.costs
+        return int(np.sum(costs <= costs[0] * (1 + SAME))) if costs.size else 0
+
+    def __str__(self) -> str:
+        """Short text."""
+        done = len(self.arrivals)
+        failed = int(np.sum(~np.isfinite(self.costs)))
+        cut = f" (cancelled after {done} of {self.wanted})" if done < self.wanted else ""
+        lost = f", {failed} could not be simulated" if failed else ""
+        return (
+            f"{self.agreeing} of {done} starts reached the best cost {self.costs[0]:.6g}"
+            f"{lost}{cut}; {self.seconds:.1f} s"
+        )
+
+
+def many_starts(
+    study: Study,
+    count: int = 32,
+    *,
+    method: str = "single_shooting",
+    seed: int = 0,
+    jobs: int = -1,
+    max_iterations: int = 40,
+    progress: Progress | None = None,
+) -> Starts:
+    """Fit from `count` points of a scrambled Sobol sequence over the bounds.
+
+    Parameters without bounds are spread over a decade either way (positive ones) or two scales.
+    The first start is the declared one. Runs on the joblib backend in force, so that loky, dask
+    or ray carry it: ``with joblib.parallel_config(backend="dask"): many_starts(study)``. Results
+    carry their number: none is lost or counted twice when a worker dies and its task runs again.
+
+    Parameters
+    ----------
+    seed : int
+        Of the sequence; the result does not depend on the workers.
+    jobs : int
+        Processes; -1 for all cores.
+
+    Raises
+    ------
+    UnusableInput
+        If no start can be simulated, or `count` is not positive.
+    """
+    begin = time.perf_counter()
+    if count < 1:
+        raise UnusableInput(f"many_starts: {count} starts; give at least 1")
+    if method not in METHODS:
+        raise unknown_name("method", method, "many_starts", METHODS)
+    METHODS[method].check(study)
+    stack = study.stack()
+    points = _spread(stack, count, seed)
+    say = progress or (lambda text, fraction: None)
+    found: dict[int, Arrival] = {}
+    try:
+        for arrival in _run(study, method, points, jobs, max_iterations):
+            found[arrival.index] = arrival
+            least = min(a.cost for a in found.values())
+            say(f"start {len(found)} of {count}, best {least:.6g}", 0.9 * len(found) / count)
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    ranked = tuple(sorted(found.values(), key=lambda a: (a.cost, a.index)))
+    if not ranked or not np.isfinite(ranked[0].cost):
+        raise UnusableInput(
+            f"{study.graph.name}: none of {len(ranked)} starts gives a finite simulation; give "
+            "bounds that keep the model stable, or method='multiple_shooting'"
+        )
+    best = _polished(study, method, ranked[0], progress)
+    return Starts(ranked, best, count, stack.names, time.perf_counter() - begin)
+
+
+def _spread(stack: Stack, count: int, seed: int) -> Array:
+    """Points in theta, shape (count, n); nuisances stay at zero."""
+    begin = stack.start().theta
+    lower, upper = stack.bounds
+    free = np.zeros(stack.n, bool)
+    reach = np.full(stack.n, WIDE_SCALES)
+    for p, at in zip(stack.problems, stack.columns, strict=True):
+        for i, f in zip(at, p.free, strict=False):
+            free[i] = not f.parameter.name.startswith("offset_")
+            reach[i] = WIDE if f.log else WIDE_SCALES
+    low = np.maximum(lower, begin - reach)
+    high = np.minimum(upper, begin + reach)
+    bounded = np.isfinite(lower) & np.isfinite(upper) & (upper - lower < 20.0)
+    low, high = np.where(bounded, lower, low), np.where(bounded, upper, high)
+    sampler = qmc.Sobol(int(free.sum()), seed=seed) if free.any() else None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # balance needs powers of two, we do not
+        unit = sampler.random(count) if sampler is not None else np.zeros((count, 0))
+    points = np.tile(begin, (count, 1))
+    points[:, free] = low[free] + unit * (high - low)[free]
+    points[0] = begin
+    return points
+
+
+def _run(
+    study: Study, method: str, points: Array, jobs: int, max_iterations: int
+) -> Iterator[Arrival]:
+    backend, _ = get_active_backend()
+    streams = bool(getattr(backend, "supports_return_generator", False))
+    parallel = Parallel(n_jobs=jobs, return_as="generator_unordered" if streams else "list")
+    tasks = (
+        delayed(_one)(study, method, i, theta, max_iterations) for i, theta in enumerate(points)
+    )
+    yield from parallel(tasks)
+
+
+def _one(study: Study, method: str, index: int, theta: Array, max_iterations: int) -> Arrival:
+    with warnings.catch_warnings(), threadpool_limits(1):
+        warnings.simplefilter("ignore", RuntimeWarning)
+        setting = study.first_setting
+        stack = _cached_stack(study)
+        begin = Stacked(theta, stack.start().states)
+        options = Options(max_iterations=max_iterations, tolerance=1e-6)
+        made = METHODS[method].solve(study, setting, stack, begin, options)
+        found = stack.evaluate(made.point, derivatives=False)
+        cost = stack.cost(found, made.point)
+    return Arrival(
+        index, theta, made.point.theta, made.point.states,
+        cost if np.isfinite(cost) else np.inf, made.status,
+    )  # fmt: skip
+
+
+def _cached_stack(study: Study) -> Stack:
+    """Derive the model once a study and process."""
+    held: Any = study.__dict__.get("_starts_stack")
+    if held is None:
+        held = study.stack()
+        object.__setattr__(study, "_starts_stack", held)
+    return held  # type: ignore[no-any-return]
+
+
+def _polished(study: Study, method: str, arrival: Arrival, progress: Progress | None) -> Estimation:
+    stack = study.stack()
+    values = {}
+    for p, at in zip(stack.problems, stack.columns, strict=True):
+        for i, f in zip(at, p.free, strict=False):
+            values[f.parameter.name] = f.value(float(arrival.theta[i]))
+    known = {n: v for n, v in values.items() if n in study.free_names}
+    return estimate(study.starting(known), method, progress=progress)
