@@ -5,7 +5,6 @@ Sizes: N samples. Units are checked and converted to SI at this border and nowhe
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
@@ -18,11 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.decimation import thinned
 from bondgraph.errors import UnusableInput, unknown_name
-from bondgraph.exchange import to_html, to_pandas, to_xarray, write_csv
-from bondgraph.reading.arrays import pick_arrays, read_arrays
+from bondgraph.exchange import dataset_arrays, to_html, to_pandas, to_xarray, write_csv
+from bondgraph.reading.any_file import read_table
+from bondgraph.reading.arrays import pick_arrays
 from bondgraph.reading.checks import FloatArray, check_file, check_finite, check_name, frozen
-from bondgraph.reading.csv_file import read_csv
 from bondgraph.reading.time_base import make_even
+from bondgraph.saving import is_saved, open_fields, save_recording, sha256_of
 from bondgraph.split import Split, default_split
 from bondgraph.units import parse_unit
 
@@ -152,13 +152,16 @@ class Recording:
         fs: float | None = None,
         name: str | None = None,
     ) -> Recording:
-        """Read a `.csv`, `.npz` or `.mat` file and convert it to SI.
+        """Read a file of measurements and convert it to SI.
 
         Parameters
         ----------
         path : path
             The file. CSV: one header line, separators `,` `;` or tab; decimal commas are
-            understood if the separator is not a comma. NPZ: one array per channel.
+            understood if the separator is not a comma. NPZ, MAT (all versions), HDF5: one array
+            per channel; TDMS: one channel each; Parquet: one column each. Arrays in groups are
+            called `group/x`, fields of MATLAB structures `data.x`. A file that `save` wrote is
+            opened; MAT 7.3, HDF5, TDMS and Parquet need ``pip install 'bondsight[files]'``.
         map : mapping of str to str, optional
             Channel name -> column header, or its name without the unit, optionally with a unit:
             `{"x": "displacement_um"}`, `"displacement"`, `"displacement[um]"`. The key `t` names
@@ -182,24 +185,74 @@ class Recording:
         """
         file = Path(path)
         check_file(file)
-        suffix = file.suffix.lower()
-        if suffix in (".csv", ".txt", ".tsv"):
-            table = read_csv(file, map, fs)
-        elif suffix in (".npz", ".mat"):
-            table = read_arrays(file, map, fs)
-        else:
-            raise UnusableInput(
-                f"{file.name}: files ending in {suffix!r} are not read; save as .csv, .npz or .mat"
-            )
+        if is_saved(file):
+            if fs is not None:
+                raise UnusableInput(
+                    f"{file.name}: a saved recording has its own time; leave the sampling rate out"
+                )
+            saved = cls.open(file)
+            named = replace(saved, name=name) if name else saved
+            return named.select(map) if map is not None else named
+        table = read_table(file, map, fs)
         even = make_even(table, file.name, fs)
-        digest = hashlib.sha256()
-        with open(file, "rb") as stream:
-            while block := stream.read(1 << 20):
-                digest.update(block)
         return cls(
             name or file.stem, even.time, even.channels, even.units,
-            file.name, digest.hexdigest(), {"notes": even.notes},
+            file.name, sha256_of(file), {"notes": even.notes},
         )  # fmt: skip
+
+    @classmethod
+    def open(cls, path: str | os.PathLike[str]) -> Recording:
+        """Reopen what `save` wrote: every bit, and the provenance.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Returns
+        -------
+        Recording
+            Equal to the saved one in all fields.
+
+        Raises
+        ------
+        UnusableInput
+            One line: no such file, damaged, changed, or saved by a newer version.
+        """
+        return cls(**open_fields(Path(path)))
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write everything to one open file, all or nothing; `open` gives it back.
+
+        The file is a NumPy archive without pickles: one array per channel, and a JSON entry with
+        units, source, SHA-256 of the source, notes and the software version. Equal recordings give
+        equal bytes.
+
+        Parameters
+        ----------
+        path : path
+            File to write, ending in `.npz`; an existing one is replaced at once at the end.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        UnusableInput
+            If the ending is another, `meta` holds more than plain values, or the file cannot be
+            written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> r = Recording("demo", [0.0, 0.1], {"x": [1.0, 2.0]}, {"x": "m"})
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     Recording.open(r.save(Path(folder) / "demo.npz"))
+        Recording('demo', 2 samples, 10 Hz: x [m])
+        """
+        return save_recording(self, Path(path))
 
     @classmethod
     def from_arrays(
@@ -386,6 +439,43 @@ class Recording:
     def to_xarray(self) -> Any:
         """Return an xarray Dataset over `time` with units as attributes."""
         return to_xarray(self)
+
+    @classmethod
+    def from_xarray(
+        cls,
+        data: Any,
+        name: str | None = None,
+        *,
+        map: Mapping[str, str] | None = None,
+        fs: float | None = None,
+    ) -> Recording:
+        """Make a recording from a Dataset or a DataArray.
+
+        Parameters
+        ----------
+        data : xarray.Dataset or xarray.DataArray
+            Variables over one dimension, with attribute `units` or `unit`, or the unit in the
+            name; its coordinate is the time, of a calendar or in the unit of its attribute (s).
+        name : str, optional
+            Name of the recording; that of the data if not given.
+        map, fs
+            As in `read`.
+
+        Returns
+        -------
+        Recording
+            SI values; source, SHA-256 and notes are those that `to_xarray` stored.
+
+        Raises
+        ------
+        UnusableInput
+            As in `read`, or if a variable has more than one dimension.
+        """
+        table, kept = dataset_arrays(data, name)
+        called = str(kept.pop("name"))
+        read = cls.from_arrays(called, table, map=map, fs=fs)
+        notes = (*kept.pop("notes", ()), *read.notes)
+        return replace(read, meta={"notes": notes}, **kept)
 
     def __repr__(self) -> str:
         """Return name, size, rate and channels in one line."""

@@ -197,6 +197,9 @@ class Problem:
         prior; a weak one holds the others.
     overrides : dict of str to Parameter
         Parameters with other bounds and scales than the graph declares.
+    correction : ndarray, shape (N, n_y), SI, or None
+        Readings with many sub-steps less those with `n_sub`, at an earlier point of the fit; added,
+        so that the fit runs with few sub-steps and ends where it would with many.
     """
 
     graph: BondGraph
@@ -216,6 +219,7 @@ class Problem:
     whitening: tuple[Array, ...] = ()
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     overrides: Mapping[str, Parameter] = field(default_factory=dict)
+    correction: Array | None = None
 
     def __getstate__(self) -> dict[str, object]:
         """Only the fields travel to other processes; compiled functions are rebuilt there."""
@@ -316,15 +320,14 @@ class Problem:
         )  # fmt: skip
         return np.asarray(np.maximum(spread, 1e-6 * np.abs(self.rest_state) + 1e-30))
 
-    def fine_inputs(self, window: slice) -> Array:
+    def fine_inputs(self, window: slice, n_sub: int | None = None) -> Array:
         """Return inputs at both ends of each sub-step of a window."""
-        key = (window.start, window.stop)
+        steps = self.steps if n_sub is None else n_sub
+        key = (window.start, window.stop, steps)
         if key not in self._fine:
-            self._fine[key] = self.engine.fine_inputs(
-                self.inputs[window], self.steps, self.data.hold
-            )
+            self._fine[key] = self.engine.fine_inputs(self.inputs[window], steps, self.data.hold)
         return self._fine[key]
 
     @cached_property
-    def _fine(self) -> dict[tuple[int, int], Array]:
+    def _fine(self) -> dict[tuple[int, int, int], Array]:
         return {}

@@ -148,6 +148,8 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
         )
         seen = read_out(problem, run, point.theta, derivatives=derivatives)
         y[w] = seen.y + point.theta[at.offsets] * offsets
+        if problem.correction is not None:
+            y[w] += problem.correction[w]
         chosen = train[w]
         if not chosen.any():
             continue

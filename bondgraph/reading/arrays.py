@@ -1,4 +1,4 @@
-"""Arrays by name: NumPy archives, MATLAB files, arrays in memory."""
+"""Arrays by name: in memory, and in NumPy archives."""
 
 from __future__ import annotations
 
@@ -11,40 +11,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.errors import BondsightError, UnusableInput
-from bondgraph.reading.checks import MAX_BYTES, FloatArray, optional
-from bondgraph.reading.columns import Table, choose, is_time
+from bondgraph.reading.checks import FloatArray, check_total
+from bondgraph.reading.columns import Table, choose, is_rate, is_time
 
 
-def read_arrays(file: Path, map: Mapping[str, str] | None, fs: float | None) -> Table:
-    """Read a NumPy archive (no pickles) or a MATLAB file up to version 7."""
+def read_npz(file: Path, map: Mapping[str, str] | None, fs: float | None) -> Table:
+    """Read a NumPy archive; arrays of objects (pickles) are refused, not opened."""
     where = file.name
     try:
-        if file.suffix.lower() == ".npz":
-            with zipfile.ZipFile(file) as archive:
-                if sum(i.file_size for i in archive.infolist()) > MAX_BYTES:
-                    raise UnusableInput(f"{where}: unpacks to too much; cut the recording")
-            with np.load(file, allow_pickle=False) as stored:
-                return pick_arrays({k: stored[k] for k in stored.files}, map, fs, where)
-        loadmat = optional("scipy.io", "read of .mat").loadmat
-        arrays = {
-            k: v.squeeze()
-            for k, v in loadmat(file).items()
-            if isinstance(v, np.ndarray) and v.dtype.kind in "biuf" and not k.startswith("__")
-        }
+        with zipfile.ZipFile(file) as archive:
+            names = archive.namelist()
+            check_total(sum(i.file_size for i in archive.infolist()), where)
+        twice = sorted({n for n in names if names.count(n) > 1}) if len(names) < 10_000 else []
+        if twice:
+            raise UnusableInput(f"{where}: two arrays are called {twice[0]!r}; save it again")
+        with np.load(file, allow_pickle=False) as stored:
+            arrays = {k: stored[k] for k in stored.files}
+        # an entry that is no array comes as bytes
+        arrays = {k: v for k, v in arrays.items() if isinstance(v, np.ndarray)}
         return pick_arrays(arrays, map, fs, where)
     except BondsightError:
         raise
-    except Exception as error:  # what loadmat raises for a broken file is anybody's guess
+    except Exception as error:  # what a broken archive raises is anybody's guess
         raise UnusableInput(
-            f"{where}: not readable as {file.suffix} ({error}); save plain number arrays again"
+            f"{where}: not readable as .npz ({str(error) or type(error).__name__}); save plain "
+            "number arrays again"
         ) from error
 
 
 def pick_arrays(
     arrays: Mapping[str, NDArray[Any]], map: Mapping[str, str] | None, fs: float | None, where: str
 ) -> Table:
-    """Choose and check the arrays that a plan needs."""
-    usable = [k for k, v in arrays.items() if v.ndim or k.lower().endswith("fs_hz") or is_time(k)]
+    """Choose and check the arrays that a plan needs.
+
+    Time stamps of a calendar count from the first; durations become seconds.
+    """
+    notes: list[str] = []
+    arrays = {k: _seconds(v, k, notes) for k, v in arrays.items()}
+    usable = [k for k, v in arrays.items() if v.ndim or is_rate(k) or is_time(k)]
     plan = choose(usable, map, fs, where)
     columns: dict[str, FloatArray] = {}
     sizes: dict[str, int] = {}
@@ -64,4 +68,21 @@ def pick_arrays(
         raise UnusableInput(f"{where}: arrays differ in length ({text}); choose some with --map")
     if 0 in sizes.values():
         raise UnusableInput(f"{where}: the arrays hold no sample; export the recording again")
-    return Table(plan, columns, lambda i: f"sample {i}")
+    used = [n for n in notes if any(n.startswith(repr(h)) for h in plan.headers)]
+    return Table(plan, columns, lambda i: f"sample {i}", tuple(used))
+
+
+def _seconds(values: NDArray[Any], header: str, notes: list[str]) -> NDArray[Any]:
+    """Return calendar times and durations as seconds, others as they are."""
+    if values.dtype.kind not in "mM" or not is_time(header) or not values.size:
+        return values
+    first = values.flat[0]
+    missing = np.isnat(values)
+    if values.dtype.kind == "M":
+        notes.append(f"{header!r}: seconds since {first}")
+        values = values - first
+    # two steps: whole seconds are exact, the rest is below one
+    whole = values.astype("timedelta64[s]")
+    rest = (values - whole).astype("timedelta64[ns]").astype(np.int64)
+    out = whole.astype(np.int64).astype(np.float64) + rest * 1e-9
+    return np.where(missing, np.nan, out)

@@ -43,12 +43,36 @@ def check_name(name: str, where: str) -> None:
 
 def check_finite(values: FloatArray, what: str, place: Callable[[int], str]) -> None:
     """Refuse NaN and infinity; `place` says where sample i stands."""
-    bad = np.flatnonzero(~np.isfinite(values))
-    if bad.size:
-        raise UnusableInput(
-            f"{what}: {bad.size} of {values.size} values are NaN, infinite or empty, the first in "
-            f"{place(int(bad[0]))}; remove or fill them"
+    good = np.isfinite(values)
+    bad = np.flatnonzero(~good)
+    if not bad.size:
+        return
+    first = place(int(bad[0]))
+    edges = np.flatnonzero(np.diff(np.concatenate(([True], good, [True])).astype(np.int8)))
+    # pairs of first bad and first good sample after it
+    starts, stops = edges[::2], edges[1::2]
+    bursts = ""
+    if bad.size > starts.size:
+        longest = int(np.argmax(stops - starts))
+        bursts = (
+            f" ({starts.size} bursts, the longest from {place(int(starts[longest]))} to "
+            f"{place(int(stops[longest]) - 1)})"
+            if starts.size > 1
+            else f" up to {place(int(bad[-1]))} without a gap"
         )
+    clean = ""
+    if bad.size < values.size:
+        heads = np.concatenate(([0], stops))
+        tails = np.concatenate((starts, [values.size]))
+        best = int(np.argmax(tails - heads))
+        clean = (
+            f", or keep the longest part without any, {place(int(heads[best]))} to "
+            f"{place(int(tails[best]) - 1)}"
+        )
+    raise UnusableInput(
+        f"{what}: {bad.size} of {values.size} values are NaN, infinite or empty, the first in "
+        f"{first}{bursts}; remove or fill them{clean}"
+    )
 
 
 def check_file(file: Path) -> None:
@@ -56,7 +80,7 @@ def check_file(file: Path) -> None:
     if not file.exists():
         raise UnusableInput(f"{file}: there is no such file; check the path")
     if not file.is_file():
-        raise UnusableInput(f"{file}: this is not a file; give the path of a .csv or .npz file")
+        raise UnusableInput(f"{file}: this is not a file; give the path of a file of measurements")
     try:
         size = file.stat().st_size
         with open(file, "rb"):
@@ -72,12 +96,21 @@ def check_file(file: Path) -> None:
         )
 
 
-def optional(module: str, method: str) -> Any:
-    """Import a package that only some users have."""
+def check_total(size: int, where: str) -> None:
+    """Refuse what unpacks to more than is read at once."""
+    if size > MAX_BYTES:
+        raise UnusableInput(
+            f"{where}: unpacks to {size / 2**30:.1f} GiB, more than the {MAX_BYTES / 2**30:.0f} "
+            f"GiB read at once; cut or decimate the recording"
+        )
+
+
+def optional(module: str, method: str, extra: str = "") -> Any:
+    """Import a package that only some users have; an extra of this project may bring it."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
+        package = f"'bondsight[{extra}]'" if extra else module.split(".")[0]
         raise UnusableInput(
-            f"Recording.{method} needs {module}, which is not installed; "
-            f"pip install {module.split('.')[0]}"
+            f"Recording.{method} needs {module}, which is not installed; pip install {package}"
         ) from error

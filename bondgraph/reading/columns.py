@@ -46,6 +46,11 @@ def is_time(header: str) -> bool:
     return unit is None or parse_unit(unit, header).dims == (0, 0, 1, 0, 0)
 
 
+def is_rate(header: str) -> bool:
+    """Whether a column is the sampling rate."""
+    return header.lower().endswith("fs_hz") or header.lower() == "fs[hz]"
+
+
 def _unit_of(header: str, where: str) -> Unit:
     base, unit = split_header(header)
     if unit is None:
@@ -96,7 +101,7 @@ def choose(
             raise UnusableInput(f"{where}: two columns are called {h!r}; rename one")
         seen.add(h)
     named = [h for h in headers if h]
-    rates = [h for h in named if h.lower().endswith("fs_hz") or h.lower() == "fs[hz]"]
+    rates = [h for h in named if is_rate(h)]
     times = [h for h in named if is_time(h)]
     asked = {k: v for k, v in (map or {}).items() if not means_time(k)}
     time_asked = [v for k, v in (map or {}).items() if means_time(k)]

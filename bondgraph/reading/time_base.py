@@ -61,6 +61,11 @@ def even_time(t: FloatArray, where: str, place: Callable[[int], str]) -> tuple[F
     wrong = np.flatnonzero(steps <= 0.0)
     if wrong.size:
         i = int(wrong[0]) + 1
+        if np.ptp(t) == 0.0:
+            raise UnusableInput(
+                f"{where}: all {t.size} time stamps are {t[0]:.9g} s; give the sampling rate, or a "
+                "column that counts the time"
+            )
         what = "repeats the one before" if steps[i - 1] == 0.0 else "is earlier than the one before"
         raise UnusableInput(
             f"{where}, {place(i)}: the time stamp {t[i]:.9g} s {what} ({wrong.size} such rows); "

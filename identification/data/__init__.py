@@ -1,4 +1,4 @@
-"""Named public recordings (none is part of this project; see `known`)."""
+"""Named public recordings (none is part of this project; see `known` and `protocols`)."""
 
 from __future__ import annotations
 
@@ -12,14 +12,23 @@ from identification.data.known import (
     load,
     names,
 )
+from identification.data.protocols import SETS, part, protocol, public_set, set_available
+from identification.data.public_set import Protocol, PublicSet
 
 __all__ = [
     "FOLDER_VARIABLE",
     "KNOWN",
+    "SETS",
     "KnownRecording",
     "Loaded",
+    "Protocol",
+    "PublicSet",
     "about",
     "available",
     "load",
     "names",
+    "part",
+    "protocol",
+    "public_set",
+    "set_available",
 ]

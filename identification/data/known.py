@@ -16,6 +16,7 @@ from typing import NamedTuple
 from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.signals import Recording, Split, default_split
 from identification.data import loaders
+from identification.data.places import FOLDER_VARIABLE, recordings_folder
 
 __all__ = [
     "FOLDER_VARIABLE",
@@ -27,9 +28,6 @@ __all__ = [
     "load",
     "names",
 ]
-
-FOLDER_VARIABLE = "BONDSIGHT_RECORDINGS"
-"""Environment variable with the folder of the recordings."""
 
 
 class Loaded(NamedTuple):
@@ -250,11 +248,6 @@ def about(name: str) -> KnownRecording:
     raise unknown_name("known recording", name, "identification.data", KNOWN)
 
 
-def _folder(folder: str | os.PathLike[str] | None) -> Path | None:
-    given = os.environ.get(FOLDER_VARIABLE, "") if folder is None else os.fspath(folder)
-    return Path(given).expanduser() if given else None
-
-
 def available(name: str, folder: str | os.PathLike[str] | None = None) -> bool:
     """Whether a file of a known recording is in the folder.
 
@@ -275,7 +268,7 @@ def available(name: str, folder: str | os.PathLike[str] | None = None) -> bool:
     UnknownName
         If no recording has this name.
     """
-    entry, place = about(name), _folder(folder)
+    entry, place = about(name), recordings_folder(folder)
     return place is not None and entry.find(place) is not None
 
 
@@ -301,7 +294,7 @@ def load(name: str, folder: str | os.PathLike[str] | None = None) -> Loaded:
     UnusableInput
         If the file is not there: the line names the variable, the source and the file.
     """
-    entry, place = about(name), _folder(folder)
+    entry, place = about(name), recordings_folder(folder)
     path = entry.find(place) if place is not None else None
     if path is None:
         files = " or ".join(f"{entry.folder}/{f}" for f in entry.files)

@@ -19,18 +19,21 @@ from identification.estimation.noise import autoregressive, innovations
 from identification.estimation.result import Estimation, estimates_of, simulate_validation
 from identification.estimation.study import ESTIMATED, Setting, Study
 from identification.levenberg_marquardt import Status
-from identification.residual import Evaluation
+from identification.problem import Problem
+from identification.residual import Evaluation, Point, evaluate
 from identification.stack import Stack, Stacked
 
 __all__ = ["estimate"]
 
 Array = np.ndarray
 Progress = Callable[[str, float], None]
-ROUNDS = 4
-FINEST = 16
+ROUNDS = 8
+ROUGH = 1e-3
+"""Tolerance while noise and sub-steps are not settled."""
+FINEST = 64
 BLOCKS = 40
-SUB_STEP_SHARE = 0.05
-"""Readings may change by this share of the noise when the sub-steps are doubled."""
+BIAS = 0.2
+"""Doubling the sub-steps may move no unknown by more than this share of its standard error."""
 
 
 def estimate(
@@ -114,21 +117,24 @@ def _settled(
     setting = study.first_setting if start is None else _fitting(study, start.setting)
     point = None if start is None else start.point
     notes: list[str] = []
+    rough = replace(options, tolerance=max(options.tolerance, ROUGH))
     if study.hold == ESTIMATED:
-        setting, stack, solution = _best_hold(study, method, options, setting, point)
+        setting, stack, solution = _best_hold(study, method, rough, setting, point)
         notes.append(f"the commands are {_HOLD_WORDS[setting.hold]} between samples: fits best")
     else:
-        setting, stack, solution = _solve(study, method, options, setting, point)
+        setting, stack, solution = _solve(study, method, rough, setting, point)
+    fine = False
     for _ in range(ROUNDS):
         if solution.status in (Status.BROKEN, Status.CANCELLED):
             break
-        joined = solution.readings
-        finer = _refined(study, setting, stack, solution.point) if joined is None else setting
-        heard = _reweighted(study, finer, stack, joined or _readings(stack, solution.point))
-        if _same(setting, heard):
+        heard, moved = _heard(study, setting, stack, solution)
+        if fine and not moved and _same(setting, heard, 0.02):
             break
+        fine = _same(setting, heard, 0.1)
         trace = solution.trace
-        setting, stack, solution = _solve(study, method, options, heard, solution.point)
+        setting, stack, solution = _solve(
+            study, method, options if fine else rough, heard, solution.point
+        )
         solution = replace(solution, trace=(*trace, *solution.trace[1:]))
     return setting, stack, solution, tuple(notes)
 
@@ -169,38 +175,69 @@ def _best_hold(
     return made[min(made, key=score)]
 
 
-def _refined(study: Study, setting: Setting, stack: Stack, point: Stacked) -> Setting:
-    """Double the sub-steps of recordings whose readings still change by them."""
-    if study.n_sub is not None:
-        return setting
-    steps = list(setting.n_sub)
-    now = stack.evaluate(point, derivatives=False)
-    for r in range(len(stack.problems)):
-        while steps[r] < FINEST:
-            trial = replace(setting, n_sub=(*steps[:r], 2 * steps[r], *steps[r + 1 :]))
-            problem = study.problem(r, trial)
-            alone = replace(stack, problems=(problem,), columns=(stack.columns[r],),
-                            factors=(stack.factors[r],))  # fmt: skip
-            finer = alone.evaluate(Stacked(point.theta, (point.states[r],)), derivatives=False)[0]
-            floor = np.maximum(setting.floors[r], study.first_setting.floors[r])
-            if _changed(now[r], finer, floor) < SUB_STEP_SHARE:
+def _heard(
+    study: Study, setting: Setting, stack: Stack, solution: Solution
+) -> tuple[Setting, bool]:
+    """Return the setting that the fit asks for, and whether the sub-steps ask for another fit."""
+    if solution.readings is not None:
+        return _reweighted(study, setting, stack, solution.readings), False
+    now = stack.evaluate(solution.point)
+    finer, moved = _refined(study, setting, stack, solution.point, now)
+    return _reweighted(study, finer, stack, tuple(e.y for e in now)), moved
+
+
+def _refined(
+    study: Study, setting: Setting, stack: Stack, point: Stacked, now: Sequence[Evaluation]
+) -> tuple[Setting, bool]:
+    """Correct the readings for the size of the sub-steps, and say whether that moves the unknowns.
+
+    A misfit that all samples share counts with the root of their number, so the change of the
+    readings is judged by the step of the unknowns that it makes.
+    """
+    system = stack.normal(now, point)
+    if study.n_sub is not None or not np.isfinite(system.factor).all():
+        return setting, False
+    jacobian = stack.projected(now, point)
+    inverse = np.linalg.pinv(system.factor)
+    error = np.linalg.norm(inverse, axis=1) + 1e-300
+    fine, corrections, moved = list(setting.n_fine), list(setting.corrections), False
+    at = 0
+    for r, (p, e) in enumerate(zip(stack.problems, now, strict=True)):
+        rows = slice(at, at + e.residual.size)
+        at = rows.stop
+        local = stack.local(point, r)
+
+        def step(change: Array, rows: slice = rows) -> float:
+            moves = inverse @ (inverse.T @ (jacobian[rows].T @ change))
+            return float(np.abs(moves / error).max(initial=0.0))
+
+        def run(n: int, p: Problem = p, local: Point = local) -> Evaluation:
+            finer = replace(p, n_sub=n, correction=None)
+            return evaluate(finer, local, derivatives=False)
+
+        n = max(fine[r], 2 * p.n_sub)
+        found = run(n)
+        while fine[r] == p.n_sub and n < FINEST:
+            finer = run(2 * n)
+            if not np.isfinite(finer.residual).all():
                 break
-            steps[r] *= 2
-            now = (*now[:r], finer, *now[r + 1 :])
-    finest = max(steps[: len(stack.problems)], default=1)
-    judged = [max(n, finest) for n in steps[len(stack.problems) :]]
-    return replace(setting, n_sub=(*steps[: len(stack.problems)], *judged))
-
-
-def _changed(a: Evaluation, b: Evaluation, floor: Array) -> float:
-    seen = np.isfinite(a.y).all(axis=1)
-    if not seen.any() or not np.isfinite(b.y[seen]).all():
-        return 0.0
-    return float(np.sqrt(np.mean(((a.y - b.y)[seen] / floor) ** 2, axis=0)).max())
-
-
-def _readings(stack: Stack, point: Stacked) -> tuple[Array, ...]:
-    return tuple(e.y for e in stack.evaluate(point, derivatives=False))
+            settled = step(finer.residual - found.residual) < BIAS
+            found, n = finer, 2 * n
+            if settled:
+                break
+        if not np.isfinite(found.residual).all():
+            continue
+        if step(found.residual - e.residual) > BIAS:
+            before = corrections[r] if corrections[r] is not None else 0.0
+            corrections[r], moved = found.y - (e.y - before), True
+            fine[r] = n
+        else:
+            fine[r] = max(fine[r], p.n_sub)
+    finest = max(fine[: len(stack.problems)], default=1)
+    judged = [max(n, finest) for n in setting.n_fine[len(stack.problems) :]]
+    fine = [*fine[: len(stack.problems)], *judged]
+    steps = (*setting.n_sub[: len(stack.problems)], *judged)
+    return replace(setting, n_sub=steps, n_fine=tuple(fine), corrections=tuple(corrections)), moved
 
 
 def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence[Array]) -> Setting:
@@ -228,14 +265,12 @@ def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence
     return replace(setting, floors=tuple(floors), whitening=tuple(whitening))
 
 
-def _same(a: Setting, b: Setting) -> bool:
-    if a.n_sub != b.n_sub:
-        return False
-    level = all(np.allclose(x, y, rtol=0.02) for x, y in zip(a.floors, b.floors, strict=True))
+def _same(a: Setting, b: Setting, share: float) -> bool:
+    level = all(np.allclose(x, y, rtol=share) for x, y in zip(a.floors, b.floors, strict=True))
     pairs = zip(a.whitening, b.whitening, strict=True)
     return level and all(
         len(x) == len(y)
-        and all(v.size == w.size and np.abs(v - w).max() < 0.02 for v, w in zip(x, y, strict=True))
+        and all(v.size == w.size and np.abs(v - w).max() < share for v, w in zip(x, y, strict=True))
         for x, y in pairs
     )
 

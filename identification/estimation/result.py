@@ -241,7 +241,9 @@ def _with_one(setting: Setting, study: Study) -> Setting:
     n = len(study.recordings)
     return replace(
         setting,
-        n_sub=(*setting.n_sub[:n], max(setting.n_sub)),
+        n_sub=(*setting.n_sub[:n], max(setting.n_fine)),
+        n_fine=(*setting.n_fine[:n], max(setting.n_fine)),
+        corrections=(*setting.corrections[:n], None),
         floors=(*setting.floors[:n], *fresh.floors[n:]),
         whitening=(*setting.whitening[:n], *fresh.whitening[n:]),
     )

@@ -40,12 +40,18 @@ class Setting:
         Standard deviation of each reading's noise (of its innovations if coloured), SI.
     whitening : tuple of tuple of ndarray
         Autoregressive polynomials of the noise, recording by recording; empty for white noise.
+    n_fine : tuple of int
+        Sub-steps at which the readings no longer move the unknowns.
+    corrections : tuple of ndarray, shape (N, n_y), SI, or None
+        Readings with `n_fine` sub-steps less those with `n_sub`.
     """
 
     hold: str
     n_sub: tuple[int, ...]
     floors: tuple[Array, ...]
     whitening: tuple[tuple[Array, ...], ...]
+    n_fine: tuple[int, ...]
+    corrections: tuple[Array | None, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,7 +317,9 @@ class Study:
         hold = "linear" if self.hold == ESTIMATED else self.hold
         begin = self.n_sub or (2 if hold == "band-limited" else 1)
         many = len(self.records)
-        return Setting(hold, (begin,) * many, tuple(floors), ((),) * many)
+        return Setting(
+            hold, (begin,) * many, tuple(floors), ((),) * many, (begin,) * many, (None,) * many
+        )
 
     def problem(self, i: int, setting: Setting) -> Problem:
         """Problem of one of `records`."""
@@ -329,6 +337,7 @@ class Study:
             starts={k: v for k, v in self.starts.items() if k in names},
             window=self.window,
             n_sub=setting.n_sub[i],
+            correction=setting.corrections[i],
             source_offsets=self.nuisances.commands,
             fixed=tuple(n for n in names if n not in self.free_names),
             lags=self.nuisances.lags,

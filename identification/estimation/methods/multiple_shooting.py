@@ -385,7 +385,7 @@ def _descend(
         return nodes, Status.BROKEN, (np.inf,), system
     count = max(sum(e.size for _, e, _, _ in now.blocks), 1)
     system = _assembled(stack, cut, nodes, now)
-    trace, damping, penalty = [now.cost], 1e-3, 0.0
+    trace, damping, penalty, gain = [now.cost], 1e-3, 0.0, 1.0
     status = Status.ITERATIONS
     try:
         for _ in range(options.max_iterations):
@@ -405,7 +405,8 @@ def _descend(
                         break
                 damping *= 8.0
             if accepted is None:
-                status = Status.NO_PROGRESS
+                settled = gain < 100 * options.tolerance and now.gap_size < CLOSED
+                status = Status.CONVERGED if settled else Status.NO_PROGRESS
                 break
             nodes, now, gain = accepted
             system = _assembled(stack, cut, nodes, now)

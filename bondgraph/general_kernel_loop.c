@@ -1,0 +1,276 @@
+/* Radau IIA with two stages for  x' = f,  0 = g  with memory, and its exact tangents.
+   Written around functions by CasADi, which the file that includes this text defines:
+   bondsight_stage, bondsight_seed, bondsight_reading, bondsight_slope, bondsight_advance,
+   bondsight_moving, and the sizes and sparsities that the macros below name. */
+
+#define N (NX + NZ)
+#define K (2 * N)
+#define TRIES 12
+#define TOLERANCE 1e-9
+#define ROUNDING (64 * 2.220446049250313e-16)
+/* a variable's largest value is forgotten by and by, so that a wild start does not blunt the test */
+#define FORGET 0.999
+
+typedef struct {
+  double t, h;
+  const double* p;
+  double *m, *scale, *a, *weight, *r, *step, *v, *best, *f, *j, *us, *values, *b, *w;
+  casadi_int *order, *iw, nd, ndp;
+  const casadi_int* dirs;
+  const double** arg;
+  double** res;
+} work_t;
+
+static const double nodes[2] = {1.0 / 3.0, 1.0};
+/* inverse of the matrix of Butcher */
+static const double inverse[2][2] = {{1.5, 0.5}, {-4.5, 2.5}};
+
+static void bind(work_t* q, const double* t, const double* v, const double* u,
+                 const double* h) {
+  q->arg[0] = t; q->arg[1] = v; q->arg[2] = u; q->arg[3] = q->p; q->arg[4] = q->m; q->arg[5] = h;
+}
+
+/* The product of `times` for the parameters, whose tangents are unit vectors. */
+static void pick(const double* nz, const casadi_int* colind, const casadi_int* row,
+                 const work_t* q, double* out, casadi_int flip) {
+  casadi_int d, k;
+  for (d = 0; d < q->ndp; ++d)
+    for (k = colind[q->dirs[d]]; k < colind[q->dirs[d] + 1]; ++k)
+      out[row[k] * q->nd + d] += row[k] >= flip ? -nz[k] : nz[k];
+}
+
+/* Residual r (K) of the stages v and its matrix a (K, K); 1 if it is at the level of rounding. */
+static int stages(work_t* q, const double* x, const double* v, double* merit) {
+  int s, i, j, quiet = 1;
+  *merit = 0.0;
+  for (s = 0; s < 2; ++s) {
+    double late = nodes[s] * q->h, t = q->t + late;
+    bind(q, &t, v + s * N, q->us + s * NU, &late);
+    q->res[0] = q->f; q->res[1] = q->j;
+    bondsight_stage(q->arg, q->res, q->iw, q->w, 0);
+    for (i = 0; i < N; ++i) {
+      double *row = q->a + (s * N + i) * K, sum, size = fabs(q->f[i]);
+      for (j = 0; j < K; ++j) row[j] = 0.0;
+      for (j = 0; j < N; ++j) {
+        double c = q->j[j * N + i];
+        row[s * N + j] = i < NX ? -c : c;
+        size += fabs(c * v[s * N + j]);
+      }
+      if (i < NX) {
+        double a0 = inverse[s][0] / q->h, a1 = inverse[s][1] / q->h;
+        row[i] += a0;
+        row[N + i] += a1;
+        sum = a0 * (v[i] - x[i]) + a1 * (v[N + i] - x[i]) - q->f[i];
+        size += (fabs(v[i]) + fabs(x[i])) / q->h;
+      } else {
+        sum = q->f[i];
+      }
+      q->r[s * N + i] = sum;
+      if (!(fabs(sum) <= ROUNDING * size)) quiet = 0;
+      if (size > 0.0) *merit += (sum / size) * (sum / size);
+    }
+  }
+  return quiet;
+}
+
+/* Newton's method from the stages in q->v; damped halves a step that does not reduce r. */
+static int newton(work_t* q, const double* x, int damped) {
+  int tries, i;
+  double merit, *step = q->step;
+  int quiet = stages(q, x, q->v, &merit);
+  for (tries = 0; tries < (damped ? 4 : 1) * TRIES; ++tries) {
+    int small = 1;
+    if (!factor(q->a, q->order, q->weight, q->weight + K, K)) return 0;
+    backsolve(q->a, q->order, q->r, step, K, 1);
+    for (i = 0; i < K; ++i) {
+      q->best[i] = q->v[i];
+      q->v[i] -= step[i];
+      if (!(fabs(step[i]) <= TOLERANCE * LARGER(q->scale[i % N], fabs(q->v[i])))) small = 0;
+      if (!(fabs(q->v[i]) < 1e300)) return 0;
+    }
+    if (small || quiet) return 1;
+    double before = merit, share = 1.0;
+    quiet = stages(q, x, q->v, &merit);
+    while (damped && !quiet && !(merit < before) && share > 1e-3) {
+      share *= 0.5;
+      for (i = 0; i < K; ++i) q->v[i] = q->best[i] - share * step[i];
+      quiet = stages(q, x, q->v, &merit);
+    }
+  }
+  return 0;
+}
+
+/* Right side of one direction after the other: b (K, nd) by rows, stage after stage. */
+static void seeds(work_t* q, const double* tx, const double* tm) {
+  int s, i;
+  casadi_int d;
+  for (s = 0; s < 2; ++s) {
+    double late = nodes[s] * q->h, t = q->t + late, *b = q->b + s * N * q->nd;
+    double sum = (inverse[s][0] + inverse[s][1]) / q->h;
+    for (i = 0; i < NX; ++i)
+      for (d = 0; d < q->nd; ++d) b[i * q->nd + d] = sum * tx[i * q->nd + d];
+    for (i = NX; i < N; ++i)
+      for (d = 0; d < q->nd; ++d) b[i * q->nd + d] = 0.0;
+    bind(q, &t, q->v + s * N, q->us + s * NU, &late);
+    q->res[0] = q->values; q->res[1] = q->values + SEED_P_NZ;
+    bondsight_seed(q->arg, q->res, q->iw, q->w, 0);
+    pick(q->values, seed_p_colind, seed_p_row, q, b, NX);
+    times(q->values + SEED_P_NZ, seed_m_colind, seed_m_row, NM, tm, b, q->nd, NX);
+  }
+}
+
+/* Jacobian of a function of (v, p, m) times the tangents: out (rows, nd). */
+#define TANGENT(name, NAME, rows, tv, tm, out) do { \
+    casadi_int d_; \
+    for (d_ = 0; d_ < (rows) * q->nd; ++d_) (out)[d_] = 0.0; \
+    q->res[0] = q->values; q->res[1] = q->values + NAME##_V_NZ; \
+    q->res[2] = q->values + NAME##_V_NZ + NAME##_P_NZ; \
+    bondsight_##name(q->arg, q->res, q->iw, q->w, 0); \
+    times(q->values, name##_v_colind, name##_v_row, N, tv, out, q->nd, rows); \
+    pick(q->values + NAME##_V_NZ, name##_p_colind, name##_p_row, q, out, rows); \
+    times(q->values + NAME##_V_NZ + NAME##_P_NZ, name##_m_colind, name##_m_row, NM, tm, out, \
+          q->nd, rows); \
+  } while (0)
+
+/* Outputs (NY) and their tangents (NY, nd) at v, tangent tv (N, nd). */
+static void reading(work_t* q, double t, const double* v, const double* u, double late,
+                    const double* tv, const double* tm, double* out) {
+  bind(q, &t, v, u, &late);
+  q->res[0] = out;
+  bondsight_reading(q->arg, q->res, q->iw, q->w, 0);
+  if (q->nd) TANGENT(slope, SLOPE, NY, tv, tm, out + NY);
+}
+
+/* Algebraic unknowns that belong to the state in q->v; their tangents follow those of x in tv. */
+static int start(work_t* q, const double* u, double* tv, const double* tm) {
+  int tries, i, j, done = NZ == 0;
+  double late = 0.0, *right = q->r, *step = q->step;
+  casadi_int d;
+  for (tries = 0; tries < 4 * TRIES && !done; ++tries) {
+    bind(q, &q->t, q->v, u, &late);
+    q->res[0] = q->f; q->res[1] = q->j;
+    bondsight_stage(q->arg, q->res, q->iw, q->w, 0);
+    int quiet = 1;
+    done = 1;
+    for (i = 0; i < NZ; ++i) {
+      double size = 0.0;
+      right[i] = q->f[NX + i];
+      for (j = 0; j < N; ++j) size += fabs(q->j[j * N + NX + i] * q->v[j]);
+      for (j = 0; j < NZ; ++j) q->a[i * NZ + j] = q->j[(NX + j) * N + NX + i];
+      if (!(fabs(right[i]) <= ROUNDING * size)) quiet = 0;
+    }
+    if (!factor(q->a, q->order, q->weight, q->weight + K, NZ)) return 0;
+    backsolve(q->a, q->order, right, step, NZ, 1);
+    for (i = 0; i < NZ; ++i) {
+      q->v[NX + i] -= step[i];
+      if (!(fabs(step[i]) <= TOLERANCE * fabs(q->v[NX + i]))) done = 0;
+      if (!(fabs(q->v[NX + i]) < 1e300)) return 0;
+    }
+    done = done || quiet;
+  }
+  if (!done || !q->nd || !NZ) return done;
+  bind(q, &q->t, q->v, u, &late);
+  q->res[0] = q->values; q->res[1] = q->values + SEED_P_NZ;
+  for (d = 0; d < N * q->nd; ++d) q->b[d] = 0.0;
+  bondsight_seed(q->arg, q->res, q->iw, q->w, 0);
+  pick(q->values, seed_p_colind, seed_p_row, q, q->b, NX);
+  times(q->values + SEED_P_NZ, seed_m_colind, seed_m_row, NM, tm, q->b, q->nd, NX);
+  for (i = NX; i < N; ++i)
+    for (j = 0; j < NX; ++j)
+      for (d = 0; d < q->nd; ++d) q->b[i * q->nd + d] -= q->j[j * N + i] * tv[j * q->nd + d];
+  backsolve(q->a, q->order, q->b + NX * q->nd, tv + NX * q->nd, NZ, q->nd);
+  return 1;
+}
+
+/* The stages at the end of the step that begins at x; past holds the ends and the middle of the
+   last step, through which a polynomial foretells them. Failing that they start from rest. */
+static int step(work_t* q, const double* x, const double* past) {
+  int i, again;
+  const double *before = past, *middle = past + N;
+  for (i = 0; i < N; ++i) {
+    q->v[i] = before[i] - 2.0 * middle[i] + 2.0 * x[i];
+    q->v[N + i] = 5.0 * before[i] - 9.0 * middle[i] + 5.0 * x[i];
+  }
+  if (newton(q, x, 0)) return 1;
+  for (again = 0; again < 2; ++again) {
+    for (i = 0; i < K; ++i) q->v[i] = x[i % N];
+    if (newton(q, x, again)) return 1;
+  }
+  return 0;
+}
+
+/* Run over a record. Returns how many samples are done, the first included; 0: no start.
+   state: v (N), m (NM), tv (N, nd), tm (NM, nd), in and out; out: samples x (NY, then NY x nd);
+   numbers: time and sub-step; sizes: samples less one, sub-steps, nd, of these parameters. */
+casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, const double* u_first,
+                            const double* u, const double* p, const casadi_int* dirs, double* state,
+                            double* out, double* work, casadi_int* order, casadi_int* iw, double* w,
+                            const double** arg, double** res) {
+  const casadi_int n_samples = sizes[0], n_sub = sizes[1], nd = sizes[2];
+  work_t data, *q = &data;
+  double *x = state, *m = x + N, *tv = m + NM, *tm = tv + N * nd;
+  double *past, *end, *tk, *next, *tnext;
+  casadi_int i, k, sub, at = 0;
+  q->t = numbers[0]; q->h = numbers[1];
+  q->p = p; q->m = m; q->nd = nd; q->ndp = sizes[3]; q->dirs = dirs; q->order = order;
+  q->iw = iw; q->w = w; q->arg = arg; q->res = res;
+  q->scale = work; work += N;
+  q->a = work; work += K * K;
+  q->weight = work; work += 2 * K;
+  q->r = work; work += K;
+  q->step = work; work += K;
+  q->v = work; work += K;
+  q->best = work; work += K;
+  q->f = work; work += N;
+  q->j = work; work += N * N;
+  q->us = work; work += 2 * NU;
+  q->values = work; work += VALUES;
+  q->b = work; work += K * nd;
+  tk = work; work += K * nd;
+  next = work; work += NM;
+  tnext = work; work += NM * nd;
+  past = work;
+  for (i = 0; i < N; ++i) q->v[i] = x[i];
+  if (!start(q, u_first, tv, tm)) return 0;
+  for (i = 0; i < N; ++i) {
+    x[i] = past[i] = past[N + i] = q->v[i];
+    q->scale[i] = fabs(x[i]);
+  }
+  reading(q, q->t, x, u_first, 0.0, tv, tm, out);
+  for (k = 0; k < n_samples; ++k) {
+    out += NY * (1 + nd);
+    for (sub = 0; sub < n_sub; ++sub, ++at, u += 2 * NU) {
+      q->t = numbers[0] + (double)at * q->h;
+      for (i = 0; i < NU; ++i) {
+        q->us[i] = u[i] + nodes[0] * (u[NU + i] - u[i]);
+        q->us[NU + i] = u[NU + i];
+      }
+      if (!step(q, x, past)) return k + 1;
+      end = q->v + N;
+      for (i = 0; i < N; ++i) {
+        past[i] = x[i];
+        past[N + i] = q->v[i];
+        x[i] = end[i];
+        q->scale[i] = LARGER(FORGET * q->scale[i], fabs(x[i]));
+      }
+      if (nd) {
+        seeds(q, tv, tm);
+        backsolve(q->a, order, q->b, tk, K, nd);
+        for (i = 0; i < N * nd; ++i) tv[i] = tk[N * nd + i];
+      }
+      double late = q->h, t = q->t + q->h;
+      if (sub == n_sub - 1) reading(q, t, x, u + NU, late, tv, tm, out);
+      if (NM) {
+        bind(q, &t, x, u + NU, &late);
+        q->res[0] = next;
+        bondsight_advance(q->arg, q->res, q->iw, q->w, 0);
+        if (nd) {
+          TANGENT(moving, MOVING, NM, tv, tm, tnext);
+          for (i = 0; i < NM * nd; ++i) tm[i] = tnext[i];
+        }
+        for (i = 0; i < NM; ++i) m[i] = next[i];
+      }
+    }
+  }
+  return n_samples + 1;
+}

@@ -1,0 +1,28 @@
+"""Where recordings lie: the folder of the user first, then what was downloaded."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+__all__ = ["CACHE_VARIABLE", "FOLDER_VARIABLE", "cache_folder", "recordings_folder"]
+
+FOLDER_VARIABLE = "BONDSIGHT_RECORDINGS"
+"""Environment variable with the folder of the recordings."""
+CACHE_VARIABLE = "BONDSIGHT_CACHE"
+"""Environment variable with the folder of downloads."""
+
+
+def recordings_folder(folder: str | os.PathLike[str] | None = None) -> Path | None:
+    """Return the folder given, else that of the environment; None if there is neither."""
+    given = os.environ.get(FOLDER_VARIABLE, "") if folder is None else os.fspath(folder)
+    return Path(given).expanduser() if given else None
+
+
+def cache_folder(folder: str | os.PathLike[str] | None = None) -> Path:
+    """Return the folder of downloads: given, of the environment, or in the user's cache."""
+    given = os.environ.get(CACHE_VARIABLE, "") if folder is None else os.fspath(folder)
+    if given:
+        return Path(given).expanduser()
+    base = os.environ.get("XDG_CACHE_HOME", "") or Path.home() / ".cache"
+    return Path(base) / "bondsight" / "recordings"
