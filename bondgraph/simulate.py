@@ -382,7 +382,7 @@ def simulate(
             x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
         )  # fmt: skip
         return replace(made, outputs=_late(made.outputs, held, made.time))
-    compiled = _compiled(model, observed)
+    compiled = exact_form(model, observed)
     if compiled is not None and isinstance(x0, Mapping):
         known = tuple(str(v.symbol) for v in compiled.space.states)
         if any(n.startswith("z_") for n in known) and isinstance(model, BondGraph):
@@ -419,7 +419,7 @@ def simulate(
     )
 
 
-def _compiled(model: BondGraph | Compiled, observed: Sequence[str]) -> Compiled | None:
+def exact_form(model: BondGraph | Compiled, observed: Sequence[str] = ()) -> Compiled | None:
     """Return the exact-step form of a model; None if it needs the general integrator."""
     from bondgraph.compiled import compile_model
     from bondgraph.equations import AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws

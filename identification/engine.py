@@ -6,26 +6,35 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from bondgraph.compiled import Compiled
 from bondgraph.elements import Parameter
+from bondgraph.errors import BondsightError, real_number, unknown_name
+from bondgraph.general_kernel import PreparedGeneral, prepare_general, run_general
+from bondgraph.graph import BondGraph
+from bondgraph.integrate import inputs_of as general_inputs
+from bondgraph.integrate import rest
+from bondgraph.program import Program
 from bondgraph.simulate import (
     Memories,
     Prepared,
     Run,
     equilibrium,
+    exact_form,
     fine_inputs,
     inputs_of,
     prepare,
     run_prepared,
 )
 
-__all__ = ["Engine", "ExactEngine"]
+__all__ = ["Engine", "ExactEngine", "GeneralEngine", "engine_of"]
 
 Array = np.ndarray
+STRETCHES = 200
 
 
 class Engine(ABC):
@@ -162,3 +171,104 @@ class ExactEngine(Engine):
         run = run_prepared(ready, u, x0, hold)
         moved = run.y[:, self.compiled.n_y :]
         return np.asarray(np.where(np.isfinite(moved), moved, 0.0).std(axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class GeneralEngine(Engine):
+    """Any other model of the language: L-stable steps, see `bondgraph.general_kernel`."""
+
+    program: Program
+    declared: Mapping[str, Parameter]
+
+    @cached_property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Declared parameters, in the order of the program."""
+        return {n: self.declared[n] for n in self.program.parameters}
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return self.program.states
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether a law carries memory."""
+        return self.program.has_memory
+
+    def vector(self, values: Mapping[str, float]) -> Array:
+        """Parameter vector with some values changed by name."""
+        p = np.array(self.program.nominal, float)
+        for name, v in values.items():
+            if name not in self.program.parameters:
+                known = self.program.parameters
+                raise unknown_name("parameter", name, self.program.name, known)
+            p[self.program.parameters.index(name)] = real_number(name, v)
+        return p
+
+    def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
+        """Input matrix; rates of inputs and pseudo-inputs are filled in."""
+        return general_inputs(self.program, commands, time)
+
+    def fine_inputs(self, u: Array, n_sub: int, hold: str) -> Array:
+        """Return the inputs at both ends of each sub-step."""
+        return fine_inputs(u, n_sub, hold)
+
+    def rest(self, p: Array, u: Array) -> Array:
+        """Equilibrium of the whole model; where there is none, its start."""
+        try:
+            return np.asarray(rest(self.program, u, p)[0])
+        except BondsightError:
+            return np.array(self.program.start, float)
+
+    def prepare(
+        self, p: Array, step: float, n_sub: int, directions: Sequence[int], states: bool
+    ) -> PreparedGeneral:
+        """Check parameters and directions."""
+        return prepare_general(self.program, p, step, n_sub, directions, states)
+
+    def run(
+        self,
+        ready: Any,
+        u: Array,
+        x0: Array,
+        fine: Array,
+        *,
+        every_substep: bool = False,
+        memory: Memories | None = None,
+    ) -> Run:
+        """Run the general kernel."""
+        made = run_general(
+            ready, u, x0, fine=fine, every_substep=every_substep, memory=memory,
+            relaxed=memory is None,
+        )  # fmt: skip
+        return Run(made.y, made.dy, made.s, made.w, made.x, made.memory, made.settled, made.dx)
+
+    def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
+        """Spread of the states where stretches of a simulation end."""
+        ready = prepare_general(self.program, p, step, n_sub)
+        edges = np.unique(np.linspace(0, u.shape[0] - 1, STRETCHES + 1).astype(int))
+        seen, memory = [x0], None
+        for a, b in pairwise(edges):
+            made = run_general(
+                ready, u[a : b + 1], seen[-1], hold, memory=memory, relaxed=memory is None
+            )
+            memory = made.memory or None
+            seen.append(made.x)
+        found = np.array(seen)
+        return np.asarray(np.where(np.isfinite(found), found, 0.0).std(axis=0))
+
+
+def engine_of(graph: BondGraph) -> Engine:
+    """Return the exact engine where the graph allows it, else the general one.
+
+    Raises
+    ------
+    BondsightError
+        The graph has no equations; one line says why.
+    """
+    if (compiled := exact_form(graph)) is not None:
+        return ExactEngine(compiled)
+    from bondgraph.deriving import system
+    from bondgraph.programming import program_of
+
+    return GeneralEngine(program_of(system(graph)), graph.parameters)

@@ -14,7 +14,7 @@ from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split
 from bondgraph.units import parse_unit
-from identification.engine import Engine, ExactEngine
+from identification.engine import Engine, ExactEngine, engine_of
 
 Array = np.ndarray
 
@@ -61,6 +61,16 @@ class Data:
         m = np.zeros(self.n, bool)
         m[self.split.train if part == "train" else self.split.test] = True
         return m
+
+    def first(self, count: int) -> Data:
+        """Return the first `count` samples, all of them scored in training."""
+        return replace(
+            self,
+            time=self.time[:count],
+            commands={k: v[:count] for k, v in self.commands.items()},
+            readings=self.readings[:count],
+            split=Split(slice(0, count), slice(count, count), "the first samples"),
+        )
 
     def thinned(self, factor: int) -> Data:
         """Every `factor`-th sample; the split is carried over."""
@@ -225,15 +235,16 @@ class Problem:
         """Only the fields travel to other processes; compiled functions are rebuilt there."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
-    @cached_property
+    @property
     def compiled(self) -> Compiled:
-        """Compiled model with source offsets added as nuisances."""
-        return compile_model(self.with_offsets)
+        """Compiled model with source offsets added as nuisances; only of the exact engine."""
+        engine = self.engine
+        return engine.compiled if isinstance(engine, ExactEngine) else compile_model(self.graph)
 
     @cached_property
     def engine(self) -> Engine:
-        """What runs the model."""
-        return ExactEngine(self.compiled)
+        """What runs the model, source offsets added as nuisances."""
+        return engine_of(self.with_offsets)
 
     @cached_property
     def free_states(self) -> Array:

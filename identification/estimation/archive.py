@@ -259,12 +259,15 @@ def _put_fit(f: Estimation, arrays: dict[str, Array]) -> dict[str, Any]:
     lists = {"states": f.point.states, "simulated": f.simulated, "floors": f.setting.floors}
     for name, values in lists.items():
         arrays |= {f"{name}/{i}": np.asarray(v) for i, v in enumerate(values)}
+    arrays |= {f"correction/{i}": c for i, c in enumerate(f.setting.corrections) if c is not None}
     for i, polynomials in enumerate(f.setting.whitening):
         arrays |= {f"whitening/{i}/{c}": np.asarray(v) for c, v in enumerate(polynomials)}
     return {
         "method": f.method, "optimiser": f.optimiser, "status": f.status.name,
         "cost": f.cost, "notes": list(f.notes), "seconds": f.seconds,
         "hold": f.setting.hold, "n_sub": list(f.setting.n_sub),
+        "n_fine": list(f.setting.n_fine),
+        "corrected": [c is not None for c in f.setting.corrections],
         "whitening": [len(w) for w in f.setting.whitening],
         "counts": {k: len(v) for k, v in lists.items()},
         "estimates": [_put_estimate(e) for e in f.estimates],
@@ -289,7 +292,17 @@ def _take_fit(form: Mapping[str, Any], study: Study, arrays: Mapping[str, Array]
     )
     return Estimation(
         study=study,
-        setting=Setting(form["hold"], tuple(form["n_sub"]), several("floors"), whitening),
+        setting=Setting(
+            form["hold"],
+            tuple(form["n_sub"]),
+            several("floors"),
+            whitening,
+            tuple(form["n_fine"]),
+            tuple(
+                arrays[f"correction/{i}"] if there else None
+                for i, there in enumerate(form["corrected"])
+            ),
+        ),
         method=form["method"],
         optimiser=form["optimiser"],
         status=Status[form["status"]],

@@ -265,8 +265,7 @@ def simulate_validation(
     states = np.tile(made.rest_state, (len(windows(made)), 1))
     point = Point(theta, states)
     if init and made.free_states.size:
-        begin = replace(made.data.split, train=slice(0, init), test=slice(init, made.data.n))
-        short = replace(made, data=replace(made.data, split=begin), window=None)
+        short = replace(made, data=made.data.first(init), window=None, correction=None)
         found = refine_states(short, Point(theta, states[:1]))
         point = Point(theta, np.tile(found.states[0], (states.shape[0], 1)))
     return evaluate(made, point, derivatives=False).y

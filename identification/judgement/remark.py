@@ -1,0 +1,31 @@
+"""One sentence of a judgement: how much it asks, what it says, what to try."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Weight(Enum):
+    """How much a remark asks of the reader."""
+
+    FINE = "fine"
+    NOTE = "note"
+    FAULT = "fault"
+
+
+@dataclass(frozen=True)
+class Remark:
+    """One sentence about the fit.
+
+    Attributes
+    ----------
+    weight : Weight
+    text : str
+    advice : str
+        What to try; empty where nothing is asked.
+    """
+
+    weight: Weight
+    text: str
+    advice: str = ""

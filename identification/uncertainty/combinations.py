@@ -1,0 +1,359 @@
+"""Which combinations of parameters are determined, as short monomials or sums.
+
+A flat direction is a vector that the sensitivities do not see. A combination ``sum a_i theta_i``
+is determined if it is at right angles to every flat direction. In logarithmic coordinates an
+integer `a` is a monomial, such as ``k/m``; in the parameters themselves it is a sum, such as
+``R_1 + R_2``; in reciprocals ``1/k_1 + 1/k_2``. The flat directions fall into blocks that do not
+touch (components of the matroid of the null space); in each block the sparsest independent integer
+vectors are taken by the greedy rule, which is optimal on a matroid (Edmonds, Math. Programming 1
+(1971) 127). A combination is only given if it holds at every point where sensitivities are known;
+a block without one is said to have none that is short.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations, islice
+from math import gcd, lcm
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["FORMS", "Combination", "FlatBlock", "flat_blocks", "monomial", "null_space"]
+
+FloatArray = NDArray[np.float64]
+FORMS = ("product", "sum", "sum of reciprocals")
+NULL = 1e-7
+HOLDS = 1e-5
+"""Largest share of a combination that may lie along a flat direction."""
+LARGEST_EXPONENT = 6
+MOST_SUBSETS = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Combination:
+    """One determined combination.
+
+    Attributes
+    ----------
+    form : {"product", "sum", "sum of reciprocals"}
+    names : tuple of str
+    weights : tuple of int
+        Exponents of a product, factors of a sum; never 0.
+    """
+
+    form: str
+    names: tuple[str, ...]
+    weights: tuple[int, ...]
+
+    def value(self, values: dict[str, float]) -> float:
+        """Return its number at parameter values (SI)."""
+        v = np.array([values[n] for n in self.names])
+        w = np.array(self.weights, float)
+        if self.form == "product":
+            return float(np.prod(np.sign(v) ** w) * np.exp(np.sum(w * np.log(np.abs(v)))))
+        return float(np.sum(w * v)) if self.form == "sum" else float(np.sum(w / v))
+
+    def gradient(self, values: dict[str, float], slopes: dict[str, float]) -> dict[str, float]:
+        """Return derivatives by theta (of the logarithm, for a product); `slopes` are dp/dtheta."""
+        found = {}
+        for n, w in zip(self.names, self.weights, strict=True):
+            p = values[n]
+            by = {"product": w / p, "sum": float(w)}.get(self.form, -w / p**2)
+            found[n] = by * slopes[n]
+        return found
+
+    def __str__(self) -> str:
+        """Text such as ``T^2/k`` or ``R_1 + 2*R_2``."""
+        if self.form == "product":
+            return monomial(self.names, self.weights)
+        made = ""
+        for n, w in zip(self.names, self.weights, strict=True):
+            size = abs(w)
+            if self.form == "sum":
+                term = n if size == 1 else f"{size}*{n}"
+            else:
+                term = f"{size}/{n}"
+            made += (" - " if w < 0 else " + ") + term if made else ("-" if w < 0 else "") + term
+        return made
+
+
+@dataclass(frozen=True, slots=True)
+class FlatBlock:
+    """Parameters that no data of this kind determine one by one.
+
+    Attributes
+    ----------
+    names : tuple of str
+        One name: a dead parameter.
+    missing : int
+        How many numbers are missing (dimension of the flat directions).
+    determined : tuple of Combination
+        Independent combinations that are determined; ``len(names) - missing`` if all were found.
+    direction : tuple of tuple of float
+        Flat directions in relative changes of `names`.
+    """
+
+    names: tuple[str, ...]
+    missing: int
+    determined: tuple[Combination, ...]
+    direction: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether every determined combination was found in a short form."""
+        return len(self.determined) == len(self.names) - self.missing
+
+    @property
+    def dead(self) -> bool:
+        """Whether this is one parameter that nothing depends on."""
+        return len(self.names) == 1
+
+    def __str__(self) -> str:
+        """One line."""
+        if self.dead:
+            return f"{self.names[0]}: no output depends on it"
+        head = f"{', '.join(self.names)} are not determined one by one"
+        known = ", ".join(str(c) for c in self.determined)
+        if self.complete:
+            return f"{head}; determined: {known}" if known else head
+        count = len(self.names) - self.missing
+        return f"{head}; {count} combination{'s are' if count > 1 else ' is'}" + (
+            f", {len(self.determined)} short: {known}" if known else ", none a short product or sum"
+        )
+
+
+def monomial(names: Sequence[str], exponents: Sequence[int]) -> str:
+    """Return ``a^2*b/(c*d)``.
+
+    Examples
+    --------
+    >>> monomial(("T", "k"), (2, -1))
+    'T^2/k'
+    """
+
+    def power(n: str, e: int) -> str:
+        return n if e == 1 else f"{n}^{e}"
+
+    pairs = list(zip(names, exponents, strict=True))
+    above = "*".join(power(n, e) for n, e in pairs if e > 0) or "1"
+    below = [power(n, -e) for n, e in pairs if e < 0]
+    if not below:
+        return above
+    return f"{above}/{below[0]}" if len(below) == 1 else f"{above}/({'*'.join(below)})"
+
+
+def null_space(jacobian: FloatArray, tolerance: float = NULL) -> FloatArray:
+    """Return a basis of what `jacobian` does not see, shape (n, n_null), columns scaled to unity.
+
+    Columns are brought to unit length first, so that a weak parameter is not taken for a dead one.
+    """
+    j = np.asarray(jacobian, float)
+    n = j.shape[1]
+    length = np.linalg.norm(j, axis=0)
+    live = length > 1e-12 * max(float(length.max(initial=0.0)), 1e-300)
+    dead = np.eye(n)[:, ~live]
+    if not live.any():
+        return dead
+    unit = j[:, live] / length[live]
+    if unit.shape[0] > unit.shape[1]:
+        unit = np.asarray(np.linalg.qr(unit, mode="r"))
+    _, singular, rows = np.linalg.svd(unit, full_matrices=True)
+    count = int((singular > tolerance * singular[0]).sum())
+    basis = np.zeros((n, rows.shape[0] - count))
+    basis[live] = rows[count:].T / length[live][:, None]
+    basis /= np.maximum(np.abs(basis).max(axis=0, initial=0.0), 1e-300)
+    return np.hstack([basis, dead])
+
+
+def flat_blocks(
+    names: Sequence[str],
+    values: Sequence[FloatArray],
+    nulls: Sequence[FloatArray],
+    forms: Sequence[str] = FORMS,
+) -> tuple[FlatBlock, ...]:
+    """Return the blocks of flat directions, each with what it does determine.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The n parameters.
+    values : sequence of ndarray, shape (n,)
+        Parameter values of each point, SI.
+    nulls : sequence of ndarray, shape (n, n_null)
+        Flat directions at each point, in relative changes ``dp / p`` (``dp`` where p is 0).
+    forms : sequence of str
+        Forms to try, in this order.
+    """
+    basis = nulls[0]
+    found = []
+    for part in _components(basis):
+        inside = [_within(null, part) for null in nulls]
+        missing = inside[0].shape[1]
+        own = tuple(names[i] for i in part)
+        if len(part) == 1:
+            found.append(FlatBlock(own, 1, (), ((1.0,),)))
+            continue
+        determined: tuple[Combination, ...] = ()
+        if all(null.shape[1] == missing for null in inside):
+            determined = _determined(own, [v[part] for v in values], inside, forms)
+        directions = tuple(tuple(map(float, d)) for d in inside[0].T)
+        found.append(FlatBlock(own, missing, determined, directions))
+    return tuple(found)
+
+
+def _components(null: FloatArray) -> list[list[int]]:
+    """Return groups of parameters tied by flat directions: components of the null's matroid."""
+    form = _echelon(null.T)
+    groups: list[set[int]] = []
+    for row in form:
+        touched = {int(i) for i in np.flatnonzero(np.abs(row) > HOLDS * np.abs(row).max())}
+        for g in [g for g in groups if g & touched]:
+            groups.remove(g)
+            touched |= g
+        groups.append(touched)
+    return [sorted(g) for g in sorted(groups, key=min)]
+
+
+def _echelon(rows: FloatArray) -> FloatArray:
+    """Reduced echelon form with the largest entry of all as the next pivot."""
+    a = np.array(rows, float)
+    for i in range(a.shape[0]):
+        r, c = divmod(int(np.abs(a[i:]).argmax()), a.shape[1])
+        if abs(a[i + r, c]) < 1e-12:
+            return a[:i]
+        a[[i, i + r]] = a[[i + r, i]]
+        a[i] /= a[i, c]
+        others = np.arange(a.shape[0]) != i
+        a[others] -= np.outer(a[others, c], a[i])
+    return a
+
+
+def _within(null: FloatArray, part: list[int]) -> FloatArray:
+    """Return the flat directions of one block, shape (len(part), missing)."""
+    u, s, _ = np.linalg.svd(null[part], full_matrices=False)
+    return np.asarray(u[:, s > 1e-6 * max(float(s.max(initial=0.0)), 1e-300)])
+
+
+def _coordinates(null: FloatArray, values: FloatArray, form: str) -> FloatArray:
+    """Return flat directions in the coordinates of a form, from relative changes."""
+    v = np.where(values == 0, 1.0, values)
+    if form == "sum":
+        null = null * v[:, None]
+    elif form == "sum of reciprocals":
+        null = null / v[:, None]
+    q, _ = np.linalg.qr(null / np.abs(null).max(axis=1, keepdims=True).clip(1e-300))
+    # rows are scaled for rounding only; the scale is taken back, so the coordinates stay
+    return np.asarray(q * np.abs(null).max(axis=1, keepdims=True))
+
+
+def _determined(
+    names: Sequence[str],
+    values: Sequence[FloatArray],
+    nulls: Sequence[FloatArray],
+    forms: Sequence[str],
+) -> tuple[Combination, ...]:
+    """Return independent short combinations, the simplest first whatever their form."""
+    n, missing = nulls[0].shape
+    candidates: list[tuple[tuple[int, int, int], str, tuple[int, ...]]] = []
+    for order, form in enumerate(forms):
+        turned = [_coordinates(null, v, form) for null, v in zip(nulls, values, strict=True)]
+        for c in _integer_vectors(turned):
+            candidates.append(((sum(v != 0 for v in c), sum(map(abs, c)), order), form, c))
+    chosen: list[tuple[str, tuple[int, ...]]] = []
+    gradients = np.zeros((0, n))
+    for _, form, c in sorted(candidates, key=lambda t: t[0]):
+        if len(chosen) == n - missing:
+            break
+        gradient = np.array(c) * _slope(form, values[0])
+        tried = np.vstack([gradients, gradient / np.linalg.norm(gradient)])
+        if np.linalg.matrix_rank(tried, tol=1e-8) > len(chosen):
+            chosen.append((form, c))
+            gradients = tried
+    return _named(names, chosen)
+
+
+def _slope(form: str, values: FloatArray) -> FloatArray:
+    """Return the derivative of each term of a form by a relative change, shape (n,)."""
+    v = np.where(values == 0, 1.0, values)
+    if form == "product":
+        return np.ones(v.size)
+    return v if form == "sum" else -1.0 / v
+
+
+def _integer_vectors(nulls: Sequence[FloatArray]) -> list[tuple[int, ...]]:
+    """Return short integer vectors of least support at right angles to all `nulls`."""
+    n, missing = nulls[0].shape
+    found: list[tuple[int, ...]] = []
+    seen: list[frozenset[int]] = []
+    subsets = (s for size in range(1, missing + 2) for s in combinations(range(n), size))
+    for subset in islice(subsets, MOST_SUBSETS):
+        if any(known <= set(subset) for known in seen):
+            continue
+        vector = _circuit(nulls[0], subset)
+        if vector is None:
+            continue
+        seen.append(frozenset(subset))
+        whole = _integers(vector)
+        if whole is None:
+            continue
+        full = np.zeros(n)
+        full[list(subset)] = whole
+        if all(_holds(full, null) for null in nulls):
+            found.append(tuple(int(v) for v in full))
+    return found
+
+
+def _circuit(null: FloatArray, subset: tuple[int, ...]) -> FloatArray | None:
+    """Return the one vector on `subset` at right angles to `null`, if there is just one."""
+    rows = null[list(subset)]
+    size = np.linalg.norm(rows, axis=1)
+    if (size == 0).any():
+        return None
+    _, s, v = np.linalg.svd((rows / size[:, None]).T, full_matrices=True)
+    s = np.append(s, np.zeros(len(subset) - s.size))
+    small = s < HOLDS * max(float(s[0]), 1e-300)
+    if small.sum() != 1:
+        return None
+    vector = v[-1] / size
+    return None if (np.abs(v[-1]) < 1e-6).any() else np.asarray(vector)
+
+
+def _integers(vector: FloatArray) -> tuple[int, ...] | None:
+    """Return the short integer vector along `vector`, or None."""
+    scaled = vector / np.abs(vector).min()
+    if np.abs(scaled).max() > LARGEST_EXPONENT * 2:
+        return None
+    parts = [Fraction(float(v)).limit_denominator(LARGEST_EXPONENT) for v in scaled]
+    if any(abs(float(f) - v) > 1e-4 * abs(v) for f, v in zip(parts, scaled, strict=True)):
+        return None
+    whole = [int(f * lcm(*(f.denominator for f in parts))) for f in parts]
+    common = gcd(*whole)
+    whole = [w // common for w in whole]
+    return tuple(whole) if max(map(abs, whole)) <= LARGEST_EXPONENT else None
+
+
+def _holds(vector: FloatArray, null: FloatArray) -> bool:
+    """Whether the terms of a combination cancel along every flat direction."""
+    terms = np.abs(vector[:, None] * null)
+    largest = np.abs(null).max(axis=0) * np.abs(vector).max()
+    left = np.abs(vector @ null)
+    return bool((left <= HOLDS * np.maximum(terms.max(axis=0), 1e-9 * largest)).all())
+
+
+def _named(
+    names: Sequence[str], chosen: Sequence[tuple[str, tuple[int, ...]]]
+) -> tuple[Combination, ...]:
+    """Turn signs so that a reader meets few fractions and the same denominators."""
+    often = [sum(v[i] != 0 for f, v in chosen if f == "product") for i in range(len(names))]
+    made = []
+    for form, v in chosen:
+        used = [i for i in range(len(v)) if v[i]]
+        below = max(used, key=lambda i: (often[i], -i))
+        wrong = v[below] > 0 if form == "product" else v[used[0]] < 0
+        turn = -1 if sum(v) < 0 or (sum(v) == 0 and wrong) else 1
+        weights = tuple(turn * v[i] for i in used)
+        made.append(Combination(form, tuple(names[i] for i in used), weights))
+    return tuple(made)

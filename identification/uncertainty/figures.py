@@ -1,0 +1,106 @@
+"""Pictures of uncertainty: profiles with their threshold, correlations, samples in pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from bondgraph.errors import UnusableInput
+from identification.uncertainty.information import Information
+from identification.uncertainty.profile import Profile
+from identification.uncertainty.sampling import Sample
+
+__all__ = ["correlation_figure", "profile_figure", "sample_figure"]
+
+INK, MARK, PALE = "#1b1b1b", "#b3202a", "#7a8aa0"
+
+
+def profile_figure(profiles: Sequence[Profile], columns: int = 3) -> Any:
+    """Return a figure with one panel a profile: rise, threshold, interval, shape in words.
+
+    The rise is cut at three thresholds, so that all panels read alike.
+    """
+    if not profiles:
+        raise UnusableInput("profile figure: there is no profile to draw")
+    wide = min(columns, len(profiles))
+    high = -(-len(profiles) // wide)
+    figure = _figure(3.4 * wide, 2.7 * high)
+    for i, p in enumerate(profiles, start=1):
+        ax = figure.add_subplot(high, wide, i)
+        share = p.cost / p.threshold
+        ax.plot(p.grid, share, "-o", color=INK, markersize=3, linewidth=1)
+        ax.axhline(1.0, color=MARK, linewidth=0.8, linestyle="--")
+        ax.axvline(p.value, color=PALE, linewidth=0.8)
+        low = max(p.interval[0], float(p.grid[0]))
+        ends = min(p.interval[1], float(p.grid[-1]))
+        ax.axvspan(low, ends, color=PALE, alpha=0.18, linewidth=0)
+        if p.better is not None:
+            ax.plot([p.better], [-p.drop / p.threshold], "v", color=MARK)
+        if p.log and p.grid[-1] > 30 * p.grid[0] > 0:
+            ax.set_xscale("log")
+        ax.set_ylim(min(-0.1, float(share.min()) - 0.1), 3.0)
+        ax.set_title(f"{p.name}: {p.shape}", fontsize=9)
+        ax.set_xlabel(f"{p.name} ({p.unit})" if p.unit and p.unit != "1" else p.name, fontsize=8)
+        ax.set_ylabel("rise over 95 % threshold", fontsize=8)
+        ax.tick_params(labelsize=7)
+    figure.tight_layout()
+    return figure
+
+
+def correlation_figure(information: Information) -> Any:
+    """Return a figure of the correlation matrix; open parameters are left blank."""
+    names = information.names
+    size = max(2.6, 0.5 * len(names) + 1.6)
+    figure = _figure(size + 0.6, size)
+    ax = figure.add_subplot()
+    rho = information.correlation
+    picture = ax.imshow(np.ma.masked_invalid(rho), vmin=-1, vmax=1, cmap="RdBu_r")
+    ax.set_xticks(range(len(names)), names, rotation=60, fontsize=8)
+    ax.set_yticks(range(len(names)), names, fontsize=8)
+    for i in range(len(names)):
+        for j in range(len(names)):
+            if np.isfinite(rho[i, j]) and len(names) <= 12:
+                dark = abs(rho[i, j]) > 0.6
+                ax.text(
+                    j, i, f"{rho[i, j]:.2f}", ha="center", va="center", fontsize=7,
+                    color="white" if dark else INK,
+                )  # fmt: skip
+    figure.colorbar(picture, ax=ax, shrink=0.8)
+    ax.set_title("correlation of the estimates", fontsize=9)
+    figure.tight_layout()
+    return figure
+
+
+def sample_figure(sample: Sample, most: int = 3000) -> Any:
+    """Return a figure of a sample: histograms on the diagonal, pairs below."""
+    n = len(sample.names)
+    figure = _figure(1.8 * n + 0.8, 1.8 * n + 0.8)
+    draws = sample.flat
+    thin = draws[:: max(1, draws.shape[0] // most)]
+    marks = np.quantile(draws, (0.025, 0.5, 0.975), axis=0)
+    for i in range(n):
+        for j in range(i + 1):
+            ax = figure.add_subplot(n, n, i * n + j + 1)
+            if i == j:
+                ax.hist(draws[:, i], bins=40, color=PALE)
+                for k, style in enumerate((":", "-", ":")):
+                    ax.axvline(marks[k, i], color=MARK, linewidth=0.8, linestyle=style)
+                ax.set_yticks([])
+                ax.set_title(sample.names[i], fontsize=8)
+            else:
+                ax.plot(thin[:, j], thin[:, i], ".", color=INK, markersize=1, alpha=0.3)
+            ax.tick_params(labelsize=6)
+            if i == n - 1:
+                ax.set_xlabel(sample.names[j], fontsize=8)
+            if j == 0 and i > 0:
+                ax.set_ylabel(sample.names[i], fontsize=8)
+    figure.tight_layout()
+    return figure
+
+
+def _figure(width: float, height: float) -> Any:
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=110)

@@ -1,0 +1,274 @@
+"""From a fitted stack of records to sensitivities of the parameters, nuisances eliminated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.errors import UnusableInput
+from identification.estimation.result import Estimation
+from identification.problem import Problem
+from identification.residual import Evaluation, slots
+from identification.stack import Stack, Stacked
+from identification.uncertainty.information import Information, Sensitivities, information
+
+__all__ = ["Fitted", "Unknown", "fitted", "from_estimation", "sum_of_squares", "unknowns"]
+
+FloatArray = NDArray[np.float64]
+SIMULATED = ("single_shooting", "multiple_shooting", "collocation")
+EARLY = 11.5
+"""Logarithmic bounds beyond this distance are those that only keep numbers finite."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """One parameter among the global unknowns of a stack.
+
+    Attributes
+    ----------
+    name : str
+    place : int
+        Position among the unknowns.
+    log : bool
+    start, scale : float
+        ``value = start exp(theta)`` or ``start + scale theta``, SI.
+    unit : str
+    lower, upper : float
+        Bounds, SI; infinite (or zero) where there is none.
+    prior : float
+        Precision of a prior that was given, on theta; 0 for the weak one of every fit.
+    """
+
+    name: str
+    place: int
+    log: bool
+    start: float
+    scale: float
+    unit: str
+    lower: float
+    upper: float
+    prior: float
+
+    def value(self, theta: float) -> float:
+        """Return the value, SI."""
+        return self.start * float(np.exp(theta)) if self.log else self.start + self.scale * theta
+
+    def theta(self, value: float) -> float:
+        """Return the unknown of a value (SI)."""
+        return float(np.log(value / self.start)) if self.log else (value - self.start) / self.scale
+
+
+def unknowns(stack: Stack) -> tuple[Unknown, ...]:
+    """Return the parameters of a stack: neither lags, offsets and clocks nor command offsets."""
+    lower, upper = stack.bounds
+    found: dict[int, Unknown] = {}
+    for p, columns, factors in zip(stack.problems, stack.columns, stack.factors, strict=True):
+        for i, f in enumerate(p.free):
+            place = int(columns[i])
+            if place in found or f.parameter.name.startswith("offset_"):
+                continue
+            low, high = float(lower[place]), float(upper[place])
+            if f.log:
+                low = -np.inf if low < -EARLY else low
+                high = np.inf if high > EARLY else high
+            given = p.priors.get(f.parameter.name)
+            scale = f.start if f.log else f.scale
+            found[place] = Unknown(
+                stack.names[place], place, f.log, f.start, scale, f.parameter.unit,
+                f.value(low) if np.isfinite(low) else (0.0 if f.log else low),
+                f.value(high) if np.isfinite(high) else high,
+                given[1] ** 2 if given is not None else 0.0,
+            )  # fmt: skip
+        for j in range(slots(p).delays.start, slots(p).delays.stop):
+            place, step = int(columns[j]), p.data.dt * float(factors[j])
+            found.setdefault(
+                place,
+                Unknown(
+                    stack.names[place], place, False, 0.0, step, "s", 0.0,
+                    float(upper[place]) * step, 0.0,
+                ),
+            )  # fmt: skip
+    return tuple(found[k] for k in sorted(found))
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A fit as the functions of this package want it.
+
+    Attributes
+    ----------
+    stack : Stack
+    point : Stacked
+        Where it ended.
+    parameters : tuple of Unknown
+    sensitivities : Sensitivities
+        Of the parameters, initial states and nuisances eliminated.
+    residual : ndarray, shape (M,)
+        Weighted, measured less simulated.
+    channels : tuple of int
+        Residuals of each reading of each window of each record, in order.
+    sum_of_squares : float
+        Of residuals and given priors; weak priors of free parameters left out.
+    known_noise : bool
+        Whether the noise levels were given rather than estimated.
+    """
+
+    stack: Stack
+    point: Stacked
+    parameters: tuple[Unknown, ...]
+    sensitivities: Sensitivities
+    residual: FloatArray
+    channels: tuple[int, ...]
+    sum_of_squares: float
+    known_noise: bool = False
+
+    @property
+    def freedom(self) -> int:
+        """Scored residuals less unknowns."""
+        return max(int(np.count_nonzero(self.residual)) - self.stack.n, 1)
+
+    @property
+    def variance(self) -> float:
+        """Mean square of the weighted residuals; 1 if the noise levels were given."""
+        if self.known_noise:
+            return 1.0
+        return float(self.residual @ self.residual) / self.freedom
+
+    @property
+    def prior(self) -> FloatArray:
+        """Precision of the given priors, shape (n,)."""
+        return np.array([u.prior for u in self.parameters])
+
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """Bounds of the parameters, SI."""
+        return {u.name: (u.lower, u.upper) for u in self.parameters}
+
+    def of(self, name: str) -> Unknown:
+        """Return a parameter by name."""
+        return self.parameters[self.sensitivities.index(name)]
+
+    @cached_property
+    def plain(self) -> Information:
+        """Information as if the residuals were white."""
+        return information(self.sensitivities, prior=self.prior, variance=self.variance)
+
+    @cached_property
+    def robust(self) -> Information:
+        """Information with the sandwich, right for coloured residuals too."""
+        return information(
+            self.sensitivities, self.residual, prior=self.prior, channels=self.channels,
+            variance=self.variance,
+        )  # fmt: skip
+
+    def inflation(self, name: str) -> float:
+        """Return sandwich over plain variance of a parameter, at least 1."""
+        i = self.sensitivities.index(name)
+        plain, robust = self.plain.covariance[i, i], self.robust.covariance[i, i]
+        return float(max(robust / plain, 1.0)) if plain > 0 else 1.0
+
+    def elsewhere(self, shift: float = 0.1, seed: int = 0) -> Sensitivities:
+        """Return the sensitivities at parameters moved by about `shift` (relative).
+
+        A combination that is constant along a flat direction is so there too.
+        """
+        rng = np.random.default_rng(seed)
+        theta = self.point.theta.copy()
+        lower, upper = self.stack.bounds
+        for u in self.parameters:
+            theta[u.place] += shift * rng.uniform(-1, 1)
+        moved = Stacked(np.clip(theta, lower, upper), self.point.states)
+        return fitted(self.stack, moved).sensitivities
+
+
+def fitted(
+    stack: Stack,
+    point: Stacked,
+    evaluations: Sequence[Evaluation] | None = None,
+    *,
+    known_noise: bool = False,
+) -> Fitted:
+    """Return sensitivities and residuals of `stack` at `point`."""
+    made = stack.evaluate(point) if evaluations is None else tuple(evaluations)
+    jacobian = stack.projected(made, point)
+    residual = np.concatenate([e.residual for e in made])
+    parameters = unknowns(stack)
+    lower, upper = stack.bounds
+    own = [u.place for u in parameters]
+    others = [i for i in range(stack.n) if i not in own and upper[i] > lower[i]]
+    columns = _without(jacobian[:, own], jacobian[:, others], stack.prior[0][others])
+    s = Sensitivities(
+        tuple(u.name for u in parameters),
+        np.array([u.value(float(point.theta[u.place])) for u in parameters]),
+        columns,
+        tuple(u.log for u in parameters),
+        np.array([abs(u.scale) for u in parameters]),
+        tuple(u.unit for u in parameters),
+    )
+    channels = tuple(
+        n
+        for p, e in zip(stack.problems, made, strict=True)
+        for rows, _ in e.local
+        for n in _sizes(p, rows)
+    )
+    total = sum_of_squares(stack, made, point)
+    return Fitted(stack, point, parameters, s, residual, channels, total, known_noise)
+
+
+def from_estimation(estimation: Estimation) -> Fitted:
+    """Return the fit of an estimation.
+
+    Raises
+    ------
+    UnusableInput
+        Its method does not minimise the simulated misfit, or the fit broke.
+    """
+    if estimation.method not in SIMULATED:
+        raise UnusableInput(
+            f"{estimation.study.graph.name}: a fit by {estimation.method} minimises another misfit "
+            f"than the simulated one; fit by {SIMULATED[0]} from its values first"
+        )
+    if not np.isfinite(estimation.cost):
+        raise UnusableInput(
+            f"{estimation.study.graph.name}: the fit {estimation.status.value}; nothing can be "
+            "said about its parameters"
+        )
+    noise = estimation.study.noise
+    sensors = {n for p in estimation.stack.problems for n in p.data.names}
+    known = not isinstance(noise, str) and sensors <= set(noise)
+    return fitted(estimation.stack, estimation.point, known_noise=known)
+
+
+def _sizes(p: Problem, rows: slice) -> list[int]:
+    n_y = len(p.data.names)
+    return [(rows.stop - rows.start) // n_y] * n_y
+
+
+def _without(columns: FloatArray, nuisances: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return what is left of `columns` beside the nuisances, which their priors hold a little."""
+    if not nuisances.shape[1]:
+        return columns
+    stacked = np.vstack([nuisances, np.diag(weight)])
+    q, _ = np.linalg.qr(stacked)
+    top = q[: columns.shape[0]]
+    return np.asarray(columns - top @ (top.T @ columns))
+
+
+def sum_of_squares(
+    stack: Stack,
+    evaluations: Sequence[Any],
+    point: Stacked,
+    parameters: Sequence[Unknown] | None = None,
+) -> float:
+    """Return the sum of squares of residuals, nuisances' and given priors, without weak priors."""
+    weight, centre = stack.prior
+    total = stack.cost(evaluations, point) * stack.count(evaluations)
+    for u in unknowns(stack) if parameters is None else parameters:
+        if not u.prior:
+            total -= float((weight[u.place] * (point.theta[u.place] - centre[u.place])) ** 2)
+    return total

@@ -1,0 +1,134 @@
+"""What is wrong with a result, said after a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from identification.estimation.result import Estimation
+from identification.levenberg_marquardt import Status
+from identification.uncertainty.finding import Finding
+from identification.uncertainty.fitted import Fitted, from_estimation
+from identification.uncertainty.practical import Practical, practical
+from identification.uncertainty.preflight import thousand
+
+__all__ = ["postflight", "practical_of"]
+
+BEYOND_NOISE = 4.0
+WHY = {
+    "dead": "the fit picked any value of it",
+    "flat direction": "the fit picked one point of a flat valley",
+    "trade-off pair": "an error of one hides in the other",
+    "not pinned": "the interval is too wide to be used",
+    "at bound": "its interval means nothing, and others may be pulled along",
+}
+DO = {
+    "dead": "fix it, or excite it",
+    "flat direction": "fix as many as are missing, add a sensor, or use the combination",
+    "trade-off pair": "use the combination, or record what tells them apart",
+    "not pinned": "give a prior, fix it, or record more",
+    "at bound": "move the bound if physics allows, otherwise doubt the model",
+}
+
+
+def practical_of(fit: Fitted) -> Practical:
+    """Return the five classes for a fit, proved at a second point."""
+    return practical(
+        fit.sensitivities,
+        fit.residual,
+        bounds=fit.bounds,
+        further=(fit.elsewhere(),),
+        prior=fit.prior,
+        channels=fit.channels,
+        variance=fit.variance,
+    )
+
+
+def postflight(estimation: Estimation, fit: Fitted | None = None) -> tuple[Finding, ...]:
+    """Return what a user should know after a fit; empty if nothing stands out.
+
+    Parameters
+    ----------
+    estimation : Estimation
+    fit : Fitted, optional
+        Of it, if it is there already.
+    """
+    found = list(_ended(estimation))
+    if estimation.status is Status.BROKEN:
+        return tuple(found)
+    found += _landed(estimation)
+    found += _misfit(estimation)
+    found += _trend(estimation)
+    where = estimation.study.graph.name
+    for s in practical_of(fit or from_estimation(estimation)).statements:
+        found.append(
+            Finding(s.kind, s.text, f"{where}, {', '.join(s.names)}", WHY[s.kind], DO[s.kind])
+        )
+    return tuple(found)
+
+
+def _ended(e: Estimation) -> Iterator[Finding]:
+    if e.status is Status.CONVERGED:
+        return
+    yield Finding(
+        "not converged", e.status.value, e.study.graph.name, "the values may not be the best",
+        "start from them again, or from elsewhere",
+    )  # fmt: skip
+
+
+def _landed(e: Estimation) -> Iterator[Finding]:
+    known = e.study.graph.parameters
+    for entry in e.estimates:
+        name = entry.name.partition(" @")[0]
+        nominal = known[name].value if name in known else 0.0
+        if not nominal * entry.value > 0:
+            continue
+        ratio = entry.value / nominal
+        power = thousand(ratio)
+        if power is not None:
+            yield Finding(
+                "unit", f"{entry.name} = {entry.value:.4g} is {ratio:.3g} times the declared value",
+                f"{e.study.graph.name}, {entry.name}",
+                f"a factor near {1000.0**power:g} is mostly a unit",
+                "check units of channels and declared values",
+            )  # fmt: skip
+        elif abs(np.log10(ratio)) > 1.5:
+            yield Finding(
+                "far from declared", f"{entry.name} = {entry.value:.4g} is {ratio:.3g} times the "
+                "declared value", f"{e.study.graph.name}, {entry.name}",
+                "it may stand for physics that is missing", "doubt the model or the declared value",
+            )  # fmt: skip
+
+
+def _misfit(e: Estimation) -> Iterator[Finding]:
+    for floor, p in zip(e.floors, e.stack.problems, strict=False):
+        if (floor < 1e-9 * np.abs(p.data.readings).max(axis=0)).any():
+            return  # a constant reading has no floor
+    left = e.chi2("train")
+    if np.isfinite(left) and left > BEYOND_NOISE:
+        yield Finding(
+            "misfit", f"the mean square residual is {left:.3g} times the noise floor",
+            e.study.graph.name, "the model leaves out more than noise",
+            "diagnose the recording; intervals assume that the model is right",
+        )  # fmt: skip
+
+
+def _trend(e: Estimation) -> Iterator[Finding]:
+    for r, name in enumerate(e.record_names[: len(e.study.recordings)]):
+        rest = e.residuals("train", r)
+        n = rest.shape[0]
+        if n < 100 or not np.isfinite(rest).all():
+            continue
+        t = np.linspace(-0.5, 0.5, n)
+        for c, sensor in enumerate(e.sensors(r)):
+            slope = float(12 * np.mean(t * rest[:, c]))
+            left = rest[:, c] - slope * t
+            parts = np.array([b.mean() for b in np.array_split(left, 20)])
+            error = float(parts.std() / np.sqrt(20)) * np.sqrt(12.0)
+            if abs(slope) > max(6 * error, 2 * float(e.floors[r][c])):
+                yield Finding(
+                    "drift", f"the residual of {sensor} moves by {slope:.3g} over the record",
+                    f"{name}, {sensor}", "the plant or the sensor changes with time, or a command has an offset",
+                    "add the drift to the model, or Nuisances(commands=True)",
+                )  # fmt: skip

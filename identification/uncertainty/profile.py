@@ -1,0 +1,325 @@
+"""Profile likelihood of one number: how the misfit rises when it is held and the rest refitted.
+
+The profile needs nothing but an objective ``(value, start) -> (sum of squares, start)``: the sum of
+squares of weighted residuals, refitted over everything else from a warm start. Steps adapt so that
+each raises the sum by about a fifth of the threshold (Raue et al., Bioinformatics 25 (2009) 1923).
+The threshold is the 95 % quantile of chi-square with one degree of freedom; with an estimated noise
+level it is that of F(1, n) times the mean square, and a coloured residual widens it by the ratio of
+the sandwich to the plain variance (Chandler and Bate, Biometrika 94 (2007) 167).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["SHAPES", "Profile", "Refit", "Side", "profile", "threshold_of"]
+
+FloatArray = NDArray[np.float64]
+Refit = Callable[[float, Any], tuple[float, Any]]
+"""``(held coordinate, warm start) -> (sum of squares, next warm start)``; infinite if it failed."""
+
+SHAPES = ("two-sided", "open below", "open above", "flat", "multimodal", "at a bound")
+TARGET = 0.2
+"""Share of the threshold that a step should add."""
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """How a profile ends on one side: "closed", "open" (limit of the search) or "bound"."""
+
+    end: str
+    reached: float
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A profile and what it says.
+
+    Attributes
+    ----------
+    name, unit : str
+    log : bool
+        Whether the coordinate is the logarithm of the value.
+    value : float
+        Estimate, SI (or its own unit, for a combination).
+    grid, cost : ndarray, shape (n,)
+        Held values, increasing, and the sum of squares above the estimate's.
+    threshold : float
+        Rise at the ends of the 95 % interval.
+    interval : tuple of float
+        95 % interval; infinite (0 for a logarithmic one) where it is open, a bound where stopped.
+    shape : str
+        One of `SHAPES`.
+    better : float or None
+        Held value of a fit that is clearly better than the estimate, if one was met.
+    drop : float
+        By how much that fit lowers the sum of squares.
+    status : str
+        ``complete``, or why it ended early.
+    """
+
+    name: str
+    unit: str
+    log: bool
+    value: float
+    grid: FloatArray
+    cost: FloatArray
+    threshold: float
+    interval: tuple[float, float]
+    shape: str
+    better: float | None = None
+    drop: float = 0.0
+    status: str = "complete"
+
+    def __str__(self) -> str:
+        """One sentence."""
+        low, high = self.interval
+        u = f" {self.unit}" if self.unit else ""
+        text = f"{self.name} = {self.value:.4g}{u}, "
+        text += {
+            "two-sided": f"95 % from {low:.4g} to {high:.4g}",
+            "open below": f"at most {high:.4g} (95 %); nothing keeps it from below",
+            "open above": f"at least {low:.4g} (95 %); nothing keeps it from above",
+            "flat": "not determined: the misfit stays the same wherever it is held",
+            "multimodal": f"more than one minimum within {low:.4g} to {high:.4g}",
+            "at a bound": f"95 % from {low:.4g} to {high:.4g}, stopped by a bound",
+        }[self.shape]
+        if self.better is not None:
+            text += (
+                f"; a better fit was found at {self.better:.4g} (sum of squares lower by "
+                f"{self.drop:.3g}): start again from there"
+            )
+        return text if self.status == "complete" else f"{text} ({self.status})"
+
+
+def threshold_of(
+    mean_square: float = 1.0, freedom: float = np.inf, inflation: float = 1.0, level: float = 0.95
+) -> float:
+    """Return the rise of the sum of squares at the ends of the interval.
+
+    Parameters
+    ----------
+    mean_square : float
+        1 if the noise level is known, else that of the weighted residuals.
+    freedom : float
+        Residuals less parameters; infinite if the noise level is known.
+    inflation : float
+        Sandwich over plain variance, at least 1.
+
+    Examples
+    --------
+    >>> round(threshold_of(), 3)
+    3.841
+    """
+    from scipy.stats import chi2, f
+
+    quantile = chi2.ppf(level, 1) if np.isinf(freedom) else f.ppf(level, 1, freedom)
+    return float(quantile * mean_square * max(inflation, 1.0))
+
+
+def profile(
+    refit: Refit,
+    name: str,
+    value: float,
+    cost: float,
+    start: Any,
+    *,
+    width: float,
+    threshold: float,
+    log: bool = True,
+    scale: float = 1.0,
+    unit: str = "",
+    bounds: tuple[float, float] = (-np.inf, np.inf),
+    reach: float | None = None,
+    most: int = 30,
+    beyond: int = 0,
+    cancelled: Callable[[], bool] | None = None,
+) -> Profile:
+    """Walk both ways from an estimate until the threshold, a bound or the reach.
+
+    Parameters
+    ----------
+    refit : callable
+        Takes the held coordinate: ``ln value`` if `log`, else ``value / scale``.
+    value, cost : float
+        Estimate (SI) and its sum of squares.
+    start : object
+        Warm start at the estimate, handed to `refit`.
+    width : float
+        Standard error in the coordinate, for the first step; any positive guess does.
+    bounds : tuple of float
+        SI.
+    reach : float, optional
+        Largest distance in the coordinate: ln 1000 if `log`, else 1000 scales.
+    most : int
+        Refits a side.
+    beyond : int
+        Further held values on each closed side, each twice as far out as the last: another valley
+        behind the hill shows as ``multimodal``.
+    cancelled : callable, optional
+        Asked before every refit; what is done is kept. KeyboardInterrupt does the same.
+    """
+    at = float(np.log(value)) if log else value / scale
+    ends = [(np.log(b) if b > 0 else -np.inf) if log else b / scale for b in bounds]
+    far = reach if reach is not None else (float(np.log(1000.0)) if log else 1000.0)
+    points = [(at, 0.0)]
+    sides: list[Side] = []
+    status = "complete"
+    for sign in (-1.0, 1.0):
+        limit = ends[0] if sign < 0 else ends[1]
+        walk = _Walk(refit, at, cost, start, sign, float(limit), far, threshold, cancelled)
+        found, side = walk.run(min(max(width, 1e-9), far / 2), most)
+        if side.end == "closed" and beyond:
+            found += walk.probe(found[-1][0], beyond)
+        points += found
+        sides.append(side)
+        if side.end == "cancelled":
+            status = "cancelled: what was done is kept"
+            sides += [Side("cancelled", at)] * (2 - len(sides))
+            break
+        if side.end == "steps":
+            status = "ended at the largest number of refits"
+    points.sort()
+    x = np.array([p[0] for p in points])
+    rise = np.array([p[1] for p in points])
+    back: Callable[[float], float] = (lambda c: float(np.exp(c))) if log else (lambda c: c * scale)
+    interval, shape = _read(x, rise, at, threshold, sides, log)
+    best = int(np.argmin(rise))
+    better = float(rise[best]) < -max(0.05 * threshold, 1e-6 * abs(cost))
+    ends_si = (
+        interval[0] if np.isinf(interval[0]) else back(interval[0]),
+        interval[1] if np.isinf(interval[1]) else back(interval[1]),
+    )
+    if log and np.isinf(interval[0]):
+        ends_si = (0.0, ends_si[1])
+    grid = np.exp(x) if log else x * scale
+    return Profile(
+        name, unit, log, value, grid, rise, threshold, ends_si, shape,
+        back(float(x[best])) if better else None, -float(rise[best]) if better else 0.0, status,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Walk:
+    refit: Refit
+    at: float
+    cost: float
+    start: Any
+    sign: float
+    limit: float
+    far: float
+    threshold: float
+    cancelled: Callable[[], bool] | None
+
+    def run(self, step: float, most: int) -> tuple[list[tuple[float, float]], Side]:
+        """Return points and how the side ended."""
+        points: list[tuple[float, float]] = []
+        x, rise, warm = self.at, 0.0, self.start
+        step *= 0.5
+        try:
+            for _ in range(most):
+                if self.cancelled is not None and self.cancelled():
+                    return points, Side("cancelled", x)
+                trial, edge = self._next(x, step)
+                if trial == x:
+                    return points, Side("bound", x)
+                total, next_warm = self.refit(trial, warm)
+                new = total - self.cost
+                if not np.isfinite(new) or new - rise > 1.5 * self.threshold:
+                    if abs(trial - x) > 1e-8 * (1 + abs(x)) and step > 1e-9:
+                        step *= 0.3
+                        continue
+                    return points, Side("steps", x)
+                added = new - rise
+                points.append((trial, new))
+                x, rise, warm = trial, new, next_warm
+                if rise > self.threshold:
+                    return points, Side("closed", x)
+                if edge:
+                    return points, Side(edge, x)
+                wanted = TARGET * self.threshold
+                step *= float(np.clip(np.sqrt(wanted / max(abs(added), 1e-3 * wanted)), 0.4, 3.0))
+        except KeyboardInterrupt:
+            return points, Side("cancelled", x)
+        return points, Side("steps", x)
+
+    def probe(self, x: float, count: int) -> list[tuple[float, float]]:
+        """Return points beyond the closing one, from the estimate's warm start."""
+        found = []
+        for k in range(1, count + 1):
+            trial = self.at + 2.0**k * (x - self.at)
+            if (trial - self.limit) * self.sign >= 0 or abs(trial - self.at) > self.far:
+                break
+            total, _ = self.refit(trial, self.start)
+            if np.isfinite(total):
+                found.append((trial, total - self.cost))
+        return found
+
+    def _next(self, x: float, step: float) -> tuple[float, str]:
+        trial = x + self.sign * step
+        end = self.at + self.sign * self.far
+        if (trial - self.limit) * self.sign >= 0:
+            return self.limit, "bound"
+        return (end, "open") if (trial - end) * self.sign >= 0 else (trial, "")
+
+
+def _read(
+    x: FloatArray, rise: FloatArray, at: float, threshold: float, sides: list[Side], log: bool
+) -> tuple[tuple[float, float], str]:
+    """Return ends of the interval in the coordinate and the shape class."""
+    base = float(min(rise.min(), 0.0))
+    inside = np.flatnonzero(rise - base <= threshold)
+    low = _crossing(x, rise - base, int(inside[0]), -1, threshold)
+    high = _crossing(x, rise - base, int(inside[-1]), 1, threshold)
+    below, above = (s.end for s in sides)
+    interval = (
+        _end(below, low, sides[0].reached, -np.inf),
+        _end(above, high, sides[1].reached, np.inf),
+    )
+    if _minima(rise, threshold) > 1:
+        return interval, "multimodal"
+    if (low is None and below == "bound") or (high is None and above == "bound"):
+        # a bound at which nothing has risen yet does not close the interval by the data
+        return interval, "at a bound"
+    opened = (low is None, high is None)
+    shape = {
+        (False, False): "two-sided",
+        (True, False): "open below",
+        (False, True): "open above",
+    }.get(opened, "flat")
+    if shape == "flat" and float(np.ptp(rise)) > 0.5 * threshold:
+        shape = "open above" if rise[0] > rise[-1] else "open below"
+    return interval, shape
+
+
+def _end(side: str, crossing: float | None, reached: float, infinite: float) -> float:
+    if crossing is not None:
+        return crossing
+    return reached if side == "bound" else float(infinite)
+
+
+def _crossing(x: FloatArray, y: FloatArray, i: int, step: int, level: float) -> float | None:
+    """Return where the square root of the rise meets that of the level; None at the edge."""
+    j = i + step
+    if not 0 <= j < x.size:
+        return None
+    a, b = np.sqrt(max(y[i], 0.0)), np.sqrt(max(y[j], 0.0))
+    return float(x[i] + (x[j] - x[i]) * (np.sqrt(level) - a) / max(b - a, 1e-300))
+
+
+def _minima(rise: FloatArray, threshold: float) -> int:
+    """Count valleys separated by a hill of a tenth of the threshold."""
+    hill = 0.1 * threshold
+    count, lowest, highest, falling = 0, float(rise[0]), float(rise[0]), True
+    for v in map(float, rise[1:]):
+        lowest, highest = min(lowest, v), max(highest, v)
+        if falling and v > lowest + hill:
+            count, falling, highest = count + 1, False, v
+        elif not falling and v < highest - hill:
+            falling, lowest = True, v
+    return count + falling if rise[-1] <= lowest + hill and falling and rise.size > 1 else count

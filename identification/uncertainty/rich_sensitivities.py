@@ -1,0 +1,143 @@
+"""Exact sensitivities of a nonlinear graph on rich inputs of many sizes and speeds.
+
+Whether any experiment determines a parameter is asked, not whether one does: sine mixtures with
+random phases at speeds from the fastest to the slowest time constant and in sizes over seven
+decades are put together, each scaled by its own response.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.compiled import Compiled, compile_model
+from bondgraph.discrete import blocks
+from bondgraph.equations import AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws
+from bondgraph.errors import UnusableInput
+from bondgraph.graph import BondGraph
+from bondgraph.simulate import equilibrium, run_record
+
+__all__ = ["rich_jacobian", "rich_nulls"]
+
+FloatArray = NDArray[np.float64]
+SAMPLES = 160
+SIZES = tuple(10.0**k for k in range(-3, 4))
+SPEEDS = 4
+ZERO = 1e-6
+
+
+def rich_nulls(
+    graph: BondGraph,
+    free: Sequence[str],
+    values: Mapping[str, float] | None,
+    seed: int,
+    points: int = 3,
+) -> tuple[list[FloatArray], list[FloatArray], float]:
+    """Return parameter values, flat directions (relative changes) and the width of the gap.
+
+    Only points of the largest rank are returned; see `flat_blocks` for the shapes.
+
+    Raises
+    ------
+    UnusableInput
+        The graph has no compiled form, or no run is finite.
+    """
+    try:
+        compiled = compile_model(graph)
+    except (AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws) as error:
+        raise UnusableInput(
+            f"{graph.name}: sensitivities need a model that is linear up to scalar laws ({error}); "
+            "insert small resistances or stores, or linearise it"
+        ) from None
+    missing = [n for n in free if n not in compiled.parameter_names]
+    if missing:
+        raise UnusableInput(
+            f"{graph.name}: {', '.join(missing)} is no parameter of the equations (a delay, or "
+            "unused); leave it out of free="
+        )
+    rng = np.random.default_rng(seed)
+    found: list[tuple[int, FloatArray, FloatArray, float]] = []
+    for _ in range(points):
+        p = compiled.vector(values or {})
+        place = [compiled.parameter_names.index(n) for n in free]
+        p[place] *= np.exp(rng.uniform(-0.3, 0.3, len(place)))
+        j = rich_jacobian(compiled, place, p, rng)
+        null, gap = _null(j)
+        found.append((null.shape[1], p[place], null, gap))
+    least = min(f[0] for f in found)
+    kept = [f for f in found if f[0] == least]
+    return [f[1] for f in kept], [f[2] for f in kept], min(f[3] for f in kept)
+
+
+def rich_jacobian(
+    compiled: Compiled, place: Sequence[int], p: FloatArray, rng: np.random.Generator
+) -> FloatArray:
+    """Return ``p dy/dp`` of all outputs on all experiments, each scaled by its response."""
+    parts = blocks(compiled, np.asarray(compiled.matrices(p).full(), float))
+    fast = np.abs(np.linalg.eigvals(parts.a)) if parts.a.size else np.ones(1)
+    fast = fast[fast > 1e-12 * max(float(fast.max(initial=0.0)), 1e-300)]
+    fast = fast if fast.size else np.ones(1)
+    rates = np.geomspace(float(fast.min()), float(fast.max()), SPEEDS if np.ptp(fast) else 1)
+    relative = np.where(p[list(place)] == 0, 1.0, p[list(place)])
+    rows = []
+    for rate in rates:
+        step = 0.4 / rate
+        for size in SIZES:
+            u = size * _mixture(rng, compiled.n_u)
+            for i, name in enumerate(compiled.space.input_names):
+                if name == "one":
+                    u[:, i] = 1.0
+            x0 = equilibrium(compiled, p, u[0])
+            with np.errstate(all="ignore"):
+                run = run_record(compiled, p, u, step, x0, n_sub=2, directions=list(place))
+            for c in range(compiled.n_y):
+                level = float(np.sqrt(np.mean(run.y[:, c] ** 2)))
+                if np.isfinite(run.dy[:, c]).all() and np.isfinite(level) and level > 0:
+                    rows.append(run.dy[:, c, : len(place)] * relative / level)
+    if not rows:
+        raise UnusableInput(
+            f"{compiled.space.name}: no reading moves, or none is finite, at these parameters; "
+            "check them"
+        )
+    return np.concatenate(rows)
+
+
+def _mixture(rng: np.random.Generator, n_u: int) -> FloatArray:
+    """Sines of random phase below half the Nyquist frequency, rising from rest, rms near 1."""
+    t = np.arange(SAMPLES)
+    lines = np.arange(1, SAMPLES // 4)
+    lines = lines[rng.random(lines.size) < 0.5]
+    phase = rng.uniform(0, 2 * np.pi, (lines.size, n_u))
+    waves = np.sin(2 * np.pi * lines[None, :, None] * t[:, None, None] / SAMPLES + phase[None])
+    u = waves.sum(axis=1) * np.sqrt(2 / max(lines.size, 1))
+    u *= np.minimum(t / 10.0, 1.0)[:, None]
+    return np.asarray(u)
+
+
+def _null(j: FloatArray) -> tuple[FloatArray, float]:
+    """Return flat directions and the gap: columns of unit length, widest gap below `ZERO`."""
+    length = np.linalg.norm(j, axis=0)
+    live = length > 1e-10 * max(float(length.max(initial=0.0)), 1e-300)
+    dead = np.eye(j.shape[1])[:, ~live]
+    if not live.any():
+        return dead, float("inf")
+    unit = j[:, live] / length[live]
+    if unit.shape[0] > unit.shape[1]:
+        unit = np.asarray(np.linalg.qr(unit, mode="r"))
+    _, s, rows = np.linalg.svd(unit, full_matrices=True)
+    s = np.append(s, np.zeros(rows.shape[0] - s.size)) / s[0]
+    floor = np.maximum(s, 1e-14)
+    small = np.flatnonzero(s < ZERO)
+    count = int(small[0]) if small.size else s.size
+    if 0 < count < s.size:
+        # the widest step at or below the first small one
+        steps = floor[count - 1 : -1] / floor[count:]
+        count += int(np.argmax(steps))
+    gap = float(floor[count - 1] / floor[count]) if 0 < count < s.size else float(floor[-1] / 1e-14)
+    basis = np.zeros((j.shape[1], rows.shape[0] - count))
+    basis[live] = rows[count:].T / length[live][:, None]
+    if basis.shape[1]:
+        basis /= np.abs(basis).max(axis=0)
+    return np.hstack([basis, dead]), gap
