@@ -13,9 +13,14 @@ from typing import NoReturn
 from bondgraph.errors import BondsightError
 from identification.command_line.arguments import jobs, nonnegative
 from identification.command_line.conformance import add_conformance_command
+from identification.command_line.coverage import add_coverage_command
 from identification.command_line.equations import NOTATIONS as EQUATIONS
 from identification.command_line.export import add_export_command
+from identification.command_line.fit import add_fit_command
+from identification.command_line.identifiability import add_identifiability_command
 from identification.command_line.machines import add_machine_commands
+from identification.command_line.output import writable
+from identification.command_line.recordings_list import add_recordings_command
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -104,9 +109,10 @@ def _parser() -> argparse.ArgumentParser:
     add_export_command(verbs)
     add_conformance_command(verbs)
     add_machine_commands(verbs)
-
-    p = verbs.add_parser("recordings", help="list the known public recordings")
-    p.set_defaults(run=_recordings)
+    add_fit_command(verbs)
+    add_identifiability_command(verbs)
+    add_coverage_command(verbs)
+    add_recordings_command(verbs)
     return parser
 
 
@@ -122,7 +128,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     graph = load_model(options.model)
     graph.require_sound()
     recording, split, said = load_recording(options.recording, options.maps, graph)
-    _writable(options.out)
+    writable(options.out)
     with Bar(quiet=not sys.stderr.isatty()) as bar:
         result = diagnose(
             graph, recording, split, model=options.model, hold=options.hold,
@@ -140,23 +146,11 @@ def _diagnose(options: argparse.Namespace) -> int:
     return 0
 
 
-def _writable(folder: Path) -> None:
-    """Refuse a folder that cannot be written before the work is done, not after."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BondsightError(
-            f"cannot write to {folder}: {error.strerror}; give another --out"
-        ) from None
-    if not os.access(folder, os.W_OK):
-        raise BondsightError(f"cannot write to {folder}: no permission; give another --out")
-
-
 def _demo(options: argparse.Namespace) -> int:
     from identification.command_line.demo import demo, known_effect, score
 
     known_effect(options.effect)
-    _writable(options.out)
+    writable(options.out)
     if options.seeds is not None:
         return score(options.seeds, options.first, options.out, options.jobs, options.effect)
     return demo(options.seed, options.out, options.jobs, options.effect)
@@ -191,7 +185,7 @@ def _draw(options: argparse.Namespace) -> int:
 
     graph = load_model(options.model)
     target = options.out or Path(f"{graph.name}.svg")
-    _writable(target.parent)
+    writable(target.parent)
     write_atomically(target, svg(graph))
     print(target)
     return 0
@@ -201,16 +195,6 @@ def _bench(options: argparse.Namespace) -> int:
     from identification.command_line.bench import bench
 
     return bench(options.what)
-
-
-def _recordings(options: argparse.Namespace) -> int:
-    from identification.data import about, available, names
-
-    for n in names():
-        known = about(n)
-        state = "here" if available(n) else "absent"
-        print(f"{n:24s} {state:7s} {known.title}\n{'':24s} {known.source}")
-    return 0
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from identification.estimation.study import ESTIMATED, Setting, Study
 from identification.levenberg_marquardt import Status
 from identification.problem import Problem
 from identification.residual import Evaluation, Point, evaluate
-from identification.stack import Stack, Stacked
+from identification.stack import Stack, Stacked, held_out_states
 
 __all__ = ["estimate"]
 
@@ -290,7 +290,7 @@ def _finished(
     if covariance is None:
         covariance, words = _covariance(stack, found, point)
     estimates, nuisances = estimates_of(stack, point, covariance)
-    simulated = [e.y for e in found] if solution.readings is None else list(solution.readings)
+    simulated = list(solution.readings or _simulated(stack, found, point))
     result = Estimation(
         study, setting, method.name, optimiser, solution.status, point, covariance,
         _cost(stack, found, solution), solution.trace, estimates, nuisances, tuple(simulated),
@@ -301,6 +301,16 @@ def _finished(
         for i in range(len(study.recordings), len(study.records))
     ]
     return replace(result, simulated=(*simulated, *judged))
+
+
+def _simulated(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tuple[Array, ...]:
+    """Readings of the free run; on windows the held-out ones get states of their own too."""
+    if all(p.window is None for p in stack.problems):
+        return tuple(e.y for e in found)
+    return tuple(
+        evaluate(p, held_out_states(p, stack.local(point, r)), derivatives=False).y
+        for r, p in enumerate(stack.problems)
+    )
 
 
 def _cost(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> float:

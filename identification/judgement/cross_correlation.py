@@ -79,11 +79,15 @@ class CrossCorrelation:
         if self.causal:
             said.append(f"follows {self.input} {self._where(self.lags >= 0)}")
         if self.anticausal:
-            said.append(
-                f"runs ahead of {self.input} {self._where(self.lags < 0)}: feedback in the "
-                "recording, or the reading is stamped too late in the model (a delay or clock)"
-            )
+            said.append(f"runs ahead of {self.input} {self._where(self.lags < 0)}: {self._ahead}")
         return "; ".join(said)
+
+    @property
+    def _ahead(self) -> str:
+        before = self.lags < 0
+        if self.lags[before][np.argmax(np.abs(self.correlations[before]))] >= -2:
+            return "another course of the input between samples (hold), a shift, or feedback"
+        return "feedback in the recording, or a reading stamped too early (a delay or clock)"
 
     def _where(self, side: Array) -> str:
         outside = np.flatnonzero(side & (np.abs(self.correlations) > self.band))

@@ -37,7 +37,7 @@ def from_fit(fit: Fit, sha256: str = "") -> Material:
     states = len(problem.compiled.space.states) * trained
     run = FREE_RUN
     if problem.window is not None:
-        run = f"windows of {problem.window} samples, each with an initial state fitted to itself"
+        run = f"windows of {problem.window} samples, each with an initial state of its own"
     return Material(
         problem.graph.name, (record,), numbers,
         len(fit.estimates) + len(fit.nuisances) + states, fit.status.value, run,
@@ -94,7 +94,7 @@ def _run_words(found: Estimation) -> str:
     study = found.study
     said = FREE_RUN
     if study.window is not None:
-        said = f"windows of {study.window} samples, each with an initial state fitted to itself"
+        said = f"windows of {study.window} samples, each with an initial state of its own"
     if study.validation:
         start = (
             f"an initial state fitted to {study.init} samples that are not scored"

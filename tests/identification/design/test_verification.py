@@ -1,0 +1,62 @@
+"""Fits of simulated measurements reach the intervals that a design expects."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.errors import UnusableInput
+from bondgraph.hysteresis import MaxwellResistiveCapacitor
+from bondgraph.laws import Hysteretic
+from identification.design import Table, optimal_multisine, rank_signals, reversal_curves, verify
+
+NOISE = {"x": 2e-4}
+
+
+def spring() -> BondGraph:
+    with BondGraph("spring") as g:
+        body = One("v")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> R("d", 2.0, unit="N*s/m")
+        body >> C("k", stiffness=200.0, unit="N/m")
+        body >> Dq("x", unit="m")
+    return g
+
+
+def stage() -> BondGraph:
+    with BondGraph("stage") as g:
+        body = One("v")
+        Se("F", unit="N") >> body >> I("m", 0.1, unit="kg", fixed=True)
+        body >> R("d", 40.0, unit="N*s/m", fixed=True)
+        spring = MaxwellResistiveCapacitor((2e4, 1e4), (6.0, 9.0))
+        body >> C("k", law=Hysteretic(spring, ("stiffnesses", "breakaways")))
+        body >> C("guide", stiffness=1e4, unit="N/m")
+        body >> Dq("x", unit="m")
+    return g
+
+
+def test_fits_reach_the_expected_intervals() -> None:
+    p = optimal_multisine(spring(), "F", NOISE, rate=50.0, period=500, band=(0.1, 15.0), periods=2)
+    best = verify(spring(), p.signal, NOISE, p.expected, fits=16, offsets=False)
+    flat = verify(spring(), p.flat, NOISE, p.expected, fits=16, offsets=False, reference=True)
+    assert best.plausible, str(best)
+    assert flat.plausible, str(flat)
+    assert p.expected["d"].narrower > 3
+
+
+def test_fits_of_a_memory_reach_the_expected_intervals() -> None:
+    tour = reversal_curves(50.0, 4, 1000.0, slew=500.0, lowest=-50.0, name="F", unit="N")
+    found = rank_signals(stage(), [tour], {"x": 2e-6}, initial="rest")
+    done = verify(stage(), found.best, {"x": 2e-6}, found.expected, initial="rest", fits=8)
+    assert done.plausible, str(done)
+
+
+def test_a_wrong_prediction_is_not_plausible() -> None:
+    p = optimal_multisine(spring(), "F", NOISE, rate=50.0, period=500, band=(0.1, 15.0))
+    wrong = Table(tuple(replace(r, sd=r.sd / 3) for r in p.expected.rows), "nothing")
+    assert not verify(spring(), p.signal, NOISE, wrong, fits=5, offsets=False).plausible
+    blind = Table(tuple(replace(r, sd=float("inf")) for r in p.expected.rows), "nothing")
+    with pytest.raises(UnusableInput, match="infinite"):
+        verify(spring(), p.signal, NOISE, blind)
