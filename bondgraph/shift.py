@@ -39,16 +39,26 @@ def delayed(y: Array, samples: float) -> tuple[Array, Array]:
     samples : float
         Delay in samples, any sign.
     """
-    whole = int(np.floor(samples))
-    weights, slopes = lagrange(samples - whole)
-    n = y.shape[0]
-    index = np.arange(n)
-    value, slope = np.zeros_like(y, dtype=float), np.zeros_like(y, dtype=float)
-    for k, node in enumerate(range(-3, 5)):
-        part = y[np.clip(index - whole - node, 0, n - 1)]
-        value += weights[k] * part
-        slope += slopes[k] * part
-    return value, slope
+    weights, slopes = lagrange(samples - np.floor(samples))
+    return _mixed(y, samples, weights), _mixed(y, samples, slopes)
+
+
+def delayed_values(y: Array, samples: float) -> Array:
+    """``y(n - samples)`` along the first axis, as `delayed`, without its derivative."""
+    return _mixed(y, samples, lagrange(samples - np.floor(samples))[0])
+
+
+def _mixed(y: Array, samples: float, weights: Array) -> Array:
+    """Sum of shifted copies; beyond its ends the signal rests."""
+    whole, n = int(np.floor(samples)), y.shape[0]
+    reach = min(abs(whole) + TAPS // 2, n)
+    ends = [(reach, reach), *((0, 0),) * (y.ndim - 1)]
+    padded = np.pad(np.asarray(y, float), ends, mode="edge")
+    value = np.zeros(y.shape)
+    for weight, node in zip(weights, range(-3, 5), strict=True):
+        at = int(np.clip(reach - whole - node, 0, 2 * reach))
+        value += weight * padded[at : at + n]
+    return value
 
 
 def warped(y: Array, samples: Array) -> tuple[Array, Array]:

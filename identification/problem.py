@@ -210,6 +210,8 @@ class Problem:
     correction : ndarray, shape (N, n_y), SI, or None
         Readings with many sub-steps less those with `n_sub`, at an earlier point of the fit; added,
         so that the fit runs with few sub-steps and ends where it would with many.
+    built : Engine or None
+        The engine of this graph, where it has been derived already.
     """
 
     graph: BondGraph
@@ -230,10 +232,11 @@ class Problem:
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     overrides: Mapping[str, Parameter] = field(default_factory=dict)
     correction: Array | None = None
+    built: Engine | None = None
 
     def __getstate__(self) -> dict[str, object]:
         """Only the fields travel to other processes; compiled functions are rebuilt there."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
+        return {f.name: getattr(self, f.name) for f in fields(self)} | {"built": None}
 
     @property
     def compiled(self) -> Compiled:
@@ -244,7 +247,7 @@ class Problem:
     @cached_property
     def engine(self) -> Engine:
         """What runs the model, source offsets added as nuisances."""
-        return engine_of(self.with_offsets)
+        return engine_of(self.with_offsets) if self.built is None else self.built
 
     @cached_property
     def free_states(self) -> Array:

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.signal import lfilter
 
-from bondgraph.shift import delayed, delayed_within, warped
+from bondgraph.shift import delayed, delayed_values, delayed_within, warped
 from bondgraph.simulate import Run
 from identification.problem import Problem
 
@@ -280,7 +280,7 @@ def _lagged(run: Run, n_y: int, lags: Array, derivatives: bool) -> tuple[Array, 
     for c in range(n_y):
         simulated[:, c], shifts[:, c] = delayed(run.y[:, c], lags[c])
         if derivatives and lags[c]:
-            tangent[:, c] = delayed(run.dy[:, c], lags[c])[0]
+            tangent[:, c] = delayed_values(run.dy[:, c], lags[c])
     return simulated, shifts, tangent
 
 

@@ -105,10 +105,13 @@ def _run(options: argparse.Namespace, study: Study, bar: Bar) -> tuple[Estimatio
 def _profiled(options: argparse.Namespace, found: Estimation, bar: Bar) -> dict[str, str]:
     if not options.profiles:
         return {}
-    from identification.uncertainty.profile import profiles
+    from identification.uncertainty.fitted import fitted
+    from identification.uncertainty.profiles import profiles
 
-    made = profiles(found, jobs=options.jobs, progress=bar)
-    return {p.name: p.shape.value for p in made}
+    def say(done: int, wanted: int, name: str) -> None:
+        bar(f"profile of {name}", done / max(wanted, 1))
+
+    return {p.name: p.shape for p in profiles(fitted(found), jobs=options.jobs, progress=say)}
 
 
 def _write(path: Path, found: Estimation) -> None:

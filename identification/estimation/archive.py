@@ -260,6 +260,8 @@ def _put_fit(f: Estimation, arrays: dict[str, Array]) -> dict[str, Any]:
     for name, values in lists.items():
         arrays |= {f"{name}/{i}": np.asarray(v) for i, v in enumerate(values)}
     arrays |= {f"correction/{i}": c for i, c in enumerate(f.setting.corrections) if c is not None}
+    if f.setting.corrected_at is not None:
+        arrays["corrected_at"] = f.setting.corrected_at
     for i, polynomials in enumerate(f.setting.whitening):
         arrays |= {f"whitening/{i}/{c}": np.asarray(v) for c, v in enumerate(polynomials)}
     return {
@@ -302,6 +304,7 @@ def _take_fit(form: Mapping[str, Any], study: Study, arrays: Mapping[str, Array]
                 arrays[f"correction/{i}"] if there else None
                 for i, there in enumerate(form["corrected"])
             ),
+            arrays.get("corrected_at"),
         ),
         method=form["method"],
         optimiser=form["optimiser"],

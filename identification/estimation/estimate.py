@@ -32,6 +32,8 @@ ROUGH = 1e-3
 """Tolerance while noise and sub-steps are not settled."""
 FINEST = 64
 BLOCKS = 40
+NEAR = 1.0
+"""A correction holds while no unknown has moved by more standard errors than this."""
 BIAS = 0.2
 """Doubling the sub-steps may move no unknown by more than this share of its standard error."""
 
@@ -181,7 +183,7 @@ def _heard(
     """Return the setting that the fit asks for, and whether the sub-steps ask for another fit."""
     if solution.readings is not None:
         return _reweighted(study, setting, stack, solution.readings), False
-    now = stack.evaluate(solution.point)
+    now = solution.evaluations or stack.evaluate(solution.point)
     finer, moved = _refined(study, setting, stack, solution.point, now)
     return _reweighted(study, finer, stack, tuple(e.y for e in now)), moved
 
@@ -200,6 +202,9 @@ def _refined(
     jacobian = stack.projected(now, point)
     inverse = np.linalg.pinv(system.factor)
     error = np.linalg.norm(inverse, axis=1) + 1e-300
+    before = setting.corrected_at
+    if before is not None and np.abs((point.theta - before) / error).max(initial=0.0) < NEAR:
+        return setting, False
     fine, corrections, moved = list(setting.n_fine), list(setting.corrections), False
     at = 0
     for r, (p, e) in enumerate(zip(stack.problems, now, strict=True)):
@@ -228,8 +233,9 @@ def _refined(
         if not np.isfinite(found.residual).all():
             continue
         if step(found.residual - e.residual) > BIAS:
-            before = corrections[r] if corrections[r] is not None else 0.0
-            corrections[r], moved = found.y - (e.y - before), True
+            old = corrections[r]
+            corrections[r] = found.y - (e.y if old is None else e.y - old)
+            moved = True
             fine[r] = n
         else:
             fine[r] = max(fine[r], p.n_sub)
@@ -237,7 +243,11 @@ def _refined(
     judged = [max(n, finest) for n in setting.n_fine[len(stack.problems) :]]
     fine = [*fine[: len(stack.problems)], *judged]
     steps = (*setting.n_sub[: len(stack.problems)], *judged)
-    return replace(setting, n_sub=steps, n_fine=tuple(fine), corrections=tuple(corrections)), moved
+    settled = replace(
+        setting, n_sub=steps, n_fine=tuple(fine), corrections=tuple(corrections),
+        corrected_at=point.theta if moved else setting.corrected_at,
+    )  # fmt: skip
+    return settled, moved
 
 
 def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence[Array]) -> Setting:
@@ -285,7 +295,7 @@ def _finished(
     notes: tuple[str, ...],
 ) -> Estimation:
     point = solution.point
-    found = stack.evaluate(point)
+    found = solution.evaluations or stack.evaluate(point)
     covariance, words = solution.covariance, ""
     if covariance is None:
         covariance, words = _covariance(stack, found, point)
@@ -304,7 +314,7 @@ def _finished(
 
 
 def _simulated(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tuple[Array, ...]:
-    """Readings of the free run; on windows the held-out ones get states of their own too."""
+    """Return the readings of the free run; on windows the held-out ones get states of their own too."""
     if all(p.window is None for p in stack.problems):
         return tuple(e.y for e in found)
     return tuple(
@@ -332,7 +342,7 @@ def _covariance(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tu
     if not _coloured(stack, found):
         return inverse, ""
     jacobian = stack.projected(found, point)
-    middle = np.zeros_like(inverse)
+    middle = np.diag(stack.prior[0] ** 2)  # the priors' own part: unexcited numbers stay unknown
     parts = np.array_split(np.arange(residual.size), BLOCKS)
     for part in parts:
         g = jacobian[part].T @ residual[part]

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
-from bondgraph.errors import UnusableInput
+from bondgraph.errors import UnusableInput, real_number
 from identification.problem import Free
 
 __all__ = ["LogNormal", "Normal", "Nuisances", "Prior", "Vary"]
@@ -96,6 +96,13 @@ class Vary:
 
     def __post_init__(self) -> None:
         """Refuse bounds that exclude each other or the start."""
+        for what in ("start", "scale"):
+            if (given := getattr(self, what)) is not None:
+                real_number(f"{what} of {self.name}", given)
+        if self.scale is not None and not self.scale > 0:
+            raise UnusableInput(
+                f"{self.name}: scale {self.scale:g}; give its typical size, above 0"
+            )
         low = -math.inf if self.lower is None else self.lower
         high = math.inf if self.upper is None else self.upper
         if not low < high:

@@ -13,6 +13,14 @@ from bondgraph.errors import UnusableInput, real_number, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split, default_split
 from bondgraph.simulate import HOLDS
+from identification.engine import Engine
+from identification.estimation.admission import (
+    admit_counts,
+    admit_recordings,
+    admit_sign,
+    admit_split,
+    distinct_names,
+)
 from identification.estimation.specification import Nuisances, Vary
 from identification.floor import noise_floor
 from identification.problem import Problem, data_for, free_parameter
@@ -44,6 +52,8 @@ class Setting:
         Sub-steps at which the readings no longer move the unknowns.
     corrections : tuple of ndarray, shape (N, n_y), SI, or None
         Readings with `n_fine` sub-steps less those with `n_sub`.
+    corrected_at : ndarray, shape (n,), or None
+        Scaled unknowns at which the corrections were made.
     """
 
     hold: str
@@ -52,6 +62,7 @@ class Setting:
     whitening: tuple[tuple[Array, ...], ...]
     n_fine: tuple[int, ...]
     corrections: tuple[Array | None, ...]
+    corrected_at: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +155,7 @@ class Study:
         judged = (validation,) if isinstance(validation, Recording) else tuple(validation)
         if not records:
             raise UnusableInput(f"{graph.name}: there is no recording to fit; give at least one")
+        admit_recordings((*records, *judged))
         fixed = {n: real_number(n, v) for n, v in (fixed or {}).items()}
         given: dict[str, object] = {
             "graph": graph,
@@ -173,7 +185,7 @@ class Study:
             raise UnusableInput(
                 f"{len(found)} splits for {len(self.recordings)} recordings; give one each"
             )
-        return found
+        return tuple(admit_split(s, r) for s, r in zip(found, self.recordings, strict=True))
 
     def _check(self) -> None:
         self.graph.require_sound()
@@ -192,14 +204,16 @@ class Study:
             for name, level in self.noise.items():
                 if name not in sensors:
                     raise unknown_name("sensor", name, self.graph.name, sensors)
-                if not level > 0:
+                if not 0 < level < np.inf:
                     raise UnusableInput(f"noise of {name} = {level}: give a positive deviation, SI")
         sources = [s.name for s in self.graph.of_type(Source)]
         for name in self.silent:
             if name not in sources:
                 raise unknown_name("source", name, self.graph.name, sources)
+        admit_counts(self.window, self.n_sub, self.init, self.initial, self.validation)
         for i, recording in enumerate(self.records):
             self._one(i, recording)
+        admit_sign(self.starts, self.graph.parameters)
         self._freedom  # bounds and starts are checked here
 
     @property
@@ -210,8 +224,7 @@ class Study:
     @property
     def record_names(self) -> tuple[str, ...]:
         """Names of `records`, numbered where two are the same."""
-        names = [r.name for r in self.records]
-        return tuple(f"{n}#{i + 1}" if names.count(n) > 1 else n for i, n in enumerate(names))
+        return distinct_names([r.name for r in self.records])
 
     @property
     def free_names(self) -> tuple[str, ...]:
@@ -347,7 +360,18 @@ class Study:
             priors=priors,
             overrides=free,
         )
-        return self._with_states(made, known)
+        return self._with_states(self._built(made), known)
+
+    def _built(self, made: Problem) -> Problem:
+        """Give the problem its engine, derived once for each choice of sensors."""
+        key = made.data.names
+        if key not in self._engines:
+            self._engines[key] = made.engine
+        return replace(made, built=self._engines[key])
+
+    @cached_property
+    def _engines(self) -> dict[tuple[str, ...], Engine]:
+        return {}
 
     def _with_states(self, made: Problem, known: Mapping[str, float]) -> Problem:
         states = made.engine.state_names
@@ -445,6 +469,8 @@ def _free(
     found: dict[str, Vary] = {}
     for entry in free:
         v = Vary(entry) if isinstance(entry, str) else entry
+        if not isinstance(v, Vary):
+            raise UnusableInput(f"free parameter {entry!r}: give its name or a Vary(name, ...)")
         if v.name not in known:
             raise unknown_name("free parameter", v.name, graph.name, known)
         if v.name in found:

@@ -50,8 +50,9 @@ def fit(
         values = {} if made is None else made.values
         free = [Vary(n, start=values.get(n), own=n == OWN) for n in names]
         return stage(
-            graph, found, free, splits=splits, hold="hold", n_sub=2, progress=scaled(progress, *part),
+            graph, found, free, splits=splits, hold="hold", n_sub=2,
             nuisances=Nuisances(offsets=not rectified, lags=False),
+            progress=scaled(progress, *part),
         )  # fmt: skip
 
     smooth = fitted(coupled_drives(rectified=rectified, friction=None), None, (0.0, 0.5))
@@ -75,7 +76,8 @@ def run(
         "rectified, linear": (True, False),
         "signed, linear": (False, False),
     }
-    errors, values = [], {}
+    errors: list[Reached] = []
+    values: dict[str, float] = {}
     for i, (kind, (rectified, friction)) in enumerate(kinds.items()):
         say = scaled(progress, i / 3, (i + 1) / 3)
         made = fit(found, splits, rectified=rectified, friction=friction, progress=say)

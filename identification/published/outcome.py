@@ -1,4 +1,4 @@
-"""What a published protocol gives: errors beside their targets, parameters beside published ones."""
+"""What a published protocol gives: errors beside targets, parameters beside published ones."""
 
 from __future__ import annotations
 
@@ -111,7 +111,8 @@ class Outcome:
     @property
     def reached(self) -> bool:
         """Whether every target is met."""
-        return all(v.reached is not False for v in (*self.errors, *self.parameters))
+        near = all(p.reached is not False for p in self.parameters)
+        return near and all(e.reached is not False for e in self.errors)
 
     def error(self, name: str) -> Reached:
         """Return the error of this name."""

@@ -9,11 +9,12 @@ from identification.uncertainty.finding import Finding
 from identification.uncertainty.fitted import Fitted, fitted, from_estimation
 from identification.uncertainty.information import Information, Sensitivities, information
 from identification.uncertainty.postflight import postflight, practical_of
-from identification.uncertainty.practical import Limits, Practical, Statement, practical
+from identification.uncertainty.practical import Limits, Practical, practical
 from identification.uncertainty.preflight import preflight
 from identification.uncertainty.profile import Profile, profile, threshold_of
 from identification.uncertainty.profiles import profile_one, profiles
 from identification.uncertainty.sampling import Sample, sample, split_rhat
+from identification.uncertainty.statements import Statement
 from identification.uncertainty.structural import Structure, identifiability
 from identification.uncertainty.words import report
 

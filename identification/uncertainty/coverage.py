@@ -43,7 +43,6 @@ class Case:
 
     Parameters
     ----------
-    name : str
     graph : BondGraph
         Its declared values are the truth.
     time : ndarray, shape (N,), s
@@ -162,9 +161,8 @@ class Coverage:
 
     Attributes
     ----------
-    case : str
     trials : int
-        Trials that were asked for.
+        Trials that ended.
     failed : int
         Trials whose fit did not converge; they are not counted as hits or misses.
     counts : tuple of Count

@@ -2,10 +2,7 @@
 
 The coordinates are ``theta = ln p`` for logarithmic parameters and ``theta = p / scale`` for
 linear ones, so that every column of the Jacobian counts standard deviations of the noise per
-relative change. For coloured residuals the covariance is the sandwich
-``H^-1 (sum_b g_b g_b') H^-1`` with the scores ``g_b`` summed over blocks of samples that are long
-compared with the memory of the residuals (White, Econometrica 50 (1982) 1; Newey and West,
-Econometrica 55 (1987) 703).
+relative change. For coloured residuals see `identification.uncertainty.sandwich`.
 """
 
 from __future__ import annotations
@@ -17,20 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.errors import UnusableInput, unknown_name
+from identification.uncertainty.sandwich import block_rows, block_scores, blocks_for, student
 
-__all__ = [
-    "Information",
-    "Sensitivities",
-    "block_rows",
-    "block_scores",
-    "blocks_for",
-    "information",
-]
+__all__ = ["Information", "Sensitivities", "information"]
 
 FloatArray = NDArray[np.float64]
 NULL = 1e-7
 """Singular values below this share of the largest count as zero (columns of unit length)."""
-BLOCKS = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,44 +241,15 @@ def information(
         root = np.sqrt(variance)
         scores = block_scores(j / root, r / root, rows_of, covariance)
         few = len(scores)
-        small = (few - 1) / few * _student(few)
-        robust = small * covariance @ (scores.T @ scores) @ covariance
+        small = (few - 1) / few * student(few)
+        middle = small * scores.T @ scores
+        if prior is not None:
+            middle = middle + np.diag(prior)  # a prior is a measurement with its own error
+        robust = covariance @ middle @ covariance
         grow = np.sqrt(np.maximum(_ratio(np.diag(robust), np.diag(covariance)), 1.0))
         base = np.sqrt(np.maximum(_ratio(np.diag(robust), np.diag(covariance)), 1e-300))
         covariance = robust * np.outer(grow / base, grow / base)
     return Information(sensitivities, np.asarray(fisher), covariance, null, singular, coloured)
-
-
-def _student(blocks: int) -> float:
-    """Return what Student's t of the few blocks adds to the variance."""
-    from scipy.stats import t
-
-    return float((t.ppf(0.975, max(blocks - 1, 1)) / 1.959964) ** 2)
-
-
-def blocks_for(residual: FloatArray, channels: Sequence[int] = ()) -> int:
-    """Return how many blocks keep each well longer than the memory of the residuals.
-
-    At most `BLOCKS`, at least 12, otherwise eight integrated correlation times a block.
-    """
-    sizes = tuple(channels) or (residual.size,)
-    times, at = [], 0
-    for size in sizes:
-        e = residual[at : at + size]
-        at += size
-        e = e - e.mean() if size else e
-        power = float(e @ e)
-        if size < 32 or power == 0:
-            continue
-        spectrum = np.abs(np.fft.rfft(e, 2 * size)) ** 2
-        rho = np.fft.irfft(spectrum)[: size // 4] / power
-        # sum until the correlation is lost in its own noise
-        quiet = np.flatnonzero(rho < 2.0 / np.sqrt(size))
-        end = int(quiet[0]) if quiet.size else rho.size
-        times.append(1.0 + 2.0 * float(rho[1:end].sum()))
-    if not times:
-        return BLOCKS
-    return int(np.clip(max(sizes) / (8.0 * max(times)), 12, BLOCKS))
 
 
 def _triangle(a: FloatArray) -> FloatArray:
@@ -297,51 +258,3 @@ def _triangle(a: FloatArray) -> FloatArray:
 
 def _ratio(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.divide(a, b, out=np.ones_like(a), where=b > 0)
-
-
-def block_rows(
-    count: int, channels: Sequence[int] = (), blocks: int = BLOCKS
-) -> list[NDArray[np.intp]]:
-    """Return the rows of consecutive blocks of samples.
-
-    Channels of equal length that follow each other are cut alike and their rows put together,
-    because noise of two readings at the same time may be correlated.
-    """
-    sizes = tuple(channels) or (count,)
-    if sum(sizes) != count:
-        raise UnusableInput(f"blocks: channels {sizes} do not add up to {count} residuals")
-    total = sum(s for i, s in enumerate(sizes) if i == 0 or s != sizes[i - 1])
-    found: list[NDArray[np.intp]] = []
-    at, last, first = 0, -1, 0
-    for size in sizes:
-        wanted = min(max(1, round(blocks * size / max(total, 1))), max(size, 1))
-        parts = [at + p for p in np.array_split(np.arange(size), wanted)]
-        if size == last:
-            joined = zip(found[first:], parts, strict=True)
-            found[first:] = [np.concatenate([a, b]) for a, b in joined]
-        else:
-            first = len(found)
-            found += parts
-        at, last = at + size, size
-    return found
-
-
-def block_scores(
-    jacobian: FloatArray,
-    residual: FloatArray,
-    rows: Sequence[NDArray[np.intp]],
-    covariance: FloatArray,
-) -> FloatArray:
-    """Return the scores ``J_b' (1 - J_b V J_b')^-1 r_b`` of blocks, shape (n_blocks, n).
-
-    The inverse makes up for what the fit took out of the residuals of a block (the jackknife, CR3:
-    Bell and McCaffrey, Survey Methodology 28 (2002) 169); without it slow colours look too small.
-    """
-    one = np.eye(jacobian.shape[1])
-    found = []
-    for part in rows:
-        j = jacobian[part]
-        lever = one - j.T @ j @ covariance
-        score = j.T @ residual[part]
-        found.append(np.linalg.lstsq(lever, score, rcond=1e-6)[0])
-    return np.array(found)

@@ -6,10 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bondgraph.errors import UnusableInput
 from identification.estimation.result import Estimation
 from identification.levenberg_marquardt import Status
 from identification.uncertainty.finding import Finding
 from identification.uncertainty.fitted import Fitted, from_estimation
+from identification.uncertainty.information import Sensitivities
 from identification.uncertainty.practical import Practical, practical
 from identification.uncertainty.preflight import thousand
 
@@ -34,11 +36,15 @@ DO = {
 
 def practical_of(fit: Fitted) -> Practical:
     """Return the five classes for a fit, proved at a second point."""
+    try:
+        further: tuple[Sensitivities, ...] = (fit.elsewhere(),)
+    except UnusableInput:  # the neighbourhood cannot be simulated
+        further = ()
     return practical(
         fit.sensitivities,
         fit.residual,
         bounds=fit.bounds,
-        further=(fit.elsewhere(),),
+        further=further,
         prior=fit.prior,
         channels=fit.channels,
         variance=fit.variance,
@@ -57,11 +63,23 @@ def postflight(estimation: Estimation, fit: Fitted | None = None) -> tuple[Findi
     found = list(_ended(estimation))
     if estimation.status is Status.BROKEN:
         return tuple(found)
-    found += _landed(estimation)
-    found += _misfit(estimation)
-    found += _trend(estimation)
+    with np.errstate(all="ignore"):
+        found += _landed(estimation)
+        found += _misfit(estimation)
+        found += _trend(estimation)
     where = estimation.study.graph.name
-    for s in practical_of(fit or from_estimation(estimation)).statements:
+    try:
+        with np.errstate(all="ignore"):
+            statements = practical_of(fit or from_estimation(estimation)).statements
+    except UnusableInput as error:
+        found.append(
+            Finding(
+                "not judged", str(error), where, "so nothing is known of the parameters",
+                "mend the fit first",
+            )
+        )  # fmt: skip
+        return tuple(found)
+    for s in statements:
         found.append(
             Finding(s.kind, s.text, f"{where}, {', '.join(s.names)}", WHY[s.kind], DO[s.kind])
         )
@@ -129,6 +147,7 @@ def _trend(e: Estimation) -> Iterator[Finding]:
             if abs(slope) > max(6 * error, 2 * float(e.floors[r][c])):
                 yield Finding(
                     "drift", f"the residual of {sensor} moves by {slope:.3g} over the record",
-                    f"{name}, {sensor}", "the plant or the sensor changes with time, or a command has an offset",
+                    f"{name}, {sensor}",
+                    "plant or sensor change with time, or a command has an offset",
                     "add the drift to the model, or Nuisances(commands=True)",
                 )  # fmt: skip

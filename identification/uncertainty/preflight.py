@@ -48,11 +48,13 @@ def preflight(study: Study) -> tuple[Finding, ...]:
         found += _gains(name, p, e.y)
         if not any(abs(s.rate) * p.data.dt * p.data.n < 1e-6 for s in speeds(p)):
             found += _drift(name, p, e.y)  # an integrator drifts by itself
-    if any(f.kind == "unit" for f in found):
-        return tuple(found)  # sensitivities over noise would be off by the same factor
+    if any(f.kind in ("unit", "constant reading") for f in found):
+        return tuple(found)  # what counts in noise would be off, or has no floor
     if whole and all(np.isfinite(e.jacobian).all() for e in made):
-        fit = fitted(stack, point, made)
-        found += _unexcited(study, fit.sensitivities.names, _change(fit.sensitivities))
+        with np.errstate(all="ignore"):
+            s = fitted(stack, point, made).sensitivities
+            change = _change(s)
+        found += _unexcited(s.names, change)
     return tuple(found)
 
 
@@ -211,7 +213,7 @@ def _drift(name: str, p: Problem, y: FloatArray) -> Iterator[Finding]:
             )  # fmt: skip
 
 
-def _unexcited(study: Study, names: Sequence[str], change: FloatArray) -> Iterator[Finding]:
+def _unexcited(names: Sequence[str], change: FloatArray) -> Iterator[Finding]:
     for n, size in zip(names, change, strict=True):
         if size < INVISIBLE:
             yield Finding(

@@ -12,12 +12,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.compiled import Compiled, compile_model
+from bondgraph.analysis.kalman import SET_ASIDE
+from bondgraph.analysis.linear import eigenvalues
+from bondgraph.deriving import system
 from bondgraph.discrete import blocks
-from bondgraph.equations import AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws
-from bondgraph.errors import UnusableInput
+from bondgraph.errors import BondsightError, UnusableInput
 from bondgraph.graph import BondGraph
-from bondgraph.simulate import equilibrium, run_record
+from identification.engine import Engine, ExactEngine, GeneralEngine, engine_of
 
 __all__ = ["rich_jacobian", "rich_nulls"]
 
@@ -42,16 +43,10 @@ def rich_nulls(
     Raises
     ------
     UnusableInput
-        The graph has no compiled form, or no run is finite.
+        A name of `free` is no parameter of the equations, or no run is finite.
     """
-    try:
-        compiled = compile_model(graph)
-    except (AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws) as error:
-        raise UnusableInput(
-            f"{graph.name}: sensitivities need a model that is linear up to scalar laws ({error}); "
-            "insert small resistances or stores, or linearise it"
-        ) from None
-    missing = [n for n in free if n not in compiled.parameter_names]
+    engine = engine_of(graph)
+    missing = [n for n in free if n not in engine.parameter_names]
     if missing:
         raise UnusableInput(
             f"{graph.name}: {', '.join(missing)} is no parameter of the equations (a delay, or "
@@ -60,10 +55,10 @@ def rich_nulls(
     rng = np.random.default_rng(seed)
     found: list[tuple[int, FloatArray, FloatArray, float]] = []
     for _ in range(points):
-        p = compiled.vector(values or {})
-        place = [compiled.parameter_names.index(n) for n in free]
+        p = engine.vector(values or {})
+        place = [engine.parameter_names.index(n) for n in free]
         p[place] *= np.exp(rng.uniform(-0.3, 0.3, len(place)))
-        j = rich_jacobian(compiled, place, p, rng)
+        j = rich_jacobian(engine, speeds_of(engine, graph, p), place, p, rng)
         null, gap = _null(j)
         found.append((null.shape[1], p[place], null, gap))
     least = min(f[0] for f in found)
@@ -71,37 +66,79 @@ def rich_nulls(
     return [f[1] for f in kept], [f[2] for f in kept], min(f[3] for f in kept)
 
 
+def speeds_of(engine: Engine, graph: BondGraph, p: FloatArray) -> FloatArray:
+    """Return speeds (1/s) from the slowest to the fastest motion of the linear part."""
+    if isinstance(engine, ExactEngine):
+        form = engine.compiled
+        a = blocks(form, np.asarray(form.matrices(p).full(), float)).a
+        found = np.abs(np.linalg.eigvals(a)) if a.size else np.ones(1)
+    else:
+        values = dict(zip(engine.parameter_names, p.tolist(), strict=True))
+        try:
+            found = np.abs(eigenvalues(system(graph), values))
+        except BondsightError:  # memory or no slope at rest: nothing is known of the speed
+            return np.geomspace(1e-2, 1e4, SPEEDS)
+    found = found[found > 1e-12 * max(float(found.max(initial=0.0)), 1e-300)]
+    found = found if found.size else np.ones(1)
+    return np.geomspace(float(found.min()), float(found.max()), SPEEDS if np.ptp(found) else 1)
+
+
 def rich_jacobian(
-    compiled: Compiled, place: Sequence[int], p: FloatArray, rng: np.random.Generator
+    engine: Engine,
+    speeds: FloatArray,
+    place: Sequence[int],
+    p: FloatArray,
+    rng: np.random.Generator,
 ) -> FloatArray:
-    """Return ``p dy/dp`` of all outputs on all experiments, each scaled by its response."""
-    parts = blocks(compiled, np.asarray(compiled.matrices(p).full(), float))
-    fast = np.abs(np.linalg.eigvals(parts.a)) if parts.a.size else np.ones(1)
-    fast = fast[fast > 1e-12 * max(float(fast.max(initial=0.0)), 1e-300)]
-    fast = fast if fast.size else np.ones(1)
-    rates = np.geomspace(float(fast.min()), float(fast.max()), SPEEDS if np.ptp(fast) else 1)
+    """Return ``p dy/dp`` of all outputs on all experiments, each scaled by its response.
+
+    Experiments that cannot be simulated (too large for the model) are left out.
+    """
     relative = np.where(p[list(place)] == 0, 1.0, p[list(place)])
     rows = []
-    for rate in rates:
-        step = 0.4 / rate
+    for speed in speeds:
+        time = np.arange(SAMPLES) * 0.4 / speed
         for size in SIZES:
-            u = size * _mixture(rng, compiled.n_u)
-            for i, name in enumerate(compiled.space.input_names):
-                if name == "one":
-                    u[:, i] = 1.0
-            x0 = equilibrium(compiled, p, u[0])
-            with np.errstate(all="ignore"):
-                run = run_record(compiled, p, u, step, x0, n_sub=2, directions=list(place))
-            for c in range(compiled.n_y):
-                level = float(np.sqrt(np.mean(run.y[:, c] ** 2)))
-                if np.isfinite(run.dy[:, c]).all() and np.isfinite(level) and level > 0:
-                    rows.append(run.dy[:, c, : len(place)] * relative / level)
+            try:
+                with np.errstate(all="ignore"):
+                    y, dy = _run(engine, size, time, place, p, rng)
+            except BondsightError:
+                continue
+            for c in range(y.shape[1]):
+                level = float(np.sqrt(np.mean(y[:, c] ** 2)))
+                if np.isfinite(dy[:, c]).all() and np.isfinite(level) and level > 0:
+                    rows.append(dy[:, c, : len(place)] * relative / level)
     if not rows:
-        raise UnusableInput(
-            f"{compiled.space.name}: no reading moves, or none is finite, at these parameters; "
-            "check them"
-        )
+        raise UnusableInput("no reading moves, or none is finite, at these parameters; check them")
     return np.concatenate(rows)
+
+
+def _run(
+    engine: Engine,
+    size: float,
+    time: FloatArray,
+    place: Sequence[int],
+    p: FloatArray,
+    rng: np.random.Generator,
+) -> tuple[FloatArray, FloatArray]:
+    names = _commands(engine)
+    waves = size * _mixture(rng, len(names))
+    u = engine.inputs({n: waves[:, i] for i, n in enumerate(names)}, time)
+    ready = engine.prepare(p, float(time[1]), 2, list(place), False)
+    fine = engine.fine_inputs(u, 2, "linear")
+    run = engine.run(ready, u, engine.rest(p, u[0]), fine, every_substep=False)
+    return np.asarray(run.y), np.asarray(run.dy)
+
+
+def _commands(engine: Engine) -> tuple[str, ...]:
+    """Return the inputs that somebody can choose."""
+    if isinstance(engine, ExactEngine):
+        names: tuple[str, ...] = engine.compiled.space.input_names
+    elif isinstance(engine, GeneralEngine):
+        names = tuple(n for n in engine.program.inputs if n not in engine.program.input_rates)
+    else:
+        raise UnusableInput(f"{type(engine).__name__}: nothing is known of its inputs")
+    return tuple(n for n in names if n.rstrip("0123456789") not in SET_ASIDE)
 
 
 def _mixture(rng: np.random.Generator, n_u: int) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from identification.estimation.study import Setting, Study
 from identification.levenberg_marquardt import Report, Status
+from identification.residual import Evaluation
 from identification.stack import Stack, Stacked
 
 __all__ = ["Method", "Options", "Solution"]
@@ -52,6 +53,8 @@ class Solution:
         Of theta, where the method has one of its own; otherwise that of the free run is taken.
     readings : tuple of ndarray, shape (N, n_y) each, or None
         Simulated readings, where they are not those of the free run.
+    evaluations : tuple of Evaluation or None
+        The free run at the point with its derivatives, if it is at hand.
     """
 
     point: Stacked
@@ -60,6 +63,7 @@ class Solution:
     covariance: Array | None = None
     notes: tuple[str, ...] = ()
     readings: tuple[Array, ...] | None = None
+    evaluations: tuple[Evaluation, ...] | None = None
 
 
 class Method(ABC):

@@ -40,4 +40,4 @@ class SingleShooting(Method):
                 report=options.report,
                 keep_on_interrupt=True,
             )
-        return Solution(made.point, made.status, made.trace)
+        return Solution(made.point, made.status, made.trace, evaluations=made.evaluations)

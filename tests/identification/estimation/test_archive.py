@@ -131,6 +131,7 @@ def test_all_fields_of_a_fit_are_stored() -> None:
     }  # fmt: skip
     assert {f.name for f in fields(Setting)} == {
         "hold", "n_sub", "floors", "whitening", "n_fine", "corrections",
+        "corrected_at",
     }  # fmt: skip
     assert {f.name for f in fields(Study)} == {
         "graph", "recordings", "free", "fixed", "initial", "hold", "noise", "nuisances", "splits",

@@ -1,0 +1,255 @@
+"""Start values from the data: a user need not know any.
+
+Measured frequency responses are matched by thousands of parameter sets of the model's linear rest,
+the best few are fitted for some iterations to the readings, and the least misfit wins; the declared
+start takes part. Where no response can be measured, short windows with initial states of their own
+that grow lead to the free run.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from bondgraph.errors import BondsightError
+from bondgraph.signals import Split
+from identification.engine import ExactEngine
+from identification.estimation.guessing.matching import Matching, matched
+from identification.estimation.guessing.measured import measured_response
+from identification.estimation.study import Study
+from identification.levenberg_marquardt import Descent, minimise
+from identification.stack import Stack, Stacked
+
+__all__ = ["Guess", "explained_guess", "guess"]
+
+Array = np.ndarray
+Progress = Callable[[str, float], None]
+SAMPLES = 4000
+"""Samples of each record that trials run over."""
+TRIED = 4
+"""Matches that are fitted to the readings."""
+TRIAL = 10
+"""Iterations of a trial."""
+POOR = 0.2
+"""A misfit above this share of the spread of the readings asks for windows too."""
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Start values and how they were found.
+
+    Attributes
+    ----------
+    study : Study
+        The study with the start values; the given one if none are better.
+    words : tuple of str
+        What was done.
+    cost_before, cost_after : float
+        Mean square of the weighted training residuals at the start values, nuisances and initial
+        states fitted; infinite if it cannot be simulated.
+    seconds : float
+    """
+
+    study: Study
+    words: tuple[str, ...]
+    cost_before: float
+    cost_after: float
+    seconds: float = 0.0
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Start values of the free parameters, SI."""
+        return {n: self.study.starts[n] for n in self.study.free_names}
+
+    def __str__(self) -> str:
+        """What was done, the misfit and the values, one a line."""
+        lines = [*self.words, f"misfit {self.cost_before:.4g} -> {self.cost_after:.4g}"]
+        return "\n".join([*lines, *(f"  {n} = {v:.4g}" for n, v in self.values.items())])
+
+
+def guess(study: Study, seed: int = 0, progress: Progress | None = None) -> Study:
+    """Return `study` with start values found from its data; never worse than the declared ones.
+
+    Parameters
+    ----------
+    study : Study
+    seed : int
+        Of the sequence of parameter sets; the same seed gives the same values.
+    progress : callable, optional
+        Called with a text and a fraction between 0 and 1.
+
+    See Also
+    --------
+    explained_guess : the same with words and misfits.
+    """
+    return explained_guess(study, seed, progress).study
+
+
+def explained_guess(study: Study, seed: int = 0, progress: Progress | None = None) -> Guess:
+    """Return start values found from the data, with words and misfits; see `guess`."""
+    begin = time.perf_counter()
+    say = progress or (lambda text, fraction: None)
+    with warnings.catch_warnings(), threadpool_limits(1):
+        warnings.simplefilter("ignore", RuntimeWarning)
+        made = _guessed(study, seed, say)
+    say("start values found", 1.0)
+    return replace(made, seconds=time.perf_counter() - begin)
+
+
+def _guessed(study: Study, seed: int, say: Progress) -> Guess:
+    brief = _shortened(study)
+    stack = brief.stack()
+    declared = stack.start()
+    words: list[str] = []
+    say("start values: measuring responses", 0.05)
+    points = [declared.theta, *_from_responses(stack, declared, seed, words)]
+    best: Descent | None = None
+    for i, theta in enumerate(points):
+        say(f"start values: trial {i + 1} of {len(points)}", 0.3 + 0.5 * i / len(points))
+        trial = minimise(
+            stack, replace(declared, theta=theta), max_iterations=TRIAL, tolerance=1e-3
+        )
+        if best is None or trial.cost < best.cost:
+            best = trial
+    assert best is not None
+    if not _good(stack, best):
+        say("start values: growing windows", 0.8)
+        grown = _through_windows(brief, stack, best.point.theta, words)
+        if grown.cost < best.cost:
+            best = grown
+    found = study.starting(_values(stack, best.point.theta))
+    before, after = _misfit(study), _misfit(found)
+    if not after < before:
+        return Guess(study, (*words, "the declared start values are the best"), before, before)
+    return Guess(found, tuple(words), before, after)
+
+
+def _shortened(study: Study) -> Study:
+    """Return the study over so many training samples of each record, nothing held out."""
+    records, splits = [], []
+    for r, split in zip(study.recordings, study.splits, strict=True):
+        start = split.train.start or 0
+        stop = min(split.train.stop or r.n, start + SAMPLES)
+        records.append(r.slice(0, stop))
+        splits.append(Split(slice(start, stop), slice(stop, stop), "start values"))
+    noise = study.noise if not isinstance(study.noise, str) else "white"
+    hold = "linear" if study.hold == "estimate" else study.hold
+    return study.changed(
+        recordings=records, splits=splits, validation=(), noise=noise, hold=hold, window=None
+    )
+
+
+def _from_responses(stack: Stack, declared: Stacked, seed: int, words: list[str]) -> list[Array]:
+    """Return unknowns that match the measured responses, best first; none where that fails."""
+    if not all(isinstance(p.engine, ExactEngine) for p in stack.problems):
+        return []
+    measured = tuple(measured_response(p) for p in stack.problems)
+    vary = _visible(stack)
+    entries = sum(m.count for m in measured if m is not None)
+    if not vary or 2 * entries < len(vary):
+        words.append("no frequency response could be measured")
+        return []
+    found, cost = matched(Matching(stack, measured), declared.theta, vary, seed)
+    words.append(
+        f"{entries} entries of measured responses matched by {len(vary)} parameters, "
+        f"misfit {cost[0]:.3g} (1: to their errors)"
+    )
+    return list(found[:TRIED])
+
+
+def _visible(stack: Stack) -> list[int]:
+    """Unknowns that the linear rest of a record depends on."""
+    found: set[int] = set()
+    for p, at in zip(stack.problems, stack.columns, strict=True):
+        engine = p.engine
+        assert isinstance(engine, ExactEngine)
+        seen = np.asarray(engine.compiled.matrices_jacobian(p.start_vector).full()).any(axis=0)
+        names = engine.parameter_names
+        for i, f in zip(at, p.free, strict=False):
+            nuisance = f.parameter.name.startswith("offset_")
+            if seen[names.index(f.parameter.name)] and not nuisance:
+                found.add(int(i))
+    return sorted(found)
+
+
+def _good(stack: Stack, made: Descent) -> bool:
+    """Whether every reading is followed."""
+    if not np.isfinite(made.cost):
+        return False
+    for p, e in zip(stack.problems, made.evaluations, strict=True):
+        m = p.data.mask("train")
+        rest, spread = (p.data.readings - e.y)[m].std(axis=0), p.data.readings[m].std(axis=0)
+        if (rest > np.maximum(POOR * spread, 3.0 * p.data.floor)).any():
+            return False
+    return True
+
+
+def _through_windows(brief: Study, stack: Stack, theta: Array, words: list[str]) -> Descent:
+    """Fit short windows with states of their own, longer ones next, at last the free run."""
+    study = brief.starting(_values(stack, theta))
+    span = min((s.train.stop - (s.train.start or 0)) for s in brief.splits)
+    length = max(24, 8 * max(p.engine.n_x for p in stack.problems))
+    while length < min(span // 3, 1000):
+        windowed = study.changed(window=length)
+        own = windowed.stack()
+        found = minimise(own, own.start(), max_iterations=12, tolerance=1e-3)
+        if not np.isfinite(found.cost):
+            break
+        study = study.starting(_values(own, found.point.theta))
+        length *= 4
+    words.append("fitted to growing windows with initial states of their own")
+    moved = _theta(stack, study)
+    return minimise(stack, replace(stack.start(), theta=moved), max_iterations=20, tolerance=1e-3)
+
+
+def _values(stack: Stack, theta: Array) -> dict[str, float]:
+    """Values of the free parameters, SI; of the first record where each has its own."""
+    found: dict[str, float] = {}
+    for p, at, factor in zip(stack.problems, stack.columns, stack.factors, strict=True):
+        for f, t in zip(p.free, theta[at] * factor, strict=False):
+            found.setdefault(f.parameter.name, f.value(float(t)))
+        delays = len(p.free) + len(p.data.names)
+        for j, n in enumerate(p.delays):
+            found.setdefault(n, float(theta[at[delays + j]] * factor[delays + j]) * p.data.dt)
+    return {n: v for n, v in found.items() if not n.startswith("offset_")}
+
+
+def _theta(stack: Stack, study: Study) -> Array:
+    """Unknowns of `stack` at the start values of a study with others."""
+    theta = stack.start().theta.copy()
+    for p, at in zip(stack.problems, stack.columns, strict=True):
+        for i, f in zip(at, p.free, strict=False):
+            value = study.starts.get(f.parameter.name)
+            if value is not None:
+                theta[i] = np.log(value / f.start) if f.log else (value - f.start) / f.scale
+    return theta
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Pinned(Stack):
+    """A stack whose parameters stay where they are: only nuisances and states move."""
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:  # type: ignore[override]
+        """Bounds that meet for the parameters."""
+        lower, upper = (b.copy() for b in Stack(
+            self.problems, self.names, self.columns, self.factors).bounds)  # fmt: skip
+        at = [int(i) for p, c in zip(self.problems, self.columns, strict=True)
+              for i, _ in zip(c, p.free, strict=False)]  # fmt: skip
+        lower[at] = upper[at] = 0.0
+        return lower, upper
+
+
+def _misfit(study: Study) -> float:
+    """Training misfit at the start values, nuisances and initial states fitted."""
+    stack = study.stack()
+    pinned = _Pinned(stack.problems, stack.names, stack.columns, stack.factors)
+    return minimise(pinned, pinned.start(), max_iterations=4, tolerance=1e-3).cost
+

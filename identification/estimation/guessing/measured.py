@@ -1,0 +1,148 @@
+"""Frequency response of a record without a model, at few well-spread lines, with its errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.errors import UnusableInput
+from bondgraph.signals import Recording
+from identification.frequency.bla import response_of_periods
+from identification.frequency.local import local_fit
+from identification.frequency.periods import cut
+from identification.problem import Problem
+
+__all__ = ["Measured", "measured_response"]
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.intp]
+EXCITED = 1e-3
+TOP = 0.8
+"""Lines up to this share of the Nyquist rate: beyond, the samples tell little of the commands."""
+WORST = 0.7
+"""Entries with a larger relative standard deviation say nothing."""
+MODEL_ERROR = 0.05
+"""Relative error granted to every entry: the response need not be met better than that."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Response at F lines.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (F,), rad/s
+    inputs : ndarray of int, shape (n_m,)
+        Columns of the model's inputs that move.
+    logarithm : ndarray, shape (F, n_y, n_m), complex
+        Of the response.
+    weight : ndarray, shape (F, n_y, n_m)
+        One over the standard deviation of the logarithm; zero where it says nothing.
+    """
+
+    omega: Array
+    inputs: IntArray
+    logarithm: ComplexArray
+    weight: Array
+
+    @property
+    def count(self) -> int:
+        """Number of entries that say something."""
+        return int(np.sum(self.weight > 0.0))
+
+
+def measured_response(problem: Problem, points: int = 60) -> Measured | None:
+    """Measure the response in the training samples; None where they do not tell it.
+
+    Periodic records by whole periods, others by local polynomials with transients, so that
+    neither leakage nor an integrating plant that drifts away does harm.
+    """
+    data = problem.data
+    train = slice(data.split.train.start or 0, data.split.train.stop or data.n)
+    moving = [n for n, v in data.commands.items() if np.ptp(v[train]) > 0.0]
+    if not moving or train.stop - train.start < 64:
+        return None
+    columns = problem.engine.inputs(
+        {n: np.full(2, float(i + 1)) for i, n in enumerate(data.commands)}, np.arange(2.0)
+    )[0]
+    order = list(data.commands)
+    at = np.array([int(np.flatnonzero(columns == order.index(n) + 1)[0]) for n in moving])
+    u = np.stack([data.commands[n][train] for n in moving], axis=1)
+    y = data.readings[train]
+    found = _periodic(u, y, data.dt, data.names, points) or _arbitrary(u, y, points)
+    if found is None:
+        return None
+    angle, response, deviation = found
+    size = np.abs(response)
+    relative = deviation / np.maximum(size, 1e-300)
+    good = np.isfinite(relative) & (relative < WORST) & (size > 0.0)
+    weight = np.where(good, 1.0 / np.hypot(relative, MODEL_ERROR), 0.0)
+    logarithm = np.log(np.where(good, response, 1.0).astype(complex))
+    made = Measured(angle / data.dt, at, logarithm, weight)
+    return made if made.count >= 3 else None
+
+
+Found = tuple[Array, ComplexArray, Array]
+
+
+def _periodic(
+    u: Array, y: Array, dt: float, names: tuple[str, ...], points: int
+) -> Found | None:
+    inputs = [f"u{j}" for j in range(u.shape[1])]
+    outputs = [f"y{j}" for j in range(len(names))]
+    channels = dict(zip((*inputs, *outputs), (*u.T, *y.T), strict=True))
+    record = Recording("record", np.arange(u.shape[0]) * dt, channels, dict.fromkeys(channels, "1"))
+    try:
+        response = response_of_periods([cut(record, inputs[0], outputs)], inputs, outputs)
+    except UnusableInput:
+        return None
+    if response.frequency.size < 3:
+        return None
+    variance = np.fmax(response.noise_variance, 0.0)
+    if np.isnan(variance).all():
+        variance = response.total_variance
+    if np.isnan(variance).all():
+        variance = np.zeros_like(variance)
+    angle = 2.0 * np.pi * response.frequency * dt
+    kept = _spread(angle, points)
+    return angle[kept], response.response[kept], np.sqrt(np.nan_to_num(variance[kept], nan=np.inf))
+
+
+def _arbitrary(u: Array, y: Array, points: int) -> Found | None:
+    n = u.shape[0]
+    spectrum_u, spectrum_y = np.fft.rfft(u, axis=0), np.fft.rfft(y, axis=0)
+    size = np.abs(spectrum_u[1:])
+    excited = (size > EXCITED * size.max(axis=0)).all(axis=1)
+    lines = np.flatnonzero(np.concatenate([[False], excited]))
+    lines = lines[lines < TOP * n / 2]
+    if lines.size < 8:
+        return None
+    dense = np.arange(lines[0], lines[-1] + 1)
+    within = lines if lines.size < 0.5 * dense.size else dense
+    angle = 2.0 * np.pi * within / n
+    for order in (2, 1):
+        for used in ((within,) if within is lines else (dense, lines)):
+            angle = 2.0 * np.pi * used / n
+            kept = _spread(angle, points)
+            try:
+                fit = local_fit(
+                    spectrum_u[None, used], spectrum_y[None, used], used, kept, order=order
+                )
+            except UnusableInput:
+                continue
+            variance = fit.variance[:, :, None] * fit.factor[:, None, :]
+            return angle[kept], fit.response, np.sqrt(variance)
+    return None
+
+
+def _spread(angle: Array, points: int) -> IntArray:
+    """Pick lines: half of them evenly, half of them evenly in the logarithm."""
+    kept = np.flatnonzero((angle > 0.0) & (angle < TOP * np.pi))
+    kept = kept if kept.size else np.arange(angle.size)
+    even = np.linspace(angle[kept[0]], angle[kept[-1]], points // 2)
+    logs = np.geomspace(max(angle[kept[0]], 1e-12), angle[kept[-1]], points - points // 2)
+    wanted = np.concatenate([even, logs])
+    return np.unique(kept[np.abs(angle[kept][None, :] - wanted[:, None]).argmin(axis=1)])

@@ -1,0 +1,139 @@
+"""Maximum likelihood on the lines of periodic records: no simulation while the fit goes on.
+
+Residuals are ``(Y - G(theta) U - T(theta)) / sigma`` line by line (Pintelon and Schoukens, System
+Identification, 2nd ed. (2012), chapter 9), with sigma from what changes between the periods.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, final
+
+import numpy as np
+from scipy import stats
+
+from identification.estimation.methods.line_response import line_evaluation
+from identification.estimation.methods.method import Method, Options, Solution
+from identification.estimation.methods.periodic_lines import Lines, lines_of, require_linear
+from identification.estimation.study import Setting, Study
+from identification.levenberg_marquardt import Descent, minimise
+from identification.problem import Problem
+from identification.residual import Evaluation, offset_scale, slots
+from identification.stack import Stack, Stacked
+
+__all__ = ["FrequencyDomain"]
+
+Array = np.ndarray
+
+
+@final
+class FrequencyDomain(Method):
+    """For linear models and periodic records; a run-in is left out, or fitted where it must be.
+
+    The commands count as exact; offsets of sensors and of integrating states carry no
+    information and are found afterwards. Noise must be smooth in frequency, not white.
+    """
+
+    name: ClassVar[str] = "frequency_domain"
+    memory: ClassVar[str] = "linear models only: laws, with or without memory, are refused"
+
+    def check(self, study: Study) -> None:
+        """Refuse laws, windows, clocks of their own and records that do not repeat."""
+        setting = study.first_setting
+        for r in range(len(study.recordings)):
+            problem = study.problem(r, setting)
+            require_linear(problem)
+            lines_of(problem)
+
+    def solve(
+        self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
+    ) -> Solution:
+        """Descend on the lines, then find states and offsets of the free run."""
+        lines = tuple(lines_of(p) for p in stack.problems)
+        problems = tuple(_with_transient(p, f) for p, f in zip(stack.problems, lines, strict=True))
+        fit = _LineStack(problems, stack.names, stack.columns, stack.factors, lines)
+        # states count from the steady course here
+        states = tuple(p.rest_state[None, :] for p in problems)
+        made = minimise(
+            fit, Stacked(start.theta, states), max_iterations=options.max_iterations,
+            tolerance=options.tolerance, report=options.report, keep_on_interrupt=True,
+        )  # fmt: skip
+        covariance, notes = _covariance(fit, made)
+        point = _free_run(stack, Stacked(made.point.theta, start.states))
+        readings = None
+        if setting.hold != "band-limited":  # otherwise sub-steps are still to be refined
+            readings = tuple(e.y for e in stack.evaluate(point, derivatives=False))
+        words = tuple(dict.fromkeys(f.words for f in lines))
+        return Solution(point, made.status, made.trace, covariance, (*words, *notes), readings)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _LineStack(Stack):
+    """A stack whose residuals are those of the lines."""
+
+    lines: tuple[Lines, ...] = ()
+
+    def evaluate(self, point: Stacked, *, derivatives: bool = True) -> tuple[Evaluation, ...]:
+        """Return the residuals of all lines of all records."""
+        return tuple(
+            line_evaluation(p, f, self.local(point, r), derivatives=derivatives)
+            for r, (p, f) in enumerate(zip(self.problems, self.lines, strict=True))
+        )
+
+
+def _with_transient(problem: Problem, lines: Lines) -> Problem:
+    """Let the whole initial state vary where a transient is fitted, and nothing of it elsewhere."""
+    wanted: str | tuple[str, ...] = "free" if lines.transient else ()
+    if problem.initial == wanted:
+        return problem
+    made = replace(problem, initial=wanted)
+    # the derived model is the same: it need not be derived once more
+    made.__dict__["engine"] = problem.engine
+    made.__dict__["compiled"] = problem.compiled
+    return made
+
+
+def _covariance(fit: _LineStack, made: Descent) -> tuple[Array, tuple[str, ...]]:
+    """Inverse information, larger where the misfit exceeds the noise; offsets from line 1."""
+    factor = fit.normal(made.evaluations, made.point).factor
+    if not np.isfinite(factor).all():
+        return np.full((fit.n, fit.n), np.nan), ()
+    covariance = np.asarray(np.linalg.pinv(factor.T @ factor, hermitian=True, rcond=1e-15))
+    notes: tuple[str, ...] = ()
+    freedom = max(fit.count(made.evaluations) - fit.n, 1)
+    excess = sum(float(e.residual @ e.residual) for e in made.evaluations) / freedom
+    if excess > stats.chi2.ppf(0.999, freedom) / freedom:
+        covariance = covariance * excess
+        notes = (
+            f"the misfit is {np.sqrt(excess):.3g} times the noise between periods: the model "
+            "lacks something; intervals are widened by it",
+        )
+    for r, (p, f) in enumerate(zip(fit.problems, fit.lines, strict=True)):
+        if f.omega[0] == 0.0:
+            continue
+        at = fit.columns[r][slots(p).offsets]
+        spread = np.sqrt(f.variance[0] / f.y.shape[0]) / f.period / offset_scale(p)
+        covariance[at, :] = covariance[:, at] = 0.0
+        covariance[at, at] = spread**2
+    return covariance, notes
+
+
+def _free_run(stack: Stack, point: Stacked) -> Stacked:
+    """Fit initial states and, where they are free, offsets to the free run: linear in both."""
+    theta, states = point.theta.copy(), [s.copy() for s in point.states]
+    lower, upper = stack.bounds
+    for r, (p, e) in enumerate(zip(stack.problems, stack.evaluate(point), strict=True)):
+        at = np.arange(slots(p).size)[slots(p).offsets]
+        at = at[(upper > lower)[stack.columns[r][at]]]
+        free = p.free_states
+        scale = p.state_scale[free] if free.size else np.zeros(0)
+        both = np.hstack([e.jacobian[:, at], e.local[0][1] * scale])
+        if not both.shape[1] or not np.isfinite(both).all():
+            continue
+        size = np.linalg.norm(both, axis=0) + 1e-300
+        step = np.linalg.lstsq(both / size, e.residual, rcond=1e-10)[0] / size
+        theta[stack.columns[r][at]] += step[: at.size] / stack.factors[r][at]
+        if free.size:
+            states[r][0, free] += step[at.size :] * scale
+    return Stacked(np.clip(theta, lower, upper), tuple(states))
