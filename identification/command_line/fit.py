@@ -84,10 +84,12 @@ def _fit(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace, study: Study, bar: Bar) -> tuple[Estimation, Starts | None]:
     from identification.estimation import estimate
-    from identification.estimation.guess import guess
+
     from identification.estimation.starts import many_starts
 
     if options.guess:
+        from identification.estimation.guess import guess
+
         study = guess(study, seed=options.seed, progress=bar)
     if options.starts:
         starts = many_starts(
@@ -105,13 +107,15 @@ def _run(options: argparse.Namespace, study: Study, bar: Bar) -> tuple[Estimatio
 def _profiled(options: argparse.Namespace, found: Estimation, bar: Bar) -> dict[str, str]:
     if not options.profiles:
         return {}
-    from identification.uncertainty.fitted import fitted
+    from identification.uncertainty.fitted import from_estimation
     from identification.uncertainty.profiles import profiles
 
     def say(done: int, wanted: int, name: str) -> None:
         bar(f"profile of {name}", done / max(wanted, 1))
 
-    return {p.name: p.shape for p in profiles(fitted(found), jobs=options.jobs, progress=say)}
+    return {
+        p.name: p.shape for p in profiles(from_estimation(found), jobs=options.jobs, progress=say)
+    }
 
 
 def _write(path: Path, found: Estimation) -> None:

@@ -59,17 +59,12 @@ def _plain(part: slice, n: int, where: str) -> slice:
 
 
 def admit_counts(
-    window: int | None, n_sub: int | None, init: int, initial: object, judged: Sequence[Recording]
+    window: int | None, n_sub: int | None, init: int, judged: Sequence[Recording]
 ) -> None:
     """Refuse window lengths, sub-steps and run-ins that mean nothing."""
     for name, value, least in (("window", window, SHORTEST_WINDOW), ("n_sub", n_sub, 1)):
         if value is not None and not (_whole(value) and value >= least):
             raise UnusableInput(f"{name} = {value!r}: give a whole number of at least {least}")
-    if window is not None and initial != "free":
-        raise UnusableInput(
-            f"window = {window} gives every window a free initial state; initial = {initial!r} "
-            "needs window=None"
-        )
     if not _whole(init) or init < 0 or init == 1:
         raise UnusableInput(f"init = {init!r}: give 0 (from rest) or at least 2 samples")
     for r in judged:

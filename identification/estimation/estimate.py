@@ -34,6 +34,8 @@ FINEST = 64
 BLOCKS = 40
 NEAR = 1.0
 """A correction holds while no unknown has moved by more standard errors than this."""
+STRAINED = 4.0
+"""Cost from which residuals or priors contradict what was said of them."""
 BIAS = 0.2
 """Doubling the sub-steps may move no unknown by more than this share of its standard error."""
 
@@ -120,6 +122,8 @@ def _settled(
     point = None if start is None else start.point
     notes: list[str] = []
     rough = replace(options, tolerance=max(options.tolerance, ROUGH))
+    if method.hears_noise:
+        rough = options
     if study.hold == ESTIMATED:
         setting, stack, solution = _best_hold(study, method, rough, setting, point)
         notes.append(f"the commands are {_HOLD_WORDS[setting.hold]} between samples: fits best")
@@ -127,7 +131,7 @@ def _settled(
         setting, stack, solution = _solve(study, method, rough, setting, point)
     fine = False
     for _ in range(ROUNDS):
-        if solution.status in (Status.BROKEN, Status.CANCELLED):
+        if solution.status in (Status.BROKEN, Status.CANCELLED) or method.hears_noise:
             break
         heard, moved = _heard(study, setting, stack, solution)
         if fine and not moved and _same(setting, heard, 0.02):
@@ -254,6 +258,9 @@ def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence
     """Take noise levels, and colours if wanted, from the training residuals."""
     known = study.noise if not isinstance(study.noise, str) else {}
     floors, whitening = list(setting.floors), list(setting.whitening)
+    inflated = _inflation(stack)
+    if not np.isfinite(inflated):
+        return setting  # nothing is left over that could tell the noise
     for r, (p, y) in enumerate(zip(stack.problems, readings, strict=True)):
         m = p.data.mask("train")
         rest = (p.data.readings - y)[m]
@@ -268,11 +275,26 @@ def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence
                 heard = innovations(heard - heard.mean(), polynomial)
             if n not in known:
                 least = 1e-9 * float(np.ptp(p.data.readings[:, c]))
-                level[c] = max(float(np.sqrt(np.mean(heard**2))), least, 1e-300)
+                level[c] = max(inflated * float(np.sqrt(np.mean(heard**2))), least, 1e-300)
             colours.append(polynomial)
         floors[r] = level
         whitening[r] = tuple(colours) if study.noise == "coloured" else ()
     return replace(setting, floors=tuple(floors), whitening=tuple(whitening))
+
+
+def _inflation(stack: Stack) -> float:
+    """Noise over residuals, which are smaller as unknowns follow them; infinite if too many do."""
+    rows, unknowns = _sizes(stack)
+    return float(np.sqrt(rows / (rows - unknowns))) if rows > unknowns else np.inf
+
+
+def _sizes(stack: Stack) -> tuple[int, int]:
+    """Return the number of training readings and that of unknowns, initial states included."""
+    rows = sum(int(p.data.mask("train").sum()) * len(p.data.names) for p in stack.problems)
+    lower, upper = stack.bounds
+    unknowns = int((upper > lower).sum())
+    unknowns += sum(p.free_states.size * len(stack.scored(r)) for r, p in enumerate(stack.problems))
+    return rows, unknowns
 
 
 def _same(a: Setting, b: Setting, share: float) -> bool:
@@ -304,13 +326,31 @@ def _finished(
     result = Estimation(
         study, setting, method.name, optimiser, solution.status, point, covariance,
         _cost(stack, found, solution), solution.trace, estimates, nuisances, tuple(simulated),
-        (*notes, *solution.notes, *((words,) if words else ())),
+        (*notes, *solution.notes, *((words,) if words else ()), *_doubts(stack, found, solution)),
     )  # fmt: skip
     judged = [
         simulate_validation(result.problem(i), result.values, result.mean_offsets, study.init)
         for i in range(len(study.recordings), len(study.records))
     ]
     return replace(result, simulated=(*simulated, *judged))
+
+
+def _doubts(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> list[str]:
+    """What makes the numbers doubtful although the fit has ended."""
+    rows, unknowns = _sizes(stack)
+    words = []
+    if rows <= unknowns:
+        words.append(
+            f"{rows} training readings for {unknowns} unknowns: the noise could not be judged, and "
+            "little is determined; record more samples or fix parameters"
+        )
+    cost = _cost(stack, found, solution)
+    if np.isfinite(cost) and cost > STRAINED:
+        words.append(
+            f"cost {cost:.3g}, not 1: the misfit is above the noise given, or a prior, a start or "
+            "an offset is far from what the readings say; give other starts or priors"
+        )
+    return words
 
 
 def _simulated(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tuple[Array, ...]:

@@ -252,4 +252,3 @@ def _misfit(study: Study) -> float:
     stack = study.stack()
     pinned = _Pinned(stack.problems, stack.names, stack.columns, stack.factors)
     return minimise(pinned, pinned.start(), max_iterations=4, tolerance=1e-3).cost
-

@@ -129,6 +129,11 @@ def many_starts(
     begin = time.perf_counter()
     if count < 1:
         raise UnusableInput(f"many_starts: {count} starts; give at least 1")
+    if jobs == 0 or seed < 0:
+        raise UnusableInput(
+            f"many_starts: jobs = {jobs}, seed = {seed}; give jobs=-1 for all cores or a number of "
+            "processes, and a seed of at least 0"
+        )
     if method not in METHODS:
         raise unknown_name("method", method, "many_starts", METHODS)
     METHODS[method].check(study)

@@ -32,6 +32,8 @@ Array = np.ndarray
 NOISES = ("white", "coloured")
 INITIALS = ("free", "rest")
 ESTIMATED = "estimate"
+STILL = 1e-18
+"""Noise floor of a reading that is always zero, SI: below what is measured anywhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +212,7 @@ class Study:
         for name in self.silent:
             if name not in sources:
                 raise unknown_name("source", name, self.graph.name, sources)
-        admit_counts(self.window, self.n_sub, self.init, self.initial, self.validation)
+        admit_counts(self.window, self.n_sub, self.init, self.validation)
         for i, recording in enumerate(self.records):
             self._one(i, recording)
         admit_sign(self.starts, self.graph.parameters)
@@ -326,7 +328,8 @@ class Study:
             found = noise_floor(r, split, sensors)
             if not isinstance(self.noise, str):
                 found |= {n: v for n, v in self.noise.items() if n in found}
-            floors.append(np.array([found[n] for n in sensors]))
+            still = {n: max(1e-9 * abs(float(r[n][0])), STILL) for n in sensors if not np.ptp(r[n])}
+            floors.append(np.array([max(found[n], still.get(n, 0.0)) for n in sensors]))
         hold = "linear" if self.hold == ESTIMATED else self.hold
         begin = self.n_sub or (2 if hold == "band-limited" else 1)
         many = len(self.records)

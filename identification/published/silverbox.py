@@ -85,8 +85,8 @@ def run(
         init, tuple(errors), values=made.values, seconds=time.perf_counter() - begin,
         notes=(
             f"{len(made.free)} parameters, band-limited input",
-            "published (third-party tables): linear 6.96 / 14.4 / 6.58 mV, DT-SUBNET (Beintema 2021) "
-            "0.36 / 1.4 / 0.32 mV, GP-NARX 0.301 / 0.60 / 0.259 mV",
+            "published (third-party tables): linear 6.96 / 14.4 / 6.58, DT-SUBNET (Beintema 2021) "
+            "0.36 / 1.4 / 0.32, GP-NARX 0.301 / 0.60 / 0.259 mV",
             "the form of the damping is known from earlier work on this record, tests included",
         ),
     )  # fmt: skip

@@ -179,7 +179,11 @@ def _refined(
         new = np.sum(after**2, axis=1) + np.sum(pulled**2, axis=1)
         better = new < cost
         gain = np.max(np.where(better, (cost - new) / np.maximum(cost, 1e-300), 0.0))
-        points[better], residual[better], pull[better] = trial[better], after[better], pulled[better]
+        points[better], residual[better], pull[better] = (
+            trial[better],
+            after[better],
+            pulled[better],
+        )
         cost = np.where(better, new, cost)
         damping = np.clip(np.where(better, damping / 8.0, damping * 8.0), 1e-9, 1e8)
         if gain < 1e-4 and (better | (damping > 1e4)).all():

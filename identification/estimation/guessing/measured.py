@@ -88,9 +88,7 @@ def measured_response(problem: Problem, points: int = 60) -> Measured | None:
 Found = tuple[Array, ComplexArray, Array]
 
 
-def _periodic(
-    u: Array, y: Array, dt: float, names: tuple[str, ...], points: int
-) -> Found | None:
+def _periodic(u: Array, y: Array, dt: float, names: tuple[str, ...], points: int) -> Found | None:
     inputs = [f"u{j}" for j in range(u.shape[1])]
     outputs = [f"y{j}" for j in range(len(names))]
     channels = dict(zip((*inputs, *outputs), (*u.T, *y.T), strict=True))
@@ -124,7 +122,7 @@ def _arbitrary(u: Array, y: Array, points: int) -> Found | None:
     within = lines if lines.size < 0.5 * dense.size else dense
     angle = 2.0 * np.pi * within / n
     for order in (2, 1):
-        for used in ((within,) if within is lines else (dense, lines)):
+        for used in (within,) if within is lines else (dense, lines):
             angle = 2.0 * np.pi * used / n
             kept = _spread(angle, points)
             try:

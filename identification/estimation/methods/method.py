@@ -75,6 +75,8 @@ class Method(ABC):
     name: ClassVar[str]
     memory: ClassVar[str]
     optimisers: ClassVar[tuple[str, ...]] = ("gauss_newton",)
+    hears_noise: ClassVar[bool] = False
+    """Whether the method estimates the noise itself, so that one pass is enough."""
 
     @abstractmethod
     def check(self, study: Study) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
+from bondgraph.errors import UnusableInput
 from identification.estimation.methods.method import Method, Options, Solution
 from identification.estimation.study import Setting, Study
 from identification.levenberg_marquardt import minimise
@@ -21,7 +22,12 @@ class SingleShooting(Method):
     optimisers: ClassVar[tuple[str, ...]] = ("gauss_newton", "ipopt")
 
     def check(self, study: Study) -> None:
-        """Take every study."""
+        """Take every study but windows whose initial states are given."""
+        if study.window is not None and study.initial != "free":
+            raise UnusableInput(
+                f"window = {study.window} gives every window a free initial state, but initial = "
+                f"{study.initial!r}; leave window out, or use method='multiple_shooting'"
+            )
 
     def solve(
         self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from bondgraph.integrate import inputs_of
+from bondgraph.program import Program
 from bondgraph.programming import program
 from identification.estimation.methods.radau import (
     Scales,
@@ -21,7 +23,16 @@ from identification.problem import Problem
 from identification.residual import offset_scale, parameters_at, slots
 from identification.stack import STATE_WEIGHT, Stack
 
-__all__ = ["STAGES", "Programme", "Record", "programme", "record_of"]
+__all__ = [
+    "STAGES",
+    "Programme",
+    "Record",
+    "followed",
+    "programme",
+    "record_of",
+    "rescaled",
+    "scales_along",
+]
 
 Array = np.ndarray
 STAGES = 3
@@ -44,6 +55,7 @@ class Record:
     """
 
     problem: Problem
+    program: Program
     step: Step
     scales: Scales
     n_sub: int
@@ -70,14 +82,10 @@ class Record:
 
     def inputs(self, finer: int) -> Array:
         """Inputs at the stages of steps `finer` times shorter, shape (n_u * stages, ...)."""
-        return self._staged(finer * self.n_sub)[0]
-
-    def _staged(self, n_sub: int) -> tuple[Array, Array]:
-        return _staged(self.problem, n_sub, self.last)
+        return _staged(self.program, self.problem, finer * self.n_sub, self.last)[0]
 
 
-def _staged(problem: Problem, n_sub: int, last: int) -> tuple[Array, Array]:
-    made = program(problem.with_offsets)
+def _staged(made: Program, problem: Problem, n_sub: int, last: int) -> tuple[Array, Array]:
     u = inputs_of(made, problem.data.commands, problem.data.time)
     staged, nodes = stage_inputs(made, u, problem.data.dt, n_sub, problem.data.hold, STAGES)
     steps = (last - 1) * n_sub
@@ -85,11 +93,11 @@ def _staged(problem: Problem, n_sub: int, last: int) -> tuple[Array, Array]:
 
 
 def record_of(
-    stack: Stack, r: int, n_sub: int, scales: Scales | None = None, last: int | None = None
+    stack: Stack, r: int, n_sub: int, scales: Scales | None = None, made: Program | None = None
 ) -> Record:
     """Transcribe a recording; algebraic unknowns have unit scales unless `scales` are given."""
     problem = stack.problems[r]
-    made = program(problem.with_offsets)
+    made = program(problem.with_offsets) if made is None else made
     order = np.array([problem.engine.state_names.index(n) for n in made.states], int)
     n_z = len(made.algebraic)
     if scales is None:
@@ -99,12 +107,11 @@ def record_of(
         made, theta, _parameters(stack, r, made.parameters, theta), problem.data.names, scales,
         STAGES,
     )  # fmt: skip
-    if last is None:
-        trained = np.flatnonzero(problem.data.mask("train"))
-        last = min(problem.data.n, int(trained[-1]) + 1 + TAPS) if trained.size else 2
-    u, nodes = _staged(problem, n_sub, last)
+    trained = np.flatnonzero(problem.data.mask("train"))
+    last = min(problem.data.n, int(trained[-1]) + 1 + TAPS) if trained.size else 2
+    u, nodes = _staged(made, problem, n_sub, last)
     t = np.arange(u.shape[1]) * (problem.data.dt / n_sub)
-    return Record(problem, step, scales, n_sub, last, order, u, nodes, t)
+    return Record(problem, made, step, scales, n_sub, last, order, u, nodes, t)
 
 
 def _parameters(stack: Stack, r: int, names: tuple[str, ...], theta: ca.SX) -> ca.SX:
@@ -313,8 +320,8 @@ def _misfit(record: Record, y: ca.MX) -> ca.MX:
 
 def followed(
     record: Record, theta: Array, states: Array, cut: list[slice]
-) -> tuple[Array, Array, Record]:
-    """Trajectory from states at the first samples of windows, and the record with its scales.
+) -> tuple[Array, Array]:
+    """Trajectory (first node, stages) from states at the first samples of windows.
 
     Parameters
     ----------
@@ -328,23 +335,44 @@ def followed(
     count = len(begins)
     begin = np.zeros((size, count))
     begin[:n_x] = (states[:count, record.order] / record.scales.x).T
-    index = np.minimum(
-        np.array(begins)[None] * m + np.arange(longest)[:, None], record.u.shape[1] - 1
-    )
+    index = np.array(begins)[None] * m + np.arange(longest)[:, None]
+    index = np.minimum(index, record.u.shape[1] - 1)
     u = record.u[:, index].transpose(1, 0, 2)
     v, _ = march(record.step, theta, begin, u, record.t[index], record.h)
+    v = np.where(np.isfinite(v), v, np.tile(begin, (STAGES, 1))[None])
     stages = np.empty((size * STAGES, record.steps))
     edges = [*begins, record.last - 1]
-    for k, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for k, (a, b) in enumerate(pairwise(edges)):
         stages[:, a * m : b * m] = v[: (b - a) * m, :, k].T
     first = np.concatenate([begin[:n_x, 0], _closed(record, theta, begin[:, 0], stages)])
-    scale = record.scales
-    if record.step.n_z:
-        nodes = stages[-size + n_x :]
-        z = np.where(np.isfinite(nodes), nodes, 0.0)
-        unit = np.maximum(z.std(axis=1), 1e-3 * np.abs(z).max(axis=1, initial=0.0))
-        scale = replace(scale, z=scale.z * np.where(unit > 0, unit, 1.0))
-    return first, stages, replace(record, scales=scale)
+    return first, stages
+
+
+def scales_along(record: Record, theta: Array, first: Array, stages: Array) -> Scales:
+    """Scales with those of the algebraic unknowns and their equations from a trajectory."""
+    n_x, n_z = record.step.n_x, record.step.n_z
+    if not n_z:
+        return record.scales
+    z = stages[-n_z:]
+    unit = np.maximum(z.std(axis=1), 1e-3 * np.abs(z).max(axis=1))
+    unit = np.where(np.isfinite(unit) & (unit > 0), unit, 1.0)
+    slope = _closing_slope(record)(theta, first[:n_x], first[n_x:], record.nodes[:, 0], 0.0)
+    rows = np.abs(slope.full()) @ unit
+    rows = np.where(np.isfinite(rows) & (rows > 0), rows, 1.0)
+    return Scales(record.scales.x, record.scales.z * unit, record.scales.g * rows)
+
+
+def rescaled(values: Array, old: Scales, new: Scales) -> Array:
+    """Nodes or stages, shape (k (n_x + n_z), ...), from one set of scales to another."""
+    ratio = np.concatenate([old.x / new.x, old.z / new.z])
+    shape = (-1, ratio.size, *values.shape[1:])
+    by = ratio.reshape(1, -1, *([1] * (values.ndim - 1)))
+    return np.asarray((values.reshape(shape) * by).reshape(values.shape))
+
+
+def _closing_slope(record: Record) -> ca.Function:
+    f = record.step.closing
+    return f.factory("slope", f.name_in(), [f"jac:{f.name_out(0)}:{f.name_in(2)}"])
 
 
 def _closed(record: Record, theta: Array, node: Array, stages: Array) -> Array:
@@ -352,8 +380,7 @@ def _closed(record: Record, theta: Array, node: Array, stages: Array) -> Array:
     n_x, n_z = record.step.n_x, record.step.n_z
     if not n_z:
         return np.zeros(0)
-    f = record.step.closing
-    slope = f.factory("slope", f.name_in(), [f"jac:{f.name_out(0)}:{f.name_in(2)}"])
+    f, slope = record.step.closing, _closing_slope(record)
     z = stages[n_x : n_x + n_z, 0].copy()
     at = (record.nodes[:, 0], 0.0)
     for _ in range(30):

@@ -1,4 +1,7 @@
-"""Prediction errors as a method of `identification.estimation`: a `Study` seen by the filter."""
+"""Prediction errors: what a Kalman filter leaves of each reading, with process noise.
+
+The filter and its likelihood are in `identification.prediction`; this puts a `Study` before it.
+"""
 
 from __future__ import annotations
 
@@ -39,6 +42,7 @@ class PredictionError(Method):
 
     diffusion: tuple[str, ...] | None = None
     name: ClassVar[str] = "prediction_error"
+    hears_noise: ClassVar[bool] = True
     memory: ClassVar[str] = (
         "memory follows the filtered argument, with exact derivatives; its own uncertainty is "
         "left out"
