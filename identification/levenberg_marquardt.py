@@ -25,6 +25,9 @@ class Status(Enum):
     NO_PROGRESS = "stopped: no step lowers the misfit any more (flat or kinked valley)"
     ITERATIONS = "stopped at the largest number of iterations; raise max_iterations"
     CANCELLED = "cancelled: the best values so far"
+    RUNAWAY = (
+        "failed: the free run leaves the readings far behind (unstable); fit by multiple_shooting"
+    )
     BROKEN = "failed: the simulation is not finite at the start values; give other starts"
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from bondgraph.compiled import Compiled, compile_model
-from bondgraph.elements import Parameter, Sensor, Source
+from bondgraph.elements import Modulated, Parameter, Sensor, Source
 from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split
@@ -90,6 +90,11 @@ class Data:
         )
 
 
+def drives(graph: BondGraph) -> tuple[Source, ...]:
+    """Return the sources that a recording commands; modulated ones are driven by the model."""
+    return tuple(s for s in graph.of_type(Source) if not isinstance(s, Modulated))
+
+
 def data_for(
     graph: BondGraph,
     recording: Recording,
@@ -98,14 +103,14 @@ def data_for(
     hold: str = "linear",
 ) -> Data:
     """Match the channels of `recording` to the sources and sensors of `graph` by name."""
-    sources = [s.name for s in graph.of_type(Source)]
+    sources = [s.name for s in drives(graph)]
     sensors = [s.name for s in graph.of_type(Sensor)]
     for kind, wanted in (("input", sources), ("sensor", sensors)):
         for n in wanted:
             if n not in recording.channels:
                 error = unknown_name(f"channel for {kind}", n, recording.name, recording.channels)
                 raise UnusableInput(f"{error}; name it with --map {n}=COLUMN")
-    for s in graph.of_type(Source, Sensor):
+    for s in (*drives(graph), *graph.of_type(Sensor)):
         unit = recording.units[s.name]
         if s.unit and unit and not parse_unit(unit).same_dimension(parse_unit(s.unit)):
             raise UnusableInput(
@@ -265,7 +270,7 @@ class Problem:
         g = self.graph
         if not self.source_offsets:
             return g
-        for s in g.of_type(Source):
+        for s in drives(g):
             command = self.data.commands[s.name]
             span = float(np.ptp(command))
             if s.offset is None and span > 0:

@@ -190,7 +190,7 @@ def weighted(problem: Problem, block: Array) -> Array:
     block = block / problem.data.floor[:, None, None]
     for c, polynomial in enumerate(problem.whitening):
         order = polynomial.size - 1
-        if order:
+        if order and block.shape[2]:
             block[c] = lfilter(polynomial, [1.0], block[c], axis=0)
             block[c, :order] = 0.0
     return np.asarray(block)

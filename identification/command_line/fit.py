@@ -59,10 +59,10 @@ def _fit(options: argparse.Namespace) -> int:
     with Bar(quiet=not sys.stderr.isatty()) as bar:
         found, starts = _run(options, study, bar)
         kinds = _profiled(options, found, bar)
-    findings = (*before, *postflight(found))
+    after = postflight(found)
     command = "bondsight " + shlex.join(sys.argv[1:])
     judgement = judge(starts or found, kinds=kinds)
-    report = write_report(judgement, options.out / "fit.html", findings=findings, command=command)
+    report = write_report(judgement, options.out / "fit.html", findings=before, command=command)
     archive = options.out / "fit.npz"
     save(found, archive, command=command)
     values = options.out / "fit.json"
@@ -73,7 +73,7 @@ def _fit(options: argparse.Namespace) -> int:
         for line in (*said, *([str(starts)] if starts else [])):
             print(line)
         print(judgement)
-        for finding in findings[len(before) :]:
+        for finding in after:
             print(finding)
         print(f"fit:    {archive}\nvalues: {values}\nreport: {report}")
     if found.status is Status.CANCELLED:

@@ -20,6 +20,7 @@ from identification.command_line.fit import add_fit_command
 from identification.command_line.identifiability import add_identifiability_command
 from identification.command_line.machines import add_machine_commands
 from identification.command_line.output import writable
+from identification.command_line.published import add_published_command
 from identification.command_line.recordings_list import add_recordings_command
 
 
@@ -112,6 +113,7 @@ def _parser() -> argparse.ArgumentParser:
     add_fit_command(verbs)
     add_identifiability_command(verbs)
     add_coverage_command(verbs)
+    add_published_command(verbs)
     add_recordings_command(verbs)
     return parser
 

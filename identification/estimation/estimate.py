@@ -32,6 +32,7 @@ ROUGH = 1e-3
 """Tolerance while noise and sub-steps are not settled."""
 FINEST = 64
 BLOCKS = 40
+FAR = 100.0
 NEAR = 1.0
 """A correction holds while no unknown has moved by more standard errors than this."""
 STRAINED = 4.0
@@ -85,12 +86,25 @@ def estimate(
         share = min(0.95, iteration / max(max_iterations, 1))
         say(f"{chosen.name}: iteration {iteration}, cost {cost:.6g}", share)
 
+    if max_iterations < 0 or not 0 <= tolerance < 1:
+        raise UnusableInput(
+            f"max_iterations = {max_iterations}, tolerance = {tolerance}: give a number of "
+            "iterations and a relative change below 1, such as 1e-8"
+        )
     options = Options(optimiser, max_iterations, tolerance, report, linear_solver)
     # tiny matrices: threads of the linear algebra only get in each other's way
-    with warnings.catch_warnings(), threadpool_limits(1):
-        warnings.simplefilter("ignore", RuntimeWarning)
-        made = _settled(study, chosen, options, start)
-        result = _finished(study, chosen, optimiser, *made)
+    try:
+        with warnings.catch_warnings(), threadpool_limits(1):
+            warnings.simplefilter("ignore", RuntimeWarning)
+            made = _settled(study, chosen, options, start)
+            result = _finished(study, chosen, optimiser, *made)
+    except np.linalg.LinAlgError as error:
+        declared = {n: p.value for n, p in study.graph.parameters.items()}
+        zero = [n for n, v in {**declared, **study.starts}.items() if v == 0]
+        raise UnusableInput(
+            f"{study.graph.name}: its equations are not finite at the start values ({error}); "
+            f"check {', '.join(zero) + ' = 0' if zero else 'values, units and bounds'}"
+        ) from error
     say("done", 1.0)
     return replace(result, seconds=time.perf_counter() - begin)
 
@@ -133,14 +147,17 @@ def _settled(
     for _ in range(ROUNDS):
         if solution.status in (Status.BROKEN, Status.CANCELLED) or method.hears_noise:
             break
-        heard, moved = _heard(study, setting, stack, solution)
-        if fine and not moved and _same(setting, heard, 0.02):
+        try:
+            heard, moved = _heard(study, setting, stack, solution)
+            if fine and not moved and _same(setting, heard, 0.02):
+                break
+            fine = _same(setting, heard, 0.1)
+            made = _solve(study, method, options if fine else rough, heard, solution.point)
+        except KeyboardInterrupt:
+            solution = replace(solution, status=Status.CANCELLED)
             break
-        fine = _same(setting, heard, 0.1)
         trace = solution.trace
-        setting, stack, solution = _solve(
-            study, method, options if fine else rough, heard, solution.point
-        )
+        setting, stack, solution = made
         solution = replace(solution, trace=(*trace, *solution.trace[1:]))
     return setting, stack, solution, tuple(notes)
 
@@ -205,7 +222,9 @@ def _refined(
         return setting, False
     jacobian = stack.projected(now, point)
     inverse = np.linalg.pinv(system.factor)
-    error = np.linalg.norm(inverse, axis=1) + 1e-300
+    # standard errors with the misfit as it is, not with the noise that was expected
+    level = max(1.0, float(np.sqrt(stack.cost(now, point))))
+    error = level * np.linalg.norm(inverse, axis=1) + 1e-300
     before = setting.corrected_at
     if before is not None and np.abs((point.theta - before) / error).max(initial=0.0) < NEAR:
         return setting, False
@@ -247,11 +266,11 @@ def _refined(
     judged = [max(n, finest) for n in setting.n_fine[len(stack.problems) :]]
     fine = [*fine[: len(stack.problems)], *judged]
     steps = (*setting.n_sub[: len(stack.problems)], *judged)
-    settled = replace(
+    chosen = replace(
         setting, n_sub=steps, n_fine=tuple(fine), corrections=tuple(corrections),
         corrected_at=point.theta if moved else setting.corrected_at,
     )  # fmt: skip
-    return settled, moved
+    return chosen, moved
 
 
 def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence[Array]) -> Setting:
@@ -323,8 +342,11 @@ def _finished(
         covariance, words = _covariance(stack, found, point)
     estimates, nuisances = estimates_of(stack, point, covariance)
     simulated = list(solution.readings or _simulated(stack, found, point))
+    status = solution.status
+    if status is not Status.CANCELLED and _runs_away(stack, simulated):
+        status = Status.RUNAWAY
     result = Estimation(
-        study, setting, method.name, optimiser, solution.status, point, covariance,
+        study, setting, method.name, optimiser, status, point, covariance,
         _cost(stack, found, solution), solution.trace, estimates, nuisances, tuple(simulated),
         (*notes, *solution.notes, *((words,) if words else ()), *_doubts(stack, found, solution)),
     )  # fmt: skip
@@ -336,7 +358,7 @@ def _finished(
 
 
 def _doubts(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> list[str]:
-    """What makes the numbers doubtful although the fit has ended."""
+    """Say what makes the numbers doubtful although the fit has ended."""
     rows, unknowns = _sizes(stack)
     words = []
     if rows <= unknowns:
@@ -345,7 +367,8 @@ def _doubts(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> li
             "little is determined; record more samples or fix parameters"
         )
     cost = _cost(stack, found, solution)
-    if np.isfinite(cost) and cost > STRAINED:
+    ended = solution.status in (Status.CONVERGED, Status.NO_PROGRESS)
+    if ended and np.isfinite(cost) and cost > STRAINED:
         words.append(
             f"cost {cost:.3g}, not 1: the misfit is above the noise given, or a prior, a start or "
             "an offset is far from what the readings say; give other starts or priors"
@@ -363,6 +386,17 @@ def _simulated(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tup
     )
 
 
+def _runs_away(stack: Stack, simulated: Sequence[Array]) -> bool:
+    """Whether a training residual is far larger than the readings themselves move."""
+    for p, y in zip(stack.problems, simulated, strict=True):
+        m = p.data.mask("train")
+        rest = (p.data.readings - y)[m]
+        spread = p.data.readings[m].std(axis=0) + p.data.floor
+        if rest.size and not (np.sqrt(np.mean(rest**2, axis=0)) < FAR * spread).all():
+            return True
+    return False
+
+
 def _cost(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> float:
     if solution.readings is not None or not solution.point.theta.size:
         return solution.trace[-1]
@@ -377,7 +411,13 @@ def _covariance(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tu
     factor = stack.normal(found, point).factor
     if not np.isfinite(factor).all():
         return np.full((stack.n, stack.n), np.nan), ""
-    inverse = np.linalg.pinv(factor.T @ factor, hermitian=True, rcond=1e-15)
+    # by the triangle, not by its square: unstable plants leave no digits in that
+    lower, upper = stack.bounds
+    free = upper > lower  # nuisances that are switched off are known
+    size = np.linalg.norm(factor[:, free], axis=0) + 1e-300
+    root = np.zeros((stack.n, factor.shape[0]))
+    root[free] = np.linalg.pinv(factor[:, free] / size, rcond=1e-15) / size[:, None]
+    inverse = root @ root.T
     residual = np.concatenate([e.residual for e in found])
     if not _coloured(stack, found):
         return inverse, ""

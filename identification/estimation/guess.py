@@ -17,7 +17,6 @@ from typing import final
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from bondgraph.errors import BondsightError
 from bondgraph.signals import Split
 from identification.engine import ExactEngine
 from identification.estimation.guessing.matching import Matching, matched
@@ -68,7 +67,7 @@ class Guess:
         return {n: self.study.starts[n] for n in self.study.free_names}
 
     def __str__(self) -> str:
-        """What was done, the misfit and the values, one a line."""
+        """Text: what was done, the misfit and the values, one a line."""
         lines = [*self.words, f"misfit {self.cost_before:.4g} -> {self.cost_after:.4g}"]
         return "\n".join([*lines, *(f"  {n} = {v:.4g}" for n, v in self.values.items())])
 
@@ -169,7 +168,8 @@ def _visible(stack: Stack) -> list[int]:
     for p, at in zip(stack.problems, stack.columns, strict=True):
         engine = p.engine
         assert isinstance(engine, ExactEngine)
-        seen = np.asarray(engine.compiled.matrices_jacobian(p.start_vector).full()).any(axis=0)
+        slopes: Array = engine.compiled.matrices_jacobian(p.start_vector).full()
+        seen = np.abs(slopes).max(axis=0) > 0.0
         names = engine.parameter_names
         for i, f in zip(at, p.free, strict=False):
             nuisance = f.parameter.name.startswith("offset_")
@@ -184,7 +184,8 @@ def _good(stack: Stack, made: Descent) -> bool:
         return False
     for p, e in zip(stack.problems, made.evaluations, strict=True):
         m = p.data.mask("train")
-        rest, spread = (p.data.readings - e.y)[m].std(axis=0), p.data.readings[m].std(axis=0)
+        rest = (p.data.readings - e.y)[m].std(axis=0)
+        spread = p.data.readings[m].std(axis=0)
         if (rest > np.maximum(POOR * spread, 3.0 * p.data.floor)).any():
             return False
     return True
@@ -237,7 +238,7 @@ class _Pinned(Stack):
     """A stack whose parameters stay where they are: only nuisances and states move."""
 
     @property
-    def bounds(self) -> tuple[Array, Array]:  # type: ignore[override]
+    def bounds(self) -> tuple[Array, Array]:
         """Bounds that meet for the parameters."""
         lower, upper = (b.copy() for b in Stack(
             self.problems, self.names, self.columns, self.factors).bounds)  # fmt: skip

@@ -56,6 +56,8 @@ def minimise_with_ipopt(stack: Stack, start: Stacked, options: Options) -> Desce
             ubx=np.minimum(upper, LARGE),
         )
         said = solver.stats()["return_status"]
+        if said == "User_Requested_Stop":  # CasADi hears Ctrl-C between the calls
+            watch.interrupted = True
         if said in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
             status = Status.CONVERGED
         elif said != "Maximum_Iterations_Exceeded":
@@ -90,15 +92,15 @@ class _Watch:
             states = _followed(self.stack, system.states, self.point, theta)
             self.point = Stacked(theta.copy(), states)
             self.found = self.stack.evaluate(self.point)
+            cost = self.stack.cost(self.found, self.point)
+            if np.isfinite(cost) and cost < self.trace[-1]:
+                self.cost, self.best = cost, self.point
+                self.trace.append(cost)
+                if self.options.report is not None:
+                    self.options.report(len(self.trace) - 1, cost)
         except KeyboardInterrupt:
             self.interrupted = True
             raise
-        cost = self.stack.cost(self.found, self.point)
-        if np.isfinite(cost) and cost < self.trace[-1]:
-            self.cost, self.best = cost, self.point
-            self.trace.append(cost)
-            if self.options.report is not None:
-                self.options.report(len(self.trace) - 1, cost)
 
     def derivatives(self) -> tuple[Array, Array]:
         """Gradient and Gauss-Newton Hessian of half the sum of squares over the count."""

@@ -23,7 +23,7 @@ from identification.estimation.admission import (
 )
 from identification.estimation.specification import Nuisances, Vary
 from identification.floor import noise_floor
-from identification.problem import Problem, data_for, free_parameter
+from identification.problem import Problem, data_for, drives, free_parameter
 from identification.stack import Stack, stack_of
 
 __all__ = ["NOISES", "Setting", "Study"]
@@ -238,7 +238,7 @@ class Study:
         """Parameters with a value in every recording."""
         names = {v.name for v in self.free if v.own}
         if self.nuisances.commands:
-            names |= {f"offset_{s.name}" for s in self.graph.of_type(Source)}
+            names |= {f"offset_{s.name}" for s in drives(self.graph)}
         return frozenset(names)
 
     @cached_property
@@ -287,7 +287,7 @@ class Study:
                 f"recording {recording.name!r} has none of the sensors {', '.join(sensors)} of "
                 f"{graph.name}; its channels are {', '.join(recording.channels)}"
             )
-        for s in graph.of_type(Source):
+        for s in drives(graph):
             if s.name not in recording.channels and s.name not in self.silent:
                 known = recording.channels
                 error = unknown_name("channel for input", s.name, recording.name, known)
@@ -299,7 +299,7 @@ class Study:
 
     def with_silence(self, recording: Recording) -> Recording:
         """Return the recording with zeros for the silent sources it has no channel for."""
-        missing = [s for s in self.graph.of_type(Source) if s.name not in recording.channels]
+        missing = [s for s in drives(self.graph) if s.name not in recording.channels]
         if not missing:
             return recording
         zeros = {s.name: np.zeros(recording.n) for s in missing}
@@ -485,6 +485,6 @@ def _free(
 
 
 def _default_split(graph: BondGraph, recording: Recording) -> Split:
-    drives = [s.name for s in graph.of_type(Source) if s.name in recording.channels]
-    moving = [n for n in drives if np.ptp(recording[n]) > 0]
+    here = [s.name for s in drives(graph) if s.name in recording.channels]
+    moving = [n for n in here if np.ptp(recording[n]) > 0]
     return default_split(recording, drive=moving[0] if moving else None)

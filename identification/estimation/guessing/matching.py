@@ -31,8 +31,10 @@ LINEAR_SCALES = 3.0
 HOLD_ON = 0.02
 """Weight that keeps what the response does not determine near its start."""
 STEP = 1e-5
-SOLVES = 250_000
-"""Linear systems that the first look may solve."""
+SOLVES = 600_000
+"""Linear systems that the first look may solve, times their size."""
+FIRST_PASSES, LAST_PASSES, KEPT = 8, 24, 8
+"""Passes of all the best of the first look, then of the best of these."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +126,8 @@ def matched(
     at = np.asarray(vary, int)
     low, high = _range(matching.stack, start, at)
     lines = sum(m.omega.size for m in matching.measured if m is not None)
-    most = int(np.clip(SOLVES / max(lines, 1), 256, 4096))
+    states = max(p.engine.n_x for p in matching.stack.problems)
+    most = int(np.clip(SOLVES / max(lines * states, 1), 256, 4096))
     sampler = qmc.Sobol(at.size, seed=seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # balance needs powers of two, we do not
@@ -137,7 +140,9 @@ def matched(
     order = np.argsort(first, kind="stable")[:best]
     if 0 not in order:
         order[-1] = 0
-    found, cost = _refined(matching, points[order], start, at)
+    found, cost = _refined(matching, points[order], start, at, FIRST_PASSES)
+    found, cost = _distinct(found, cost, at)
+    found, cost = _refined(matching, found[:KEPT], start, at, LAST_PASSES)
     return _distinct(found, cost, at)
 
 
@@ -150,7 +155,7 @@ def _range(stack: Stack, start: Array, at: NDArray[np.intp]) -> tuple[Array, Arr
 
 
 def _refined(
-    matching: Matching, points: Array, start: Array, at: NDArray[np.intp], passes: int = 30
+    matching: Matching, points: Array, start: Array, at: NDArray[np.intp], passes: int
 ) -> tuple[Array, Array]:
     """Levenberg-Marquardt on all points at once, derivatives by differences."""
     lower, upper = (b[at] for b in matching.stack.bounds)

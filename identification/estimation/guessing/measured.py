@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +21,12 @@ __all__ = ["Measured", "measured_response"]
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.intp]
+Found: TypeAlias = tuple[Array, ComplexArray, Array]
 EXCITED = 1e-3
+LEAST = 3
+EXCITED_STEP = 0.1
+LEAKAGE = 0.2
+"""Relative error of a ratio of spectra without a correction for what the record begins with."""
 TOP = 0.8
 """Lines up to this share of the Nyquist rate: beyond, the samples tell little of the commands."""
 WORST = 0.7
@@ -61,7 +68,12 @@ def measured_response(problem: Problem, points: int = 60) -> Measured | None:
     neither leakage nor an integrating plant that drifts away does harm.
     """
     data = problem.data
-    train = slice(data.split.train.start or 0, data.split.train.stop or data.n)
+    train, test = data.split.train, data.split.test
+    stop = train.stop or data.n
+    # what comes before training is not scored, but a step there is what the readings answer to
+    held = np.zeros(data.n, bool)
+    held[test] = True
+    train = slice((train.start or 0) if held[:stop].any() else 0, stop)
     moving = [n for n, v in data.commands.items() if np.ptp(v[train]) > 0.0]
     if not moving or train.stop - train.start < 64:
         return None
@@ -72,27 +84,36 @@ def measured_response(problem: Problem, points: int = 60) -> Measured | None:
     at = np.array([int(np.flatnonzero(columns == order.index(n) + 1)[0]) for n in moving])
     u = np.stack([data.commands[n][train] for n in moving], axis=1)
     y = data.readings[train]
-    found = _periodic(u, y, data.dt, data.names, points) or _arbitrary(u, y, points)
-    if found is None:
-        return None
+    ways: tuple[Callable[[], Found | None], ...] = (
+        lambda: _periodic(u, y, data.dt, data.names, points),
+        lambda: _arbitrary(u, y, points),
+        lambda: _differenced(u, y, data.floor, points),
+    )
+    for way in ways:
+        found = way()
+        made = None if found is None else _judged(found, data.dt, at)
+        if made is not None and made.count >= LEAST:
+            return made
+    return None
+
+
+def _judged(found: Found, dt: float, at: IntArray) -> Measured:
+    """Weigh the entries by their errors."""
     angle, response, deviation = found
     size = np.abs(response)
     relative = deviation / np.maximum(size, 1e-300)
     good = np.isfinite(relative) & (relative < WORST) & (size > 0.0)
     weight = np.where(good, 1.0 / np.hypot(relative, MODEL_ERROR), 0.0)
     logarithm = np.log(np.where(good, response, 1.0).astype(complex))
-    made = Measured(angle / data.dt, at, logarithm, weight)
-    return made if made.count >= 3 else None
-
-
-Found = tuple[Array, ComplexArray, Array]
+    return Measured(angle / dt, at, logarithm, weight)
 
 
 def _periodic(u: Array, y: Array, dt: float, names: tuple[str, ...], points: int) -> Found | None:
     inputs = [f"u{j}" for j in range(u.shape[1])]
     outputs = [f"y{j}" for j in range(len(names))]
     channels = dict(zip((*inputs, *outputs), (*u.T, *y.T), strict=True))
-    record = Recording("record", np.arange(u.shape[0]) * dt, channels, dict.fromkeys(channels, "1"))
+    time = np.asarray(np.arange(u.shape[0]) * dt, np.float64)
+    record = Recording("record", time, channels, dict.fromkeys(channels, "1"))
     try:
         response = response_of_periods([cut(record, inputs[0], outputs)], inputs, outputs)
     except UnusableInput:
@@ -134,6 +155,28 @@ def _arbitrary(u: Array, y: Array, points: int) -> Found | None:
             variance = fit.variance[:, :, None] * fit.factor[:, None, :]
             return angle[kept], fit.response, np.sqrt(variance)
     return None
+
+
+def _differenced(u: Array, y: Array, floor: Array, points: int) -> Found | None:
+    """Ratio of the spectra of the differences: for a step or a pulse that dies away."""
+    n = u.shape[0] - 1
+    if u.shape[1] > 1:
+        return None
+    spectrum_u = np.fft.rfft(np.diff(u[:, 0]))
+    spectrum_y = np.fft.rfft(np.diff(y, axis=0), axis=0)
+    size = np.abs(spectrum_u)
+    # the mean of a difference is where it ended; below the first lines leakage hides
+    lines = np.flatnonzero(size > EXCITED_STEP * size.max())
+    lines = lines[(lines > 0) & (lines < TOP * n / 2)]
+    if lines.size < 3:
+        return None
+    angle = 2.0 * np.pi * lines / n
+    kept = _spread(angle, points)
+    noise = np.sqrt(n) * floor * np.abs(1.0 - np.exp(-1j * angle[kept]))[:, None]
+    drive = spectrum_u[lines[kept], None]
+    response = spectrum_y[lines[kept]] / drive
+    deviation = np.hypot(noise / np.abs(drive), LEAKAGE * np.abs(response))
+    return angle[kept], response[:, :, None], deviation[:, :, None]
 
 
 def _spread(angle: Array, points: int) -> IntArray:

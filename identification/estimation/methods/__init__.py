@@ -17,6 +17,7 @@ __all__ = ["METHODS", "Method", "Options", "Solution"]
 _ALL: tuple[Method, ...] = (
     SingleShooting(),
     MultipleShooting(),
+    Collocation(),
     PredictionError(),
     FrequencyDomain(),
 )

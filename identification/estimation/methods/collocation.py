@@ -45,12 +45,16 @@ MOST_STEPS = 16
 """Largest number of steps a sample."""
 COARSE = 0.3
 """Steps are halved while their error moves an unknown by more of its standard error than this."""
-CLOSE = 1e-4
+CLOSE = 3e-4
 """Defects are corrected until none moves by more of its standard error than this."""
 CORRECTIONS = 6
+ROUGH = 1e-5
+"""Tolerance above which a fit is a step on the way: its defects are not corrected."""
 FREE_RUN_LOSS = 1.02
 FINE_RUNS = (1, 4, 16)
 FEASIBLE = 1e-6
+EDGE = 1e-9
+"""Distance from a bound at which an unknown counts as held."""
 
 
 @final
@@ -98,24 +102,25 @@ class Collocation(Method):
         n_sub, records, w = 1, *_begin(stack, start, 1)
         trace: list[float] = []
         while True:
-            made = programme(stack, records)
+            made = programme(stack, records, w[: stack.n])
             runner = _Runner(self, made, options, trace)
             allowed = [np.zeros((r.step.n_x, r.steps)) for r in records]
             found = runner.run(w, allowed)
-            shift, defects = _shift(runner, found)
+            system = _system(runner, found)
+            shift, defects = _shift(runner, found, system)
             if not (found.done and shift > COARSE and n_sub < MOST_STEPS):
                 break
             n_sub *= 2
             records, w = _finer(stack, made, records, found.w, n_sub)
         for _ in range(CORRECTIONS):
-            if not found.done or not CLOSE < shift < np.inf:
+            if options.tolerance > ROUGH or not CLOSE < shift < np.inf:
                 break
             allowed = [a + d for a, d in zip(allowed, defects, strict=True)]
             better = runner.run(found.w, allowed, found)
             if not better.done:
                 break
             found, before = better, shift
-            shift, defects = _shift(runner, found)
+            shift, defects = _shift(runner, found, system)
             if shift > 0.7 * before:
                 break
         return _solution(made, runner, found, shift, trace)
@@ -167,6 +172,8 @@ class _Runner:
         if method.hessian == "gauss_newton":
             settings["hess_lag"] = self._squares()
         self.first = ca.nlpsol("collocation", "ipopt", self.problem, settings)
+        settings["jac_g"] = self.first.get_function("nlp_jac_g")
+        settings["hess_lag"] = self.first.get_function("nlp_hess_l")
         again = settings | {"ipopt.warm_start_init_point": "yes", "ipopt.mu_init": 1e-7}
         self.again = ca.nlpsol("collocation_again", "ipopt", self.problem, again)
 
@@ -320,48 +327,49 @@ def _defects(made: Programme, w: Array) -> list[Array]:
     return found
 
 
-def _system(runner: _Runner, found: _Found) -> tuple[Any, Array, int]:
-    """Factored optimality system of the free unknowns, their positions and their number."""
-    solver = runner.first
-    slope = solver.get_function("nlp_jac_g")(found.w, found.p)[1]
-    second = solver.get_function("nlp_hess_l")(found.w, found.p, 1.0, found.multipliers)
-    j = slope.sparse().tocsc()
-    upper = second.sparse().tocsc()
+@dataclass(frozen=True, eq=False)
+class _System:
+    """Factored optimality system of the free unknowns, and their positions."""
+
+    factor: Any
+    free: Array
+    rows: int
+    covariance: Array
+
+
+def _system(runner: _Runner, found: _Found) -> _System | None:
+    """Factor the optimality system; covariance of theta is zero where theta is held."""
+    if not found.done:
+        return None
+    solver, n = runner.first, runner.made.stack.n
+    j = solver.get_function("nlp_jac_g")(found.w, found.p)[1].sparse().tocsc()
+    upper = solver.get_function("nlp_hess_l")(found.w, found.p, 1.0, found.multipliers)
+    upper = upper.sparse().tocsc()
     h = upper + sparse.triu(upper, 1).T
-    theta_free = runner.upper - runner.lower > 0
-    n = runner.made.stack.n
-    edge = 1e-9
-    theta_free[:n] &= (found.w[:n] > runner.lower[:n] + edge) & (
-        found.w[:n] < runner.upper[:n] - edge
-    )
-    at = np.flatnonzero(theta_free)
-    k = sparse.bmat([[h[at][:, at], j[:, at].T], [j[:, at], None]], format="csc")
-    return splu(k), at, j.shape[0]
-
-
-def _covariance(runner: _Runner, found: _Found) -> tuple[Array, Any, Array]:
-    """Covariance of theta (zero where held), the factored system and the free positions."""
-    n = runner.made.stack.n
-    factor, at, rows = _system(runner, found)
-    inner = at[at < n]
-    unit = np.zeros((at.size + rows, inner.size))
+    moving = runner.upper > runner.lower
+    moving[:n] &= (found.w[:n] > runner.lower[:n] + EDGE) & (found.w[:n] < runner.upper[:n] - EDGE)
+    free = np.flatnonzero(moving)
+    try:
+        factor = splu(
+            sparse.bmat([[h[free][:, free], j[:, free].T], [j[:, free], None]], format="csc"),
+            permc_spec="MMD_AT_PLUS_A",
+        )
+    except RuntimeError:
+        return None
+    inner = free[free < n]
+    unit = np.zeros((free.size + j.shape[0], inner.size))
     unit[np.arange(inner.size), np.arange(inner.size)] = 1.0
     whole = np.zeros((n, n))
     whole[np.ix_(inner, inner)] = factor.solve(unit)[: inner.size] / runner.made.count
-    return whole, factor, at
+    return _System(factor, free, j.shape[0], whole)
 
 
-def _shift(runner: _Runner, found: _Found) -> tuple[float, list[Array]]:
+def _shift(runner: _Runner, found: _Found, system: _System | None) -> tuple[float, list[Array]]:
     """How far the defects move theta, in standard errors, and the defects."""
-    made = runner.made
-    if not found.done:
+    if system is None:
         return np.inf, []
+    made = runner.made
     defects = _defects(made, found.w)
-    try:
-        covariance, factor, at = _covariance(runner, found)
-    except RuntimeError:
-        return np.inf, defects
-    error = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     right = []
     for record, d in zip(made.records, defects, strict=True):
         size, n_x = record.size, record.step.n_x
@@ -371,10 +379,10 @@ def _shift(runner: _Runner, found: _Found) -> tuple[float, list[Array]]:
         right.append(np.zeros(record.step.n_z))
         if record.problem.initial == "rest":
             right.append(np.zeros(n_x))
-    moved = factor.solve(np.concatenate([np.zeros(at.size), *right]))
-    inner = at[at < made.stack.n]
-    share = np.abs(moved[: inner.size]) / np.maximum(error[inner], 1e-300)
-    return float(share.max(initial=0.0)), defects
+    moved = system.factor.solve(np.concatenate([np.zeros(system.free.size), *right]))
+    inner = system.free[system.free < made.stack.n]
+    error = np.sqrt(np.maximum(np.diag(system.covariance)[inner], 1e-300))
+    return float((np.abs(moved[: inner.size]) / error).max(initial=0.0)), defects
 
 
 def _solution(
@@ -408,8 +416,8 @@ def _solution(
         "are those of the trajectory up to the last training sample, then of a free run"
     )
     covariance = np.full((stack.n, stack.n), np.nan)
-    if found.done:
-        covariance = _covariance(runner, found)[0]
+    if (system := _system(runner, found)) is not None:
+        covariance = system.covariance
     seen = made.readings(found.w)
     seen = [seen] if len(made.records) == 1 else seen
     readings = tuple(

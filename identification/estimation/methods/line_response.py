@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -169,7 +170,7 @@ def _steady(
     return y, by
 
 
-def _left(resolvent: ComplexArray, c: Array) -> ComplexArray:
+def _left(resolvent: NDArray[Any], c: Array) -> ComplexArray:
     """Return ``C (s - A)^-1``, shape (F, n_y, n_x)."""
     wide = np.broadcast_to(c.T.astype(complex), (resolvent.shape[0], *c.T.shape))
     return np.asarray(np.linalg.solve(resolvent.transpose(0, 2, 1), wide).transpose(0, 2, 1))

@@ -7,6 +7,7 @@ unstable plants do not multiply their growth from window to window.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import ClassVar, final
@@ -71,21 +72,25 @@ class MultipleShooting(Method):
         cut = [_windows(p, study.window) for p in stack.problems]
         whole = replace(stack, problems=tuple(replace(p, window=None) for p in stack.problems))
         begin = _Nodes(start.theta, [_observed(whole, start, r, c) for r, c in enumerate(cut)])
-        near, approach = _approached(whole, cut, begin, options)
-        made, status, trace, system = _descend(whole, cut, near, options)
+        near, approach, cancelled = _approached(whole, cut, begin, options)
+        rest = replace(options, max_iterations=0) if cancelled else options
+        made, status, trace, system = _descend(whole, cut, near, rest)
+        status = Status.CANCELLED if cancelled else status
         trace = (*approach, *trace[1:])
         point = Stacked(made.theta, tuple(n[:1] for n in made.states))
         now = _swept(whole, cut, made)
         cost = now.cost
         if status is not Status.CANCELLED and np.isfinite(cost):
             free = minimise(
-                whole, point, max_iterations=options.max_iterations, tolerance=options.tolerance
-            )
+                whole, point, max_iterations=options.max_iterations, tolerance=options.tolerance,
+                keep_on_interrupt=True,
+            )  # fmt: skip
             if np.isfinite(free.cost) and free.cost <= FREE_RUN_LOSS * cost:
                 return Solution(free.point, free.status, (*trace, *free.trace[1:]))
+        why = "stopped early" if status is Status.CANCELLED else "unstable or integrating"
         notes = (
-            "the free run diverges from the windows (unstable or integrating): the readings shown "
-            "are those of the joined windows",
+            f"the free run diverges from the windows ({why}): the readings shown are those of the "
+            "joined windows",
         )
         return Solution(point, status, trace, _information(system, stack.n), notes, now.readings)
 
@@ -310,16 +315,30 @@ def _moved(stack: Stack, cut: list[list[slice]], nodes: _Nodes, delta: Array) ->
 
 def _approached(
     stack: Stack, cut: list[list[slice]], nodes: _Nodes, options: Options
-) -> tuple[_Nodes, list[float]]:
+) -> tuple[_Nodes, list[float], bool]:
+    """Return where the stages lead, the costs on the way, and whether Ctrl-C ended them."""
+    trace: list[float] = []
+    try:
+        for found, cost in _stages(stack, cut, nodes):
+            nodes = found
+            trace.append(cost)
+            if options.report is not None and len(trace) > 1:
+                options.report(len(trace) - 1, cost)
+    except KeyboardInterrupt:
+        return nodes, trace or [np.inf], True
+    return nodes, trace, False
+
+
+def _stages(stack: Stack, cut: list[list[slice]], nodes: _Nodes) -> Iterator[tuple[_Nodes, float]]:
     """Draw the windows together: gaps cost more from stage to stage.
 
     With loose windows the misfit has no wrong minima that come from many periods; the constraints
     alone would close the gaps before the parameters are near.
     """
     now = _swept(stack, cut, nodes)
-    trace = [now.cost]
+    yield nodes, now.cost
     if not np.isfinite(now.cost):
-        return nodes, trace
+        return
     lower, upper = stack.bounds
     for weight in STAGES:
         damping = 1e-3
@@ -344,12 +363,9 @@ def _approached(
             gain = (cost - better[2]) / max(cost, 1e-300)
             nodes, now, cost = better
             damping = max(damping / 6.0, 1e-9)
-            trace.append(now.cost)
-            if options.report is not None:
-                options.report(len(trace) - 1, now.cost)
+            yield nodes, now.cost
             if gain < 1e-2:
                 break
-    return nodes, trace
 
 
 def _soft(stack: Stack, sweep: _Sweep, nodes: _Nodes, weight: float) -> float:

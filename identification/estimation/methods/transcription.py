@@ -36,7 +36,7 @@ __all__ = [
 
 Array = np.ndarray
 STAGES = 3
-TAPS = 3
+TAPS = 4
 """Samples on either side of a late reading that its interpolation takes."""
 
 
@@ -196,8 +196,8 @@ class Programme:
         return rest(local), slope
 
 
-def programme(stack: Stack, records: tuple[Record, ...]) -> Programme:
-    """Build objective, constraints and readings."""
+def programme(stack: Stack, records: tuple[Record, ...], begin: Array) -> Programme:
+    """Build objective, constraints and readings for a fit that begins at theta = `begin`."""
     theta = ca.MX.sym("theta", stack.n)
     unknowns, parameters, constraints = [theta], [], []
     residuals, shown = [], []
@@ -223,7 +223,7 @@ def programme(stack: Stack, records: tuple[Record, ...]) -> Programme:
             at = (theta, first[:n_x], first[n_x:], record.nodes[:, 0], 0.0)
             constraints.append(record.step.closing(*at))
         residuals += _start(stack, r, record, theta, first, parameters, constraints)
-        y = _seen(stack, r, record, theta, nodes)
+        y = _seen(stack, r, record, theta, nodes, begin)
         shown.append(y)
         rest = _misfit(record, y)
         count += rest.numel()
@@ -264,7 +264,9 @@ def _start(
     return [STATE_WEIGHT * unit[free] * (first[free] - rest[free])]
 
 
-def _seen(stack: Stack, r: int, record: Record, theta: ca.MX, nodes: ca.MX) -> ca.MX:
+def _seen(
+    stack: Stack, r: int, record: Record, theta: ca.MX, nodes: ca.MX, begin: Array
+) -> ca.MX:
     """Readings at the samples with lags and offsets, shape (n_y, last)."""
     n_x, problem, n = record.step.n_x, record.problem, record.last
     at = slots(problem)
@@ -278,7 +280,7 @@ def _seen(stack: Stack, r: int, record: Record, theta: ca.MX, nodes: ca.MX) -> c
         row = y[c, :]
         lag = int(stack.columns[r][at.lags.start + c])
         if upper[lag] > lower[lag]:
-            row = _late(row, theta[lag], n)
+            row = _late(row, theta[lag], n, int(np.floor(begin[lag])))
         place = int(stack.columns[r][at.offsets.start + c])
         if upper[place] > lower[place]:
             row = row + theta[place] * float(offset_scale(problem)[c])
@@ -286,17 +288,17 @@ def _seen(stack: Stack, r: int, record: Record, theta: ca.MX, nodes: ca.MX) -> c
     return ca.vertcat(*rows)
 
 
-def _late(row: ca.MX, lag: ca.MX, n: int) -> ca.MX:
-    """Delay by a fraction of a sample: seven-point Lagrange interpolation about each sample."""
-    before = ca.repmat(row[:, 0], 1, TAPS)
-    after = ca.repmat(row[:, n - 1], 1, TAPS)
-    wide = ca.horzcat(before, row, after)
-    nodes = np.arange(-TAPS, TAPS + 1)
+def _late(row: ca.MX, lag: ca.MX, n: int, whole: int) -> ca.MX:
+    """Delay by a fraction of a sample: eight-point Lagrange, as `bondgraph.shift.delayed`.
+
+    `whole` is the lag rounded down where the fit begins.
+    """
+    wide = ca.horzcat(ca.repmat(row[:, 0], 1, TAPS), row, ca.repmat(row[:, n - 1], 1, TAPS))
+    nodes = np.arange(-3, 5) + whole
     total: Any = 0.0
     for i in nodes:
-        others = nodes[nodes != i]
         weight: Any = 1.0
-        for j in others:
+        for j in nodes[nodes != i]:
             weight = weight * (lag - float(j)) / float(i - j)
         total = total + weight * wide[:, int(TAPS - i) : int(TAPS - i) + n]
     return total
@@ -318,9 +320,7 @@ def _misfit(record: Record, y: ca.MX) -> ca.MX:
     return ca.vertcat(*found)
 
 
-def followed(
-    record: Record, theta: Array, states: Array, cut: list[slice]
-) -> tuple[Array, Array]:
+def followed(record: Record, theta: Array, states: Array, cut: list[slice]) -> tuple[Array, Array]:
     """Trajectory (first node, stages) from states at the first samples of windows.
 
     Parameters

@@ -1,0 +1,1 @@
+"""Devices of public identification benchmarks as bond graphs, one file a device."""

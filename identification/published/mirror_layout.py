@@ -1,0 +1,133 @@
+"""Parameters of the steering mirror's model as one vector.
+
+Sizes: M modes, 3 actuators i, 3 sensors o, P pairs of modes, B memory terms an actuator.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["OMEGA", "Layout", "Parts"]
+
+FloatArray = NDArray[np.float64]
+
+OMEGA = 2e3 * np.pi
+"""Reference angular frequency, rad/s: frequencies are logarithms over it."""
+
+DELAY = 1e-4
+"""Unit of dead times, s."""
+
+
+class Parts(NamedTuple):
+    """The vector taken apart.
+
+    Attributes
+    ----------
+    omega, zeta : ndarray, shape (M,)
+        Natural frequency, rad/s, and damping ratio of each mode alone.
+    psi : ndarray, shape (M, 3)
+        Static displacement of a mode by a volt at an actuator.
+    phi : ndarray, shape (M, 3)
+        Reading of a sensor, um, for a unit of a mode.
+    stiffness : ndarray, shape (M,)
+        Of a mode: force and displacement of an actuator share the shape ``stiffness psi``.
+    softening : ndarray, shape (M,)
+        Relative loss of modal stiffness for a relative rise of the drive level.
+    static : ndarray, shape (3, 3)
+        Reading by modes far above the band, um/V, sensor by actuator.
+    late_in, late_out : ndarray, shape (3,)
+        Dead times, s.
+    coupling : ndarray, shape (P,)
+        Damping between two modes, over `OMEGA`.
+    memory : ndarray, shape (3, B)
+        Weights of the terms of the actuators' laws.
+    """
+
+    omega: FloatArray
+    zeta: FloatArray
+    psi: FloatArray
+    phi: FloatArray
+    stiffness: FloatArray
+    softening: FloatArray
+    static: FloatArray
+    late_in: FloatArray
+    late_out: FloatArray
+    coupling: FloatArray
+    memory: FloatArray
+
+    @property
+    def theta(self) -> FloatArray:
+        """Displacement of an actuator for a unit of a mode, shape (M, 3)."""
+        return self.stiffness[:, None] * self.psi
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where each parameter stands.
+
+    Parameters
+    ----------
+    modes : int
+    pairs : tuple of (int, int)
+        Modes with mutual damping.
+    terms : int
+        B.
+    """
+
+    modes: int
+    pairs: tuple[tuple[int, int], ...]
+    terms: int
+
+    @cached_property
+    def at(self) -> dict[str, NDArray[np.intp]]:
+        """Places of each part in the vector, in the shape of the part."""
+        m, found, start = self.modes, {}, 0
+        shapes: dict[str, tuple[int, ...]] = {
+            "log_omega": (m,), "log_zeta": (m,), "psi": (m, 3), "phi": (m, 3),
+            "log_stiffness": (m,), "softening": (m,), "static": (3, 3), "late_in": (3,),
+            "late_out": (3,), "coupling": (len(self.pairs),), "memory": (3, self.terms),
+        }  # fmt: skip
+        for name, shape in shapes.items():
+            size = int(np.prod(shape))
+            found[name] = np.arange(start, start + size).reshape(shape)
+            start += size
+        return found
+
+    @property
+    def size(self) -> int:
+        """Length of the vector."""
+        return int(sum(v.size for v in self.at.values()))
+
+    def places(self, *names: str) -> NDArray[np.intp]:
+        """Return the places of these parts in a row."""
+        return np.concatenate([self.at[n].ravel() for n in names])
+
+    def split(self, p: FloatArray) -> Parts:
+        """Take a vector apart."""
+        v = {n: p[k] for n, k in self.at.items()}
+        return Parts(
+            OMEGA * np.exp(v["log_omega"]), np.exp(v["log_zeta"]), v["psi"], v["phi"],
+            np.exp(v["log_stiffness"]), v["softening"], v["static"], DELAY * v["late_in"],
+            DELAY * v["late_out"], v["coupling"], v["memory"],
+        )  # fmt: skip
+
+    def moved(self, p: FloatArray, other: Layout) -> FloatArray:
+        """Return the vector of another layout with the values of this one, zero where new.
+
+        Modes of `other` beyond those here are left for the caller to fill.
+        """
+        made, keep = np.zeros(other.size), min(self.modes, other.modes)
+        for name in self.at:
+            if name == "coupling":
+                known = dict(zip(self.pairs, p[self.at[name]], strict=True))
+                made[other.at[name]] = [known.get(pair, 0.0) for pair in other.pairs]
+            elif name in ("log_omega", "log_zeta", "psi", "phi", "log_stiffness", "softening"):
+                made[other.at[name][:keep]] = p[self.at[name][:keep]]
+            elif self.at[name].shape == other.at[name].shape:
+                made[other.at[name]] = p[self.at[name]]
+        return made
