@@ -98,6 +98,11 @@ class Engine(ABC):
         """Spread of each state in a simulation, shape (n_x,)."""
 
     @property
+    def exact_step(self) -> bool:
+        """Whether sub-steps change nothing: a linear model with the exact step."""
+        return False
+
+    @property
     def parameter_names(self) -> tuple[str, ...]:
         """Names of the parameters, in the order of the vector."""
         return tuple(self.parameters)
@@ -128,6 +133,11 @@ class ExactEngine(Engine):
     def has_memory(self) -> bool:
         """Whether a law carries memory."""
         return any(port.law.n_memory for port in self.compiled.space.laws)
+
+    @property
+    def exact_step(self) -> bool:
+        """Whether there is no law between the steps."""
+        return not self.compiled.space.laws
 
     def vector(self, values: Mapping[str, float]) -> Array:
         """Parameter vector with some values changed by name."""

@@ -215,6 +215,9 @@ class Problem:
     correction : ndarray, shape (N, n_y), SI, or None
         Readings with many sub-steps less those with `n_sub`, at an earlier point of the fit; added,
         so that the fit runs with few sub-steps and ends where it would with many.
+    window_offsets : bool
+        Fit offsets of the sensors on windows too; an integrating plant cannot tell them from its
+        initial states.
     built : Engine or None
         The engine of this graph, where it has been derived already.
     """
@@ -238,6 +241,7 @@ class Problem:
     overrides: Mapping[str, Parameter] = field(default_factory=dict)
     correction: Array | None = None
     built: Engine | None = None
+    window_offsets: bool = False
 
     def __getstate__(self) -> dict[str, object]:
         """Only the fields travel to other processes; compiled functions are rebuilt there."""
@@ -337,7 +341,28 @@ class Problem:
             self.start_vector, self.inputs, self.data.dt, self.rest_state, self.n_sub,
             self.data.hold,
         )  # fmt: skip
-        return np.asarray(np.maximum(spread, 1e-6 * np.abs(self.rest_state) + 1e-30))
+        least = 1e-6 * np.abs(self.rest_state) + 1e-30
+        return np.asarray(np.maximum.reduce([spread, self._readable_states, least]))
+
+    @cached_property
+    def _readable_states(self) -> Array:
+        """Initial states that would move a reading by its spread: a free swing has no other scale.
+
+        Zero for states that no reading shows.
+        """
+        names = self.engine.parameter_names
+        directions = [names.index(f.parameter.name) for f in self.free]
+        ready = self.engine.prepare(self.start_vector, self.data.dt, self.steps, directions, True)
+        run = self.engine.run(
+            ready, self.inputs, self.rest_state, self.fine_inputs(slice(0, self.data.n)),
+            every_substep=bool(self.delays),
+        )  # fmt: skip
+        n_y = len(self.data.names)
+        reach = np.abs(run.dy[:, :n_y, len(directions) :]).max(axis=0)
+        spread = self.data.readings.std(axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            size = np.where(reach > 0, spread[:, None] / reach, np.inf).min(axis=0)
+        return np.asarray(np.where(np.isfinite(size), size, 0.0))
 
     def fine_inputs(self, window: slice, n_sub: int | None = None) -> Array:
         """Return inputs at both ends of each sub-step of a window."""

@@ -256,7 +256,7 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
         for c in outputs:  # a declared dead time takes the place of the nuisance
             lower[at.lags.start + c] = upper[at.lags.start + c] = 0.0
     lower[at.delays], upper[at.delays] = 0.0, 0.1 * problem.data.n
-    if not (whole and problem.offsets):
+    if not (problem.offsets and (whole or problem.window_offsets)):
         lower[at.offsets] = upper[at.offsets] = 0.0
     lower[at.clocks], upper[at.clocks] = -1.0, 1.0
     return lower, upper

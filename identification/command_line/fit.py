@@ -27,7 +27,7 @@ def add_fit_command(verbs: Any) -> None:
     p = verbs.add_parser("fit", help="fit a model to recordings, with uncertainty and judgement")
     add_study_options(p)
     p.add_argument("--method", default="single_shooting", help="see README; default: %(default)s")
-    p.add_argument("--optimiser", choices=("gauss_newton", "ipopt"), default="gauss_newton")
+    p.add_argument("--optimiser", choices=("gauss_newton", "ipopt"), default=None)
     p.add_argument("--guess", action="store_true", help="take start values from the data")
     p.add_argument("--starts", type=nonnegative, default=0, help="fit from that many starts")
     p.add_argument("--profiles", action="store_true", help="profile every free parameter")

@@ -37,6 +37,10 @@ NEAR = 1.0
 """A correction holds while no unknown has moved by more standard errors than this."""
 STRAINED = 4.0
 """Cost from which residuals or priors contradict what was said of them."""
+LARGEST_CORRECTION = 0.02
+"""Share of a reading's range that a correction may have; more sub-steps if it is larger."""
+WITHOUT_FREE_RUN = 8
+"""Sub-steps where no free run can tell how many are enough."""
 BIAS = 0.2
 """Doubling the sub-steps may move no unknown by more than this share of its standard error."""
 
@@ -45,7 +49,7 @@ def estimate(
     study: Study,
     method: str = "single_shooting",
     *,
-    optimiser: str = "gauss_newton",
+    optimiser: str | None = None,
     start: Estimation | None = None,
     max_iterations: int = 60,
     tolerance: float = 1e-8,
@@ -62,7 +66,8 @@ def estimate(
     method : str
         ``single_shooting``, ``multiple_shooting``, ``collocation``, ``prediction_error`` or
         ``frequency_domain``; see `identification.estimation.methods.METHODS`.
-    optimiser : {"gauss_newton", "ipopt"}
+    optimiser : {"gauss_newton", "ipopt"}, optional
+        The first that the method runs with, if left out.
     start : Estimation, optional
         Begin where another fit of a study with the same unknowns ended.
     tolerance : float
@@ -79,6 +84,7 @@ def estimate(
     """
     begin = time.perf_counter()
     chosen = _method(method, optimiser, linear_solver)
+    optimiser = optimiser or chosen.optimisers[0]
     chosen.check(study)
     say = progress or (lambda text, fraction: None)
 
@@ -109,10 +115,12 @@ def estimate(
     return replace(result, seconds=time.perf_counter() - begin)
 
 
-def _method(name: str, optimiser: str, linear_solver: str) -> Method:
+def _method(name: str, optimiser: str | None, linear_solver: str) -> Method:
     if name not in METHODS:
         raise unknown_name("method", name, "estimate", METHODS)
     chosen = METHODS[name]
+    if optimiser is None:
+        optimiser = chosen.optimisers[0]
     if optimiser not in ("gauss_newton", "ipopt"):
         raise unknown_name("optimiser", optimiser, "estimate", ("gauss_newton", "ipopt"))
     if optimiser not in chosen.optimisers:
@@ -203,10 +211,20 @@ def _heard(
 ) -> tuple[Setting, bool]:
     """Return the setting that the fit asks for, and whether the sub-steps ask for another fit."""
     if solution.readings is not None:
-        return _reweighted(study, setting, stack, solution.readings), False
+        fine = _finer(study, setting, stack)
+        return _reweighted(study, fine, stack, solution.readings), fine is not setting
     now = solution.evaluations or stack.evaluate(solution.point)
     finer, moved = _refined(study, setting, stack, solution.point, now)
     return _reweighted(study, finer, stack, tuple(e.y for e in now)), moved
+
+
+def _finer(study: Study, setting: Setting, stack: Stack) -> Setting:
+    """Return more sub-steps for readings of a method of its own, unless the step is exact."""
+    if study.n_sub is not None or all(p.engine.exact_step for p in stack.problems):
+        return setting
+    steps = tuple(max(n, WITHOUT_FREE_RUN) for n in setting.n_sub)
+    same = steps == setting.n_sub
+    return setting if same else replace(setting, n_sub=steps, n_fine=steps)
 
 
 def _refined(
@@ -221,14 +239,15 @@ def _refined(
     if study.n_sub is not None or not np.isfinite(system.factor).all():
         return setting, False
     jacobian = stack.projected(now, point)
-    inverse = np.linalg.pinv(system.factor)
+    inverse = _root(stack, system.factor)
     # standard errors with the misfit as it is, not with the noise that was expected
     level = max(1.0, float(np.sqrt(stack.cost(now, point))))
     error = level * np.linalg.norm(inverse, axis=1) + 1e-300
     before = setting.corrected_at
     if before is not None and np.abs((point.theta - before) / error).max(initial=0.0) < NEAR:
         return setting, False
-    fine, corrections, moved = list(setting.n_fine), list(setting.corrections), False
+    few, moved = list(setting.n_sub), False
+    fine, corrections = list(setting.n_fine), list(setting.corrections)
     at = 0
     for r, (p, e) in enumerate(zip(stack.problems, now, strict=True)):
         rows = slice(at, at + e.residual.size)
@@ -257,20 +276,31 @@ def _refined(
             continue
         if step(found.residual - e.residual) > BIAS:
             old = corrections[r]
-            corrections[r] = found.y - (e.y if old is None else e.y - old)
-            moved = True
-            fine[r] = n
+            change = found.y - (e.y if old is None else e.y - old)
+            if _too_large(change, p):
+                few[r] = fine[r] = min(max(2 * few[r], WITHOUT_FREE_RUN), FINEST)
+                corrections[r] = None
+                moved = moved or few[r] > setting.n_sub[r]
+            else:
+                corrections[r], fine[r], moved = change, n, True
         else:
             fine[r] = max(fine[r], p.n_sub)
     finest = max(fine[: len(stack.problems)], default=1)
     judged = [max(n, finest) for n in setting.n_fine[len(stack.problems) :]]
     fine = [*fine[: len(stack.problems)], *judged]
-    steps = (*setting.n_sub[: len(stack.problems)], *judged)
+    steps = (*few[: len(stack.problems)], *judged)
     chosen = replace(
         setting, n_sub=steps, n_fine=tuple(fine), corrections=tuple(corrections),
         corrected_at=point.theta if moved else setting.corrected_at,
     )  # fmt: skip
     return chosen, moved
+
+
+def _too_large(change: Array, p: Problem) -> bool:
+    """Whether a correction is no small change any more: coarse steps, or an unstable plant."""
+    train = p.data.mask("train")
+    largest = np.abs(change[train]).max(axis=0)
+    return bool((largest > LARGEST_CORRECTION * np.ptp(p.data.readings[train], axis=0)).any())
 
 
 def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence[Array]) -> Setting:
@@ -348,7 +378,10 @@ def _finished(
     result = Estimation(
         study, setting, method.name, optimiser, status, point, covariance,
         _cost(stack, found, solution), solution.trace, estimates, nuisances, tuple(simulated),
-        (*notes, *solution.notes, *((words,) if words else ()), *_doubts(stack, found, solution)),
+        (
+            *notes, *solution.notes, *((words,) if words else ()),
+            *_doubts(stack, found, solution), *_cautions(study),
+        ),
     )  # fmt: skip
     judged = [
         simulate_validation(result.problem(i), result.values, result.mean_offsets, study.init)
@@ -377,13 +410,27 @@ def _doubts(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> li
 
 
 def _simulated(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tuple[Array, ...]:
-    """Return the readings of the free run; on windows the held-out ones get states of their own too."""
+    """Return the readings of the free run; held-out windows get states of their own too."""
     if all(p.window is None for p in stack.problems):
         return tuple(e.y for e in found)
     return tuple(
         evaluate(p, held_out_states(p, stack.local(point, r)), derivatives=False).y
         for r, p in enumerate(stack.problems)
     )
+
+
+def _cautions(study: Study) -> tuple[str, ...]:
+    """Return what the study cannot do as it is asked."""
+    said = []
+    if study.window is not None and study.nuisances.lags:
+        said.append("windows take no lags of sensors: they are held at zero")
+    own = [v.name for v in study.free if v.own]
+    if own and study.validation:
+        said.append(
+            f"validation recordings are simulated with {', '.join(own)} of "
+            f"{study.record_names[0]}: parameters of single recordings are not fitted to them"
+        )
+    return tuple(said)
 
 
 def _runs_away(stack: Stack, simulated: Sequence[Array]) -> bool:
@@ -411,12 +458,7 @@ def _covariance(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tu
     factor = stack.normal(found, point).factor
     if not np.isfinite(factor).all():
         return np.full((stack.n, stack.n), np.nan), ""
-    # by the triangle, not by its square: unstable plants leave no digits in that
-    lower, upper = stack.bounds
-    free = upper > lower  # nuisances that are switched off are known
-    size = np.linalg.norm(factor[:, free], axis=0) + 1e-300
-    root = np.zeros((stack.n, factor.shape[0]))
-    root[free] = np.linalg.pinv(factor[:, free] / size, rcond=1e-15) / size[:, None]
+    root = _root(stack, factor)
     inverse = root @ root.T
     residual = np.concatenate([e.residual for e in found])
     if not _coloured(stack, found):
@@ -429,6 +471,19 @@ def _covariance(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tu
         middle += np.outer(g, g)
     robust = inverse @ middle @ inverse * (len(parts) / (len(parts) - 1))
     return robust, "the residuals are coloured: intervals are robust ones (block sandwich)"
+
+
+def _root(stack: Stack, factor: Array) -> Array:
+    """Return the inverse of the triangle; ``root @ root.T`` is the covariance.
+
+    Its square would leave unstable plants no digits. Nuisances that are switched off are known.
+    """
+    lower, upper = stack.bounds
+    free = upper > lower
+    size = np.linalg.norm(factor[:, free], axis=0) + 1e-300
+    root = np.zeros((stack.n, factor.shape[0]))
+    root[free] = np.linalg.pinv(factor[:, free] / size, rcond=1e-15) / size[:, None]
+    return root
 
 
 def _coloured(stack: Stack, found: Sequence[Evaluation], lags: int = 20) -> bool:

@@ -23,7 +23,7 @@ from identification.residual import (
     offset_scale,
     parameters_at,
     slots,
-    windows,
+    start_point,
 )
 from identification.stack import Stack, Stacked, refine_states
 
@@ -257,12 +257,12 @@ def simulate_validation(
     Sensors keep the offsets they had in the fitted recordings; commands have none.
     """
     known = {n: v for n, v in values.items() if n in problem.engine.parameter_names}
-    made = replace(problem, starts=known, source_offsets=False)
+    made = replace(problem, starts=known, source_offsets=False, window=None)
     at = slots(made)
     theta = np.zeros(at.size)
     theta[at.delays] = [values.get(n, 0.0) / made.data.dt for n in made.delays]
     theta[at.offsets] = [offsets.get(n, 0.0) for n in made.data.names] / offset_scale(made)
-    states = np.tile(made.rest_state, (len(windows(made)), 1))
+    states = start_point(made).states
     point = Point(theta, states)
     if init and made.free_states.size:
         short = replace(made, data=made.data.first(init), window=None, correction=None)

@@ -358,6 +358,7 @@ class Study:
             fixed=tuple(n for n in names if n not in self.free_names),
             lags=self.nuisances.lags,
             offsets=self.nuisances.offsets,
+            window_offsets=True,
             clock=self.nuisances.clock,
             whitening=setting.whitening[i],
             priors=priors,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -84,17 +83,14 @@ def measured_response(problem: Problem, points: int = 60) -> Measured | None:
     at = np.array([int(np.flatnonzero(columns == order.index(n) + 1)[0]) for n in moving])
     u = np.stack([data.commands[n][train] for n in moving], axis=1)
     y = data.readings[train]
-    ways: tuple[Callable[[], Found | None], ...] = (
-        lambda: _periodic(u, y, data.dt, data.names, points),
-        lambda: _arbitrary(u, y, points),
-        lambda: _differenced(u, y, data.floor, points),
-    )
-    for way in ways:
-        found = way()
-        made = None if found is None else _judged(found, data.dt, at)
-        if made is not None and made.count >= LEAST:
-            return made
-    return None
+    found = _periodic(u, y, data.dt, data.names, points)
+    if found is not None and (made := _judged(found, data.dt, at)).count >= LEAST:
+        return made
+    others = (_arbitrary(u, y, points), _differenced(u, y, data.floor, points))
+    judged = [_judged(f, data.dt, at) for f in others if f is not None]
+    # a step looks like a transient, so that a local polynomial cannot tell them apart
+    judged = [m for m in judged if m.count >= LEAST]
+    return max(judged, key=lambda m: float(np.sum(m.weight**2)), default=None)
 
 
 def _judged(found: Found, dt: float, at: IntArray) -> Measured:

@@ -329,39 +329,67 @@ def _defects(made: Programme, w: Array) -> list[Array]:
 
 @dataclass(frozen=True, eq=False)
 class _System:
-    """Factored optimality system of the free unknowns, and their positions."""
+    """Optimality system with theta eliminated last.
+
+    Attributes
+    ----------
+    factor : SuperLU
+        Of trajectories and multipliers, in order of time.
+    order : ndarray of int
+        Their places in (unknowns, constraints), by time.
+    border : ndarray, shape (len(order), n_inner)
+        Their coupling to the free entries of theta.
+    inner : ndarray of int
+        Free entries of theta.
+    covariance : ndarray, shape (n, n)
+        Zero where theta is held.
+    """
 
     factor: Any
-    free: Array
-    rows: int
+    order: Array
+    border: Array
+    inner: Array
     covariance: Array
+    count: int
+
+    def moved(self, gap: Array, n_w: int) -> Array:
+        """How far theta moves if the constraints are moved by `gap`."""
+        right = np.concatenate([np.zeros(n_w), gap])[self.order]
+        across = -self.border.T @ self.factor.solve(right)
+        return np.asarray(
+            self.covariance[np.ix_(self.inner, self.inner)] @ across * self.count
+        )
 
 
 def _system(runner: _Runner, found: _Found) -> _System | None:
-    """Factor the optimality system; covariance of theta is zero where theta is held."""
+    """Factor the optimality system; None if that fails."""
     if not found.done:
         return None
-    solver, n = runner.first, runner.made.stack.n
+    solver, made = runner.first, runner.made
+    n, n_w, count = made.stack.n, made.w.numel(), made.count
     j = solver.get_function("nlp_jac_g")(found.w, found.p)[1].sparse().tocsc()
     upper = solver.get_function("nlp_hess_l")(found.w, found.p, 1.0, found.multipliers)
     upper = upper.sparse().tocsc()
     h = upper + sparse.triu(upper, 1).T
     moving = runner.upper > runner.lower
     moving[:n] &= (found.w[:n] > runner.lower[:n] + EDGE) & (found.w[:n] < runner.upper[:n] - EDGE)
-    free = np.flatnonzero(moving)
+    inner = np.flatnonzero(moving[:n])
+    whole = sparse.bmat([[h, j.T], [j, None]], format="csc")
+    when = np.concatenate(made.times())
+    chosen = np.concatenate([moving, np.ones(j.shape[0], bool)])
+    chosen[:n] = False
+    order = np.flatnonzero(chosen)
+    order = order[np.argsort(when[order], kind="stable")]
+    border = whole[:, inner].toarray()
     try:
-        factor = splu(
-            sparse.bmat([[h[free][:, free], j[:, free].T], [j[:, free], None]], format="csc"),
-            permc_spec="MMD_AT_PLUS_A",
-        )
-    except RuntimeError:
+        factor = splu(whole[order][:, order].tocsc(), permc_spec="NATURAL")
+        across = border[order].T @ factor.solve(border[order])
+        inverse = np.linalg.inv(border[inner] - across) / count
+    except (RuntimeError, np.linalg.LinAlgError):
         return None
-    inner = free[free < n]
-    unit = np.zeros((free.size + j.shape[0], inner.size))
-    unit[np.arange(inner.size), np.arange(inner.size)] = 1.0
-    whole = np.zeros((n, n))
-    whole[np.ix_(inner, inner)] = factor.solve(unit)[: inner.size] / runner.made.count
-    return _System(factor, free, j.shape[0], whole)
+    covariance = np.zeros((n, n))
+    covariance[np.ix_(inner, inner)] = inverse
+    return _System(factor, order, border[order], inner, covariance, count)
 
 
 def _shift(runner: _Runner, found: _Found, system: _System | None) -> tuple[float, list[Array]]:
@@ -379,10 +407,9 @@ def _shift(runner: _Runner, found: _Found, system: _System | None) -> tuple[floa
         right.append(np.zeros(record.step.n_z))
         if record.problem.initial == "rest":
             right.append(np.zeros(n_x))
-    moved = system.factor.solve(np.concatenate([np.zeros(system.free.size), *right]))
-    inner = system.free[system.free < made.stack.n]
-    error = np.sqrt(np.maximum(np.diag(system.covariance)[inner], 1e-300))
-    return float((np.abs(moved[: inner.size]) / error).max(initial=0.0)), defects
+    moved = system.moved(np.concatenate(right), made.w.numel())
+    error = np.sqrt(np.maximum(np.diag(system.covariance)[system.inner], 1e-300))
+    return float((np.abs(moved) / error).max(initial=0.0)), defects
 
 
 def _solution(

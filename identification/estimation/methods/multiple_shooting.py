@@ -92,7 +92,8 @@ class MultipleShooting(Method):
             f"the free run diverges from the windows ({why}): the readings shown are those of the "
             "joined windows",
         )
-        return Solution(point, status, trace, _information(system, stack.n), notes, now.readings)
+        covariance = _information(whole, cut, system)
+        return Solution(point, status, trace, covariance, notes, now.readings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -438,14 +439,19 @@ def _descend(
     return nodes, status, tuple(trace), system
 
 
-def _information(system: _System, n: int) -> Array:
+def _information(stack: Stack, cut: list[list[slice]], system: _System) -> Array:
     """Covariance of theta under the constraints: a block of the inverse optimality system."""
-    size = system.gram.diagonal()
-    h = system.gram + sparse.diags(np.full(size.size, 1e-14 * size.max()))
-    matrix = sparse.bmat([[h, system.joint.T], [system.joint, None]], format="csc")
-    unit = np.zeros((matrix.shape[0], n))
-    unit[:n] = np.eye(n)
+    n, (lower, upper) = stack.n, stack.bounds
+    free = _held(stack, cut, upper <= lower)
+    size = system.gram.diagonal()[free]
+    h = system.gram[free][:, free] + sparse.diags(np.full(size.size, 1e-14 * size.max()))
+    joint = system.joint[:, free]
+    matrix = sparse.bmat([[h, joint.T], [joint, None]], format="csc")
+    at = np.flatnonzero(free[:n])
+    unit = np.eye(matrix.shape[0], at.size)
+    found = np.zeros((n, n))
     try:
-        return np.asarray(splu(matrix).solve(unit)[:n])
+        found[np.ix_(at, at)] = splu(matrix).solve(unit)[: at.size]
     except RuntimeError:
         return np.full((n, n), np.nan)
+    return found

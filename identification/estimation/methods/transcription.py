@@ -167,6 +167,19 @@ class Programme:
             parts += [first, v.ravel(order="F")]
         return np.concatenate(parts)
 
+    def times(self) -> tuple[Array, Array]:
+        """Order in time of the unknowns and of the constraints, as numbers."""
+        unknowns, constraints, base = [np.zeros(self.stack.n)], [], 0.0
+        for r in self.records:
+            many = r.size * STAGES
+            by_step = base + 1.0 + np.repeat(np.arange(r.steps), many)
+            unknowns += [np.full(r.size, base), by_step]
+            constraints.append(by_step)
+            tied = r.step.n_z + (r.step.n_x if r.problem.initial == "rest" else 0)
+            constraints.append(np.full(tied, base))
+            base += r.steps + 2.0
+        return np.concatenate(unknowns), np.concatenate(constraints)
+
     def parameters(self, allowed: list[Array], theta: Array) -> Array:
         """Values of ``p``: defects (n_x, steps) of each record, rest states at theta."""
         parts = []
