@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.covariance import information_root, sandwich
 from identification.levenberg_marquardt import Descent, Status, minimise
 from identification.problem import Problem
 from identification.residual import Point, evaluate, offset_scale, parameters_at, slots, start_point
@@ -120,8 +121,7 @@ def _estimates(
     """Values with intervals from the block sandwich: right for coloured residuals too."""
     problem, (lower, upper) = stack.problems[0], stack.bounds
     at = slots(problem)
-    covariance = sandwich(stack, made)
-    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    sd = np.sqrt(_variances(stack, made))
     found: list[Estimate] = []
     nuisances: list[Estimate] = []
     for i, f in enumerate(problem.free):
@@ -154,21 +154,13 @@ def _estimates(
     return tuple(found), tuple(nuisances)
 
 
-def sandwich(stack: Stack, made: Descent, blocks: int = 40) -> Array:
-    """Return the covariance of theta, shape (n, n): the larger of information and block sandwich.
-
-    Blocks of consecutive residuals may be correlated within; White, Econometrica 48 (1980) 817.
-    """
+def _variances(stack: Stack, made: Descent) -> Array:
+    """Return the variance of every unknown: the larger of information and block sandwich."""
     factor = stack.normal(made.evaluations, made.point).factor
-    inverse = np.linalg.pinv(factor.T @ factor + 1e-12 * np.eye(stack.n), hermitian=True)
-    jacobian = stack.projected(made.evaluations, made.point)
-    residual = np.concatenate([e.residual for e in made.evaluations])
-    middle = np.zeros_like(inverse)
-    for part in np.array_split(np.arange(residual.size), blocks):
-        g = jacobian[part].T @ residual[part]
-        middle += np.outer(g, g)
-    robust = inverse @ middle @ inverse
-    return np.asarray(np.maximum(np.diag(np.diag(inverse)), np.diag(np.diag(robust))))
+    root = information_root(stack, factor)
+    inverse = root @ root.T
+    robust = sandwich(stack, made.evaluations, made.point, inverse)
+    return np.asarray(np.maximum(np.diag(inverse), np.diag(robust)))
 
 
 def best(fits: list[Fit]) -> Fit:

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.simulate import HOLDS
+from identification.covariance import information_root, sandwich
 from identification.estimation.methods import METHODS
 from identification.estimation.methods.method import Method, Options, Solution
 from identification.estimation.noise import autoregressive, innovations
@@ -31,7 +32,6 @@ ROUNDS = 8
 ROUGH = 1e-3
 """Tolerance while noise and sub-steps are not settled."""
 FINEST = 64
-BLOCKS = 40
 FAR = 100.0
 NEAR = 1.0
 """A correction holds while no unknown has moved by more standard errors than this."""
@@ -195,7 +195,7 @@ def _best_hold(
     made: dict[str, Made] = {}
     for hold in HOLDS:
         steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_sub)
-        trial = replace(setting, hold=hold, n_sub=steps)
+        trial = replace(setting, hold=hold, n_sub=steps, n_fine=steps)
         made[hold] = _solve(study, method, options, trial, point)
         if made[hold][2].status is Status.CANCELLED:
             break
@@ -220,7 +220,8 @@ def _heard(
 
 def _finer(study: Study, setting: Setting, stack: Stack) -> Setting:
     """Return more sub-steps for readings of a method of its own, unless the step is exact."""
-    if study.n_sub is not None or all(p.engine.exact_step for p in stack.problems):
+    exact = setting.hold != "band-limited" and all(p.engine.exact_step for p in stack.problems)
+    if exact or study.n_sub is not None:
         return setting
     steps = tuple(max(n, WITHOUT_FREE_RUN) for n in setting.n_sub)
     same = steps == setting.n_sub
@@ -239,7 +240,7 @@ def _refined(
     if study.n_sub is not None or not np.isfinite(system.factor).all():
         return setting, False
     jacobian = stack.projected(now, point)
-    inverse = _root(stack, system.factor)
+    inverse = information_root(stack, system.factor)
     # standard errors with the misfit as it is, not with the noise that was expected
     level = max(1.0, float(np.sqrt(stack.cost(now, point))))
     error = level * np.linalg.norm(inverse, axis=1) + 1e-300
@@ -451,39 +452,16 @@ def _cost(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> floa
 
 
 def _covariance(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tuple[Array, str]:
-    """Inverse information; the block sandwich where the residuals are coloured.
-
-    White, Econometrica 48 (1980) 817; blocks of consecutive residuals may be correlated within.
-    """
+    """Inverse information; the block sandwich where the residuals are coloured."""
     factor = stack.normal(found, point).factor
     if not np.isfinite(factor).all():
         return np.full((stack.n, stack.n), np.nan), ""
-    root = _root(stack, factor)
+    root = information_root(stack, factor)
     inverse = root @ root.T
-    residual = np.concatenate([e.residual for e in found])
     if not _coloured(stack, found):
         return inverse, ""
-    jacobian = stack.projected(found, point)
-    middle = np.diag(stack.prior[0] ** 2)  # the priors' own part: unexcited numbers stay unknown
-    parts = np.array_split(np.arange(residual.size), BLOCKS)
-    for part in parts:
-        g = jacobian[part].T @ residual[part]
-        middle += np.outer(g, g)
-    robust = inverse @ middle @ inverse * (len(parts) / (len(parts) - 1))
+    robust = sandwich(stack, found, point, inverse)
     return robust, "the residuals are coloured: intervals are robust ones (block sandwich)"
-
-
-def _root(stack: Stack, factor: Array) -> Array:
-    """Return the inverse of the triangle; ``root @ root.T`` is the covariance.
-
-    Its square would leave unstable plants no digits. Nuisances that are switched off are known.
-    """
-    lower, upper = stack.bounds
-    free = upper > lower
-    size = np.linalg.norm(factor[:, free], axis=0) + 1e-300
-    root = np.zeros((stack.n, factor.shape[0]))
-    root[free] = np.linalg.pinv(factor[:, free] / size, rcond=1e-15) / size[:, None]
-    return root
 
 
 def _coloured(stack: Stack, found: Sequence[Evaluation], lags: int = 20) -> bool:

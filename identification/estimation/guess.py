@@ -19,6 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from bondgraph.signals import Split
 from identification.engine import ExactEngine
+from identification.estimation.guessing.law_trials import law_trials
 from identification.estimation.guessing.matching import Matching, matched
 from identification.estimation.guessing.measured import measured_response
 from identification.estimation.study import Study
@@ -86,6 +87,19 @@ def guess(study: Study, seed: int = 0, progress: Progress | None = None) -> Stud
     See Also
     --------
     explained_guess : the same with words and misfits.
+
+    Examples
+    --------
+    >>> from actuators.textbook import thermal_lag
+    >>> from bondgraph import Recording
+    >>> from bondgraph.simulate import simulate
+    >>> t = 0.02 * np.arange(1000)
+    >>> u = np.sign(np.sin(2.0 * t) + np.sin(5.1 * t))
+    >>> y = simulate(thermal_lag(resistance=2.0), t, {"u": u})["y"]
+    >>> record = Recording.from_arrays("oven", {"t_s": t, "u[V]": u, "y[V]": y})
+    >>> found = guess(Study(thermal_lag(gain=40.0, resistance=0.05), record))
+    >>> abs(found.starts["R_th"] / 2.0 - 1.0) < 0.01
+    True
     """
     return explained_guess(study, seed, progress).study
 
@@ -107,7 +121,10 @@ def _guessed(study: Study, seed: int, say: Progress) -> Guess:
     declared = stack.start()
     words: list[str] = []
     say("start values: measuring responses", 0.05)
-    points = [declared.theta, *_from_responses(stack, declared, seed, words)]
+    seen = _from_responses(stack, declared, seed, words)
+    points = [declared.theta, *seen]
+    say("start values: sizes of laws", 0.25)
+    points += law_trials(stack, points[1] if seen else points[0], _hidden(stack), seed)
     best: Descent | None = None
     for i, theta in enumerate(points):
         say(f"start values: trial {i + 1} of {len(points)}", 0.3 + 0.5 * i / len(points))
@@ -147,6 +164,7 @@ def _shortened(study: Study) -> Study:
 def _from_responses(stack: Stack, declared: Stacked, seed: int, words: list[str]) -> list[Array]:
     """Return unknowns that match the measured responses, best first; none where that fails."""
     if not all(isinstance(p.engine, ExactEngine) for p in stack.problems):
+        words.append("the model has no linear rest to match responses with")
         return []
     measured = tuple(measured_response(p) for p in stack.problems)
     vary = _visible(stack)
@@ -176,6 +194,19 @@ def _visible(stack: Stack) -> list[int]:
             if seen[names.index(f.parameter.name)] and not nuisance:
                 found.add(int(i))
     return sorted(found)
+
+
+def _hidden(stack: Stack) -> list[int]:
+    """Unknowns of laws alone."""
+    if not all(isinstance(p.engine, ExactEngine) for p in stack.problems):
+        return []
+    found: set[int] = set()
+    for p, at in zip(stack.problems, stack.columns, strict=True):
+        assert isinstance(p.engine, ExactEngine)
+        compiled = p.engine.compiled
+        names = {compiled.parameter_names[i] for i in compiled.law_parameters}
+        found |= {int(i) for i, f in zip(at, p.free, strict=False) if f.parameter.name in names}
+    return sorted(found - set(_visible(stack)))
 
 
 def _good(stack: Stack, made: Descent) -> bool:

@@ -368,6 +368,8 @@ class Study:
 
     def _built(self, made: Problem) -> Problem:
         """Give the problem its engine, derived once for each choice of sensors."""
+        if made.source_offsets:
+            return made  # offsets are bounded by the commands of each record
         key = made.data.names
         if key not in self._engines:
             self._engines[key] = made.engine

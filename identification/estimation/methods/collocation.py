@@ -45,6 +45,8 @@ MOST_STEPS = 16
 """Largest number of steps a sample."""
 COARSE = 0.3
 """Steps are halved while their error moves an unknown by more of its standard error than this."""
+LOOSE = 30.0
+"""The same while noise is not known yet."""
 CLOSE = 3e-4
 """Defects are corrected until none moves by more of its standard error than this."""
 CORRECTIONS = 6
@@ -101,6 +103,7 @@ class Collocation(Method):
         start = replace(start, theta=np.clip(start.theta, lower, upper))
         n_sub, records, w = 1, *_begin(stack, start, 1)
         trace: list[float] = []
+        coarse = COARSE if options.tolerance <= ROUGH else LOOSE
         while True:
             made = programme(stack, records, w[: stack.n])
             runner = _Runner(self, made, options, trace)
@@ -108,7 +111,7 @@ class Collocation(Method):
             found = runner.run(w, allowed)
             system = _system(runner, found)
             shift, defects = _shift(runner, found, system)
-            if not (found.done and shift > COARSE and n_sub < MOST_STEPS):
+            if not (found.done and shift > coarse and n_sub < MOST_STEPS):
                 break
             n_sub *= 2
             records, w = _finer(stack, made, records, found.w, n_sub)
@@ -356,9 +359,7 @@ class _System:
         """How far theta moves if the constraints are moved by `gap`."""
         right = np.concatenate([np.zeros(n_w), gap])[self.order]
         across = -self.border.T @ self.factor.solve(right)
-        return np.asarray(
-            self.covariance[np.ix_(self.inner, self.inner)] @ across * self.count
-        )
+        return np.asarray(self.covariance[np.ix_(self.inner, self.inner)] @ across * self.count)
 
 
 def _system(runner: _Runner, found: _Found) -> _System | None:

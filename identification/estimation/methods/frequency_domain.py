@@ -1,4 +1,4 @@
-"""Maximum likelihood on the lines of periodic records: no simulation while the fit goes on.
+"""Maximum likelihood on the lines of periodic records; linear models need no simulation.
 
 Residuals are ``(Y - G(theta) U - T(theta)) / sigma`` line by line (Pintelon and Schoukens, System
 Identification, 2nd ed. (2012), chapter 9), with sigma from what changes between the periods.
@@ -14,7 +14,17 @@ from scipy import stats
 
 from identification.estimation.methods.line_response import line_evaluation
 from identification.estimation.methods.method import Method, Options, Solution
-from identification.estimation.methods.periodic_lines import Lines, lines_of, require_linear
+from identification.estimation.methods.periodic_lines import (
+    Lines,
+    has_laws,
+    lines_of,
+    require_lines,
+)
+from identification.estimation.methods.steady_response import (
+    Course,
+    settled_course,
+    steady_evaluation,
+)
 from identification.estimation.study import Setting, Study
 from identification.levenberg_marquardt import Descent, minimise
 from identification.problem import Problem
@@ -28,21 +38,23 @@ Array = np.ndarray
 
 @final
 class FrequencyDomain(Method):
-    """For linear models and periodic records; a run-in is left out, or fitted where it must be.
+    """For periodic records; a run-in is left out, or fitted where it must be (linear models).
 
     The commands count as exact; offsets of sensors and of integrating states carry no
     information and are found afterwards. Noise must be smooth in frequency, not white.
     """
 
     name: ClassVar[str] = "frequency_domain"
-    memory: ClassVar[str] = "linear models only: laws, with or without memory, are refused"
+    memory: ClassVar[str] = (
+        "the commands repeat until memory runs its closed course; only that period is compared"
+    )
 
     def check(self, study: Study) -> None:
         """Refuse laws, windows, clocks of their own and records that do not repeat."""
         setting = study.first_setting
         for r in range(len(study.recordings)):
             problem = study.problem(r, setting)
-            require_linear(problem)
+            require_lines(problem)
             lines_of(problem)
 
     def solve(
@@ -51,7 +63,11 @@ class FrequencyDomain(Method):
         """Descend on the lines, then find states and offsets of the free run."""
         lines = tuple(lines_of(p) for p in stack.problems)
         problems = tuple(_with_transient(p, f) for p, f in zip(stack.problems, lines, strict=True))
-        fit = _LineStack(problems, stack.names, stack.columns, stack.factors, lines)
+        courses = tuple(
+            settled_course(p, f, stack.local(start, r)) if has_laws(p) else None
+            for r, (p, f) in enumerate(zip(problems, lines, strict=True))
+        )
+        fit = _LineStack(problems, stack.names, stack.columns, stack.factors, lines, courses)
         # states count from the steady course here
         states = tuple(p.rest_state[None, :] for p in problems)
         made = minimise(
@@ -61,7 +77,9 @@ class FrequencyDomain(Method):
         covariance, notes = _covariance(fit, made)
         point = _free_run(stack, Stacked(made.point.theta, start.states))
         readings = None
-        if setting.hold != "band-limited":  # otherwise sub-steps are still to be refined
+        if setting.hold != "band-limited" and not any(
+            courses
+        ):  # otherwise sub-steps are still to be refined
             readings = tuple(e.y for e in stack.evaluate(point, derivatives=False))
         words = tuple(dict.fromkeys(f.words for f in lines))
         return Solution(point, made.status, made.trace, covariance, (*words, *notes), readings)
@@ -73,13 +91,18 @@ class _LineStack(Stack):
     """A stack whose residuals are those of the lines."""
 
     lines: tuple[Lines, ...] = ()
+    courses: tuple[Course | None, ...] = ()
 
     def evaluate(self, point: Stacked, *, derivatives: bool = True) -> tuple[Evaluation, ...]:
         """Return the residuals of all lines of all records."""
-        return tuple(
-            line_evaluation(p, f, self.local(point, r), derivatives=derivatives)
-            for r, (p, f) in enumerate(zip(self.problems, self.lines, strict=True))
-        )
+        found = []
+        for r, (p, f, c) in enumerate(zip(self.problems, self.lines, self.courses, strict=True)):
+            local = self.local(point, r)
+            if c is None:
+                found.append(line_evaluation(p, f, local, derivatives=derivatives))
+            else:
+                found.append(steady_evaluation(p, f, c, local, derivatives=derivatives))
+        return tuple(found)
 
 
 def _with_transient(problem: Problem, lines: Lines) -> Problem:
@@ -87,11 +110,8 @@ def _with_transient(problem: Problem, lines: Lines) -> Problem:
     wanted: str | tuple[str, ...] = "free" if lines.transient else ()
     if problem.initial == wanted:
         return problem
-    made = replace(problem, initial=wanted)
     # the derived model is the same: it need not be derived once more
-    made.__dict__["engine"] = problem.engine
-    made.__dict__["compiled"] = problem.compiled
-    return made
+    return replace(problem, initial=wanted, built=problem.engine)
 
 
 def _covariance(fit: _LineStack, made: Descent) -> tuple[Array, tuple[str, ...]]:
@@ -120,7 +140,10 @@ def _covariance(fit: _LineStack, made: Descent) -> tuple[Array, tuple[str, ...]]
 
 
 def _free_run(stack: Stack, point: Stacked) -> Stacked:
-    """Fit initial states and, where they are free, offsets to the free run: linear in both."""
+    """Fit initial states and, where they are free, offsets to the free run.
+
+    Linear models are linear in both; with laws the step is kept only if it helps.
+    """
     theta, states = point.theta.copy(), [s.copy() for s in point.states]
     lower, upper = stack.bounds
     for r, (p, e) in enumerate(zip(stack.problems, stack.evaluate(point), strict=True)):
@@ -136,4 +159,8 @@ def _free_run(stack: Stack, point: Stacked) -> Stacked:
         theta[stack.columns[r][at]] += step[: at.size] / stack.factors[r][at]
         if free.size:
             states[r][0, free] += step[at.size :] * scale
-    return Stacked(np.clip(theta, lower, upper), tuple(states))
+    moved = Stacked(np.clip(theta, lower, upper), tuple(states))
+    if any(has_laws(p) for p in stack.problems):
+        costs = [stack.cost(stack.evaluate(p, derivatives=False), p) for p in (point, moved)]
+        return moved if costs[1] < costs[0] else point
+    return moved

@@ -32,7 +32,7 @@ from identification.residual import (
     slots,
 )
 
-__all__ = ["line_evaluation"]
+__all__ = ["line_evaluation", "line_rows"]
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -76,7 +76,7 @@ def line_evaluation(
     scale = offset_scale(problem)
     offsets = point.theta[at.offsets] * scale * lines.period
     mean = lines.omega == 0.0
-    residual = _rows(lines, lines.y - shown - mean[:, None] * offsets)
+    residual = line_rows(lines, lines.y - shown - mean[:, None] * offsets)
     if not derivatives:
         return Evaluation(np.zeros((0, n_y)), residual, np.zeros((residual.size, 0)), [])
     block = np.zeros((periods, z.size, n_y, at.size), complex)
@@ -93,14 +93,14 @@ def line_evaluation(
             block[:, :, c, at.delays.start + j] = by_lag[:, :, c]
     states = np.zeros((residual.size, 0))
     if lines.transient:
-        states = _rows(lines, by_state * turn[:, :, None])
+        states = line_rows(lines, by_state * turn[:, :, None])
     return Evaluation(
-        np.zeros((0, n_y)), residual, _rows(lines, block), [(slice(0, residual.size), states)]
+        np.zeros((0, n_y)), residual, line_rows(lines, block), [(slice(0, residual.size), states)]
     )
 
 
-def _rows(lines: Lines, values: ComplexArray) -> Array:
-    """Real and imaginary parts over their deviation; (Q, F, n_y, ...) to (rows, ...)."""
+def line_rows(lines: Lines, values: ComplexArray) -> Array:
+    """Return real and imaginary parts over their deviation; (Q, F, n_y, ...) to (rows, ...)."""
     extra = values.ndim - 3
     deviation = np.sqrt(lines.variance / 2.0).reshape(*lines.variance.shape, *(1,) * extra)
     scaled = values / deviation

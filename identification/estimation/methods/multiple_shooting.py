@@ -56,7 +56,12 @@ class MultipleShooting(Method):
     )
 
     def check(self, study: Study) -> None:
-        """Refuse declared dead times: they reach over the edges of windows."""
+        """Refuse windows of the study, and dead times: they reach over the edges of windows."""
+        if study.window is not None:
+            raise UnusableInput(
+                f"multiple_shooting joins windows of its own, but window = {study.window} is for "
+                "states that need not join; leave window out, or use method='single_shooting'"
+            )
         for e in study.graph.elements.values():
             drive = getattr(e, "drive", None)
             if getattr(e, "delay", None) or (drive is not None and drive.delay):
@@ -69,7 +74,7 @@ class MultipleShooting(Method):
         self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
     ) -> Solution:
         """Close the gaps, then finish with the free run where it is as good."""
-        cut = [_windows(p, study.window) for p in stack.problems]
+        cut = [_windows(p) for p in stack.problems]
         whole = replace(stack, problems=tuple(replace(p, window=None) for p in stack.problems))
         begin = _Nodes(start.theta, [_observed(whole, start, r, c) for r, c in enumerate(cut)])
         near, approach, cancelled = _approached(whole, cut, begin, options)
@@ -119,10 +124,10 @@ class _Sweep:
     joints: list[tuple[int, Array, Array, Array]]
 
 
-def _windows(problem: Problem, wanted: int | None) -> list[slice]:
+def _windows(problem: Problem) -> list[slice]:
     """Windows that share their edges: the last sample of one is the first of the next."""
     n = problem.data.n
-    length = wanted or max(SHORTEST, n // WINDOWS)
+    length = max(SHORTEST, n // WINDOWS)
     count = max(1, round((n - 1) / length))
     edges = np.linspace(0, n - 1, count + 1).astype(int)
     return [slice(int(a), int(b) + 1) for a, b in pairwise(edges)]

@@ -15,15 +15,17 @@ from identification.engine import ExactEngine
 from identification.frequency.periods import Periods, cut, run_in
 from identification.problem import Problem
 
-__all__ = ["Lines", "lines_of", "require_linear"]
+__all__ = ["Lines", "has_laws", "lines_of", "require_lines"]
 
 Array = NDArray[np.float64]
 EXCITED = 1e-3
 """Lines count from this share of the largest amplitude of a command on."""
 FREEDOM = 30
 """Neighbouring lines share a variance until it has so many degrees of freedom."""
-REPEATS = 1e-2
+REPEATS = 3e-2
 """Largest change of a command from period to period, in its spreads."""
+HARMONICS = 3
+"""With laws all lines count, up to so many times the highest excited one."""
 OTHER = "use method='single_shooting'"
 
 
@@ -35,8 +37,10 @@ class Lines:
     ----------
     omega : ndarray, shape (F,)
         Angle a sample, rad; 0 only if the mean is fitted.
-    u : ndarray, shape (F, n_u), complex
+    drive : ndarray, shape (N, n_u)
         Mean period of the inputs.
+    u : ndarray, shape (F, n_u), complex
+        Its spectrum.
     y : ndarray, shape (Q, F, n_y), complex
         The mean period (Q = 1), or all periods if a transient is fitted.
     variance : ndarray, shape (F, n_y)
@@ -48,6 +52,7 @@ class Lines:
     """
 
     omega: Array
+    drive: Array
     u: NDArray[np.complex128]
     y: NDArray[np.complex128]
     variance: Array
@@ -57,7 +62,7 @@ class Lines:
     words: str
 
 
-def require_linear(problem: Problem) -> None:
+def require_lines(problem: Problem) -> None:
     """Refuse models and studies that have no lines of their own.
 
     Raises
@@ -67,13 +72,7 @@ def require_linear(problem: Problem) -> None:
     """
     name = problem.graph.name
     if not isinstance(problem.engine, ExactEngine):
-        raise UnusableInput(f"frequency_domain: {name} is not linear; {OTHER}")
-    if problem.engine.compiled.n_w:
-        laws = ", ".join(port.element for port in problem.engine.compiled.space.laws)
-        raise UnusableInput(
-            f"frequency_domain: {name} has laws that are not linear ({laws}), which mix the lines; "
-            + OTHER
-        )
+        raise UnusableInput(f"frequency_domain: {name} is not linear up to laws; {OTHER}")
     if problem.window is not None:
         raise UnusableInput("frequency_domain: windows break the periods; leave window= out")
     if problem.clock:
@@ -85,6 +84,12 @@ def require_linear(problem: Problem) -> None:
         if re.fullmatch(r"ramp\d*", source):
             raise UnusableInput(f"frequency_domain: {name} drifts ({source}), which never repeats; "
                                 f"{OTHER}")  # fmt: skip
+
+
+def has_laws(problem: Problem) -> bool:
+    """Whether a law mixes the lines."""
+    assert isinstance(problem.engine, ExactEngine)
+    return problem.engine.compiled.n_w > 0
 
 
 def lines_of(problem: Problem) -> Lines:
@@ -116,9 +121,18 @@ def lines_of(problem: Problem) -> Lines:
     _require_repeating(every, moving, data.name)
     n = every.period
     start = train.stop - settled.count * n
-    u = np.fft.rfft(problem.inputs[start : train.stop].reshape(settled.count, n, -1).mean(axis=0),
-                    axis=0)  # fmt: skip
+    drive = problem.inputs[start : train.stop].reshape(settled.count, n, -1).mean(axis=0)
+    u = np.fft.rfft(drive, axis=0)
     y = np.stack([np.fft.rfft(settled.channels[c], axis=1) for c in data.names], axis=2)
+    if has_laws(problem):
+        if transient:
+            raise UnusableInput(
+                f"frequency_domain: {data.name} has {every.count} periods, and a model with laws "
+                f"needs two settled ones after its run-in, three in all; {OTHER}"
+            )
+        if problem.correction is not None:
+            change = problem.correction[start : train.stop].reshape(settled.count, n, -1)
+            y = y - np.fft.rfft(change, axis=1)
     at = _chosen(problem, u, n)
     omega = 2.0 * np.pi * at / n
     if transient:
@@ -129,7 +143,15 @@ def lines_of(problem: Problem) -> Lines:
     # a record without noise still has that of its arithmetic
     least = (1e-9 * np.abs(y).max(axis=(0, 1))) ** 2 + 1e-300
     return Lines(
-        omega, u[at], y[:, at], np.maximum(variance, least), n, settled.count, transient, words
+        omega,
+        drive,
+        u[at],
+        y[:, at],
+        np.maximum(variance, least),
+        n,
+        settled.count,
+        transient,
+        words,
     )
 
 
@@ -163,6 +185,8 @@ def _chosen(problem: Problem, u: NDArray[np.complex128], n: int) -> NDArray[np.i
     wanted = (size > EXCITED * np.maximum(size.max(axis=0), 1e-300)).any(axis=1)
     wanted[(n + 1) // 2 :] = False  # the Nyquist line has no phase
     at = np.flatnonzero(wanted)
+    if has_laws(problem):
+        at = np.arange(1, min(HARMONICS * int(at[-1]), (n - 1) // 2) + 1)
     offsets_free = problem.nuisances and problem.offsets
     if not offsets_free and not _integrates(problem):
         at = np.concatenate([[0], at])

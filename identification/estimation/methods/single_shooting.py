@@ -26,7 +26,7 @@ class SingleShooting(Method):
         if study.window is not None and study.initial != "free":
             raise UnusableInput(
                 f"window = {study.window} gives every window a free initial state, but initial = "
-                f"{study.initial!r}; leave window out, or use method='multiple_shooting'"
+                f"{study.initial!r}; leave window out, or initial free"
             )
 
     def solve(

@@ -277,9 +277,7 @@ def _start(
     return [STATE_WEIGHT * unit[free] * (first[free] - rest[free])]
 
 
-def _seen(
-    stack: Stack, r: int, record: Record, theta: ca.MX, nodes: ca.MX, begin: Array
-) -> ca.MX:
+def _seen(stack: Stack, r: int, record: Record, theta: ca.MX, nodes: ca.MX, begin: Array) -> ca.MX:
     """Readings at the samples with lags and offsets, shape (n_y, last)."""
     n_x, problem, n = record.step.n_x, record.problem, record.last
     at = slots(problem)

@@ -1,0 +1,52 @@
+"""Covariance of the unknowns of a stack: inverse information and block sandwich."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.residual import Evaluation
+from identification.stack import Stack, Stacked
+
+__all__ = ["information_root", "sandwich"]
+
+Array = np.ndarray
+BLOCKS = 40
+
+
+def information_root(stack: Stack, factor: Array) -> Array:
+    """Return the inverse of the triangle of `Stack.normal`; ``root @ root.T`` is the covariance.
+
+    The square of the triangle would leave unstable plants no digits. Nuisances that are switched
+    off are known, and have no variance.
+    """
+    lower, upper = stack.bounds
+    free = upper > lower
+    size = np.linalg.norm(factor[:, free], axis=0) + 1e-300
+    root = np.zeros((stack.n, factor.shape[0]))
+    root[free] = np.linalg.pinv(factor[:, free] / size, rcond=1e-15) / size[:, None]
+    return root
+
+
+def sandwich(
+    stack: Stack, evaluations: Sequence[Evaluation], point: Stacked, inverse: Array
+) -> Array:
+    """Return the covariance that holds for coloured residuals too, shape (n, n).
+
+    Blocks of consecutive residuals may be correlated within; White, Econometrica 48 (1980) 817.
+    The priors keep their own part, so that numbers the data do not excite stay unknown.
+
+    Parameters
+    ----------
+    inverse : ndarray, shape (n, n)
+        Inverse information.
+    """
+    jacobian = stack.projected(evaluations, point)
+    residual = np.concatenate([e.residual for e in evaluations])
+    middle = np.diag(stack.prior[0] ** 2)
+    parts = np.array_split(np.arange(residual.size), BLOCKS)
+    for part in parts:
+        g = jacobian[part].T @ residual[part]
+        middle += np.outer(g, g)
+    return np.asarray(inverse @ middle @ inverse * (BLOCKS / (BLOCKS - 1)))
