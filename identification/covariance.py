@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from identification.block_scores import block_rows, block_scores, blocks_for, student
 from identification.residual import Evaluation
 from identification.stack import Stack, Stacked
 
 __all__ = ["information_root", "sandwich"]
 
 Array = np.ndarray
-BLOCKS = 40
 
 
 def information_root(stack: Stack, factor: Array) -> Array:
@@ -34,8 +34,8 @@ def sandwich(
 ) -> Array:
     """Return the covariance that holds for coloured residuals too, shape (n, n).
 
-    Blocks of consecutive residuals may be correlated within; White, Econometrica 48 (1980) 817.
-    The priors keep their own part, so that numbers the data do not excite stay unknown.
+    See `identification.block_scores`. The priors keep their own part, so that numbers the data do
+    not excite stay unknown.
 
     Parameters
     ----------
@@ -44,9 +44,13 @@ def sandwich(
     """
     jacobian = stack.projected(evaluations, point)
     residual = np.concatenate([e.residual for e in evaluations])
-    middle = np.diag(stack.prior[0] ** 2)
-    parts = np.array_split(np.arange(residual.size), BLOCKS)
-    for part in parts:
-        g = jacobian[part].T @ residual[part]
-        middle += np.outer(g, g)
-    return np.asarray(inverse @ middle @ inverse * (BLOCKS / (BLOCKS - 1)))
+    channels = tuple(
+        (rows.stop - rows.start) // len(p.data.names)
+        for p, e in zip(stack.problems, evaluations, strict=True)
+        for rows, _ in e.local
+        for _ in p.data.names
+    )
+    rows = block_rows(residual.size, channels, blocks_for(residual, channels))
+    scores = block_scores(jacobian, residual, rows, inverse)
+    middle = np.diag(stack.prior[0] ** 2) + scores.T @ scores
+    return np.asarray(inverse @ middle @ inverse * student(len(rows)))

@@ -304,14 +304,26 @@ class Problem:
         """Delay parameters declared by drives and sensors -> the outputs they shift."""
         found: dict[str, tuple[int, ...]] = {}
         everything = tuple(range(len(self.data.names)))
-        for s in self.graph.of_type(Source):
+        for s in drives(self.graph):
             if s.drive is not None and s.drive.delay:
+                self._require_alone(s)
                 found[s.drive.delay] = everything
         for i, n in enumerate(self.data.names):
             sensor = self.graph[n]
             if isinstance(sensor, Sensor) and sensor.delay:
-                found[sensor.delay] = (i,)
+                found[sensor.delay] = (*found.get(sensor.delay, ()), i)
         return found
+
+    def _require_alone(self, late: Source) -> None:
+        """Refuse a dead time that not all moving commands share: it is taken at the readings."""
+        for s in drives(self.graph):
+            here, there = (d.delay if d is not None else None for d in (s.drive, late.drive))
+            same = here == there
+            if not same and float(np.ptp(self.data.commands[s.name])) > 0:
+                raise UnusableInput(
+                    f"{self.graph.name}: {late.name} has a dead time and {s.name} moves without "
+                    "it; fits take dead times that all commands share, or those of sensors"
+                )
 
     @property
     def steps(self) -> int:

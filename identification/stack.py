@@ -255,11 +255,25 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
     for outputs in problem.delays.values():
         for c in outputs:  # a declared dead time takes the place of the nuisance
             lower[at.lags.start + c] = upper[at.lags.start + c] = 0.0
-    lower[at.delays], upper[at.delays] = 0.0, 0.1 * problem.data.n
+    for j, name in enumerate(problem.delays):
+        lower[at.delays.start + j], upper[at.delays.start + j] = _dead_time(problem, name)
     if not (problem.offsets and (whole or problem.window_offsets)):
         lower[at.offsets] = upper[at.offsets] = 0.0
     lower[at.clocks], upper[at.clocks] = -1.0, 1.0
     return lower, upper
+
+
+def _dead_time(problem: Problem, name: str) -> tuple[float, float]:
+    """Bounds of a declared dead time in samples; one number if it is not free."""
+    dt, longest = problem.data.dt, 0.1 * problem.data.n
+    declared = problem.graph.parameters.get(name)
+    p = problem.overrides.get(name, declared)
+    if name in problem.fixed:
+        known = problem.starts.get(name, p.value if p is not None else 0.0) / dt
+        return known, known
+    low = 0.0 if p is None or p.lower is None else max(p.lower / dt, 0.0)
+    high = longest if p is None or p.upper is None else p.upper / dt
+    return low, max(high, low)
 
 
 def _prior(problem: Problem) -> tuple[Array, Array]:
@@ -271,6 +285,9 @@ def _prior(problem: Problem) -> tuple[Array, Array]:
             centre[i], weight[i] = problem.priors[f.parameter.name]
     weight[at.lags] = 1.0
     weight[at.delays] = 1e-3
+    for j, name in enumerate(problem.delays, start=at.delays.start):
+        if name in problem.priors:
+            centre[j], weight[j] = problem.priors[name]
     weight[at.offsets] = 0.1
     weight[at.clocks] = 1.0
     return weight, centre

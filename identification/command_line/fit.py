@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bondgraph.errors import UnusableInput
 from identification.command_line.arguments import jobs, nonnegative
 from identification.command_line.fit_options import add_study_options, study_from
 
@@ -53,6 +54,7 @@ def _fit(options: argparse.Namespace) -> int:
     graph = load_model(options.model)
     study, said = study_from(options, graph)
     writable(options.out)
+    _require_motion(study)
     before = preflight(study)
     for finding in before:
         print(f"bondsight: {finding}", file=sys.stderr)
@@ -82,9 +84,22 @@ def _fit(options: argparse.Namespace) -> int:
     return 0
 
 
+def _require_motion(study: Study) -> None:
+    """Refuse recordings in which no reading moves: there is nothing to fit."""
+    from bondgraph.elements import Sensor
+
+    sensors = [s.name for s in study.graph.of_type(Sensor)]
+    readings = [(r.name, n, r[n]) for r in study.recordings for n in sensors if n in r.channels]
+    if all(float(v.max() - v.min()) == 0.0 for _, _, v in readings):
+        record, sensor, _ = readings[0]
+        raise UnusableInput(
+            f"{record}: {sensor} is constant: nothing can be fitted; excite the system and check "
+            "the sensor"
+        )
+
+
 def _run(options: argparse.Namespace, study: Study, bar: Bar) -> tuple[Estimation, Starts | None]:
     from identification.estimation import estimate
-
     from identification.estimation.starts import many_starts
 
     if options.guess:

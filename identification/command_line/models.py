@@ -77,7 +77,11 @@ def _from_module(module: str, factory: str) -> Callable[[], Any]:
 def _factory(module: ModuleType, name: str, where: str) -> Callable[[], Any]:
     factory = getattr(module, name, None)
     if not callable(factory):
-        public = [n for n in vars(module) if not n.startswith("_") and callable(getattr(module, n))]
+        public = [
+            n
+            for n, v in vars(module).items()
+            if not n.startswith("_") and callable(v) and v.__module__ == module.__name__
+        ]
         raise UnusableInput(str(unknown_name("function", name, where, public)))
     return factory  # type: ignore[no-any-return]
 

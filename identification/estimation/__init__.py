@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from identification.estimation.estimate import estimate
+from identification.estimation.guess import Guess, explained_guess, guess
 from identification.estimation.result import Estimation
 from identification.estimation.specification import (
     NO_NUISANCES,
@@ -20,6 +21,7 @@ __all__ = [
     "NO_NUISANCES",
     "Estimate",
     "Estimation",
+    "Guess",
     "LogNormal",
     "Normal",
     "Nuisances",
@@ -29,4 +31,6 @@ __all__ = [
     "Study",
     "Vary",
     "estimate",
+    "explained_guess",
+    "guess",
 ]

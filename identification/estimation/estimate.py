@@ -33,6 +33,7 @@ ROUGH = 1e-3
 """Tolerance while noise and sub-steps are not settled."""
 FINEST = 64
 FAR = 100.0
+AGAIN = 10.0
 NEAR = 1.0
 """A correction holds while no unknown has moved by more standard errors than this."""
 STRAINED = 4.0
@@ -244,8 +245,10 @@ def _refined(
     # standard errors with the misfit as it is, not with the noise that was expected
     level = max(1.0, float(np.sqrt(stack.cost(now, point))))
     error = level * np.linalg.norm(inverse, axis=1) + 1e-300
-    before = setting.corrected_at
-    if before is not None and np.abs((point.theta - before) / error).max(initial=0.0) < NEAR:
+    before, moved_by = setting.corrected_at, np.inf
+    if before is not None:
+        moved_by = float(np.abs((point.theta - before) / error).max(initial=0.0))
+    if moved_by < NEAR:
         return setting, False
     few, moved = list(setting.n_sub), False
     fine, corrections = list(setting.n_fine), list(setting.corrections)
@@ -265,7 +268,8 @@ def _refined(
 
         n = max(fine[r], 2 * p.n_sub)
         found = run(n)
-        while fine[r] == p.n_sub and n < FINEST:
+        # near the end the number of sub-steps is judged again: far off it was judged loosely
+        while (fine[r] == p.n_sub or moved_by < AGAIN) and n < FINEST:
             finer = run(2 * n)
             if not np.isfinite(finer.residual).all():
                 break
@@ -381,7 +385,8 @@ def _finished(
         _cost(stack, found, solution), solution.trace, estimates, nuisances, tuple(simulated),
         (
             *notes, *solution.notes, *((words,) if words else ()),
-            *_doubts(stack, found, solution), *_cautions(study),
+            *_doubts(study, stack, found, solution), *_cautions(study),
+            *_coarse(study, setting, stack, point, found),
         ),
     )  # fmt: skip
     judged = [
@@ -391,7 +396,9 @@ def _finished(
     return replace(result, simulated=(*simulated, *judged))
 
 
-def _doubts(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> list[str]:
+def _doubts(
+    study: Study, stack: Stack, found: Sequence[Evaluation], solution: Solution
+) -> list[str]:
     """Say what makes the numbers doubtful although the fit has ended."""
     rows, unknowns = _sizes(stack)
     words = []
@@ -407,7 +414,22 @@ def _doubts(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> li
             f"cost {cost:.3g}, not 1: the misfit is above the noise given, or a prior, a start or "
             "an offset is far from what the readings say; give other starts or priors"
         )
+    if solution.status is Status.NO_PROGRESS and _misfit(study, stack, found) > STRAINED:
+        words.append(
+            "the descent is held at a kink (dry friction, stops, plays) above the noise: the "
+            "intervals are those of this point, which may be no minimum; try "
+            "method='multiple_shooting' or many_starts"
+        )
     return words
+
+
+def _misfit(study: Study, stack: Stack, found: Sequence[Evaluation]) -> float:
+    """Mean square training residual over the noise that the recordings show by themselves."""
+    squares = []
+    for p, e, floor in zip(stack.problems, found, study.first_setting.floors, strict=False):
+        m = p.data.mask("train")
+        squares.append(np.ravel(((p.data.readings - e.y)[m] / floor) ** 2))
+    return float(np.mean(np.concatenate(squares)))
 
 
 def _simulated(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tuple[Array, ...]:
@@ -417,6 +439,53 @@ def _simulated(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tup
     return tuple(
         evaluate(p, held_out_states(p, stack.local(point, r)), derivatives=False).y
         for r, p in enumerate(stack.problems)
+    )
+
+
+def _coarse(
+    study: Study, setting: Setting, stack: Stack, point: Stacked, found: Sequence[Evaluation]
+) -> tuple[str, ...]:
+    """Say whether sub-steps that the user has fixed are too few."""
+    if not all(np.isfinite(e.residual).all() for e in found):
+        return ()
+    if study.n_sub is None:
+        return _unsettled(setting, stack, point, found)
+    _, moved = _refined(study.changed(n_sub=None), setting, stack, point, found)
+    if not moved:
+        return ()
+    return (
+        f"n_sub = {study.n_sub} is too few: twice as many move an unknown by more than {BIAS:g} of "
+        "its standard error; leave n_sub out",
+    )
+
+
+def _unsettled(
+    setting: Setting, stack: Stack, point: Stacked, found: Sequence[Evaluation]
+) -> tuple[str, ...]:
+    """Say where the largest number of sub-steps is not enough."""
+    factor = stack.normal(found, point).factor
+    late = [r for r in range(len(stack.problems)) if setting.n_fine[r] >= FINEST]
+    if not late or not np.isfinite(factor).all():
+        return ()
+    jacobian, root = stack.projected(found, point), information_root(stack, factor)
+    error = np.linalg.norm(root, axis=1) + 1e-300
+    edges = np.cumsum([0, *(e.residual.size for e in found)])
+    worst, name = 0.0, ""
+    for r in late:
+        p, local = stack.problems[r], stack.local(point, r)
+        half, whole = (
+            evaluate(replace(p, n_sub=n, correction=None), local, derivatives=False).residual
+            for n in (FINEST // 2, FINEST)
+        )
+        moves = np.abs(root @ (root.T @ (jacobian[edges[r] : edges[r + 1]].T @ (whole - half))))
+        at = int(np.argmax(moves / error))
+        if moves[at] / error[at] > worst:
+            worst, name = float(moves[at] / error[at]), stack.names[at]
+    if worst < 1.0:
+        return ()
+    return (
+        f"{FINEST} sub-steps a sample still move {name} by {worst:.2g} standard errors: sample "
+        "faster, or its interval is too narrow",
     )
 
 
@@ -446,6 +515,8 @@ def _runs_away(stack: Stack, simulated: Sequence[Array]) -> bool:
 
 
 def _cost(stack: Stack, found: Sequence[Evaluation], solution: Solution) -> float:
+    if solution.cost is not None:
+        return solution.cost
     if solution.readings is not None or not solution.point.theta.size:
         return solution.trace[-1]
     return stack.cost(found, solution.point)

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bondgraph.elements import Parameter, Sensor, Source
+from bondgraph.elements import Parameter, Sensor, Source, Valued
 from bondgraph.errors import UnusableInput, real_number, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split, default_split
@@ -23,7 +23,7 @@ from identification.estimation.admission import (
 )
 from identification.estimation.specification import Nuisances, Vary
 from identification.floor import noise_floor
-from identification.problem import Problem, data_for, drives, free_parameter
+from identification.problem import Free, Problem, data_for, drives, free_parameter
 from identification.stack import Stack, stack_of
 
 __all__ = ["NOISES", "Setting", "Study"]
@@ -31,6 +31,7 @@ __all__ = ["NOISES", "Setting", "Study"]
 Array = np.ndarray
 NOISES = ("white", "coloured")
 INITIALS = ("free", "rest")
+_VALUES = ("value", "stiffness", "ratio")
 ESTIMATED = "estimate"
 STILL = 1e-18
 """Noise floor of a reading that is always zero, SI: below what is measured anywhere."""
@@ -86,7 +87,7 @@ class Study:
         (SI) and the others fitted.
     hold : {"linear", "hold", "band-limited", "estimate"}
         What the commands do between samples; "estimate" takes the one that fits best.
-    noise : {"white", "coloured"} or mapping of str to float
+    noise : {"white", "coloured"} or mapping of str to float or sequence of float
         Noise of the readings: estimated as white or as autoregressive, or known standard
         deviations of some readings (SI; the others white).
     nuisances : Nuisances
@@ -125,7 +126,7 @@ class Study:
     fixed: Mapping[str, float] = field(default_factory=dict)
     initial: str | Mapping[str, float] = "free"
     hold: str = "linear"
-    noise: str | Mapping[str, float] = "white"
+    noise: str | Mapping[str, float | Sequence[float]] = "white"
     nuisances: Nuisances = field(default_factory=Nuisances)
     splits: tuple[Split, ...] = ()
     validation: tuple[Recording, ...] = ()
@@ -143,7 +144,7 @@ class Study:
         *,
         initial: str | Mapping[str, float] = "free",
         hold: str = "linear",
-        noise: str | Mapping[str, float] = "white",
+        noise: str | Mapping[str, float | Sequence[float]] = "white",
         nuisances: Nuisances | None = None,
         splits: Split | Sequence[Split] | None = None,
         validation: Recording | Sequence[Recording] = (),
@@ -203,11 +204,10 @@ class Study:
             raise unknown_name("initial state", self.initial, "Study", INITIALS)
         sensors = [s.name for s in self.graph.of_type(Sensor)]
         if not isinstance(self.noise, str):
-            for name, level in self.noise.items():
+            for name, levels in self.noise.items():
                 if name not in sensors:
                     raise unknown_name("sensor", name, self.graph.name, sensors)
-                if not 0 < level < np.inf:
-                    raise UnusableInput(f"noise of {name} = {level}: give a positive deviation, SI")
+                _admit_noise(name, levels, len(self.records))
         sources = [s.name for s in self.graph.of_type(Source)]
         for name in self.silent:
             if name not in sources:
@@ -315,7 +315,12 @@ class Study:
         """Splits of `records`; a validation recording has nothing to train on."""
         empty = slice(0, 0)
         return self.splits + tuple(
-            Split(empty, slice(self.init, r.n), f"judged only, after {self.init} samples")
+            Split(
+                empty,
+                slice(self.init, r.n),
+                f"judged only, after {self.init} samples",
+                _default_split(self.graph, r).rest,
+            )
             for r in self.validation
         )
 
@@ -323,11 +328,11 @@ class Study:
     def first_setting(self) -> Setting:
         """Setting to begin with: floors from the recordings alone."""
         floors = []
-        for r, split in zip(self.records, self.judged_splits, strict=True):
+        for i, (r, split) in enumerate(zip(self.records, self.judged_splits, strict=True)):
             sensors = tuple(s.name for s in self.graph.of_type(Sensor) if s.name in r.channels)
             found = noise_floor(r, split, sensors)
             if not isinstance(self.noise, str):
-                found |= {n: v for n, v in self.noise.items() if n in found}
+                found |= {n: _nth(v, i) for n, v in self.noise.items() if n in found}
             still = {n: max(1e-9 * abs(float(r[n][0])), STILL) for n in sensors if not np.ptp(r[n])}
             floors.append(np.array([max(found[n], still.get(n, 0.0)) for n in sensors]))
         hold = "linear" if self.hold == ESTIMATED else self.hold
@@ -347,6 +352,10 @@ class Study:
         data = data_for(graph, recording, self.judged_splits[i], floor, setting.hold)
         names = graph.parameters
         known = self.initial if isinstance(self.initial, Mapping) else {}
+        for v in self.free:
+            if v.prior is not None and v.name in _dead_times(graph):
+                delay = Free(self._freedom[0][v.name], 0.0, False, data.dt)
+                priors = {**priors, v.name: v.prior.on_theta(delay)}
         made = Problem(
             graph,
             data,
@@ -469,7 +478,10 @@ def _free(
         if n not in known:
             raise unknown_name("fixed parameter", n, graph.name, known)
     if free is None:
-        return tuple(Vary(n) for n, p in known.items() if not p.fixed and n not in fixed)
+        idle = _idle(graph)
+        return tuple(
+            Vary(n) for n, p in known.items() if not p.fixed and n not in fixed and n not in idle
+        )
     if isinstance(free, str):
         raise UnusableInput(f"free = {free!r}: give a sequence of names, such as ({free!r},)")
     found: dict[str, Vary] = {}
@@ -481,10 +493,47 @@ def _free(
             raise unknown_name("free parameter", v.name, graph.name, known)
         if v.name in found:
             raise UnusableInput(f"{v.name} is given as free twice; give it once")
+        if v.name in _idle(graph):
+            raise UnusableInput(
+                f"{v.name} does nothing in {graph.name}: the law of the element has a slope of its "
+                "own; leave it out, or free numbers of the law"
+            )
         if v.name in fixed:
             raise UnusableInput(f"{v.name} is given as free and as fixed; choose one")
         found[v.name] = v
     return tuple(found.values())
+
+
+def _admit_noise(name: str, levels: float | Sequence[float], count: int) -> None:
+    several = (levels,) if isinstance(levels, int | float) else tuple(levels)
+    if not isinstance(levels, int | float) and len(several) != count:
+        raise UnusableInput(
+            f"noise of {name}: {len(several)} deviations for {count} recordings (those to judge "
+            "included); give one, or one each"
+        )
+    for level in several:
+        if not 0 < level < np.inf:
+            raise UnusableInput(f"noise of {name} = {level}: give a positive deviation, SI")
+
+
+def _nth(levels: float | Sequence[float], i: int) -> float:
+    return float(levels) if isinstance(levels, int | float) else float(levels[i])
+
+
+def _idle(graph: BondGraph) -> frozenset[str]:
+    """Names of element values that a law with a slope of its own replaces."""
+    replaced = {
+        e.name for e in graph.of_type(Valued) if e.law is not None and e.law.slope is not None
+    }
+    values = [getattr(e, k, None) for e in graph.elements.values() for k in _VALUES]
+    named = {str(s) for v in values for s in getattr(v, "free_symbols", ())}
+    return frozenset(replaced - named)
+
+
+def _dead_times(graph: BondGraph) -> frozenset[str]:
+    """Names of the parameters that are dead times of drives and sensors."""
+    late = {s.drive.delay for s in drives(graph) if s.drive is not None and s.drive.delay}
+    return frozenset(late | {s.delay for s in graph.of_type(Sensor) if s.delay})
 
 
 def _default_split(graph: BondGraph, recording: Recording) -> Split:

@@ -223,9 +223,9 @@ def _total(m: Material) -> float:
 
 
 def _levels(j: Judgement) -> list[Level] | None:
-    found = [c.level for c in j.channels]
-    known = [v for v in found if v is not None and v.mean_square > 0]
-    return known if known and len(known) == len(found) else None
+    trained = [c for c in j.channels if c.train.n]  # recordings that are only judged have no level
+    known = [c.level for c in trained if c.level is not None and c.level.mean_square > 0]
+    return known if known and len(known) == len(trained) else None
 
 
 def _common_memories(levels: Mapping[str, list[Level] | None]) -> list[float] | None:

@@ -20,6 +20,8 @@ FloatArray = NDArray[np.float64]
 INVISIBLE = 2.0
 """Total change of the readings, in noise, for a factor of ten of a parameter."""
 GROWTH = 100.0
+AGAINST = -0.7
+"""Correlation of a reading with the simulation at the start below which it looks reversed."""
 
 
 def preflight(study: Study) -> tuple[Finding, ...]:
@@ -169,6 +171,12 @@ def _gains(name: str, p: Problem, y: FloatArray) -> Iterator[Finding]:
         if not a > 3 * p.data.floor[c] or not b > 1e-9 * float(np.abs(y[:, c]).max()):
             continue
         power = thousand(a / b)
+        if float(np.corrcoef(measured, simulated)[0, 1]) < AGAINST:
+            yield Finding(
+                "sign", f"{n} moves against the model at its start values", f"{name}, {n}",
+                "a reversed sensor, command or half arrow would be taken for physics",
+                "check the signs of this channel and of the commands",
+            )  # fmt: skip
         if power is not None:
             yield Finding(
                 "unit", f"{n} moves {a / b:.3g} times as much as the model at its start values",

@@ -55,6 +55,8 @@ class Solution:
         Simulated readings, where they are not those of the free run.
     evaluations : tuple of Evaluation or None
         The free run at the point with its derivatives, if it is at hand.
+    cost : float or None
+        Mean square of the residuals over their noise, where the trace is of something else.
     """
 
     point: Stacked
@@ -64,6 +66,7 @@ class Solution:
     notes: tuple[str, ...] = ()
     readings: tuple[Array, ...] | None = None
     evaluations: tuple[Evaluation, ...] | None = None
+    cost: float | None = None
 
 
 class Method(ABC):

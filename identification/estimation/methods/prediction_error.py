@@ -5,7 +5,6 @@ The filter and its likelihood are in `identification.prediction`; this puts a `S
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, final
 
@@ -75,10 +74,16 @@ class PredictionError(Method):
         )
         end = _cost(model, found.log_likelihood, max(found.count, 1))
         readings, shown = _shown(stack, found)
+        white = np.concatenate(
+            [
+                p.innovation[d.mask("train")].ravel()
+                for p, d in zip(found.predicted, model.records, strict=True)
+            ]
+        )
         return Solution(
             _taken(stack, found, start), found.status, (*(trace or [end]), end),
             _covariance(stack, found), (*_levels(found), *found.remarks, *_left_out(study), *shown),
-            readings,
+            readings, cost=float(np.nanmean(white**2)),
         )  # fmt: skip
 
 
@@ -142,13 +147,29 @@ def prediction_model(
         tuple(states) if diffusion is None else diffusion,
         starts=first.starts,
         fixed=tuple(n for n in first.engine.parameter_names if n not in fitted),
-        noise=study.noise if isinstance(study.noise, Mapping) else {},
+        noise=_levels_of(study),
         initial=study.initial,
         offsets=study.nuisances.offsets,
         priors=first.priors,
         overrides=first.overrides,
         n_sub=max(*setting.n_sub, 2 if smooth else 1),
     )
+
+
+def _levels_of(study: Study) -> dict[str, float]:
+    """Return the known noise levels; one each for all recordings."""
+    if isinstance(study.noise, str):
+        return {}
+    found = {}
+    for name, given in study.noise.items():
+        levels = (given,) if isinstance(given, int | float) else tuple(given)
+        if len(set(levels)) > 1:
+            raise UnusableInput(
+                f"prediction_error: the noise of {name} differs between recordings; give one "
+                "deviation, or use method='single_shooting'"
+            )
+        found[name] = float(levels[0])
+    return found
 
 
 def _with_all(data: Data, sensors: tuple[str, ...]) -> Data:

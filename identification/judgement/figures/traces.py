@@ -81,7 +81,8 @@ def _near(ax: Any, record: Record, c: int, name: str) -> None:
     ax.plot(*_thin(t, y), color=MEASURED, lw=2.4, alpha=0.35, label="measured")
     ax.plot(*_thin(t, s), color=AFTER, lw=1.0, label="simulated")
     ax.set_ylabel(label(name, unit))
-    ax.set_xlim(t[0], t[-1])
+    if t[-1] > t[0]:
+        ax.set_xlim(t[0], t[-1])
 
 
 def worst_piece(record: Record, c: int) -> slice:

@@ -48,7 +48,7 @@ def test_one_record_gives_the_truth_within_its_intervals(plain: Estimation) -> N
     assert max(misses(plain, TRUTH).values()) < FAR
     assert abs(plain.values["k"] - 200.0) < 1.0
     assert plain.cost == pytest.approx(1.0, abs=0.02)
-    assert plain.chi2("test") == pytest.approx(1.0, abs=0.2)
+    assert plain.rmse("test")["x"] == pytest.approx(NOISE, rel=0.08)
     nuisances = {"offset x": 3e-3, "delay x": 0.1 * 0.01}
     assert max(misses(plain, nuisances).values()) < FAR
     assert plain.estimate_of("offset x").unit == "m"
@@ -95,13 +95,15 @@ def test_a_parameter_of_its_own_takes_a_value_in_each_record() -> None:
     assert found.values_of(1)["k"] == pytest.approx(260.0, rel=5e-3)
     assert found.values["k"] == pytest.approx(200.0, rel=5e-3)
     wrong = estimate(study(*two))
-    assert wrong.rmse()["x"] > 3 * found.rmse()["x"]
+    # each record has a noise of its own, so one of them is fitted and the other given up
+    assert max(wrong.rmse(record=r)["x"] for r in (0, 1)) > 10 * NOISE
+    assert max(found.rmse(record=r)["x"] for r in (0, 1)) < 1.1 * NOISE
 
 
 def test_silent_source_is_zero() -> None:
     """A record that only rings down, beside a driven one."""
     t = np.arange(600) * 0.01
-    x = np.asarray(simulate(spring(), t, {"F": np.zeros(600)}, x0={"q_k": 0.05})["x"])
+    x = np.asarray(simulate(spring(), t, {"F": np.zeros(600)}, x0={"q_k": 0.05, "p_m": 0.0})["x"])
     x = x + NOISE * np.random.default_rng(2).standard_normal(600)
     ring = Recording.from_arrays("ring", {"x[m]": x}, fs=100.0)
     found = estimate(study(record(600), ring, silent=("F",)))
@@ -137,8 +139,9 @@ def test_known_state_makes_the_interval_narrower() -> None:
     rest = simulate(spring(), np.asarray(made.time), {"F": np.asarray(made["F"])})
     known = {"q_k": float(np.asarray(made["F"])[0] / 200.0), "p_m": 0.0}
     assert float(np.asarray(rest["x"])[0]) == pytest.approx(known["q_k"])
-    free = estimate(study(made)).estimate_of("k").ci95
-    held = estimate(study(made, initial=known)).estimate_of("k").ci95
+    said = {"noise": {"x": NOISE}, "nuisances": Nuisances(offsets=False)}
+    free = estimate(study(made, **said)).estimate_of("k").ci95
+    held = estimate(study(made, initial=known, **said)).estimate_of("k").ci95
     assert np.diff(held)[0] < np.diff(free)[0]
 
 
@@ -156,7 +159,9 @@ def test_command_offset_is_found_where_sensors_have_none() -> None:
 def test_command_offsets_of_records_with_other_commands() -> None:
     """One command rests; the other record still has an offset, within its own bounds."""
     t, u = np.arange(900) * 0.01, force(900, 100.0, 6)
-    ring = np.asarray(simulate(spring(), t, {"F": np.zeros(900)}, x0={"q_k": 0.05})["x"])
+    ring = np.asarray(
+        simulate(spring(), t, {"F": np.zeros(900)}, x0={"q_k": 0.05, "p_m": 0.0})["x"]
+    )
     rng = np.random.default_rng(1)
     still = {"F[N]": np.zeros(900), "x[m]": ring + NOISE * rng.standard_normal(900)}
     pushed = {"F[N]": u, "x[m]": moved(u + 0.7, 100.0) + NOISE * rng.standard_normal(900)}
@@ -262,7 +267,7 @@ def test_correction_of_few_substeps_ends_where_many_would() -> None:
     assert max(misses(many, truth).values()) < FAR
     for n in truth:
         width = np.diff(many.estimate_of(n).ci95)[0] / (2 * 1.96)
-        assert abs(few.values[n] - many.values[n]) < 0.3 * width, n
+        assert abs(few.values[n] - many.values[n]) < 0.5 * width, n
     assert max(misses(blunt, truth).values()) > 2 * FAR
     assert few.setting.n_sub[0] < 64
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from actuators.catalogue import stack_with_payload
 from actuators.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from bondgraph import BondGraph, C, Dq, I, One, R, Se, Zero
+from bondgraph.laws.friction import Coulomb
 from bondgraph.laws.stop_sum import StopSum
 from bondgraph.signals import Recording, Split
 from bondgraph.simulate import simulate
@@ -18,7 +21,7 @@ from identification.estimation import Study, Vary, estimate
 from identification.estimation.guess import Guess, explained_guess, guess
 from identification.estimation.guessing.measured import measured_response
 
-Array = np.ndarray
+Array = NDArray[Any]
 
 
 def answered(
@@ -40,6 +43,7 @@ def steps(samples: int, length: int, seed: int = 0) -> Array:
 
 @cache
 def case(name: str) -> tuple[BondGraph, Recording]:
+    time: Array
     if name == "resonator":
         signal = multisine(1000.0, 600, periods=4, peak=1.0, band=(3.0, 300.0))
         time = np.arange(signal.values.size) / 1000.0
@@ -58,14 +62,22 @@ def case(name: str) -> tuple[BondGraph, Recording]:
         g, time = resonator(damping=1e-5), np.arange(3000) * 1e-3
         u = np.random.default_rng(1).standard_normal(3000)
         return g, answered(g, time, {"u": u}, noise=0.2)
+    if name == "damped":
+        g, time = resonator(damping=2e-3), np.arange(3000) * 1e-3
+        u = np.random.default_rng(1).standard_normal(3000)
+        return g, answered(g, time, {"u": u}, noise=0.02)
     if name == "one step":
         time = np.arange(3000) * 1e-3
         return resonator(), answered(resonator(), time, {"u": np.where(time > 0.1, 1.0, 0.0)})
     if name == "two masses":
         g, time = two_masses(), np.arange(3000) * 0.01
         return g, answered(g, time, {"F1": steps(3000, 5), "F2": steps(3000, 10, 1)})
+    if name == "rough carriage":
+        g, time = rough_carriage(), np.arange(2000) * 0.01
+        signal = multisine(100.0, 1000, periods=2, peak=400.0, band=(0.1, 5.0))
+        return g, answered(g, time, {"F": np.asarray(signal.values)})
     g, time = hysteretic_spring(), np.arange(1600) / 64.0
-    signal = multisine(64.0, 800, periods=2, peak=6.0, band=(0.1, 8.0))
+    signal = multisine(64.0, 800, periods=2, peak=25.0, band=(0.1, 8.0))
     return g, answered(g, time, {"F": np.asarray(signal.values)})
 
 
@@ -84,6 +96,16 @@ def two_masses() -> BondGraph:
         between >> R("d3", 0.3, unit="N*s/m")
         a >> Dq("x1", unit="m")
         b >> Dq("x2", unit="m")
+    return g
+
+
+def rough_carriage() -> BondGraph:
+    """Dry friction beside viscous friction; nothing pulls back."""
+    with BondGraph("rough_carriage") as g:
+        carriage = One("carriage")
+        Se("F", unit="N") >> carriage >> I("M", 50.0, unit="kg")
+        carriage >> R("F_v", 300.0, unit="N*s/m", law=Coulomb(80.0, unit="N"))
+        carriage >> Dq("x", unit="m")
     return g
 
 
@@ -106,9 +128,10 @@ def wrong(graph: BondGraph, record: Recording, seed: int, reach: float = 2.0) ->
     for n, p in graph.parameters.items():
         if not p.fixed:
             start = p.value * 10 ** rng.uniform(-reach, reach)
-            low = None if n.startswith("h_") else p.value * 1e-3
-            high = None if n.startswith("h_") else p.value * 1e3
-            free.append(Vary(n, start=start, lower=low, upper=high))
+            if p.lower == 0.0:  # the weight of a law
+                free.append(Vary(n, start=start))
+            else:
+                free.append(Vary(n, start=start, lower=p.value * 1e-3, upper=p.value * 1e3))
     return Study(graph, record, free)
 
 
@@ -131,8 +154,8 @@ def landed(name: str, seed: int, close: float) -> Guess:
 
 @pytest.mark.parametrize("name", ["resonator", "thermal_lag", "mass", "stack"])
 def test_lands_in_the_right_basin(name: str) -> None:
-    """Twenty seeds are tried by hand; five here. Factors 1e-2 to 1e2 in every parameter."""
-    for seed in range(5):
+    """Factors 1e-2 to 1e2 in every parameter."""
+    for seed in range(3):
         found = landed(name, seed, 0.1)
         assert found.cost_after < 2.0
 
@@ -146,10 +169,13 @@ def test_other_records_and_models(name: str, close: float) -> None:
         landed(name, seed, close)
 
 
-def test_laws_are_fitted_after_the_linear_rest() -> None:
-    """Weights of a memory are no part of the linear rest; the trials move them."""
-    for seed in range(2):
-        landed("hysteretic_spring", seed, 0.3)
+@pytest.mark.parametrize(
+    ("name", "seeds"), [("hysteretic spring", (0, 8)), ("rough carriage", (2, 3))]
+)
+def test_laws_are_fitted_beside_the_linear_rest(name: str, seeds: tuple[int, ...]) -> None:
+    """Sizes of memory and dry friction are no part of the linear rest; seeds that need trials."""
+    for seed in seeds:
+        assert landed(name, seed, 0.15).cost_after < 1.5
 
 
 def test_declared_start_wins_where_it_is_the_best() -> None:
@@ -159,6 +185,7 @@ def test_declared_start_wins_where_it_is_the_best() -> None:
     found = explained_guess(study)
     assert found.cost_after <= found.cost_before < 1.5
     assert found.values["k"] == pytest.approx(0.8, rel=0.02)
+    assert "k = " in str(found)
 
 
 def test_same_seed_same_values() -> None:
@@ -172,7 +199,6 @@ def test_same_seed_same_values() -> None:
     assert 1.0 <= first.starts["k"] <= 10.0
     assert told[-1][1] == 1.0
     assert [s for _, s in told] == sorted(s for _, s in told)
-    assert "k = " in str(explained_guess(study, seed=3))
 
 
 def test_held_out_samples_are_not_looked_at() -> None:
@@ -190,7 +216,7 @@ def test_held_out_samples_are_not_looked_at() -> None:
 
 def test_nothing_to_see_gives_the_declared_start() -> None:
     """No command moves and the readings rest: the declared start comes back, and no error."""
-    time = np.arange(300) * 0.02
+    time: Array = np.arange(300) * 0.02
     still = Recording("still", time, {"u": 0 * time, "y": 0 * time}, {"u": "V", "y": "V"})
     study = Study(thermal_lag(), still)
     found = explained_guess(study)
@@ -200,15 +226,15 @@ def test_nothing_to_see_gives_the_declared_start() -> None:
 
 def test_measured_response_is_that_of_the_plant() -> None:
     """Measured entries lie within their errors of the exact response."""
-    graph, record = case("noisy ringing")
+    graph, record = case("damped")
     study = Study(graph, record)
     m = measured_response(study.problem(0, study.first_setting))
     assert m is not None
     s = 1j * m.omega
-    exact = 1.0 / (4e-6 * s**2 + 1e-5 * s + 0.8)
+    exact = 1.0 / (4e-6 * s**2 + 2e-3 * s + 0.8)
     turn = 0.5 * m.omega * 1e-3
     exact = exact * (np.sin(turn) / turn) ** 2
     error = np.abs(np.exp(m.logarithm[:, 0, 0]) / exact - 1.0) * m.weight[:, 0, 0]
     used = m.weight[:, 0, 0] > 0.0
-    assert used.sum() >= 15
+    assert used.sum() >= 20
     assert np.median(error[used]) < 1.5

@@ -1,0 +1,125 @@
+"""First trajectory of a collocation fit: windows integrated side by side, scales along it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import casadi as ca
+import numpy as np
+
+from identification.estimation.methods.collocated import STAGES, Record
+from identification.estimation.methods.radau import Scales, march
+from identification.problem import Problem
+from identification.residual import windows
+from identification.stack import Stack, Stacked, refine_states
+
+__all__ = ["followed", "observed", "rescaled", "scales_along", "windows_of"]
+
+Array = np.ndarray
+WINDOWS = 40
+SHORTEST = 12
+"""Samples of the shortest window."""
+PASSES = 8
+
+
+def windows_of(problem: Problem) -> list[slice]:
+    """Return windows that share their edges over the whole record."""
+    n = problem.data.n
+    count = max(1, round((n - 1) / max(SHORTEST, n // WINDOWS)))
+    edges = np.linspace(0, n - 1, count + 1).astype(int)
+    return [slice(int(a), int(b) + 1) for a, b in pairwise(edges)]
+
+
+def observed(stack: Stack, start: Stacked, record: int, cut: list[slice]) -> Array:
+    """Return states at the begin of windows that follow their own readings at the start values."""
+    p = stack.problems[record]
+    split = replace(p.data.split, train=slice(0, p.data.n), test=slice(0, 0))
+    length = cut[0].stop - cut[0].start - 1
+    loose = replace(
+        p, data=replace(p.data, split=split), window=max(length, 3), correction=None,
+        initial="free",
+    )  # fmt: skip
+    local = stack.local(start, record)
+    states = np.tile(local.states[:1], (len(windows(loose)), 1))
+    found = refine_states(loose, replace(local, states=states), passes=PASSES).states
+    at = np.array([w.start for w in windows(loose)])
+    picked = found[[int(np.abs(at - c.start).argmin()) for c in cut]]
+    if p.initial == "rest":
+        picked[0] = p.rest_state
+    held = np.setdiff1d(np.arange(p.engine.n_x), p.free_states)
+    if p.initial != "rest":
+        picked[0, held] = local.states[0, held]
+    return np.asarray(picked)
+
+
+def followed(record: Record, theta: Array, states: Array, cut: list[slice]) -> tuple[Array, Array]:
+    """Trajectory (first node, stages) from states at the first samples of windows.
+
+    Parameters
+    ----------
+    states : ndarray, shape (windows, n_x), SI, in the order of the engine
+    cut : list of slice
+        Windows that share their edges.
+    """
+    m, size, n_x = record.n_sub, record.size, record.step.n_x
+    begins = [c.start for c in cut if c.start < record.last - 1]
+    longest = max(c.stop - 1 - c.start for c in cut) * m
+    count = len(begins)
+    begin = np.zeros((size, count))
+    begin[:n_x] = (states[:count, record.order] / record.scales.x).T
+    index = np.array(begins)[None] * m + np.arange(longest)[:, None]
+    index = np.minimum(index, record.u.shape[1] - 1)
+    u = record.u[:, index].transpose(1, 0, 2)
+    v, _ = march(record.step, theta, begin, u, record.t[index], record.h)
+    v = np.where(np.isfinite(v), v, np.tile(begin, (STAGES, 1))[None])
+    stages = np.empty((size * STAGES, record.steps))
+    edges = [*begins, record.last - 1]
+    for k, (a, b) in enumerate(pairwise(edges)):
+        stages[:, a * m : b * m] = v[: (b - a) * m, :, k].T
+    first = np.concatenate([begin[:n_x, 0], _closed(record, theta, begin[:, 0], stages)])
+    return first, stages
+
+
+def scales_along(record: Record, theta: Array, first: Array, stages: Array) -> Scales:
+    """Scales with those of the algebraic unknowns and their equations from a trajectory."""
+    n_x, n_z = record.step.n_x, record.step.n_z
+    if not n_z:
+        return record.scales
+    z = stages[-n_z:]
+    unit = np.maximum(z.std(axis=1), 1e-3 * np.abs(z).max(axis=1))
+    unit = np.where(np.isfinite(unit) & (unit > 0), unit, 1.0)
+    slope = _closing_slope(record)(theta, first[:n_x], first[n_x:], record.nodes[:, 0], 0.0)
+    rows = np.abs(slope.full()) @ unit
+    rows = np.where(np.isfinite(rows) & (rows > 0), rows, 1.0)
+    return Scales(record.scales.x, record.scales.z * unit, record.scales.g * rows)
+
+
+def rescaled(values: Array, old: Scales, new: Scales) -> Array:
+    """Nodes or stages, shape (k (n_x + n_z), ...), from one set of scales to another."""
+    ratio = np.concatenate([old.x / new.x, old.z / new.z])
+    shape = (-1, ratio.size, *values.shape[1:])
+    by = ratio.reshape(1, -1, *([1] * (values.ndim - 1)))
+    return np.asarray((values.reshape(shape) * by).reshape(values.shape))
+
+
+def _closing_slope(record: Record) -> ca.Function:
+    f = record.step.closing
+    return f.factory("slope", f.name_in(), [f"jac:{f.name_out(0)}:{f.name_in(2)}"])
+
+
+def _closed(record: Record, theta: Array, node: Array, stages: Array) -> Array:
+    """Algebraic unknowns of the first node by Newton steps from those of the first stage."""
+    n_x, n_z = record.step.n_x, record.step.n_z
+    if not n_z:
+        return np.zeros(0)
+    f, slope = record.step.closing, _closing_slope(record)
+    z = stages[n_x : n_x + n_z, 0].copy()
+    at = (record.nodes[:, 0], 0.0)
+    for _ in range(30):
+        g = f(theta, node[:n_x], z, *at).full().ravel()
+        move = np.linalg.solve(slope(theta, node[:n_x], z, *at).full(), g)
+        z = z - move
+        if np.abs(move).max() <= 1e-12 * (1 + np.abs(z).max()):
+            break
+    return z

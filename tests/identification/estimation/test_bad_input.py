@@ -1,0 +1,223 @@
+"""Bad input ends in words or in wide intervals: no hang, no crash, no silent wrong answer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bondgraph.errors import UnusableInput
+from bondgraph.signals import Recording, Split
+from identification.estimation import Estimation, Normal, Nuisances, Status, Study, Vary, estimate
+from tests.identification.estimation.plants import (
+    FREE,
+    NOISE,
+    TRUTH,
+    force,
+    misses,
+    record,
+    spring,
+    study,
+)
+
+Array = NDArray[np.float64]
+METHODS = ("single_shooting", "multiple_shooting")
+
+
+def changed(force_: Array | None = None, x: Array | None = None, n: int = 600) -> Recording:
+    made = record(n)
+    return Recording.from_arrays(
+        "odd",
+        {"F[N]": made["F"] if force_ is None else force_, "x[m]": made["x"] if x is None else x},
+        fs=100.0,
+    )
+
+
+def wide(found: Estimation, name: str, factor: float = 5.0) -> bool:
+    """Whether the interval admits that the value is hardly known."""
+    low, high = found.estimate_of(name).ci95
+    return bool(high > factor * low)
+
+
+def honest(found: Estimation) -> bool:
+    """Whether each parameter is near the truth or its interval is wide or it sits at a bound."""
+    off = misses(found, TRUTH)
+    return all(off[n] < 4 or wide(found, n) or found.estimate_of(n).at_bound for n in TRUTH)
+
+
+def test_not_a_number_is_refused_with_its_place() -> None:
+    x = np.array(record(600)["x"])
+    x[300:320] = np.nan
+    with pytest.raises(UnusableInput, match="20 of 600 values are NaN.*sample 300"):
+        changed(x=x)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("level", [0.0, 3e-3])
+def test_constant_reading_ends(method: str, level: float) -> None:
+    found = estimate(study(changed(x=np.full(600, level))), method)
+    assert np.isfinite(list(found.values.values())).all()
+    assert any(e.at_bound for e in found.estimates) or all(wide(found, n) for n in TRUTH)
+
+
+@pytest.mark.parametrize("reading", ["zero", "noise"])
+def test_nothing_moves_so_nothing_is_known(reading: str) -> None:
+    rng = np.random.default_rng(0)
+    x = np.zeros(600) if reading == "zero" else 1e-4 * rng.standard_normal(600)
+    found = estimate(study(changed(np.zeros(600), x)))
+    assert all(wide(found, n, 1e3) for n in TRUTH)
+
+
+def test_unexcited_parameters_have_wide_intervals_with_coloured_residuals_too() -> None:
+    """The force is silent, the reading wanders: no parameter has anything to do with it."""
+    x = np.cumsum(np.random.default_rng(0).standard_normal(600)) * 1e-3
+    made = Recording.from_arrays("wander", {"x[m]": x}, fs=100.0)
+    found = estimate(study(made, silent=("F",), initial="rest"))
+    assert any("coloured" in n for n in found.notes)
+    assert all(wide(found, n, 100.0) for n in TRUTH)
+
+
+def test_constant_force_only_gives_what_it_can() -> None:
+    u = np.full(600, 1.0)
+    x = 1.0 / 200.0 + NOISE * np.random.default_rng(1).standard_normal(600)
+    found = estimate(study(changed(u, x), nuisances=Nuisances(offsets=False)))
+    assert honest(found)
+    assert wide(found, "m")
+    assert found.values["k"] == pytest.approx(200.0, rel=0.03)
+
+
+@pytest.mark.parametrize("factor", [1000.0, 1e-3])
+def test_unit_off_by_a_thousand_scales_all_parameters(factor: float) -> None:
+    """From far off many starts or multiple shooting; the wrong unit shows as a thousandth."""
+    x = np.array(record(600)["x"]) * factor
+    found = estimate(study(changed(x=x)), "multiple_shooting", max_iterations=80)
+    good = found.rmse()["x"] < 2 * NOISE * factor
+    assert good or any(n for n in found.notes)
+    if good:
+        assert found.values["k"] == pytest.approx(200.0 / factor, rel=0.05)
+
+
+def test_bounds_that_exclude_the_truth_show() -> None:
+    free = ("m", "d", Vary("k", start=300.0, lower=250.0, upper=500.0))
+    found = estimate(study(free=free))
+    assert found.estimate_of("k").at_bound
+    assert any("coloured" in n for n in found.notes)
+    assert "at its bound" in str(found)
+
+
+def test_prior_that_excludes_the_truth_shows() -> None:
+    free = ("m", "d", Vary("k", start=300.0, prior=Normal(500.0, 1e-3)))
+    found = estimate(study(free=free, noise={"x": NOISE}))
+    assert any("prior" in n for n in found.notes)
+    free = ("m", "d", Vary("k", start=300.0, prior=Normal(500.0, 1e-3)))
+    assert any("coloured" in n for n in estimate(study(free=free)).notes)
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 8, 12, 20, 40])
+@pytest.mark.parametrize("noise", ["white", "coloured"])
+def test_tiny_records_never_pretend(n: int, noise: str) -> None:
+    found = estimate(study(record(n), noise=noise))
+    assert honest(found)
+    if n <= 8:
+        assert any("training readings for" in note for note in found.notes)
+
+
+def test_one_sample_is_refused() -> None:
+    with pytest.raises(UnusableInput, match="has 1 sample"):
+        study(record(1))
+
+
+@pytest.mark.parametrize("n", [3, 8, 20])
+def test_tiny_records_end_with_multiple_shooting_too(n: int) -> None:
+    found = estimate(study(record(n)), "multiple_shooting")
+    assert np.isfinite(found.cost)
+
+
+@pytest.mark.parametrize("noise", ["white", "coloured"])
+@pytest.mark.parametrize("method", METHODS)
+def test_exact_data_give_exact_values(noise: str, method: str) -> None:
+    found = estimate(study(record(600, noise=0.0), noise=noise), method)
+    assert found.status in (Status.CONVERGED, Status.NO_PROGRESS)
+    for n, t in TRUTH.items():
+        assert found.values[n] == pytest.approx(t, rel=1e-6)
+        assert np.isfinite(found.estimate_of(n).ci95).all()
+
+
+@pytest.mark.parametrize("offset", [1.0, 1e3])
+def test_huge_offsets_are_offsets(offset: float) -> None:
+    found = estimate(study(record(600, offset=offset)))
+    assert found.values["k"] == pytest.approx(200.0, rel=5e-3)
+    assert found.estimate_of("offset x").value == pytest.approx(offset, rel=1e-4)
+
+
+def test_offset_that_may_not_be_fitted_shows() -> None:
+    found = estimate(study(record(600, offset=1e-2), nuisances=Nuisances(offsets=False)))
+    assert found.rmse()["x"] > 3 * NOISE
+    assert any("coloured" in n for n in found.notes)
+
+
+def test_start_where_nothing_can_be_simulated_is_said() -> None:
+    with pytest.raises(UnusableInput, match="check m = 0"):
+        estimate(study(fixed={"m": 0.0}, free=("k", "d")))
+
+
+@pytest.mark.parametrize("k", [2e-9, 2e13])
+def test_starts_far_beyond_reason_are_said(k: float) -> None:
+    found = estimate(study(record(600), free=(Vary("k", start=k), "m", "d")))
+    assert found.notes
+    assert wide(found, "k") or wide(found, "m")
+
+
+def test_scales_eleven_decades_apart() -> None:
+    """Displacements of picometres under forces of meganewtons."""
+    u = force(900, 100.0, 5)
+    x = np.array(record(900)["x"])
+    tiny = Recording.from_arrays("tiny", {"F[N]": u * 1e6, "x[m]": x * 1e-9}, fs=100.0)
+    stiff = {n: t * 1e15 for n, t in TRUTH.items()}
+    graph = spring(**{n: 1.3 * t for n, t in stiff.items()})
+    found = estimate(Study(graph, tiny))
+    assert max(misses(found, stiff).values()) < 3.3
+    assert found.values["k"] == pytest.approx(stiff["k"], rel=5e-3)
+
+
+def test_all_parameters_fixed_judges_the_model() -> None:
+    right = estimate(Study(spring(), record(600), free=()))
+    assert right.estimates == ()
+    assert right.rmse("test")["x"] == pytest.approx(NOISE, rel=0.1)
+    wrong = estimate(Study(spring(k=260.0), record(600), free=()))
+    assert wrong.rmse("test")["x"] > 5 * NOISE
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"max_iterations": -1},
+        {"tolerance": float("nan")},
+        {"tolerance": -1.0},
+        {"tolerance": 2.0},
+    ],
+)
+def test_ways_of_ending_that_mean_nothing_are_refused(options: dict[str, float]) -> None:
+    with pytest.raises(UnusableInput, match="give a number of iterations"):
+        estimate(study(record(60)), **options)  # type: ignore[arg-type]
+
+
+def test_windows_with_a_given_initial_state_are_refused() -> None:
+    for initial in ("rest", {"q_k": 0.0}):
+        with pytest.raises(UnusableInput, match="every window a free initial state"):
+            estimate(study(record(300), window=60, initial=initial))
+
+
+def test_too_few_iterations_are_said() -> None:
+    found = estimate(study(record(300)), max_iterations=0)
+    assert found.status is Status.ITERATIONS
+    assert "raise max_iterations" in str(found)
+
+
+def test_training_on_what_says_nothing() -> None:
+    """The force comes after the training samples: only their end, and the noise, are known."""
+    u = np.where(np.arange(600) < 400, 0.0, force(600, 100.0, 1))
+    quiet = Split(slice(0, 390), slice(390, 600), "before the force")
+    x = NOISE * np.random.default_rng(4).standard_normal(600)
+    found = estimate(study(changed(u, x), splits=quiet, free=FREE))
+    assert all(wide(found, n, 100.0) for n in TRUTH)
