@@ -32,6 +32,8 @@ class Hysteretic(Law):
     ------
     UnknownName
         If the operator has no such number.
+    BadParameter
+        If the number may not move (a first threshold, which is zero).
     """
 
     operator: Operator
@@ -39,9 +41,13 @@ class Hysteretic(Law):
     name: ClassVar[str] = "operator"
 
     def __post_init__(self) -> None:
-        """Check the names of the free numbers."""
+        """Check the free numbers."""
         object.__setattr__(self, "free", tuple(self.free))
-        self._places()
+        places = self._places()
+        if places:  # numbers that may not move are refused here, not in the middle of a run
+            import casadi as ca
+
+            self._at([ca.SX.sym(f"p{i}") for i in range(len(places))])
 
     @property
     def energy(self) -> str:  # type: ignore[override]

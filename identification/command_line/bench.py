@@ -16,6 +16,7 @@ from bondgraph.equations import derive
 from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.laws import StopSum
 from bondgraph.simulate import equilibrium, inputs_of, run_record
+from identification.command_line.bench_fit import bench_fit
 from identification.command_line.bench_graphs import graphs
 from identification.command_line.bench_operators import operators
 
@@ -124,6 +125,11 @@ def piezo() -> None:
         )
 
 
+def fits() -> None:
+    """Fits: the stack with operators, other tools beside, growth."""
+    bench_fit(print)
+
+
 MEASUREMENTS: dict[str, Callable[[], None]] = {
     "derivation": derivation,
     "simulation": simulation,
@@ -131,4 +137,5 @@ MEASUREMENTS: dict[str, Callable[[], None]] = {
     "graphs": graphs,
     "diagnosis": diagnosis,
     "piezo": piezo,
+    "fit": fits,
 }

@@ -188,7 +188,8 @@ def _peers(say: Printer, samples: int, repeats: int) -> None:
         ratio = peer.wall / ours.wall
         apart = max(abs(peer.values[n] / ours.values[n] - 1) for n in TRUTH)
         say(
-            f"{name}: {_told(peer)}; ratio {ratio:.1f} (wanted {wanted:.0f}: "
+            f"{name}: {_told(peer)}; ratio {ratio:.1f}, of processor time "
+            f"{peer.processor / ours.processor:.1f} (wanted {wanted:.0f}: "
             f"{'yes' if ratio >= wanted else 'NO'}), rms misfit {peer.rms / ours.rms:.6f} of ours, "
             f"values apart by at most {apart:.1e}"
         )

@@ -324,7 +324,8 @@ def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence
         for c, n in enumerate(p.data.names):
             polynomial = np.ones(1)
             heard = rest[:, c]
-            if study.noise == "coloured":
+            rounding = 1e-7 * float(np.ptp(p.data.readings[:, c]))
+            if study.noise == "coloured" and np.sqrt(np.mean(heard**2)) > rounding:
                 polynomial = autoregressive(heard)
                 heard = innovations(heard - heard.mean(), polynomial)
             if n not in known:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass
 from typing import Any
 
@@ -141,14 +141,19 @@ def many_starts(
     points = _spread(stack, count, seed)
     say = progress or (lambda text, fraction: None)
     found: dict[int, Arrival] = {}
+    runs = _run(study, method, points, jobs, max_iterations)
     try:
-        for arrival in _run(study, method, points, jobs, max_iterations):
+        for arrival in runs:
             found[arrival.index] = arrival
             least = min(a.cost for a in found.values())
             say(f"start {len(found)} of {count}, best {least:.6g}", 0.9 * len(found) / count)
     except KeyboardInterrupt:
         if not found:
             raise
+    finally:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # the tasks cut short are wanted so
+            runs.close()
     ranked = tuple(sorted(found.values(), key=lambda a: (a.cost, a.index)))
     if not ranked or not np.isfinite(ranked[0].cost):
         raise UnusableInput(
@@ -185,7 +190,7 @@ def _spread(stack: Stack, count: int, seed: int) -> Array:
 
 def _run(
     study: Study, method: str, points: Array, jobs: int, max_iterations: int
-) -> Iterator[Arrival]:
+) -> Generator[Arrival, None, None]:
     backend, _ = get_active_backend()
     streams = bool(getattr(backend, "supports_return_generator", False))
     parallel = Parallel(n_jobs=jobs, return_as="generator_unordered" if streams else "list")

@@ -89,7 +89,7 @@ def _by_drive(model: MirrorModel, p: FloatArray, data: Sequence[Spectra]) -> dic
 def _normal(
     model: MirrorModel, p: FloatArray, data: Sequence[Spectra], free: NDArray[np.intp]
 ) -> tuple[FloatArray, FloatArray]:
-    """Normal equations of the weighted residuals."""
+    """Return the normal equations of the weighted residuals."""
     modes = _by_drive(model, p, data)
     matrix: Any = 0.0
     slope: Any = 0.0

@@ -37,13 +37,17 @@ class Parts(NamedTuple):
     stiffness : ndarray, shape (M,)
         Of a mode: force and displacement of an actuator share the shape ``stiffness psi``.
     softening : ndarray, shape (M,)
-        Relative loss of modal stiffness for a relative rise of the drive level.
+        Relative loss of modal stiffness for a unit of `MirrorModel.drive`.
+    slackening : ndarray, shape (M,)
+        Relative rise of modal damping for a unit of `MirrorModel.drive`.
     static : ndarray, shape (3, 3)
         Reading by modes far above the band, um/V, sensor by actuator.
     late_in, late_out : ndarray, shape (3,)
         Dead times, s.
     coupling : ndarray, shape (P,)
-        Damping between two modes, over `OMEGA`.
+        Damping between two modes, over `OMEGA`; of either sign, so not always passive.
+    dampers : ndarray, shape (M, Q)
+        Share of each mode in dampers of their own, over the root of `OMEGA`; always passive.
     memory : ndarray, shape (3, B)
         Weights of the terms of the actuators' laws.
     """
@@ -54,10 +58,12 @@ class Parts(NamedTuple):
     phi: FloatArray
     stiffness: FloatArray
     softening: FloatArray
+    slackening: FloatArray
     static: FloatArray
     late_in: FloatArray
     late_out: FloatArray
     coupling: FloatArray
+    dampers: FloatArray
     memory: FloatArray
 
     @property
@@ -77,11 +83,14 @@ class Layout:
         Modes with mutual damping.
     terms : int
         B.
+    dampers : int
+        Q.
     """
 
     modes: int
     pairs: tuple[tuple[int, int], ...]
     terms: int
+    dampers: int = 0
 
     @cached_property
     def at(self) -> dict[str, NDArray[np.intp]]:
@@ -89,8 +98,10 @@ class Layout:
         m, found, start = self.modes, {}, 0
         shapes: dict[str, tuple[int, ...]] = {
             "log_omega": (m,), "log_zeta": (m,), "psi": (m, 3), "phi": (m, 3),
-            "log_stiffness": (m,), "softening": (m,), "static": (3, 3), "late_in": (3,),
-            "late_out": (3,), "coupling": (len(self.pairs),), "memory": (3, self.terms),
+            "log_stiffness": (m,), "softening": (m,), "slackening": (m,), "static": (3, 3),
+            "late_in": (3,), "late_out": (3,), "coupling": (len(self.pairs),),
+            "dampers": (m, self.dampers),
+            "memory": (3, self.terms),
         }  # fmt: skip
         for name, shape in shapes.items():
             size = int(np.prod(shape))
@@ -112,8 +123,9 @@ class Layout:
         v = {n: p[k] for n, k in self.at.items()}
         return Parts(
             OMEGA * np.exp(v["log_omega"]), np.exp(v["log_zeta"]), v["psi"], v["phi"],
-            np.exp(v["log_stiffness"]), v["softening"], v["static"], DELAY * v["late_in"],
-            DELAY * v["late_out"], v["coupling"], v["memory"],
+            np.exp(v["log_stiffness"]), v["softening"], v["slackening"], v["static"],
+            DELAY * v["late_in"], DELAY * v["late_out"], v["coupling"],
+            v["dampers"], v["memory"],
         )  # fmt: skip
 
     def moved(self, p: FloatArray, other: Layout) -> FloatArray:
@@ -126,7 +138,15 @@ class Layout:
             if name == "coupling":
                 known = dict(zip(self.pairs, p[self.at[name]], strict=True))
                 made[other.at[name]] = [known.get(pair, 0.0) for pair in other.pairs]
-            elif name in ("log_omega", "log_zeta", "psi", "phi", "log_stiffness", "softening"):
+            elif name in (
+                "log_omega",
+                "log_zeta",
+                "psi",
+                "phi",
+                "log_stiffness",
+                "softening",
+                "slackening",
+            ):
                 made[other.at[name][:keep]] = p[self.at[name][:keep]]
             elif self.at[name].shape == other.at[name].shape:
                 made[other.at[name]] = p[self.at[name]]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from bondgraph.signals import Recording
 __all__ = ["INPUTS", "OUTPUTS", "Lines", "Spectra", "smoothed", "spectra", "total_rms"]
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+ComplexArray = NDArray[np.complexfloating[Any, Any]]
 
 INPUTS = ("u1", "u2", "u3")
 OUTPUTS = ("y1", "y2", "y3")
@@ -67,16 +68,16 @@ class Lines:
         """Samples in time."""
         return self.samples * self.oversampling
 
-    def in_time(self, spectrum: NDArray[np.complexfloating]) -> NDArray[np.floating]:
+    def in_time(self, spectrum: ComplexArray) -> NDArray[np.floating]:
         """Return one period, shape (..., instants), of a spectrum, shape (..., K)."""
         full = np.zeros((*spectrum.shape[:-1], self.instants // 2 + 1), spectrum.dtype)
         full[..., self.first : self.last + 1] = spectrum
         made: NDArray[np.floating] = fft.irfft(full, self.instants, axis=-1, norm="forward")
         return made
 
-    def on_lines(self, period: NDArray[np.floating]) -> NDArray[np.complexfloating]:
+    def on_lines(self, period: NDArray[np.floating]) -> ComplexArray:
         """Return the spectrum on the lines, shape (..., K), of a period, (..., samples)."""
-        made: NDArray[np.complexfloating] = fft.rfft(period, axis=-1, norm="forward")
+        made: ComplexArray = fft.rfft(period, axis=-1, norm="forward")
         return made[..., self.first : self.last + 1]
 
 

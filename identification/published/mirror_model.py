@@ -10,6 +10,7 @@ Sizes: K lines, M modes, D parameters, 3 actuators, 3 sensors.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -86,8 +87,12 @@ class MirrorModel:
     reference: float
 
     def drive(self, data: Spectra) -> float:
-        """Relative departure of the drive level from the reference, to 1 %."""
-        return round(data.level / self.reference - 1.0, 2)
+        """Return how far the drive level is from the reference, on the scale of its square root.
+
+        Resonances fall less between the two upper levels than between the lower ones, but more
+        than with the logarithm (seen in the training realisations).
+        """
+        return round(2.0 * (math.sqrt(data.level / self.reference) - 1.0), 2)
 
     def modes(self, p: FloatArray, drive: float) -> Modes:
         """Return the linear part at a drive level."""
@@ -95,13 +100,17 @@ class MirrorModel:
         ratio = self.lines.s / a.omega[:, None]
         z = np.zeros((self.lines.count, m, m), complex)
         k = np.arange(m)
-        z[:, k, k] = (1.0 + 2.0 * a.zeta[:, None] * ratio + ratio**2).T - drive * a.softening
+        loss = 2.0 * a.zeta * (1.0 + drive * a.slackening)
+        z[:, k, k] = (1.0 + loss[:, None] * ratio + ratio**2).T - drive * a.softening
         for (i, j), c in zip(self.layout.pairs, a.coupling, strict=True):
             z[:, i, j] += c / a.stiffness[i] * self.lines.s / OMEGA
             z[:, j, i] += c / a.stiffness[j] * self.lines.s / OMEGA
-        inverse = np.linalg.inv(z)
-        shape = inverse @ a.psi
-        return Modes(inverse, ratio, shape, a.theta.T @ shape)
+        if self.layout.dampers:
+            shared = a.dampers @ a.dampers.T / a.stiffness[:, None]
+            z += shared * (self.lines.s / OMEGA)[:, None, None]
+        inverse: ComplexArray = np.asarray(np.linalg.inv(z), complex)
+        shape: ComplexArray = np.asarray(inverse @ a.psi, complex)
+        return Modes(inverse, ratio, shape, np.asarray(a.theta.T @ shape, complex))
 
     def settled(self, p: FloatArray, data: Spectra, modes: Modes | None = None) -> Settled:
         """Return the steady state under the commands of a realisation.
@@ -142,7 +151,8 @@ class MirrorModel:
 
     def _read(self, a: Parts, modes: Modes, v: ComplexArray) -> ComplexArray:
         late = np.exp(-self.lines.s * a.late_out[:, None])
-        return late * _apply(a.phi.T @ modes.shape + a.static, v)
+        made: ComplexArray = late * _apply(a.phi.T @ modes.shape + a.static, v)
+        return made
 
     def sensitivities(
         self, p: FloatArray, data: Spectra, modes: Modes
@@ -188,7 +198,9 @@ class MirrorModel:
         made = np.zeros((lay.size, 6, self.lines.count), complex)
         for m in range(lay.modes):
             f, k = force[:, m], a.stiffness[m]
-            loss = 2.0 * a.zeta[m] * ratio[m] * q[m]
+            own = 2.0 * a.zeta[m] * ratio[m] * q[m]
+            loss = (1.0 + drive * a.slackening[m]) * own
+            made[at["slackening"][m]] = -f * drive * own
             made[at["log_omega"][m]] = f * (2.0 * ratio[m] ** 2 * q[m] + loss)
             made[at["log_zeta"][m]] = -f * loss
             made[at["softening"][m]] = f * drive * q[m]
@@ -203,6 +215,15 @@ class MirrorModel:
             made[place] = first + second
             made[at["log_stiffness"][i]] -= c * first
             made[at["log_stiffness"][j]] -= c * second
+        if lay.dampers:
+            rate = self.lines.s / OMEGA
+            pulled = a.dampers.T @ q  # motion of each damper, (Q, K)
+            lever = np.einsum("mq,omk->oqk", a.dampers / a.stiffness[:, None], force)
+            for m in range(lay.modes):
+                f = force[:, m] / a.stiffness[m]
+                for d in range(lay.dampers):
+                    made[at["dampers"][m, d]] = -rate * (f * pulled[d] + lever[:, d] * q[m])
+                made[at["log_stiffness"][m]] += f * rate * (a.dampers[m] @ pulled)
         for o in range(3):
             for i in range(3):
                 made[at["static"][o, i], o] = now.v[i]

@@ -73,7 +73,7 @@ def vector_fit(
         rows = []
         for c in range(h.shape[1]):
             block = np.column_stack((own, -basis * h[:, c, None], h[:, c])) * weight[:, c, None]
-            upper = np.linalg.qr(np.concatenate((block.real, block.imag)), mode="r")
+            upper = np.asarray(np.linalg.qr(np.concatenate((block.real, block.imag)), mode="r"))
             rows.append(upper[n + 1 : 2 * n + 1, n + 1 :])
         stacked = np.concatenate(rows)
         size = np.linalg.norm(stacked[:, :-1], axis=0)
@@ -85,17 +85,17 @@ def vector_fit(
                 [-pole.imag, pole.real],
             ]
             drive[2 * k] = 2.0
-        found = np.linalg.eigvals(real - np.outer(drive, sigma))
+        found = np.asarray(np.linalg.eigvals(real - np.outer(drive, sigma)), complex)
         found = found[found.imag > 1e-9]
         lost = poles[found.size :] if found.size < poles.size else poles[:0]
         found = np.concatenate((-np.abs(found.real) + 1j * found.imag, lost))
         poles = found[np.argsort(found.imag)]
-    own = np.column_stack((_fractions(s, poles), np.ones(s.size)))
-    coefficients = np.empty((own.shape[1], h.shape[1]))
+    last = np.column_stack((_fractions(s, poles), np.ones(s.size)))
+    coefficients = np.empty((last.shape[1], h.shape[1]))
     for c in range(h.shape[1]):
-        block, right = own * weight[:, c, None], h[:, c] * weight[:, c]
+        table, right = last * weight[:, c, None], h[:, c] * weight[:, c]
         coefficients[:, c] = np.linalg.lstsq(
-            np.concatenate((block.real, block.imag)),
+            np.concatenate((table.real, table.imag)),
             np.concatenate((right.real, right.imag)),
             rcond=None,
         )[0]

@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 from bondgraph.hysteresis.plays.play import play_record
 from identification.published.mirror_lines import ComplexArray, FloatArray, Lines
 
-__all__ = ["Terms", "Touched"]
+__all__ = ["RATE", "Terms", "Touched"]
+
+RATE = 6e3
+"""Unit of the rate of the voltage: rad/s times V."""
+
+SWIFTNESS = 1.7
+"""Typical rate over typical voltage, in `RATE`: a flat spectrum to 3 kHz."""
 
 GAUSSIAN = 20_000
 """Samples of the noise that centres the terms."""
@@ -43,21 +49,22 @@ class Terms:
 
     Parameters
     ----------
-    of_voltage, of_motion : tuple of float
-        Thresholds of the plays, V and units of the displacement.
+    of_voltage, of_rate, of_motion : tuple of float
+        Thresholds of the plays: V, V times `RATE`, units of the displacement.
     voltage, motion : float
         Typical root mean square of the arguments, which centres the terms.
     """
 
     of_voltage: tuple[float, ...] = (0.06, 0.15, 0.3, 0.5, 0.8)
+    of_rate: tuple[float, ...] = (0.1, 0.5)
     of_motion: tuple[float, ...] = (0.3, 0.8, 1.6)
     voltage: float = 0.22
     motion: float = 0.8
 
     @property
     def voltage_count(self) -> int:
-        """Plays and the square of the voltage."""
-        return len(self.of_voltage) + 1
+        """Plays and square of the voltage, plays and signed square of its rate."""
+        return len(self.of_voltage) + len(self.of_rate) + 2
 
     @property
     def count(self) -> int:
@@ -70,6 +77,12 @@ class Terms:
         return _mean_gains(self.of_voltage, self.voltage)
 
     @cached_property
+    def rate_gains(self) -> FloatArray:
+        """Mean gain of each play of the rate, and of its signed square."""
+        size = SWIFTNESS * self.voltage
+        return np.append(_mean_gains(self.of_rate, size), size * np.sqrt(8.0 / np.pi))
+
+    @cached_property
     def motion_gains(self) -> FloatArray:
         """Mean gain of each play of the displacement, and of its cube."""
         return np.append(_mean_gains(self.of_motion, self.motion), 3.0 * self.motion**2)
@@ -77,9 +90,13 @@ class Terms:
     def voltage_terms(self, lines: Lines, u: ComplexArray) -> ComplexArray:
         """Return the spectra of the terms of the voltage, shape (3, terms, K)."""
         rows = []
-        for x in np.asarray(lines.in_time(u), float):
+        rates = np.asarray(lines.in_time(u * lines.s / RATE), float)
+        for x, rate in zip(np.asarray(lines.in_time(u), float), rates, strict=True):
             plays = _settled(x, self.of_voltage) - self.voltage_gains[:, None] * x
-            rows.append(lines.on_lines(np.vstack((plays, x**2))))
+            gains = self.rate_gains
+            swift = _settled(rate, self.of_rate) - gains[:-1, None] * rate
+            square = (np.abs(rate) - gains[-1]) * rate
+            rows.append(lines.on_lines(np.vstack((plays, x**2, swift, square))))
         return np.asarray(np.stack(rows), complex)
 
     def motion_terms(self, lines: Lines, x: ComplexArray) -> ComplexArray:

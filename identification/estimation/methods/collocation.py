@@ -93,16 +93,38 @@ class Collocation(Method):
         """Solve, halve the steps while they are coarse, then correct what they leave out."""
         lower, upper = stack.bounds
         start = replace(start, theta=np.clip(start.theta, lower, upper))
-        n_sub, records, w = 1, *_begin(stack, start, 1)
         trace: list[float] = []
+        reached: list[tuple[Runner, Found, float]] = []
+        try:
+            self._descend(stack, start, options, trace, reached)
+        except KeyboardInterrupt:
+            if not reached:
+                return Solution(start, Status.CANCELLED, (np.inf,))
+            runner, found, shift = reached[-1]
+            reached.append((runner, replace(found, status=Status.CANCELLED), shift))
+        runner, found, shift = reached[-1]
+        return _solution(runner.made, runner, found, shift, trace)
+
+    def _descend(
+        self,
+        stack: Stack,
+        start: Stacked,
+        options: Options,
+        trace: list[float],
+        reached: list[tuple[Runner, Found, float]],
+    ) -> None:
+        """Append every solution of a programme to `reached`."""
+        n_sub, records, w = 1, *_begin(stack, start, 1)
         coarse = COARSE if options.tolerance <= ROUGH else LOOSE
         while True:
             made = programme(stack, records, w[: stack.n])
             runner = Runner(made, options, trace, self.hessian, self.wall_time)
             allowed = [np.zeros((r.step.n_x, r.steps)) for r in records]
             found = runner.run(w, allowed)
+            reached.append((runner, found, np.inf))
             system = optimality(runner, found)
             shift, defects = shifted(runner, found, system)
+            reached.append((runner, found, shift))
             if not (found.done and shift > coarse and n_sub < MOST_STEPS):
                 break
             n_sub *= 2
@@ -116,9 +138,9 @@ class Collocation(Method):
                 break
             found, before = better, shift
             shift, defects = shifted(runner, found, system)
+            reached.append((runner, found, shift))
             if shift > 0.7 * before:
                 break
-        return _solution(made, runner, found, shift, trace)
 
 
 def _begin(stack: Stack, start: Stacked, n_sub: int) -> tuple[tuple[Record, ...], Array]:

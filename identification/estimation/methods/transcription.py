@@ -60,7 +60,9 @@ class Programme:
 
     def times(self) -> tuple[Array, Array]:
         """Order in time of the unknowns and of the constraints, as numbers."""
-        unknowns, constraints, base = [np.zeros(self.stack.n)], [], 0.0
+        unknowns: list[Array] = [np.zeros(self.stack.n)]
+        constraints: list[Array] = []
+        base = 0.0
         for r in self.records:
             many = r.size * STAGES
             by_step = base + 1.0 + np.repeat(np.arange(r.steps), many)

@@ -84,14 +84,14 @@ def test_stage_inputs_follow_the_declared_behaviour() -> None:
     ids=["free", "rest", "known and coloured", "hold"],
 )
 def test_agrees_with_single_shooting(options: dict[str, object]) -> None:
-    here, there = both(study(record(300), **options))
+    here, there = both(study(record(200), **options))
     assert here.status is Status.CONVERGED
     assert moved_by(here, there).max() < 1e-3
-    assert here.cost == pytest.approx(there.cost, rel=0.03)  # noise is settled to 2 %
+    assert here.rmse()["x"] == pytest.approx(there.rmse()["x"], rel=1e-3)
 
 
 def test_records_of_different_rates_share_the_parameters() -> None:
-    here, there = both(study(record(400), record(300, fs=70.0, seed=8)))
+    here, there = both(study(record(250), record(200, fs=70.0, seed=8)))
     assert moved_by(here, there).max() < 1e-3
     assert max(misses(here, TRUTH).values()) < 4
 
@@ -105,7 +105,7 @@ def test_a_hardening_spring() -> None:
             "k", stiffness=100.0, law=Polynomial(orders=(3,), size=30.0, unit="N"), unit="N/m"
         )
         body >> Dq("x", unit="m")
-    t = np.arange(400) / 100
+    t = np.arange(250) / 100
     force = 40 * np.sin(2 * np.pi * (1 + t) * t)
     truth = {"m": 0.6, "d": 1.3, "k": 120.0, "a_3_k": 200.0}
     x = np.asarray(simulate(g, t, {"F": force}, truth)["x"])
@@ -114,7 +114,7 @@ def test_a_hardening_spring() -> None:
     r = Recording.from_arrays("r", {"F[N]": force, "x[m]": x}, fs=100.0)
     s = Study(g, r, nuisances=Nuisances(lags=False), initial="rest", noise={"x": noise})
     # the sub-steps that single shooting chooses may move an unknown by a fifth of its error
-    here, there = estimate(s, "collocation", optimiser="ipopt"), estimate(s.changed(n_sub=64))
+    here, there = estimate(s, "collocation", optimiser="ipopt"), estimate(s.changed(n_sub=256))
     assert moved_by(here, there).max() < 1e-3
     assert max(misses(here, truth).values()) < 4
 
@@ -138,7 +138,7 @@ def test_an_integrating_plant() -> None:
 def test_an_unstable_plant_keeps_readings_and_intervals_of_the_trajectory() -> None:
     truth = {"m": 0.5, "d": 1.0, "t_0_k": 20.0, "t_2_k": -20.0}
     s = Study(
-        falling(-15.0), caught(400), tuple(truth), {"t_1_k": 0.0}, hold="hold",
+        falling(-15.0), caught(250), tuple(truth), {"t_1_k": 0.0}, hold="hold",
         nuisances=NO_NUISANCES,
     )  # fmt: skip
     made = estimate(s, "collocation", optimiser="ipopt")
@@ -234,6 +234,6 @@ def test_refusals_name_another_method() -> None:
 
 
 def test_starts_far_away() -> None:
-    far = study(record(300), free=("m", Vary("d", start=0.3), Vary("k", start=900.0)))
+    far = study(record(200), free=("m", Vary("d", start=0.3), Vary("k", start=900.0)))
     made = estimate(far, "collocation", optimiser="ipopt")
     assert max(misses(made, TRUTH).values()) < 4

@@ -85,7 +85,8 @@ def test_best_is_as_good_as_one_fit_from_a_good_start(alone: Starts) -> None:
     assert alone.best.cost == pytest.approx(good.cost, rel=1e-3)
 
 
-def test_interrupt_keeps_what_has_arrived() -> None:
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_interrupt_keeps_what_has_arrived(jobs: int) -> None:
     heard: list[str] = []
 
     def stop(text: str, fraction: float) -> None:
@@ -93,7 +94,7 @@ def test_interrupt_keeps_what_has_arrived() -> None:
         if len(heard) == 3:
             raise KeyboardInterrupt
 
-    found = many_starts(asked(), COUNT, jobs=1, progress=stop)
+    found = many_starts(asked(), COUNT, jobs=jobs, progress=stop)
     assert len(found.arrivals) == 3
     assert found.wanted == COUNT
     assert "cancelled after 3 of 8" in str(found)

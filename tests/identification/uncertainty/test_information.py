@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from bondgraph.errors import UnknownName, UnusableInput
 from identification.uncertainty.information import Sensitivities, information
-from identification.uncertainty.sandwich import block_rows, block_scores, blocks_for
+from identification.block_scores import block_rows, block_scores, blocks_for
 
 
 def line(n: int = 400) -> np.ndarray:
