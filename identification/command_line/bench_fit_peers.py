@@ -65,13 +65,13 @@ def duffing() -> BondGraph:
     return g.with_values({"a_3_k": START["a_3_k"]})
 
 
-def duffing_record(samples: int, seed: int = 0) -> Recording:
+def duffing_record(samples: int, seed: int = 0, accuracy: float = 1e-8) -> Recording:
     """Return a virtual record from rest under a random force, linear between the samples."""
     rng = np.random.default_rng(seed)
     force = 20 * np.convolve(rng.standard_normal(samples), np.ones(12) / 6, "same")
     force -= force[0]
     t = np.arange(samples) / RATE
-    x = np.asarray(simulate(duffing(), t, {"F": force}, TRUTH, accuracy=1e-8)["x"])
+    x = np.asarray(simulate(duffing(), t, {"F": force}, TRUTH, accuracy=accuracy)["x"])
     x = x + NOISE * rng.standard_normal(samples)
     return Recording.from_arrays("duffing", {"F[N]": force, "x[m]": x}, fs=RATE)
 

@@ -376,6 +376,7 @@ def _finished(
     covariance, words = solution.covariance, ""
     if covariance is None:
         covariance, words = _covariance(stack, found, point)
+    covariance, doubt = _widened(study, stack, found, solution, covariance)
     estimates, nuisances = estimates_of(stack, point, covariance)
     simulated = list(solution.readings or _simulated(stack, found, point))
     status = solution.status
@@ -385,7 +386,7 @@ def _finished(
         study, setting, method.name, optimiser, status, point, covariance,
         _cost(stack, found, solution), solution.trace, estimates, nuisances, tuple(simulated),
         (
-            *notes, *solution.notes, *((words,) if words else ()),
+            *notes, *solution.notes, *(w for w in (words, doubt) if w),
             *_doubts(study, stack, found, solution), *_cautions(study),
             *_coarse(study, setting, stack, point, found),
         ),
@@ -422,6 +423,27 @@ def _doubts(
             "method='multiple_shooting' or many_starts"
         )
     return words
+
+
+def _widened(
+    study: Study,
+    stack: Stack,
+    found: Sequence[Evaluation],
+    solution: Solution,
+    covariance: Array,
+) -> tuple[Array, str]:
+    """Widen what the noise cannot carry: too few readings, or noise given far too small."""
+    rows, unknowns = _sizes(stack)
+    if rows <= unknowns:
+        lower, upper = stack.bounds
+        return np.diag(np.where(upper > lower, np.inf, 0.0)), ""
+    cost = _cost(stack, found, solution)
+    if isinstance(study.noise, str) or not np.isfinite(cost) or cost <= STRAINED:
+        return covariance, ""
+    return cost * covariance, (
+        f"the residuals are {np.sqrt(cost):.3g} times the noise given: the intervals are widened "
+        "by as much"
+    )
 
 
 def _misfit(study: Study, stack: Stack, found: Sequence[Evaluation]) -> float:

@@ -130,18 +130,21 @@ class Estimation:
     def rmse(self, part: str = "train", record: int = 0) -> dict[str, float]:
         """Root mean square error of each reading, SI; NaN where nothing is scored."""
         r = self.residuals(part, record)
-        return {
-            n: float(np.sqrt(np.mean(r[:, c] ** 2))) if r.size else float("nan")
-            for c, n in enumerate(self.sensors(record))
-        }
+        with np.errstate(over="ignore", invalid="ignore"):
+            return {
+                n: float(np.sqrt(np.mean(r[:, c] ** 2))) if r.size else float("nan")
+                for c, n in enumerate(self.sensors(record))
+            }
 
     def chi2(self, part: str = "train") -> float:
         """Mean square residual over the noise floor, all recordings and readings."""
-        squares = [
-            np.ravel((self.residuals(part, r) / floor) ** 2) for r, floor in enumerate(self.floors)
-        ]
-        every = np.concatenate(squares)
-        return float(np.mean(every)) if every.size else float("nan")
+        with np.errstate(over="ignore", invalid="ignore"):
+            squares = [
+                np.ravel((self.residuals(part, r) / floor) ** 2)
+                for r, floor in enumerate(self.floors)
+            ]
+            every = np.concatenate(squares)
+            return float(np.mean(every)) if every.size else float("nan")
 
     def estimate_of(self, name: str) -> Estimate:
         """Estimate of one parameter or nuisance by name."""

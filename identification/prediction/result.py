@@ -20,6 +20,8 @@ from identification.prediction.words import remarks
 __all__ = ["Predicted", "PredictionFit", "fit_prediction"]
 
 Array = np.ndarray
+QUIET = 0.05
+"""Noise of a sensor where a fit begins without process noise, in spreads of the reading."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -188,6 +190,11 @@ def fit_prediction(
     with threadpool_limits(1, user_api="blas"):
         begin = model.start() if start is None else np.asarray(start, float)
         found = maximise(model, begin, max_iterations=max_iterations, progress=progress)
+        if _without_noise(model, found):
+            # process noise can imitate the noise of a sensor; begin from the other end as well
+            other = maximise(model, _quiet(model, begin), max_iterations=max_iterations)
+            if other.at.log_likelihood > found.at.log_likelihood:
+                found = other
         covariance, sandwich = _covariances(model, found)
         variance = np.maximum(np.diag(covariance), np.diag(sandwich))
         estimates = _estimates(model, found.theta, variance, found.at)
@@ -196,6 +203,22 @@ def fit_prediction(
             found.at.count, covariance, sandwich, estimates, (),
         )  # fmt: skip
         return replace(made, remarks=remarks(model, made))
+
+
+def _without_noise(model: PredictionModel, found: Maximum) -> bool:
+    """Whether the noise of a sensor has vanished."""
+    at, (lower, _) = model.slots.noise, model.bounds()
+    return bool((found.theta[at] <= lower[at] + 1e-6).any())
+
+
+def _quiet(model: PredictionModel, begin: Array) -> Array:
+    """Return a start with hardly any process noise, all misfit being noise of the sensors."""
+    at, theta = model.slots, begin.copy()
+    lower, upper = model.bounds()
+    theta[at.sigma] = lower[at.sigma] + 1.0
+    scale = model.reading_scale[list(model.estimated_noise)]
+    theta[at.noise] = np.log(QUIET * scale)
+    return np.asarray(np.clip(theta, lower, upper))
 
 
 def _covariances(model: PredictionModel, found: Maximum) -> tuple[Array, Array]:

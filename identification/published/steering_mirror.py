@@ -41,7 +41,17 @@ from identification.published.mirror_terms import Terms
 from identification.published.outcome import Outcome, Reached, split_hash
 from identification.published.staging import Progress, channels
 
-__all__ = ["Comparison", "Sizes", "by_level", "compare", "errors_of", "linear_modes", "run"]
+__all__ = [
+    "LINEAR",
+    "Comparison",
+    "Sizes",
+    "by_level",
+    "compare",
+    "errors_of",
+    "linear_modes",
+    "run",
+    "with_memory",
+]
 
 RATE, PERIOD, LAST = 6400.0, 8192, 3839
 LINEAR = (
@@ -154,7 +164,7 @@ def linear_modes(
     return model, fitted(model, p, data, free, iterations=sizes.linear, damping=1e-2).p
 
 
-def _with_memory(
+def with_memory(
     model: MirrorModel, p: FloatArray, data: Sequence[Spectra]
 ) -> tuple[MirrorModel, FloatArray]:
     """Return the model with thresholds that suit its motion, and small weights to start from."""
@@ -213,7 +223,7 @@ def compare(
     p = fitted(linear, start, everything, free, iterations=sizes.linear).p
     together = {k: errors_of(linear, p, e) for k, e in judged.items()}
     tell("hysteretic model, one realisation a level", 0.3)
-    model, p = _with_memory(linear, start, middle)
+    model, p = with_memory(linear, start, middle)
     whole = np.arange(model.layout.size)
     # the realisation with the least noise of each level
     few = [min(v, key=lambda e: float(e.noise.sum())) for v in data.values()]
