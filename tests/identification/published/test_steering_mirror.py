@@ -23,9 +23,17 @@ from identification.published.mirror_lines import Lines, Spectra, spectra, total
 from identification.published.mirror_model import MirrorModel
 from identification.published.mirror_start import vector_fit
 from identification.published.mirror_terms import Terms
-from identification.published.steering_mirror import Sizes, by_level, compare
+from identification.published.steering_mirror import (
+    LINEAR,
+    Sizes,
+    by_level,
+    compare,
+    errors_of,
+    linear_modes,
+    with_memory,
+)
 
-LINES = Lines(256, 6400.0, 2, 75, oversampling=8)
+LINES = Lines(256, 6400.0, 1, 110, oversampling=8)
 TERMS = Terms(of_voltage=(0.1, 0.3), of_rate=(0.2,), of_motion=(0.5,))
 MODEL = MirrorModel(Layout(3, ((0, 1), (1, 2)), TERMS.count, 2), TERMS, LINES, 0.2)
 
@@ -89,10 +97,11 @@ def test_bond_graph_simulates_the_same_steady_state() -> None:
     p, data = values(), command(4)
     y = MODEL.settled(p, data).y
     linear = MODEL.settled(values(0.0), data).y
-    error = total_rms(free_run(MODEL, p, data, accuracy=1e-2) - y)
+    error = total_rms(free_run(MODEL, p, data, oversampling=32, accuracy=1e-2) - y)
     # commands are linear between the finer samples, and laws act between them too
-    assert np.all(error < 5e-3 * total_rms(y))
-    assert np.all(error < 0.1 * total_rms(y - linear))
+    assert np.all(error < 0.02 * total_rms(y))
+    # the settled response leaves out what memory makes at rest and beyond the lines
+    assert np.all(error < 0.3 * total_rms(y - linear))
 
 
 def test_dampers_make_a_symmetric_matrix_only() -> None:
@@ -122,14 +131,15 @@ def test_law_is_the_sum_of_plays_and_powers() -> None:
 
 def test_vector_fit_finds_poles() -> None:
     s = 2j * np.pi * np.linspace(100.0, 1000.0, 400)
-    poles = 2 * np.pi * np.array([-4 + 300j, -6 + 650j])
+    poles = np.array([-4 + 300j, -6 + 650j]) * 2 * np.pi
     residues = np.array([[1 + 2j, -1j], [0.5j, 2.0]])
     h = 0.01 + sum(
         r / (s[:, None] - q) + r.conj() / (s[:, None] - q.conj())
         for r, q in zip(residues, poles, strict=True)
     )
-    start = 2 * np.pi * np.array([-5 + 200j, -5 + 800j])
-    found, _ = vector_fit(s, np.asarray(h, complex), np.ones(h.shape), start)
+    start = np.empty(2, dtype=np.complex128)
+    start[:] = 2 * np.pi * np.array([-5 + 200j, -5 + 800j])
+    found, _ = vector_fit(s, np.asarray(h, complex), np.ones(h.shape, float), start)
     np.testing.assert_allclose(found, poles, rtol=1e-6)
 
 
@@ -152,13 +162,18 @@ def test_memory_beats_a_linear_model_of_all_levels() -> None:
     folder = os.environ.get("BONDSIGHT_RECORDINGS")
     if not folder or not (Path(folder) / "piezo-steering-mirror").is_dir():
         pytest.skip("BONDSIGHT_RECORDINGS has no piezo-steering-mirror")
-    parts = protocol("steering_mirror")
-    train = by_level(parts.train)
-    train = {k: v if k == "200mV" else v[:1] for k, v in train.items()}
-    tests = {k: v[0] for k, v in by_level(list(parts.tests.values())).items()}
-    made = compare(train, tests, Sizes(added=0, reach=1, linear=2, few=3, all=0))
-    # a quick fit only: the full one is `bondsight published steering_mirror`
-    for level in ("100mV", "300mV"):
-        assert np.all(made.hysteretic[level] < made.linear_all[level])
-    assert all(np.all(made.noise[k] < made.hysteretic[k]) for k in made.noise)
-    assert len(made.lines()) == 10
+    parts, lines = protocol("steering_mirror"), Lines(8192, 6400.0, 1, 3839)
+    train = {k: [spectra(r, lines) for r in v] for k, v in by_level(parts.train).items()}
+    tests = [spectra(r, lines) for r in parts.tests.values()]
+    # a quick fit of few modes only: the full one is the protocol itself
+    sizes = Sizes(added=0, reach=0, linear=2)
+    linear, start = linear_modes(train["200mV"], lines, sizes, Terms())
+    few = [v[0] for v in train.values()]
+    places = linear.layout.places(*LINEAR)
+    plain = fitted(linear, start, few, places, iterations=3).p
+    model, p = with_memory(linear, start, few)
+    p = fitted(model, p, few, np.arange(p.size), iterations=3, damping=1e-2).p
+    for e in (tests[0], tests[2]):
+        noise = np.sqrt(2.0 * e.noise.sum(1)) * 1e-6
+        assert np.all(errors_of(model, p, e) < 0.8 * errors_of(linear, plain, e))
+        assert np.all(errors_of(model, p, e) > noise)

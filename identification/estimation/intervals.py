@@ -1,0 +1,49 @@
+"""Which covariance the intervals of a fit take: information, or the block sandwich."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import stats
+
+from identification.covariance import information_root, sandwich
+from identification.residual import Evaluation
+from identification.stack import Stack, Stacked
+
+__all__ = ["interval_covariance"]
+
+Array = np.ndarray
+
+
+def interval_covariance(
+    stack: Stack, found: Sequence[Evaluation], point: Stacked
+) -> tuple[Array, str]:
+    """Inverse information; the block sandwich where the residuals are coloured."""
+    factor = stack.normal(found, point).factor
+    if not np.isfinite(factor).all():
+        return np.full((stack.n, stack.n), np.nan), ""
+    root = information_root(stack, factor)
+    inverse = root @ root.T
+    if not _coloured(stack, found):
+        return inverse, ""
+    robust = sandwich(stack, found, point, inverse)
+    return robust, "the residuals are coloured: intervals are robust ones (block sandwich)"
+
+
+def _coloured(stack: Stack, found: Sequence[Evaluation], lags: int = 20) -> bool:
+    """Whether a portmanteau test sees correlation in the residuals of a reading."""
+    for p, e in zip(stack.problems, found, strict=True):
+        rows = e.residual.size
+        count = len(p.data.names)
+        if p.window is not None or rows % max(count, 1):
+            return True
+        for r in e.residual.reshape(count, -1):
+            n = r.size
+            if n <= 2 * lags or not (power := float(r @ r)):
+                continue
+            rho = np.array([r[k:] @ r[:-k] for k in range(1, lags + 1)]) / power
+            q = n * (n + 2) * np.sum(rho**2 / (n - np.arange(1, lags + 1)))
+            if q > stats.chi2.ppf(0.999, lags):
+                return True
+    return False

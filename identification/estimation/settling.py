@@ -1,0 +1,186 @@
+"""What a fit settles beside its unknowns: noise, colours and the size of the sub-steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identification.covariance import information_root
+from identification.estimation.methods.method import Solution
+from identification.estimation.noise import autoregressive, innovations
+from identification.estimation.study import Setting, Study
+from identification.problem import Problem
+from identification.residual import Evaluation, Point, evaluate
+from identification.stack import Stack, Stacked
+
+__all__ = ["BIAS", "FINEST", "corrected_steps", "same_setting", "settled_setting", "sizes"]
+
+Array = np.ndarray
+FINEST = 64
+AGAIN = 10.0
+NEAR = 1.0
+"""A correction holds while no unknown has moved by more standard errors than this."""
+LARGEST_CORRECTION = 0.02
+"""Share of a reading's range that a correction may have; more sub-steps if it is larger."""
+WITHOUT_FREE_RUN = 8
+"""Sub-steps where no free run can tell how many are enough."""
+BIAS = 0.2
+"""Doubling the sub-steps may move no unknown by more than this share of its standard error."""
+
+
+def settled_setting(
+    study: Study, setting: Setting, stack: Stack, solution: Solution
+) -> tuple[Setting, bool]:
+    """Return the setting that the fit asks for, and whether the sub-steps ask for another fit."""
+    if solution.readings is not None:
+        fine = _finer(study, setting, stack)
+        return _reweighted(study, fine, stack, solution.readings), fine is not setting
+    now = solution.evaluations or stack.evaluate(solution.point)
+    finer, moved = corrected_steps(study, setting, stack, solution.point, now)
+    return _reweighted(study, finer, stack, tuple(e.y for e in now)), moved
+
+
+def _finer(study: Study, setting: Setting, stack: Stack) -> Setting:
+    """Return more sub-steps for readings of a method of its own, unless the step is exact."""
+    exact = setting.hold != "band-limited" and all(p.engine.exact_step for p in stack.problems)
+    if exact or study.n_sub is not None:
+        return setting
+    steps = tuple(max(n, WITHOUT_FREE_RUN) for n in setting.n_sub)
+    same = steps == setting.n_sub
+    return setting if same else replace(setting, n_sub=steps, n_fine=steps)
+
+
+def corrected_steps(
+    study: Study, setting: Setting, stack: Stack, point: Stacked, now: Sequence[Evaluation]
+) -> tuple[Setting, bool]:
+    """Correct the readings for the size of the sub-steps, and say whether that moves the unknowns.
+
+    A misfit that all samples share counts with the root of their number, so the change of the
+    readings is judged by the step of the unknowns that it makes.
+    """
+    system = stack.normal(now, point)
+    if study.n_sub is not None or not np.isfinite(system.factor).all():
+        return setting, False
+    jacobian = stack.projected(now, point)
+    inverse = information_root(stack, system.factor)
+    # standard errors with the misfit as it is, not with the noise that was expected
+    level = max(1.0, float(np.sqrt(stack.cost(now, point))))
+    error = level * np.linalg.norm(inverse, axis=1) + 1e-300
+    before, moved_by = setting.corrected_at, np.inf
+    if before is not None:
+        moved_by = float(np.abs((point.theta - before) / error).max(initial=0.0))
+    if moved_by < NEAR:
+        return setting, False
+    few, moved = list(setting.n_sub), False
+    fine, corrections = list(setting.n_fine), list(setting.corrections)
+    at = 0
+    for r, (p, e) in enumerate(zip(stack.problems, now, strict=True)):
+        rows = slice(at, at + e.residual.size)
+        at = rows.stop
+        local = stack.local(point, r)
+
+        def step(change: Array, rows: slice = rows) -> float:
+            moves = inverse @ (inverse.T @ (jacobian[rows].T @ change))
+            return float(np.abs(moves / error).max(initial=0.0))
+
+        def run(n: int, p: Problem = p, local: Point = local) -> Evaluation:
+            finer = replace(p, n_sub=n, correction=None)
+            return evaluate(finer, local, derivatives=False)
+
+        n = max(fine[r], 2 * p.n_sub)
+        found = run(n)
+        # near the end the number of sub-steps is judged again: far off it was judged loosely
+        while (fine[r] == p.n_sub or moved_by < AGAIN) and n < FINEST:
+            finer = run(2 * n)
+            if not np.isfinite(finer.residual).all():
+                break
+            settled = step(finer.residual - found.residual) < BIAS
+            found, n = finer, 2 * n
+            if settled:
+                break
+        if not np.isfinite(found.residual).all():
+            continue
+        if step(found.residual - e.residual) > BIAS:
+            old = corrections[r]
+            change = found.y - (e.y if old is None else e.y - old)
+            if _too_large(change, p):
+                few[r] = fine[r] = min(max(2 * few[r], WITHOUT_FREE_RUN), FINEST)
+                corrections[r] = None
+                moved = moved or few[r] > setting.n_sub[r]
+            else:
+                corrections[r], fine[r], moved = change, n, True
+        else:
+            fine[r] = max(fine[r], p.n_sub)
+    finest = max(fine[: len(stack.problems)], default=1)
+    judged = [max(n, finest) for n in setting.n_fine[len(stack.problems) :]]
+    fine = [*fine[: len(stack.problems)], *judged]
+    steps = (*few[: len(stack.problems)], *judged)
+    chosen = replace(
+        setting, n_sub=steps, n_fine=tuple(fine), corrections=tuple(corrections),
+        corrected_at=point.theta if moved else setting.corrected_at,
+    )  # fmt: skip
+    return chosen, moved
+
+
+def _too_large(change: Array, p: Problem) -> bool:
+    """Whether a correction is no small change any more: coarse steps, or an unstable plant."""
+    train = p.data.mask("train")
+    largest = np.abs(change[train]).max(axis=0)
+    return bool((largest > LARGEST_CORRECTION * np.ptp(p.data.readings[train], axis=0)).any())
+
+
+def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence[Array]) -> Setting:
+    """Take noise levels, and colours if wanted, from the training residuals."""
+    known = study.noise if not isinstance(study.noise, str) else {}
+    floors, whitening = list(setting.floors), list(setting.whitening)
+    inflated = _inflation(stack)
+    if not np.isfinite(inflated):
+        return setting  # nothing is left over that could tell the noise
+    for r, (p, y) in enumerate(zip(stack.problems, readings, strict=True)):
+        m = p.data.mask("train")
+        rest = (p.data.readings - y)[m]
+        if not np.isfinite(rest).all() or rest.shape[0] < 4:
+            continue
+        level, colours = setting.floors[r].copy(), []
+        for c, n in enumerate(p.data.names):
+            polynomial = np.ones(1)
+            heard = rest[:, c]
+            rounding = 1e-7 * float(np.ptp(p.data.readings[:, c]))
+            if study.noise == "coloured" and np.sqrt(np.mean(heard**2)) > rounding:
+                polynomial = autoregressive(heard)
+                heard = innovations(heard - heard.mean(), polynomial)
+            if n not in known:
+                least = 1e-9 * float(np.ptp(p.data.readings[:, c]))
+                level[c] = max(inflated * float(np.sqrt(np.mean(heard**2))), least, 1e-300)
+            colours.append(polynomial)
+        floors[r] = level
+        whitening[r] = tuple(colours) if study.noise == "coloured" else ()
+    return replace(setting, floors=tuple(floors), whitening=tuple(whitening))
+
+
+def _inflation(stack: Stack) -> float:
+    """Noise over residuals, which are smaller as unknowns follow them; infinite if too many do."""
+    rows, unknowns = sizes(stack)
+    return float(np.sqrt(rows / (rows - unknowns))) if rows > unknowns else np.inf
+
+
+def sizes(stack: Stack) -> tuple[int, int]:
+    """Return the number of training readings and that of unknowns, initial states included."""
+    rows = sum(int(p.data.mask("train").sum()) * len(p.data.names) for p in stack.problems)
+    lower, upper = stack.bounds
+    unknowns = int((upper > lower).sum())
+    unknowns += sum(p.free_states.size * len(stack.scored(r)) for r, p in enumerate(stack.problems))
+    return rows, unknowns
+
+
+def same_setting(a: Setting, b: Setting, share: float) -> bool:
+    """Whether noise and colours differ by less than `share`."""
+    level = all(np.allclose(x, y, rtol=share) for x, y in zip(a.floors, b.floors, strict=True))
+    pairs = zip(a.whitening, b.whitening, strict=True)
+    return level and all(
+        len(x) == len(y)
+        and all(v.size == w.size and np.abs(v - w).max() < share for v, w in zip(x, y, strict=True))
+        for x, y in pairs
+    )
