@@ -10,22 +10,25 @@ Array = np.ndarray
 TAPS = 8
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=1)
+def _coefficients() -> Array:
+    """Coefficients of the eight Lagrange polynomials, powers rising, shape (8, 8)."""
+    nodes = np.arange(-3.0, 5.0)
+    rows = []
+    for i, a in enumerate(nodes):
+        others = np.delete(nodes, i)
+        rows.append(np.polynomial.polynomial.polyfromroots(others) / np.prod(a - others))
+    return np.array(rows)
+
+
 def lagrange(fraction: float) -> tuple[Array, Array]:
     """Eight-point Lagrange weights for a delay of `fraction` in [0, 1) samples, and derivatives.
 
     The weights apply to samples ``n + 3, ..., n - 4`` in that order, so the interpolation is
     centred; Laakso et al., IEEE Signal Processing Magazine 13 (1996) 30.
     """
-    nodes = np.arange(-3.0, 5.0)
-    weights, slopes = np.empty(TAPS), np.empty(TAPS)
-    for i, a in enumerate(nodes):
-        others = np.delete(nodes, i)
-        scale = np.prod(a - others)
-        factors = fraction - others
-        weights[i] = np.prod(factors) / scale
-        slopes[i] = sum(np.prod(np.delete(factors, j)) for j in range(TAPS - 1)) / scale
-    return weights, slopes
+    c, k = _coefficients(), np.arange(TAPS)
+    return c @ fraction**k, c[:, 1:] @ (k[1:] * fraction ** k[:-1])
 
 
 def delayed(y: Array, samples: float) -> tuple[Array, Array]:
@@ -75,19 +78,15 @@ def warped(y: Array, samples: Array) -> tuple[Array, Array]:
     """
     n = y.shape[0]
     whole = np.floor(samples).astype(int)
-    fraction = samples - whole
-    nodes = np.arange(-3.0, 5.0)
+    powers = (samples - whole)[:, None] ** np.arange(TAPS)
+    c, k = _coefficients(), np.arange(TAPS)
+    weights, changes = powers @ c.T, powers[:, :-1] @ (c[:, 1:] * k[1:]).T
     index = np.arange(n) - whole
     value, slope = np.zeros_like(y, dtype=float), np.zeros_like(y, dtype=float)
-    for i, node in enumerate(nodes):
-        others = np.delete(nodes, i)
-        scale = float(np.prod(node - others))
-        factors = fraction[:, None] - others
-        weight = factors.prod(axis=1) / scale
-        change = sum(np.delete(factors, j, axis=1).prod(axis=1) for j in range(TAPS - 1)) / scale
-        part = y[np.clip(index - int(node), 0, n - 1)]
-        value += weight[:, None] * part
-        slope += change[:, None] * part
+    for i, node in enumerate(range(-3, 5)):
+        part = y[np.clip(index - node, 0, n - 1)]
+        value += weights[:, i, None] * part
+        slope += changes[:, i, None] * part
     return value, slope
 
 

@@ -18,6 +18,8 @@ __all__ = ["block_rows", "block_scores", "blocks_for", "student"]
 
 FloatArray = NDArray[np.float64]
 BLOCKS = 40
+LEAST_LEFT = 0.1
+"""Share of a direction that a block leaves to the others, at least."""
 
 
 def student(blocks: int) -> float:
@@ -89,12 +91,17 @@ def block_scores(
 
     The inverse makes up for what the fit took out of the residuals of a block (the jackknife, CR3:
     Bell and McCaffrey, Survey Methodology 28 (2002) 169); without it slow colours look too small.
+    A block that alone decides a direction has nothing left over to judge it by: what is made up for
+    is bounded.
     """
-    one = np.eye(jacobian.shape[1])
+    power, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    kept = power > 1e-14 * power.max(initial=0.0)
+    spread = np.sqrt(power[kept])
+    root, back = axes[:, kept] * spread, axes[:, kept] / spread
     found = []
     for part in rows:
-        j = jacobian[part]
-        lever = one - j.T @ j @ covariance
-        score = j.T @ residual[part]
-        found.append(np.linalg.lstsq(lever, score, rcond=1e-6)[0])
+        seen = jacobian[part] @ root
+        lever, turn = np.linalg.eigh(seen.T @ seen)
+        score = turn.T @ (seen.T @ residual[part])
+        found.append(back @ (turn @ (score / np.maximum(1.0 - lever, LEAST_LEFT))))
     return np.array(found)

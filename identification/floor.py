@@ -31,7 +31,9 @@ def noise_floor(recording: Recording, split: Split, sensors: tuple[str, ...]) ->
 
 def _rest_level(y: Array) -> float:
     t = np.linspace(-1, 1, y.size)
-    return float((y - np.polyval(np.polyfit(t, y, 2), t)).std())
+    left = y - np.polyval(np.polyfit(t, y, 2), t)
+    # the drive may begin to move within the rest: a robust level does not see its last samples
+    return min(float(left.std()), 1.4826 * float(np.median(np.abs(left - np.median(left)))))
 
 
 def _white_level(y: Array) -> float:

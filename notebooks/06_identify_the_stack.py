@@ -72,7 +72,7 @@ plt.rcParams.update(
 # `k`, mass `m`, damper `R_nl`. The dielectric is a spring of slope `1 / C_nl` beside ten springs
 # that slip (`h_1` to `h_10`), one after the other as the polarisation grows. What the fits are
 # given is the structure and the ten thresholds; the declared constants are those of a data sheet
-# and are off by 5 to 25 %, the declared heights are all the same.
+# and are up to 20 % off, the declared heights are all the same.
 
 # %%
 operator = polarisation_operator(AlJanaideh.stack_2hz())
@@ -202,7 +202,7 @@ def against_truth(fit, expected):
         inside = "" if distances[-1] < 1.96 else "   outside"
         print(
             f"{e.name:10s} true {expected[e.name]:10.4e}  found {e.value:10.4e}"
-            f"  +- {100 * 1.96 * standard_error / abs(e.value):5.2f} %{inside}"
+            f"  +- {100 * 1.96 * standard_error / abs(e.value):6.3f} %{inside}"
         )
     return np.array(distances)
 
@@ -298,7 +298,8 @@ print(f"{np.sum(far < 1.96)} of {far.size} true values lie in their 95 % interva
 assert (far < 3.5).all()
 assert np.sum(far > 1.96) <= 3  # of 16, one in twenty is expected outside
 for i, r in enumerate(together.record_names):
-    print(r, {n: f"{v:.3g}" for n, v in together.rmse("test", i).items()})
+    error = together.rmse("test", i)
+    print(f"{r}: held-out error {1e9 * error['x']:.3f} nm, {1e6 * error['i']:.1f} µA")
 assert together.rmse("test", 1)["x"] < 1.05 * NOISE["x"]
 assert together.rmse("test", 2)["x"] < 1.05 * NOISE["x"]
 assert together.rmse("test", 2)["i"] < 1.05 * NOISE["i"]
@@ -308,8 +309,7 @@ residual_figure(judged_together)
 
 # %% [markdown]
 # Residuals over time, and their spectrum below that of the reading: what is left is the floor, at
-# every frequency. (The remark on sub-steps: at 4 kHz a slip within a sample makes a step of the
-# current, which no number of sub-steps places exactly.)
+# every frequency.
 #
 # What does the common fit add? What one recording knows helps to read the other:
 
@@ -328,9 +328,9 @@ axis.legend()
 plt.show()
 
 # %% [markdown]
-# `T` and the first slips gain: charge over displacement is the same number in both recordings, and
-# the small one sees the sum of all slopes. `C_nl` seems to lose; its interval of step 2 was too
-# narrow, and now it is honest.
+# `T` and what moves gain a factor 2 to 4: charge over displacement is the same number in both
+# recordings, the large one knows it best, and with it the small one tells `k` from `m`. `C_nl` seems
+# to lose; its interval of step 2 was too narrow, and now it is honest.
 #
 # ## Side by side
 #
@@ -355,7 +355,7 @@ comparison_figure(side_by_side)
 # %% [markdown]
 # The two steps are nearly as good. What is left shows in the current of the small recording, where
 # the slopes that step 2 found add up to a capacitance a little beside the one of step 1. The linear
-# stack is off by a hundred times the noise, and takes `T` for nearly twice what it is: a wrong
+# stack is off by 8 to 220 times the noise, and takes `T` for nearly twice what it is: a wrong
 # structure does not only predict badly, it returns wrong constants.
 
 # %%
@@ -408,4 +408,4 @@ else:
     spread = np.std(recording.channels["x"][split.test])
     for name, fit in fits.items():
         print(f"{name}: held-out error {100 * fit.rmse('test')['x'] / spread:.2f} % of the motion")
-    print(*judge(fits["ten slips"]).faults, sep="\n")
+    print(*(f"- {fault.text}" for fault in judge(fits["ten slips"]).faults), sep="\n")

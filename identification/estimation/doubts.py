@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from identification.covariance import information_root
 from identification.estimation.methods.method import Solution
-from identification.estimation.settling import BIAS, FINEST, corrected_steps, sizes
+from identification.estimation.settling import BIAS, FINEST, Refined, corrected_steps, sizes
 from identification.estimation.study import Setting, Study
 from identification.levenberg_marquardt import Status
-from identification.residual import Evaluation, evaluate
+from identification.residual import Evaluation
 from identification.stack import Stack, Stacked
 
 __all__ = ["cautions", "coarse_steps", "doubts", "final_cost", "runs_away", "widened"]
@@ -111,19 +110,17 @@ def _unsettled(
     worst, name = 0.0, ""
     for r in late:
         p, local = stack.problems[r], stack.local(point, r)
-        half, whole = (
-            evaluate(replace(p, n_sub=n, correction=None), local, derivatives=False).residual
-            for n in (FINEST // 2, FINEST)
-        )
+        refined = Refined(p, local)
+        half, whole = (refined.at(n).residual for n in (FINEST // 2, FINEST))
         moves = np.abs(root @ (root.T @ (jacobian[edges[r] : edges[r + 1]].T @ (whole - half))))
         at = int(np.argmax(moves / error))
         if moves[at] / error[at] > worst:
             worst, name = float(moves[at] / error[at]), stack.names[at]
-    if worst < 1.0:
+    if worst < 3.0:
         return ()
     return (
-        f"{FINEST} sub-steps a sample still move {name} by {worst:.2g} standard errors: sample "
-        "faster, or its interval is too narrow",
+        f"{FINEST} sub-steps a sample leave {name} uncertain by {worst / 3.0:.2g} standard errors: "
+        "sample faster, or its interval is too narrow",
     )
 
 

@@ -35,6 +35,7 @@ __all__ = ["estimate"]
 Array = np.ndarray
 Progress = Callable[[str, float], None]
 ROUNDS = 8
+FAR_OFF, PATIENT = 10.0, 1e-6
 ROUGH = 1e-3
 """Tolerance while noise and sub-steps are not settled."""
 
@@ -128,6 +129,10 @@ def _method(name: str, optimiser: str | None, linear_solver: str) -> Method:
     return chosen
 
 
+def _going(solution: Solution) -> bool:
+    return solution.status in (Status.CONVERGED, Status.NO_PROGRESS)
+
+
 Made = tuple[Setting, Stack, Solution]
 
 
@@ -145,6 +150,12 @@ def _settled(
         notes.append(f"the commands are {_HOLD_WORDS[setting.hold]} between samples: fits best")
     else:
         setting, stack, solution = _solve(study, method, rough, setting, point)
+    if not method.hears_noise and solution.trace[-1] > FAR_OFF and _going(solution):
+        # far from the noise a slow valley is no end: noise taken from there would flatten it
+        trace = solution.trace
+        patient = replace(options, tolerance=max(options.tolerance, PATIENT))
+        setting, stack, solution = _solve(study, method, patient, setting, solution.point)
+        solution = replace(solution, trace=(*trace, *solution.trace[1:]))
     fine = False
     for _ in range(ROUNDS):
         if solution.status in (Status.BROKEN, Status.CANCELLED) or method.hears_noise:

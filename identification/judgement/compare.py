@@ -244,6 +244,15 @@ def _criteria(
     return criteria(levels, m.n_free, memories)
 
 
+def _same_held(simple: Judgement, rich: Judgement) -> bool:
+    """Whether what the richer fit holds has the same value in the simpler one."""
+    a, b = simple.estimation, rich.estimation
+    if a is None or b is None:
+        return True
+    held = [n for n in b.values if n not in b.study.free_names]
+    return all(np.isclose(a.values.get(n, np.nan), b.values[n], rtol=1e-9) for n in held)
+
+
 def _nested(
     judged: Mapping[str, Judgement], levels: Mapping[str, list[Level] | None]
 ) -> list[Nested]:
@@ -255,6 +264,8 @@ def _nested(
         fewer, more = names
         low, high = levels[a], levels[b]
         if simple.model != rich.model or not fewer < more or low is None or high is None:
+            continue
+        if not _same_held(judged[a], judged[b]):
             continue
         if rich.n_free > simple.n_free:
             test = likelihood_ratio(low, high, rich.n_free - simple.n_free)

@@ -37,7 +37,8 @@ def test_units_off_by_a_thousand(factor: float, text: str) -> None:
 
 
 def test_unit_is_said_after_the_fit_too() -> None:
-    e = estimate(Study(spring(), recorded(T, U, X * 1e3)))
+    # free initial states may explain a reading so far off by a slow swing
+    e = estimate(Study(spring(), recorded(T, U, X * 1e3), initial="rest"))
     units = [f for f in postflight(e) if f.kind == "unit"]
     assert {f.where.split(", ")[1] for f in units} == {"m", "d", "k"}
 
