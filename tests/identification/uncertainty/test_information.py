@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from bondgraph.errors import UnknownName, UnusableInput
-from identification.uncertainty.information import Sensitivities, information
 from identification.block_scores import block_rows, block_scores, blocks_for
+from identification.uncertainty.information import Sensitivities, information
 
 
 def line(n: int = 400) -> np.ndarray:
