@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from bondgraph.errors import UnusableInput
 from identification.command_line.arguments import jobs, nonnegative
 from identification.command_line.fit_options import add_study_options, study_from
@@ -54,21 +56,23 @@ def _fit(options: argparse.Namespace) -> int:
     graph = load_model(options.model)
     study, said = study_from(options, graph)
     writable(options.out)
+    command = "bondsight " + shlex.join(sys.argv[1:])
     _require_motion(study)
-    before = preflight(study)
+    try:
+        before = preflight(study)
+    except np.linalg.LinAlgError:
+        before = ()  # the fit says which start values have no equations
     for finding in before:
         print(f"bondsight: {finding}", file=sys.stderr)
     with Bar(quiet=not sys.stderr.isatty()) as bar:
         found, starts = _run(options, study, bar)
+        archive, values = options.out / "fit.npz", options.out / "fit.json"
+        save(found, archive, command=command)  # before anything else can be stopped
+        _write(values, found)
         kinds = _profiled(options, found, bar)
     after = postflight(found)
-    command = "bondsight " + shlex.join(sys.argv[1:])
     judgement = judge(starts or found, kinds=kinds)
     report = write_report(judgement, options.out / "fit.html", findings=before, command=command)
-    archive = options.out / "fit.npz"
-    save(found, archive, command=command)
-    values = options.out / "fit.json"
-    _write(values, found)
     if options.json:
         print(values.read_text(encoding="utf-8"), end="")
     else:

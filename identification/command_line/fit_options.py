@@ -169,5 +169,7 @@ def _span(option: str, name: str, text: str) -> tuple[float | None, float | None
 
 
 def _both(option: str, name: str, text: str) -> tuple[float, float]:
-    first, _, second = text.partition(":")
+    first, sign, second = text.partition(":")
+    if not sign:
+        raise UnusableInput(f"{option} {name}={text} is not NAME=MEDIAN:FACTOR, such as k=200:1.5")
     return _number(option, name, first), _number(option, name, second)

@@ -241,7 +241,7 @@ def _finished(
         ),
     )  # fmt: skip
     judged = [
-        simulate_validation(result.problem(i), result.values, result.mean_offsets, study.init)
+        simulate_validation(result.problem(i), result, study.init)
         for i in range(len(study.recordings), len(study.records))
     ]
     return replace(result, simulated=(*simulated, *judged))

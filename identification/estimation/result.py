@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
@@ -171,7 +170,18 @@ class Estimation:
         """Return the readings of the fitted model on another recording, shape (N, n_y), SI."""
         study = self.study.changed(validation=(recording,), init=init)
         problem = study.problem(len(study.recordings), _with_one(self.setting, study))
-        return simulate_validation(problem, self.values, self.mean_offsets, init)
+        return simulate_validation(problem, self, init)
+
+    @property
+    def mean_lags(self) -> dict[str, tuple[float, float]]:
+        """Lag (s) and clock error of each sensor, mean over the fitted recordings."""
+        found: dict[str, list[tuple[float, float]]] = {}
+        for r, p in enumerate(self.stack.problems):
+            theta, at = self.stack.local(self.point, r).theta, slots(p)
+            clocks = theta[at.clocks] * p.clock if p.clock else np.zeros(len(p.data.names))
+            for n, lag, clock in zip(p.data.names, theta[at.lags], clocks, strict=True):
+                found.setdefault(n, []).append((float(lag) * p.data.dt, float(clock)))
+        return {n: (float(m[0]), float(m[1])) for n, v in found.items() for m in [np.mean(v, 0)]}
 
     @property
     def mean_offsets(self) -> dict[str, float]:
@@ -252,19 +262,23 @@ def _with_one(setting: Setting, study: Study) -> Setting:
     )
 
 
-def simulate_validation(
-    problem: Problem, values: Mapping[str, float], offsets: Mapping[str, float], init: int
-) -> Array:
+def simulate_validation(problem: Problem, fitted: Estimation, init: int) -> Array:
     """Simulate a recording that is only judged; its initial state is fitted to `init` samples.
 
-    Sensors keep the offsets they had in the fitted recordings; commands have none.
+    Sensors keep the offsets, lags and clocks they had in the fitted recordings; commands have no
+    offset.
     """
+    values, offsets, lags = fitted.values, fitted.mean_offsets, fitted.mean_lags
     known = {n: v for n, v in values.items() if n in problem.engine.parameter_names}
     made = replace(problem, starts=known, source_offsets=False, window=None)
     at = slots(made)
     theta = np.zeros(at.size)
     theta[at.delays] = [values.get(n, 0.0) / made.data.dt for n in made.delays]
     theta[at.offsets] = [offsets.get(n, 0.0) for n in made.data.names] / offset_scale(made)
+    late = np.array([lags.get(n, (0.0, 0.0)) for n in made.data.names]).reshape(-1, 2)
+    theta[at.lags] = late[:, 0] / made.data.dt
+    if made.clock:
+        theta[at.clocks] = late[:, 1] / made.clock
     states = start_point(made).states
     point = Point(theta, states)
     if init and made.free_states.size:

@@ -116,6 +116,7 @@ def correlations(covariance: np.ndarray) -> np.ndarray:
     c = np.asarray(covariance, float)
     sd = np.sqrt(np.clip(np.diag(c), 0, None))
     sized = np.where(np.isfinite(sd) & (sd > 0), sd, np.inf)
-    found = np.nan_to_num(c / np.outer(sized, sized))
+    with np.errstate(invalid="ignore"):
+        found = np.nan_to_num(c / np.outer(sized, sized))
     np.fill_diagonal(found, 1.0)
     return np.asarray(np.clip(found, -1.0, 1.0))

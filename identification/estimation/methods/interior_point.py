@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from identification.estimation.interrupts import Interrupts, interrupts
 from identification.estimation.methods.collocated import STAGES
 from identification.estimation.methods.method import Options
 from identification.estimation.methods.transcription import Programme
@@ -100,8 +101,10 @@ class Runner:
         solver, extra = self.first, {}
         if last is not None:
             solver, extra = self.again, {"lam_g0": last.multipliers, "lam_x0": last.bounds}
+        limits: dict[str, Any] = {"lbx": self.lower, "ubx": self.upper, "lbg": 0.0, "ubg": 0.0}
         try:
-            out = solver(x0=w, p=p, lbx=self.lower, ubx=self.upper, lbg=0.0, ubg=0.0, **extra)
+            with interrupts() as self.watch.flag:
+                out = solver(x0=w, p=p, **limits, **extra)
         except (KeyboardInterrupt, RuntimeError):
             if not self.watch.interrupted and self.watch.best is None:
                 raise
@@ -109,7 +112,8 @@ class Runner:
         said = solver.stats()["return_status"]
         found, multipliers = out["x"].full().ravel(), out["lam_g"].full().ravel()
         cost = 2.0 * float(out["f"])
-        if self.watch.interrupted or said == "User_Requested_Stop":
+        heard = self.watch.interrupted or self.watch.flag.heard
+        if heard or said == "User_Requested_Stop":
             return self._kept(w, p, Status.CANCELLED)
         status = {
             "Solve_Succeeded": Status.CONVERGED,
@@ -136,6 +140,7 @@ class _Watch(ca.Callback):
         self.runner, self.sizes = runner, (n, 1, n_g, n, n_g, n_p)
         self.best: tuple[float, Array, float] | None = None
         self.interrupted = False
+        self.flag = Interrupts()
         self.construct("watch", {})
 
     def get_n_in(self) -> int:
@@ -155,7 +160,7 @@ class _Watch(ca.Callback):
             cost = 2.0 * float(arguments[1])
             gap = float(np.abs(arguments[2].full()).max(initial=0.0))
             self._heard(cost, gap, arguments[0])
-            return [0]
+            return [int(self.flag.heard)]
         except KeyboardInterrupt:
             self.interrupted = True
             return [1]

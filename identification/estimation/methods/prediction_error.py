@@ -24,6 +24,9 @@ from identification.stack import Stack, Stacked
 __all__ = ["PredictionError", "prediction_model"]
 
 Array = np.ndarray
+FINEST = 32
+MOVED = 0.3
+"""Standard errors by which twice as many sub-steps may move an unknown."""
 AWAY = 3.0
 """A free run this many spreads off its record says nothing: one-step predictions are shown."""
 
@@ -72,6 +75,7 @@ class PredictionError(Method):
         found = fit_prediction(
             model, start=begin, max_iterations=options.max_iterations, progress=heard
         )
+        model, found = _refined(study, model, found)
         end = _cost(model, found.log_likelihood, max(found.count, 1))
         readings, shown = _shown(stack, found)
         white = np.concatenate(
@@ -85,6 +89,22 @@ class PredictionError(Method):
             _covariance(stack, found), (*_levels(found), *found.remarks, *_left_out(study), *shown),
             readings, cost=float(np.nanmean(white**2)),
         )  # fmt: skip
+
+
+def _refined(
+    study: Study, model: PredictionModel, found: PredictionFit
+) -> tuple[PredictionModel, PredictionFit]:
+    """Double the sub-steps of smooth laws until that moves no unknown by much."""
+    while study.n_sub is None and model.compiled.n_w and model.n_sub < FINEST:
+        finer = replace(model, n_sub=2 * model.n_sub)
+        again = fit_prediction(finer, start=found.theta, max_iterations=10)
+        error = np.sqrt(np.maximum(np.diag(again.covariance), 0.0))
+        known = error > 0
+        moved = np.abs(again.theta - found.theta)[known] / error[known]
+        model, found = finer, again
+        if moved.max(initial=0.0) < MOVED:
+            break
+    return model, found
 
 
 def _refuse(study: Study) -> None:

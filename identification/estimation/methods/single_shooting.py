@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, final
 
 from bondgraph.errors import UnusableInput
+from identification.estimation.freedom import dead_times
 from identification.estimation.methods.method import Method, Options, Solution
 from identification.estimation.study import Setting, Study
 from identification.levenberg_marquardt import minimise
@@ -27,6 +28,11 @@ class SingleShooting(Method):
             raise UnusableInput(
                 f"window = {study.window} gives every window a free initial state, but initial = "
                 f"{study.initial!r}; leave window out, or initial free"
+            )
+        if study.window is not None and (late := sorted(dead_times(study.graph))):
+            raise UnusableInput(
+                f"window = {study.window}: {', '.join(late)} reaches over the edges of windows; "
+                "leave window out"
             )
 
     def solve(
