@@ -17,6 +17,7 @@ from identification.judgement.remark import Remark, Weight
 from identification.judgement.remarks import remarks
 from identification.judgement.source import from_estimation, from_fit
 from identification.judgement.tables import html_judgement, text_judgement
+from identification.threads import single_threaded
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +79,7 @@ class Judgement:
         return html_judgement(self)
 
 
+@single_threaded
 def judge(
     fit: Material | Estimation | Starts | Fit,
     *,

@@ -25,6 +25,7 @@ from identification.estimation.estimate import estimate
 from identification.estimation.specification import NO_NUISANCES, Vary
 from identification.estimation.study import Study
 from identification.levenberg_marquardt import Status
+from identification.threads import single_threaded
 from identification.uncertainty.fitted import from_estimation
 from identification.uncertainty.profiles import profile_one, rise_at
 
@@ -219,6 +220,7 @@ def wilson(hits: int, trials: int, z: float = 1.959964) -> tuple[float, float]:
 Outcome = dict[tuple[str, str], tuple[bool, float]]
 
 
+@single_threaded
 def trial(case: Case, number: int, kinds: Sequence[str] = KINDS, first: int = 0) -> Outcome | None:
     """Return (inside, width over truth) by kind and parameter; None if the fit failed.
 
@@ -250,6 +252,7 @@ def trial(case: Case, number: int, kinds: Sequence[str] = KINDS, first: int = 0)
     return found
 
 
+@single_threaded
 def coverage(
     case: Case,
     trials: int = 200,

@@ -40,6 +40,8 @@ def profile_figure(profiles: Sequence[Profile], columns: int = 3) -> Any:
             ax.plot([p.better], [-p.drop / p.threshold], "v", color=MARK)
         if p.log and p.grid[-1] > 30 * p.grid[0] > 0:
             ax.set_xscale("log")
+        else:
+            _few_ticks(ax.xaxis)
         ax.set_ylim(min(-0.1, float(share.min()) - 0.1), 3.0)
         ax.set_title(f"{p.name}: {p.shape}", fontsize=9)
         ax.set_xlabel(f"{p.name} ({p.unit})" if p.unit and p.unit != "1" else p.name, fontsize=8)
@@ -92,12 +94,20 @@ def sample_figure(sample: Sample, most: int = 3000) -> Any:
             else:
                 ax.plot(thin[:, j], thin[:, i], ".", color=INK, markersize=1, alpha=0.3)
             ax.tick_params(labelsize=6)
+            _few_ticks(ax.xaxis)
             if i == n - 1:
                 ax.set_xlabel(sample.names[j], fontsize=8)
             if j == 0 and i > 0:
                 ax.set_ylabel(sample.names[i], fontsize=8)
     figure.tight_layout()
     return figure
+
+
+def _few_ticks(axis: Any) -> None:
+    """Keep numbers of many digits apart."""
+    from matplotlib.ticker import MaxNLocator
+
+    axis.set_major_locator(MaxNLocator(3))
 
 
 def _figure(width: float, height: float) -> Any:

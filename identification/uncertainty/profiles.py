@@ -14,6 +14,7 @@ from bondgraph.errors import UnusableInput
 from identification.levenberg_marquardt import minimise
 from identification.residual import Evaluation
 from identification.stack import Stack, Stacked, System
+from identification.threads import single_threaded
 from identification.uncertainty.fitted import Fitted, sum_of_squares
 from identification.uncertainty.profile import Profile, profile, threshold_of
 
@@ -77,6 +78,7 @@ def _held(stack: Stack, **changes: Any) -> HeldStack:
     return HeldStack(stack.problems, stack.names, stack.columns, stack.factors, **changes)
 
 
+@single_threaded
 def profile_one(
     fit: Fitted,
     name: str,
@@ -138,6 +140,7 @@ def profile_one(
     )  # fmt: skip
 
 
+@single_threaded
 def rise_at(fit: Fitted, name: str, value: float, iterations: int = 30) -> tuple[float, float]:
     """Return the rise of the sum of squares with a parameter held at `value` (SI), and the limit.
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from bondgraph.errors import BondsightError, UnusableInput, unknown_name
 from identification.residual import windows
 from identification.stack import Stacked
+from identification.threads import single_threaded
 from identification.uncertainty.fitted import Fitted, sum_of_squares
 
 __all__ = ["Sample", "draw", "sample", "split_rhat"]
@@ -191,6 +192,7 @@ def _kept(chain: FloatArray, tau: FloatArray) -> FloatArray:
     return np.asarray(chain[int(min(5 * longest, chain.shape[0] // 2)) :])
 
 
+@single_threaded
 def sample(
     fit: Fitted,
     *,
