@@ -275,7 +275,9 @@ def test_fits_in_threads_do_not_disturb_each_other() -> None:
 
 
 SCRIPT = """
+import signal
 import time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have had it ignored
 from identification.estimation import estimate
 from tests.identification.estimation.plants import record, study
 
