@@ -17,6 +17,8 @@ from bondgraph.units import parse_unit
 from identification.engine import Engine, ExactEngine, engine_of
 
 Array = np.ndarray
+READABLE = 2000
+"""Samples within which an initial state shows in the readings."""
 
 
 @dataclass(frozen=True)
@@ -365,8 +367,9 @@ class Problem:
         names = self.engine.parameter_names
         directions = [names.index(f.parameter.name) for f in self.free]
         ready = self.engine.prepare(self.start_vector, self.data.dt, self.steps, directions, True)
+        begin = slice(0, min(self.data.n, READABLE))
         run = self.engine.run(
-            ready, self.inputs, self.rest_state, self.fine_inputs(slice(0, self.data.n)),
+            ready, self.inputs[begin], self.rest_state, self.fine_inputs(begin),
             every_substep=bool(self.delays),
         )  # fmt: skip
         n_y = len(self.data.names)

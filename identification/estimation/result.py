@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
@@ -268,7 +269,26 @@ def simulate_validation(problem: Problem, fitted: Estimation, init: int) -> Arra
     Sensors keep the offsets, lags and clocks they had in the fitted recordings; commands have no
     offset.
     """
-    values, offsets, lags = fitted.values, fitted.mean_offsets, fitted.mean_lags
+    return free_run(problem, fitted.values, init, fitted.mean_offsets, fitted.mean_lags)
+
+
+def free_run(
+    problem: Problem,
+    values: Mapping[str, float],
+    init: int,
+    offsets: Mapping[str, float] | None = None,
+    lags: Mapping[str, tuple[float, float]] | None = None,
+) -> Array:
+    """Return the readings at given values, shape (N, n_y), SI; the state fitted to `init` samples.
+
+    Parameters
+    ----------
+    offsets : mapping of str to float, optional
+        Of the sensors, SI.
+    lags : mapping of str to (float, float), optional
+        Lag (s) and clock error of each sensor.
+    """
+    offsets, lags = offsets or {}, lags or {}
     known = {n: v for n, v in values.items() if n in problem.engine.parameter_names}
     made = replace(problem, starts=known, source_offsets=False, window=None)
     at = slots(made)

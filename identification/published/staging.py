@@ -12,7 +12,7 @@ from bondgraph.elements import Modulated, Sensor
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split
 from identification.estimation import NO_NUISANCES, Estimation, Study, Vary, estimate
-from identification.estimation.result import simulate_validation
+from identification.estimation.result import free_run
 from identification.problem import Problem, data_for
 
 __all__ = [
@@ -143,7 +143,7 @@ def fitted_start(
     floors = {n: max(1e-6 * float(np.ptp(recording[n])), 1e-300) for n in sensors}
     split = Split(slice(init, recording.n), slice(init, recording.n), f"after {init} samples")
     data = data_for(graph, recording, split, floors, hold)
-    return simulate_validation(Problem(graph, data, n_sub=n_sub), values, {}, init)
+    return free_run(Problem(graph, data, n_sub=n_sub), values, init)
 
 
 def channels(recording: Recording) -> list[Array]:
