@@ -9,11 +9,12 @@ WORKERS ?= 2
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test bench notebooks format clean
+.PHONY: help demo test proofs bench notebooks format clean
 
 help:
 	@echo "make demo       set up and show what the project does"
 	@echo "make test       set up, then lint, types, tests with coverage"
+	@echo "make proofs     set up, then the tests of more than a minute"
 	@echo "make bench      set up, then the virtual bench"
 	@echo "make notebooks  set up, then run every notebook"
 	@echo "make format     set up, then rewrite the sources as the linter wants them"
@@ -29,7 +30,10 @@ test: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --cov --cov-report=term
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --cov --cov-report=term --durations=15
+
+proofs: $(VENV)/.test
+	$(BIN)/python -m pytest -m long
 
 notebooks: $(VENV)/.test
 	@found=; for n in notebooks/*.py; do \

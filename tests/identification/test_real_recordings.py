@@ -24,7 +24,7 @@ def judged(recording: str, model: str) -> Found:
     measured, split = data.load(recording)
     graph = MODELS[model]()
     measured, _ = match_by_unit(measured, graph)
-    d = diagnose(graph, measured, split, model=model, options=Options(jobs=-1))
+    d = diagnose(graph, measured, split, model=model, options=Options(jobs=1, keep=4))
     return d, verdict(d)
 
 
@@ -63,6 +63,7 @@ def test_piezo_has_hysteresis_in_its_polarisation(piezo: Found) -> None:
     assert normalised_error(d.repaired)["x"] < 0.015
 
 
+@pytest.mark.long
 def test_emps_has_coulomb_friction(emps: Found) -> None:
     _, v = emps
     assert v["verdict"] == "missing_physics"
