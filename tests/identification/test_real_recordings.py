@@ -24,7 +24,7 @@ def judged(recording: str, model: str) -> Found:
     measured, split = data.load(recording)
     graph = MODELS[model]()
     measured, _ = match_by_unit(measured, graph)
-    d = diagnose(graph, measured, split, model=model, options=Options(jobs=1, keep=4))
+    d = diagnose(graph, measured, split, model=model, options=Options(jobs=1))
     return d, verdict(d)
 
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.compiled import compile_model
 from bondgraph.errors import UnknownName, UnusableInput
-from bondgraph.hysteresis import MaxwellResistiveCapacitor
-from bondgraph.laws import Hysteretic
 from identification.design import (
     Envelope,
     Signal,
@@ -24,31 +21,9 @@ from identification.design import (
     within,
 )
 from identification.design.linear_response import response_and_sensitivity
+from tests.identification.design.plants import NOISE, spring, stage
 
 Array = np.ndarray
-NOISE = {"x": 2e-4}
-
-
-def spring() -> BondGraph:
-    with BondGraph("spring") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        body >> R("d", 2.0, unit="N*s/m")
-        body >> C("k", stiffness=200.0, unit="N/m")
-        body >> Dq("x", unit="m")
-    return g
-
-
-def stage() -> BondGraph:
-    with BondGraph("stage") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", 0.1, unit="kg", fixed=True)
-        body >> R("d", 40.0, unit="N*s/m", fixed=True)
-        spring = MaxwellResistiveCapacitor((2e4, 1e4), (6.0, 9.0))
-        body >> C("k", law=Hysteretic(spring, ("stiffnesses", "breakaways")))
-        body >> C("guide", stiffness=1e4, unit="N/m")
-        body >> Dq("x", unit="m")
-    return g
 
 
 # -- linear -----------------------------------------------------------------------------------
