@@ -26,7 +26,8 @@ ul.try li.note{border-left-color:#9aa5b1}
 ul.try .advice{display:block;color:var(--soft)}
 @media (max-width:700px){td.w{min-width:7em}figure{overflow-x:auto}
  figure svg{min-width:620px;max-width:none}dl.facts{grid-template-columns:1fr 1fr}}
-@media print{figure svg{max-width:100%}.scroll{overflow:visible}table{font-size:8.5pt}}
+@media print{figure svg{max-width:100%}.scroll{overflow:visible}table,th{font-size:7pt}
+ th,td{padding:2px 5px 2px 0}td.n,th.n{white-space:normal}}
 """
 
 Judged = Judgement | Estimation | Starts | Fit | Material
