@@ -174,7 +174,8 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
         uses = [("offset", e.offset)]
         uses += [("lag", drive.lag), ("delay", drive.delay)] if drive is not None else []
     elif isinstance(e, Sensor):
-        uses = [("lag", e.lag), ("delay", e.delay), *(("drift", n) for n in e.drift)]
+        uses = [("lag", e.lag), ("delay", e.delay), ("clock", e.clock)]
+        uses += [("drift", n) for n in e.drift]
     else:
         return []
     lines = []

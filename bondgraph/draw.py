@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from html import escape
 
 from bondgraph.causality import Causality, assign_causality
-from bondgraph.drawing import paint
+from bondgraph.drawing import paint, shading
 from bondgraph.drawing.geometry import Rect
 from bondgraph.drawing.labels import describe, element_domains
 from bondgraph.drawing.layout import Layout, layout
@@ -24,6 +24,7 @@ def svg(
     causality: Causality | None = None,
     marked: Mapping[str, str] | None = None,
     also: Iterable[str] = (),
+    shades: Mapping[str, float] | None = None,
     title: str | None = None,
 ) -> str:
     """Draw `graph` as a self-contained SVG.
@@ -42,6 +43,9 @@ def svg(
         Short captions by element name, drawn with a solid ring.
     also : iterable of str
         Elements that cannot be told apart from the marked ones, drawn with a dashed ring.
+    shades : mapping of str to float, optional
+        Confidence between 0 and 1 by element: the fill goes from white to orange with it, and
+        from 1 % on it is written below.
     title : str, optional
         Heading.
 
@@ -59,10 +63,12 @@ def svg(
     True
     """
     captions, dashed = dict(marked or {}), frozenset(also)
-    for n in (*captions, *sorted(dashed)):
+    fills = dict(shades or {})
+    for n in (*captions, *sorted(dashed), *fills):
         if n not in graph.elements:
             raise unknown_name("element", n, graph.name, graph.elements)
-    plan = layout(graph, captions, {*captions, *dashed})
+    written = shading.captions(captions, fills)
+    plan = layout(graph, written, {*captions, *dashed})
     causality = _causality(graph) if causality is None else causality
     kinds = _kinds(graph, causality)
     domains = element_domains(graph)
@@ -74,8 +80,14 @@ def svg(
         ring = "marked" if n in captions else "also" if n in dashed else ""
         off = isinstance(e, Switched) and not e.on
         tip = describe(e)
-        parts.append(paint.element(plan.labels[n], plan.anchors[n], domains[n], tip, ring, off=off))
-    legend = entries(domains.values(), kinds.values(), signals=bool(plan.signals))
+        fill = shading.fill(fills[n]) if n in fills else ""
+        parts.append(
+            paint.element(
+                plan.labels[n], plan.anchors[n], domains[n], tip, ring, off=off, fill=fill
+            )
+        )
+    legend = entries(() if fills else domains.values(), kinds.values(), signals=bool(plan.signals))
+    legend += shading.legend(bool(fills), bool(captions), bool(dashed))
     page, extra = framed(plan.page, title, legend)
     return _document(page, [*parts, *extra], title or f"bond graph {graph.name}")
 

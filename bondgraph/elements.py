@@ -366,12 +366,18 @@ class X1(Switched):
 
 @dataclass(frozen=True)
 class Sensor(Element, ABC):
-    """A power-free tap whose reading is an output of the model; abstract."""
+    """A power-free tap whose reading is an output of the model; abstract.
+
+    `law` bends the reading, `lag` names the time constant of a first-order lag, `delay` a dead time
+    (s), `clock` the ratio error of the clock that samples it (reading number n is taken at
+    ``(1 + clock) t_n``), `drift` coefficients of powers of time.
+    """
 
     unit: str = ""
     law: Law | None = field(default=None, kw_only=True)
     lag: str | None = field(default=None, kw_only=True)
     delay: str | None = field(default=None, kw_only=True)
+    clock: str | None = field(default=None, kw_only=True)
     drift: tuple[str, ...] = field(default=(), kw_only=True)
 
 

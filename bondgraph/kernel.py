@@ -265,7 +265,7 @@ class _Key:
 
     def __init__(self, compiled: Compiled, n_d: int) -> None:
         self.compiled, self.n_d = compiled, n_d
-        laws = tuple((port.law, len(port.parameters)) for port in compiled.space.laws)
+        laws = tuple((port.law.structure, len(port.parameters)) for port in compiled.space.laws)
         self.id = (layout(compiled, n_d), laws)
 
     def __hash__(self) -> int:

@@ -34,7 +34,8 @@ def program(graph: BondGraph) -> Program:
     Raises
     ------
     UnusableInput
-        A source or a sensor has a dead time, which no state and no memory can carry.
+        A source or a sensor has a dead time, which no state and no memory can carry, or a sensor
+        has a clock of its own.
     """
     late = [e.name for e in graph.of_type(Source) if e.drive and e.drive.delay]
     late += [e.name for e in graph.of_type(Sensor) if e.delay]
@@ -42,6 +43,12 @@ def program(graph: BondGraph) -> Program:
         raise UnusableInput(
             f"{graph.name}: {', '.join(late)} has a dead time, which the exported equations cannot "
             "carry; take it out (delay=None) and shift the signal in the target"
+        )
+    clocks = [e.name for e in graph.of_type(Sensor) if e.clock]
+    if clocks:
+        raise UnusableInput(
+            f"{graph.name}: {', '.join(clocks)} has a clock of its own, which the exported "
+            "equations do not have; take it out (clock=None) and resample in the target"
         )
     return program_of(system(graph))
 

@@ -12,7 +12,7 @@ import numpy as np
 from bondgraph.elements import Sensor, Source
 from bondgraph.errors import BondsightError, UnusableInput, real_number, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.shift import delayed
+from bondgraph.shift import delayed, warped
 from bondgraph.spline import between_samples
 
 if TYPE_CHECKING:
@@ -376,12 +376,14 @@ def simulate(
         Memory of a law to start from, by element, such as `Trajectory.memory` of an earlier run;
         virgin where not given.
     """
-    if isinstance(model, BondGraph) and (held := _dead_times(model, parameters or {})):
+    if isinstance(model, BondGraph) and _timing(model):
+        held = _dead_times(model, parameters or {})
+        ratios = _clock_errors(model, parameters or {})
         made = simulate(
-            _without_delays(model), time, _late(commands or {}, held, time), parameters,
+            _without_timing(model), time, _late(commands or {}, held, time), parameters,
             x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
         )  # fmt: skip
-        return replace(made, outputs=_late(made.outputs, held, made.time))
+        return replace(made, outputs=_clocked(_late(made.outputs, held, made.time), ratios))
     compiled = exact_form(model, observed)
     if compiled is not None and isinstance(x0, Mapping):
         known = tuple(str(v.symbol) for v in compiled.space.states)
@@ -499,6 +501,19 @@ def _dead_times(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, 
     """Dead time in seconds of sources and sensors that have one."""
     names = {e.name: e.drive.delay for e in graph.of_type(Source) if e.drive and e.drive.delay}
     names |= {e.name: e.delay for e in graph.of_type(Sensor) if e.delay}
+    return _values_of(graph, names, parameters)
+
+
+def _clock_errors(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Ratio errors of the sensors' clocks, where they have one of their own."""
+    names = {e.name: e.clock for e in graph.of_type(Sensor) if e.clock}
+    return _values_of(graph, names, parameters)
+
+
+def _values_of(
+    graph: BondGraph, names: Mapping[str, str], parameters: Mapping[str, float]
+) -> dict[str, float]:
+    """Values of the parameters that elements name, by element."""
     known = graph.parameters if names else {}
     found = {}
     for element, n in names.items():
@@ -508,13 +523,28 @@ def _dead_times(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, 
     return found
 
 
-def _without_delays(graph: BondGraph) -> BondGraph:
+def _timing(graph: BondGraph) -> bool:
+    """Whether anything is late or has a clock of its own."""
+    late = any(e.drive and e.drive.delay for e in graph.of_type(Source))
+    return late or any(e.delay or e.clock for e in graph.of_type(Sensor))
+
+
+def _clocked(signals: Mapping[str, Array], ratios: Mapping[str, float]) -> dict[str, Array]:
+    """Take the signals at the times of their sensors' clocks."""
+    found = dict(signals)
+    for n, ratio in ratios.items():
+        y = np.asarray(found[n], float)[:, None]
+        found[n] = warped(y, -ratio * np.arange(y.shape[0]))[0][:, 0]
+    return found
+
+
+def _without_timing(graph: BondGraph) -> BondGraph:
     for e in graph.of_type(Source):
         if e.drive and e.drive.delay:
             graph = graph.with_element(e.name, drive=replace(e.drive, delay=None))
     for e in graph.of_type(Sensor):
-        if e.delay:
-            graph = graph.with_element(e.name, delay=None)
+        if e.delay or e.clock:
+            graph = graph.with_element(e.name, delay=None, clock=None)
     return graph
 
 

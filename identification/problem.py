@@ -303,7 +303,10 @@ class Problem:
 
     @cached_property
     def delays(self) -> dict[str, tuple[int, ...]]:
-        """Delay parameters declared by drives and sensors -> the outputs they shift."""
+        """Delay parameters declared by drives and sensors -> the outputs they shift.
+
+        Clocks that sensors declare count among them: their delay grows with time.
+        """
         found: dict[str, tuple[int, ...]] = {}
         everything = tuple(range(len(self.data.names)))
         for s in drives(self.graph):
@@ -314,6 +317,16 @@ class Problem:
             sensor = self.graph[n]
             if isinstance(sensor, Sensor) and sensor.delay:
                 found[sensor.delay] = (*found.get(sensor.delay, ()), i)
+        return found | self.skews
+
+    @cached_property
+    def skews(self) -> dict[str, tuple[int, ...]]:
+        """Ratio errors of clocks declared by sensors -> the outputs they stretch."""
+        found: dict[str, tuple[int, ...]] = {}
+        for i, n in enumerate(self.data.names):
+            sensor = self.graph[n]
+            if isinstance(sensor, Sensor) and sensor.clock:
+                found[sensor.clock] = (*found.get(sensor.clock, ()), i)
         return found
 
     def _require_alone(self, late: Source) -> None:

@@ -1,7 +1,7 @@
 """Residuals of a problem and their exact derivatives, initial states and nuisances eliminated.
 
 The vector ``theta`` holds the free model parameters, one lag for each output (samples), the
-declared delays (samples), one offset for each output and, if they are fitted, one ratio error for
+declared delays (samples) and clocks (ratio error over the time between samples), one offset for each output and, if they are fitted, one ratio error for
 each sensor's clock (over the largest one). The initial states of the windows are
 eliminated one by one (variable projection, Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 """
@@ -16,6 +16,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from bondgraph.shift import delayed, delayed_values, delayed_within, warped
+from bondgraph.shift_within import warped_within
 from bondgraph.simulate import Run
 from identification.problem import Problem
 
@@ -146,7 +147,7 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
             problem.fine_inputs(w),
             every_substep=bool(problem.delays),
         )
-        seen = read_out(problem, run, point.theta, derivatives=derivatives)
+        seen = read_out(problem, run, point.theta, derivatives=derivatives, first=w.start)
         y[w] = seen.y + point.theta[at.offsets] * offsets
         if problem.correction is not None:
             y[w] += problem.correction[w]
@@ -168,9 +169,11 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
                 block[c, :, at.offsets.start + c] = offsets[c]
                 if problem.clock:
                     block[c, :, at.clocks.start + c] = seen.by_clock[chosen, c]
-            for j, outputs in enumerate(problem.delays.values()):
+            for j, (name, outputs) in enumerate(problem.delays.items()):
+                passed = -data.dt * np.arange(w.start, w.stop) if name in problem.skews else None
+                grown = 1.0 if passed is None else passed[chosen]
                 for c in outputs:
-                    block[c, :, at.delays.start + j] = seen.by_delay[chosen, c]
+                    block[c, :, at.delays.start + j] = seen.by_delay[chosen, c] * grown
             jacobians.append(weighted(problem, block).reshape(part.size, -1))
             states = by_start[:, :, problem.free_states].transpose(1, 0, 2)
             states = weighted(problem, states).reshape(part.size, -1)
@@ -227,14 +230,21 @@ class Seen:
     by_clock: Array
 
 
-def read_out(problem: Problem, run: Run, theta: Array, *, derivatives: bool) -> Seen:
-    """Return what the sensors say of a run: lags, dead times and clocks; no offsets."""
+def read_out(
+    problem: Problem, run: Run, theta: Array, *, derivatives: bool, first: int = 0
+) -> Seen:
+    """Return what the sensors say of a run: lags, dead times and clocks; no offsets.
+
+    `first` is the sample of the record at which the run begins: declared clocks count from its
+    start.
+    """
     at, n_y = slots(problem), len(problem.data.names)
     lags = output_delays(problem, theta)
     by_delay: Array | None = None
     if problem.delays:
         declared = lags - theta[at.lags]
-        run, by_delay = _declared_delays(run, n_y, declared, problem.steps)
+        grown = _grown_delays(problem, theta, declared, run, first) if problem.skews else declared
+        run, by_delay = _declared_delays(run, n_y, grown, problem.steps)
         lags = theta[at.lags]
     if problem.clock:
         y, by_lag, tangent = _clocked(run, n_y, lags, theta[at.clocks] * problem.clock)
@@ -258,14 +268,36 @@ def _clocked(run: Run, n_y: int, lags: Array, clocks: Array) -> tuple[Array, Arr
     return y, by_lag, tangent[:, :n_y]
 
 
+def _grown_delays(
+    problem: Problem, theta: Array, declared: Array, run: Run, first: int
+) -> Array:
+    """Delays in samples of each output at each sample of a run, shape (n, n_y)."""
+    at, n_y = slots(problem), len(problem.data.names)
+    n = (run.y.shape[0] - 1) // problem.steps + 1
+    late = np.tile(declared, (n, 1)).reshape(n, n_y)
+    passed = problem.data.dt * np.arange(first, first + n)
+    for j, name in enumerate(problem.delays):
+        for c in problem.skews.get(name, ()):
+            late[:, c] -= theta[at.delays][j] * passed
+    return late
+
+
 def _declared_delays(run: Run, n_y: int, delays: Array, n_sub: int) -> tuple[Run, Array]:
-    """Return outputs after the declared delays, on the samples; derivative by the delays."""
+    """Return outputs after the declared delays, on the samples; derivative by the delays.
+
+    `delays` has shape (n_y,), or (n, n_y) where they change along the record.
+    """
     n = (run.y.shape[0] - 1) // n_sub + 1
     y, dy = np.empty((n, n_y)), np.empty((n, n_y, run.dy.shape[2]))
     slopes = np.empty((n, n_y))
     for c in range(n_y):
-        y[:, c], slopes[:, c] = delayed_within(run.y[:, c], delays[c], n_sub)
-        dy[:, c] = delayed_within(run.dy[:, c], delays[c], n_sub)[0]
+        if delays.ndim == 2 and np.ptp(delays[:, c]):
+            y[:, c], slopes[:, c] = warped_within(run.y[:, c], delays[:, c], n_sub)
+            dy[:, c] = warped_within(run.dy[:, c], delays[:, c], n_sub)[0]
+            continue
+        late = float(delays[..., c].flat[0])
+        y[:, c], slopes[:, c] = delayed_within(run.y[:, c], late, n_sub)
+        dy[:, c] = delayed_within(run.dy[:, c], late, n_sub)[0]
     return replace(run, y=y, dy=dy, s=run.s[::n_sub], w=run.w[::n_sub]), slopes
 
 
@@ -288,7 +320,7 @@ def output_delays(problem: Problem, theta: Array) -> Array:
     """Total delay of each output in samples, shape (n_y,)."""
     at = slots(problem)
     lags = theta[at.lags].copy()
-    for j, outputs in enumerate(problem.delays.values()):
-        for c in outputs:
+    for j, (name, outputs) in enumerate(problem.delays.items()):
+        for c in outputs if name not in problem.skews else ():
             lags[c] += theta[at.delays][j]
     return np.asarray(lags)

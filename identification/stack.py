@@ -252,9 +252,10 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
     whole = problem.nuisances and problem.window is None
     lag = NUISANCE_LAG if whole and problem.lags else 0.0
     lower[at.lags], upper[at.lags] = -lag, lag
-    for outputs in problem.delays.values():
-        for c in outputs:  # a declared dead time takes the place of the nuisance
-            lower[at.lags.start + c] = upper[at.lags.start + c] = 0.0
+    for name, outputs in problem.delays.items():
+        if name not in problem.skews:
+            for c in outputs:  # a declared dead time takes the place of the nuisance
+                lower[at.lags.start + c] = upper[at.lags.start + c] = 0.0
     for j, name in enumerate(problem.delays):
         lower[at.delays.start + j], upper[at.delays.start + j] = _dead_time(problem, name)
     if not (problem.offsets and (whole or problem.window_offsets)):
@@ -271,7 +272,9 @@ def _dead_time(problem: Problem, name: str) -> tuple[float, float]:
     if name in problem.fixed:
         known = problem.starts.get(name, p.value if p is not None else 0.0) / dt
         return known, known
-    low = 0.0 if p is None or p.lower is None else max(p.lower / dt, 0.0)
+    low = 0.0 if p is None or p.lower is None else p.lower / dt
+    if name not in problem.skews:
+        low = max(low, 0.0)
     high = longest if p is None or p.upper is None else p.upper / dt
     return low, max(high, low)
 

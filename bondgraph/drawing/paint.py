@@ -59,10 +59,21 @@ def line(points: Sequence[Point], colour: str, width: float, dash: str = "", kin
 
 
 def element(
-    label: Label, at: Point, domain: str, tip: str, ring: str = "", *, off: bool = False
+    label: Label,
+    at: Point,
+    domain: str,
+    tip: str,
+    ring: str = "",
+    *,
+    off: bool = False,
+    fill: str = "",
 ) -> str:
-    """Label of an element with its ring (``marked``, ``also`` or none); `off` dots its outline."""
-    fill, ink = FILL.get(domain, FILL[""])
+    """Label of an element with its ring (``marked``, ``also`` or none); `off` dots its outline.
+
+    `fill` replaces the colour of the domain.
+    """
+    usual, ink = FILL.get(domain, FILL[""])
+    fill = fill or usual
     body = label.body.shifted(*at)
     out = [f'<g class="element"><title>{escape(tip)}</title>']
     if ring:

@@ -29,6 +29,7 @@ class Coulomb(Law):
 
     force: float = 1.0
     unit: str = "N"
+    starts: ClassVar[tuple[str, ...]] = ("force", "unit")
     name: ClassVar[str] = "coulomb"
     energy: ClassVar[str] = "dissipates"
     set_valued: ClassVar[bool] = True
@@ -64,6 +65,7 @@ class Stribeck(Law):
     speed: float = 1e-2
     unit: str = "N"
     flow_unit: str = "m/s"
+    starts: ClassVar[tuple[str, ...]] = ("force", "drop", "speed", "unit", "flow_unit")
     name: ClassVar[str] = "stribeck"
     energy: ClassVar[str] = "dissipates"
     closed: ClassVar[bool] = True
@@ -114,6 +116,7 @@ class Viscous(Law):
 
     coefficient: float = 1.0
     unit: str = "N*s/m"
+    starts: ClassVar[tuple[str, ...]] = ("coefficient", "unit")
     name: ClassVar[str] = "viscous"
     energy: ClassVar[str] = "dissipates"
 
@@ -136,6 +139,7 @@ class QuadraticDrag(Law):
 
     coefficient: float = 1.0
     unit: str = "N*s2/m2"
+    starts: ClassVar[tuple[str, ...]] = ("coefficient", "unit")
     name: ClassVar[str] = "quadratic_drag"
     energy: ClassVar[str] = "dissipates"
 

@@ -21,6 +21,7 @@ class Hats(Law):
     knots: tuple[float, ...] = (-1.0, -0.5, 0.5, 1.0)
     size: float = 1.0
     unit: str = "1"
+    starts: ClassVar[tuple[str, ...]] = ("size", "unit")
     name: ClassVar[str] = "unnamed_curve"
     energy: ClassVar[str] = "signal"
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, final
 
 from bondgraph.backend import Ops
@@ -37,6 +37,15 @@ class Law(ABC):
     closed: ClassVar[bool] = False
     """`solve` is a formula to be differentiated; otherwise the deviation has a slope at the root
     and the implicit function theorem gives the derivatives."""
+
+    starts: ClassVar[tuple[str, ...]] = ()
+    """Fields that no equation uses: where a fit starts, typical sizes, units."""
+
+    @property
+    def structure(self) -> Hashable:
+        """Everything the equations depend on but the parameters: equal ones share a kernel."""
+        kept = tuple((f.name, getattr(self, f.name)) for f in fields(self) if f.name not in self.starts)
+        return type(self), kept
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Parameters of the deviation, named after `element`."""

@@ -32,6 +32,7 @@ class Saturation(Law):
     high: float = 1.0
     knee: float = 0.05
     unit: str = "V"
+    starts: ClassVar[tuple[str, ...]] = ("low", "high", "knee", "unit")
     name: ClassVar[str] = "saturation"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
@@ -64,6 +65,7 @@ class DeadZone(Law):
     width: float = 0.1
     size: float = 1.0
     unit: str = "V"
+    starts: ClassVar[tuple[str, ...]] = ("centre", "width", "size", "unit")
     name: ClassVar[str] = "dead_zone"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

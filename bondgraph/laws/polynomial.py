@@ -24,6 +24,7 @@ class Polynomial(Law):
     size: float = 1.0
     orders: tuple[int, ...] = (2, 3)
     unit: str = "1"
+    starts: ClassVar[tuple[str, ...]] = ("size", "unit")
     name: ClassVar[str] = "polynomial"
     energy: ClassVar[str] = "stores"
 

@@ -34,6 +34,7 @@ class StopSum(Law):
     scale: float = 1.0
     sign: float = 1.0
     unit: str = "1"
+    starts: ClassVar[tuple[str, ...]] = ("height", "scale", "unit")
     name: ClassVar[str] = "prandtl_ishlinskii"
     energy: ClassVar[str] = "dissipates"
 

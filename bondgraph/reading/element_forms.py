@@ -127,6 +127,7 @@ class ElementForms:
             "heat": choice("energy", "entropy"),
             "lag": optional(NAME),
             "delay": optional(NAME),
+            "clock": optional(NAME),
             "drift": listed(NAME, most=MAX_PORTS),
             "value": optional(EXPRESSION),
             "law": law,

@@ -15,6 +15,7 @@ from identification.command_line.arguments import jobs, nonnegative
 from identification.command_line.conformance import add_conformance_command
 from identification.command_line.coverage import add_coverage_command
 from identification.command_line.equations import NOTATIONS as EQUATIONS
+from identification.command_line.explain import add_explain_command
 from identification.command_line.export import add_export_command
 from identification.command_line.fit import add_fit_command
 from identification.command_line.identifiability import add_identifiability_command
@@ -107,6 +108,7 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument("what", nargs="*", help="names of measurements (default: all)")
     p.set_defaults(run=_bench)
 
+    add_explain_command(verbs)
     add_export_command(verbs)
     add_conformance_command(verbs)
     add_machine_commands(verbs)

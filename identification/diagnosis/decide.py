@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from identification.diagnosis.effects import by_name
+from identification.diagnosis.effects import UNNAMED
+from identification.diagnosis.leftover import Leftover
 from identification.diagnosis.search import Trial, paired_z
 from identification.diagnosis.structure import Structure
 
@@ -16,7 +17,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Limits of the decision, set on development seeds of the virtual bench and then kept.
+    """Limits of the decision, set on development seeds and then kept.
 
     Attributes
     ----------
@@ -24,29 +25,34 @@ class Thresholds:
         Held-out mean square over the floor above which the nominal model is in doubt.
     z : float
         Standard errors by which an improvement (or a lead over a rival) must show.
+    drop : float
+        Least part of the held-out misfit that an effect must remove.
     share : float
-        Part of the excess over the floor that a named effect must explain.
+        Part of the explicable excess that a named effect must explain.
     floor : float
-        Held-out mean square that counts as the floor, if `near` of the excess is explained.
+        Held-out mean square that counts as the floor.
     simpler : float
         A richer law must remove this part of what a simpler one leaves.
     rival : float
         Another effect within this factor of the best one's remaining excess is a rival.
+    leftover : float
+        Standard errors by which something must remain to count as unexplained.
     confidence : float
         Least confidence of a name.
     """
 
-    mismatch: float = 1.10
+    mismatch: float = 1.05
     z: float = 3.0
+    drop: float = 0.02
     share: float = 0.9
-    floor: float = 1.25
-    near: float = 0.7
+    floor: float = 1.15
     simpler: float = 0.3
     rival: float = 1.25
+    leftover: float = 4.0
     confidence: float = 0.6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Decision:
     """What the evidence supports.
 
@@ -65,6 +71,12 @@ class Decision:
         Part of the excess misfit that `chosen` explains.
     confidence : float
     reasons : tuple of str
+    left : Leftover or None
+        What a second screening finds in the residual of `chosen`.
+    trials : tuple of Trial
+        All that was fitted for this decision.
+    nominal : float
+        Held-out mean square over the floor before this decision.
     """
 
     kind: str
@@ -75,6 +87,12 @@ class Decision:
     confidence: float
     reasons: tuple[str, ...]
     richer: tuple[Trial, ...] = ()
+    left: Leftover | None = None
+    trials: tuple[Trial, ...] = ()
+    nominal: float = float("nan")
+
+
+Remaining = Callable[[Trial], Leftover]
 
 
 def decide(
@@ -84,6 +102,9 @@ def decide(
     limits: Thresholds | None = None,
     *,
     declared: float = np.inf,
+    nominal_train: float = float("nan"),
+    before: Leftover | None = None,
+    remaining: Remaining | None = None,
     classes: Structure | None = None,
 ) -> Decision:
     """Decide from the held-out mean squares of the nominal fit and of all trials.
@@ -92,47 +113,53 @@ def decide(
     ----------
     declared : float
         Held-out mean square with the declared parameters: a repair must beat that too.
+    nominal_train : float
+        Training mean square of the nominal fit.
+    before : Leftover, optional
+        What the screening finds in the nominal residual.
+    remaining : callable, optional
+        Screens the residual of a trial once more.
     classes : Structure, optional
         Ports that a residual alone cannot separate.
     """
     t = limits or Thresholds()
-    excess = nominal - 1.0
-    named = [x for x in trials if x.effect != "unknown" and x.home and _present(x)]
-    if not named or nominal < t.mismatch:
-        return Decision(
-            "explained", None, (), (), 0.0, 0.0, (f"held-out misfit {nominal:.3g} times the floor",)
-        )
+    named = [x for x in trials if x.effect != UNNAMED.name and x.home and present(x)]
+    quiet = Decision("explained", None, (), (), 0.0, 0.0, (), nominal=nominal, trials=tuple(trials))
+    if not named:
+        return _without_name(quiet, nominal, before, t, "no effect of the catalogue is present")
     best = _simplest(min(named, key=lambda x: x.test), named, t)
-    away = [x for x in trials if x.effect != "unknown" and not x.home and _present(x)]
+    away = [x for x in trials if x.effect != UNNAMED.name and not x.home and present(x)]
     for x in sorted(away, key=lambda x: x.test):
         if x.test - 1 < (1 - t.simpler) * (best.test - 1) and paired_z(best.blocks, x.blocks) > t.z:
             best = x
             break
     gain = paired_z(nominal_blocks, best.blocks)
     drop = (nominal - best.test) / nominal
-    if gain < t.z or drop < 0.05:
+    if gain < t.z or drop < t.drop or nominal < t.mismatch:
         reason = (
             f"no effect of the catalogue improves the held-out part clearly ({best.label}: "
             f"z {gain:.1f}, {100 * drop:.1f} %)"
         )
-        kind = "explained" if nominal < 1.5 else "unknown_physics"
-        return Decision(kind, None, (), (), 0.0, 0.0, (reason,))
+        return _without_name(quiet, nominal, before, t, reason)
     if declared < 1.02 * best.test:
         reason = (
             "the declared parameters already explain the held-out part as well as any effect does"
         )
-        return Decision("explained", None, (), (), 0.0, 0.0, (reason,))
-    share = (nominal - best.test) / excess if excess > 0 else 0.0
+        return _replaced(quiet, reasons=(reason,))
+    left = remaining(best) if remaining else None
+    share = explained_share(nominal, nominal_train, best, left, t)
     same, rivals = _alike(best, trials, t)
     same = tuple(dict.fromkeys((*same, *_same_class(best, trials, nominal, share, classes))))
     reasons = [
         f"{best.label} lowers the held-out mean square from {nominal:.4g} to "
         f"{best.test:.4g} times the floor (z {gain:.1f})"
     ]
-    enough = share >= t.share or (best.test < t.floor and share >= t.near)
+    if left is not None and left.z > t.leftover:
+        reasons.append(left.words())
+    enough = share >= t.share
     if not enough:
         reasons.append(
-            f"it explains {100 * share:.0f} % of the excess, {100 * t.share:.0f} % are "
+            f"it explains {100 * share:.0f} % of what can be explained, {100 * t.share:.0f} % are "
             "needed for a name"
         )
     if rivals:
@@ -144,25 +171,69 @@ def decide(
             f"the lead over the next effect is too small for a name (confidence {confidence:.2f})"
         )
     kind = "missing_physics" if sure else "unknown_physics"
-    richer = _richer(best, trials, t)
+    richer = _richer(best, trials)
     if richer:
         reasons.append("not needed but not excluded: " + ", ".join(r.label for r in richer))
-    return Decision(kind, best, same, rivals, min(share, 1.0), confidence, tuple(reasons), richer)
+    return Decision(
+        kind, best, same, rivals, min(share, 1.0), confidence, tuple(reasons), richer, left,
+        tuple(trials), nominal,
+    )  # fmt: skip
 
 
-def _present(x: Trial) -> bool:
+def _replaced(d: Decision, **changes: object) -> Decision:
+    from dataclasses import replace
+
+    return replace(d, **changes)  # type: ignore[arg-type]
+
+
+def _without_name(
+    quiet: Decision, nominal: float, before: Leftover | None, t: Thresholds, reason: str
+) -> Decision:
+    """Nothing of the catalogue helps: noise, or physics outside of it."""
+    strange = before is not None and before.z > t.leftover + 1 and before.share > 0.1
+    if strange and nominal > 1.5:
+        assert before is not None
+        return _replaced(
+            quiet, kind="unknown_physics", reasons=(reason, before.words()), left=before
+        )
+    return _replaced(quiet, reasons=(reason,))
+
+
+def explained_share(
+    nominal: float, nominal_train: float, best: Trial, left: Leftover | None, t: Thresholds
+) -> float:
+    """Part of the excess that `best` explains.
+
+    The excess counts from the floor, or from what is left when nothing in it can be explained any
+    more: coloured noise lies above a floor that was read from the top of the spectrum.
+    """
+    over_floor = (nominal - best.test) / max(nominal - 1.0, 1e-12)
+    if best.test < t.floor:
+        over_floor = max(over_floor, t.share)
+    if left is None or not np.isfinite(nominal_train):
+        return over_floor
+    gain = nominal_train - best.train
+    rest = left.share * best.train if left.z > t.leftover else 0.0
+    explicable = gain / (gain + rest) if gain + rest > 0 else 0.0
+    # nothing is left to explain: the remaining misfit is noise, whatever the floor says
+    return (
+        min(max(over_floor, 0.95), explicable) if over_floor > 0.5 else min(over_floor, explicable)
+    )
+
+
+def present(x: Trial) -> bool:
     """Whether the effect's strength differs from zero at 95 %."""
     found = {e.name: e for e in x.fit.estimates}
     for n in x.insertion.strengths:
         e = found.get(n)
-        if e is not None and (e.ci95[0] > 0 or e.ci95[1] < 0):
+        if e is None or e.ci95[0] > 0 or e.ci95[1] < 0:
             return True
     return False
 
 
 def _simplest(best: Trial, named: Sequence[Trial], t: Thresholds) -> Trial:
     """Return a simpler effect at the same place when the richer one adds little."""
-    for name in by_name(best.effect).simpler:
+    for name in best.insertion.simpler:
         for x in named:
             if x.effect == name and x.element == best.element:
                 if (x.test - best.test) < t.simpler * max(
@@ -176,9 +247,9 @@ def _alike(
     best: Trial, trials: Sequence[Trial], t: Thresholds
 ) -> tuple[tuple[Trial, ...], tuple[Trial, ...]]:
     same, rivals = [], []
-    richer = {x.effect for x in trials if best.effect in by_name(x.effect).simpler}
+    nested = richer_names(best, trials)
     for x in trials:
-        if x is best or not _present(x):
+        if x is best or not present(x):
             continue
         close = paired_z(x.blocks, best.blocks) < t.z or (x.test - 1) < t.rival * (best.test - 1)
         close = close and (x.test - 1) < 2.0 * max(best.test - 1, 0.05)
@@ -186,18 +257,24 @@ def _alike(
             continue
         if x.effect == best.effect:
             same.append(x)
-        elif x.effect != "unknown" and x.effect not in richer and x.home:
+        elif x.effect != UNNAMED.name and x.effect not in nested and x.home:
             rivals.append(x)
     return tuple(same), tuple(rivals)
 
 
-def _richer(best: Trial, trials: Sequence[Trial], t: Thresholds) -> tuple[Trial, ...]:
+def richer_names(best: Trial, trials: Sequence[Trial]) -> set[str]:
+    """Names of effects among `trials` that contain the best one as a special case."""
+    return {
+        x.effect for x in trials if x.effect != UNNAMED.name and best.effect in x.insertion.simpler
+    }
+
+
+def _richer(best: Trial, trials: Sequence[Trial]) -> tuple[Trial, ...]:
+    nested = richer_names(best, trials)
     return tuple(
         x
         for x in trials
-        if x.element == best.element
-        and best.effect in by_name(x.effect).simpler
-        and x.test <= best.test * 1.02 + 0.02
+        if x.element == best.element and x.effect in nested and x.test <= best.test * 1.02 + 0.02
     )
 
 
@@ -225,10 +302,10 @@ def _same_class(
 def _confidence(best: Trial, trials: Sequence[Trial], share: float, t: Thresholds) -> float:
     """From the lead over the best other effect and the share explained; at most 0.99."""
     # a richer form of the same law is no rival: it caps the confidence instead
-    nested = {x.effect for x in trials if best.effect in by_name(x.effect).simpler}
-    others = [x for x in trials if x.home and x.effect not in {best.effect, "unknown", *nested}]
+    nested = richer_names(best, trials)
+    others = [x for x in trials if x.home and x.effect not in {best.effect, UNNAMED.name, *nested}]
     lead = min((paired_z(x.blocks, best.blocks) for x in others), default=10.0)
     certainty = 1.0 - 0.5 * float(np.exp(-max(lead, 0.0) / t.z))
-    if _richer(best, trials, t):
+    if _richer(best, trials):
         certainty = min(certainty, 0.7)
     return float(np.clip(certainty * min(1.0, 0.5 + 0.5 * share), 0.0, 0.99))

@@ -3,35 +3,55 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from bondgraph.compiled import Compiled
-from bondgraph.elements import C, Element, R, Sensor, Source
-from bondgraph.equations import port_signals
+from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
-from bondgraph.simulate import prepare, run_prepared
 from identification.fit import Fit
 from identification.problem import Data
-from identification.residual import parameters_at, windows
 
 Array = np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Past:
     """Argument and output of an element's law along the fitted record.
 
     Attributes
     ----------
     argument : ndarray, shape (N,), SI
-        Displacement of a storage, flow of a resistor, command of a source, reading of a sensor.
+        Displacement of a storage, flow of a resistor or an inertia, command of a source, reading
+        of a sensor, secondary effort of a two-port.
     output : ndarray, shape (N,), SI
-        Effort of storages and resistors; the argument itself elsewhere.
+        Effort of storages, resistors and inertias, primary flow of a two-port; the argument
+        itself elsewhere.
+    dt : float
+        Time between samples, s.
+    moved : ndarray, shape (N,), SI, or None
+        Displacement that belongs to the flow of a resistor, an inertia or a two-port (from zero).
     """
 
     argument: Array
     output: Array
+    dt: float = 1.0
+    moved: Array | None = None
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return int(self.argument.size)
+
+    @cached_property
+    def time(self) -> Array:
+        """Time from the first sample, s, shape (N,)."""
+        return np.arange(self.n) * self.dt
+
+    @cached_property
+    def rate(self) -> Array:
+        """Rate of the argument, SI, shape (N,)."""
+        return np.gradient(self.argument, self.dt)
 
     @property
     def centre(self) -> float:
@@ -53,16 +73,30 @@ class Past:
         """Root mean square of the argument."""
         return float(np.sqrt(np.mean(self.argument**2))) or 1.0
 
+    @property
+    def slope(self) -> float:
+        """Typical output over typical argument (a stiffness, a resistance)."""
+        return self.swing / self.half
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Scene:
-    """Nominal fit and the past of every port whose variables the equations give."""
+    """Fitted model, data, residual and the past of every port.
 
-    # the declared graph: its values carry what is known about them, the fit has its own
+    Attributes
+    ----------
+    graph : BondGraph
+        The declared graph: its values carry what is known about them, the fit has its own.
+    residual : ndarray, shape (N, n_y), SI
+        Measured less simulated, 0 where nothing is scored.
+    past : dict of str to Past
+        By element; its arrays cover the whole record.
+    """
 
     graph: BondGraph
     data: Data
     nominal: Fit
+    residual: Array
     past: dict[str, Past]
 
     @property
@@ -74,38 +108,3 @@ class Scene:
     def of(self, element: Element) -> Past:
         """Past of one element."""
         return self.past[element.name]
-
-
-def scene(nominal: Fit) -> Scene:
-    """Simulate the nominal fit once more with all port signals observed."""
-    problem = nominal.problem
-    graph, data = problem.graph, problem.data
-    signals = port_signals(problem.with_offsets)
-    observed: list[str] = []
-    space = problem.compiled.space
-    known = {str(s.symbol) for s in space.states} | {str(a.target) for a in space.assignments}
-    ports = []
-    for e in graph.of_type(C, R):
-        effort, flow = signals[e.name]
-        argument = f"q_{e.name}" if isinstance(e, C) else flow
-        if argument in known and effort in known:
-            ports.append(e)
-            observed += [argument, effort]
-    seen = Compiled(problem.compiled.space, tuple(observed))
-    p = parameters_at(problem, nominal.point.theta)
-    trace = np.full((data.n, len(data.names) + len(observed)), np.nan)
-    ready = prepare(seen, p, data.dt, problem.n_sub)
-    for w, x0 in zip(windows(problem), nominal.point.states, strict=True):
-        trace[w] = run_prepared(ready, problem.inputs[w], x0, fine=problem.fine_inputs(w)).y
-    inside = np.isfinite(trace).all(axis=1)
-    scored = inside & (data.mask("train") | data.mask("test"))
-    trace = trace[scored]
-    past: dict[str, Past] = {}
-    for i, e in enumerate(ports):
-        k = len(data.names) + 2 * i
-        past[e.name] = Past(trace[:, k], trace[:, k + 1])
-    for s in graph.of_type(Source):
-        past[s.name] = Past(data.commands[s.name][scored], data.commands[s.name][scored])
-    for i, s in enumerate(graph.of_type(Sensor)):
-        past[s.name] = Past(trace[:, i], trace[:, i])
-    return Scene(graph, data, nominal, past)

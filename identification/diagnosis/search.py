@@ -1,4 +1,4 @@
-"""Fit every effect of the catalogue at every port where it makes sense, cheap ones first."""
+"""Fit what the screening found promising: every serious effect at every serious place."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from bondgraph.errors import BondsightError
 from bondgraph.simulate import HOLDS
 from identification.diagnosis.effects import CATALOGUE, UNNAMED, Effect, Insertion
 from identification.diagnosis.scene import Scene
+from identification.diagnosis.screening import Screened
 from identification.fit import Fit, Status, fit, start_cost
 from identification.problem import Data, Problem
 from identification.residual import Point, evaluate
@@ -84,96 +85,124 @@ def paired_z(worse: Array, better: Array) -> float:
     return float(np.copysign(np.inf, d.mean())) if d.any() else 0.0
 
 
-def insertions(scene: Scene, catalogue: Sequence[Effect]) -> list[tuple[Effect, Insertion, bool]]:
-    """Every effect at every place."""
-    found = []
-    for effect in catalogue:
-        for element in effect.places(scene.graph):
-            if element.name not in scene.past:
-                continue
-            found.append((effect, effect.insert(scene, element), effect.home(element)))
-    return found
-
-
 @dataclass(frozen=True)
 class Options:
-    """Cost of the search.
+    """Cost of the search and what may be named.
 
     Attributes
     ----------
     jobs : int
         Processes; -1 for all cores. The joblib backend in force is used.
     keep : int
-        Candidates that are fitted to the end.
+        Candidates of the linear screening that are fitted first.
+    more : int
+        Rivals of the best one that are fitted after them.
+    samples : int
+        A longer record is thinned for the search where that loses nothing.
+    effects : int
+        How many effects are looked for, one after the other.
+    without : tuple of str
+        Effects that may not be named.
+    extra : tuple of Effect
+        Effects of the user beside the catalogue.
     """
 
     jobs: int = -1
-    keep: int = 8
-    screen_iterations: int = 14
-    final_iterations: int = 40
+    keep: int = 10
+    more: int = 6
+    screen_iterations: int = 12
+    final_iterations: int = 30
     samples: int = 12000
+    effects: int = 3
+    without: tuple[str, ...] = ()
+    extra: tuple[Effect, ...] = ()
+
+    @property
+    def catalogue(self) -> tuple[Effect, ...]:
+        """Effects that may be named."""
+        return (*(e for e in CATALOGUE if e.name not in self.without), *self.extra)
 
 
 def search(
-    scene: Scene, template: Problem, options: Options, progress: Progress | None = None
+    scene: Scene,
+    template: Problem,
+    ranked: Sequence[Screened],
+    options: Options,
+    progress: Progress | None = None,
 ) -> list[Trial]:
-    """Return all trials, best held-out score first; the first `keep` are fitted to the end.
+    """Fit the best of `ranked`, then the rivals of the best one; best held-out score first.
 
     `template` holds the data (thinned if that loses nothing) and how to score them.
     """
-    todo = insertions(scene, (*CATALOGUE, UNNAMED))
-    screened = _run(
-        [
-            (i, home, replace(template, graph=i.graph), options.screen_iterations, tuple(i.starts))
-            for _, i, home in todo
-        ],
-        options, progress, 0.15, 0.6, "screening",
-    )  # fmt: skip
-    if not screened:
-        return []
-    order = sorted(screened, key=lambda t: t.test)
-    again = []
-    for t in order[: options.keep]:
-        problem = replace(template, graph=t.insertion.graph, starts=dict(t.fit.problem.starts))
-        again.append((t, problem, options.final_iterations))
-    finished = _finish(again, options, progress)
-    done = {(t.effect, t.element) for t in finished}
-    rest = [t for t in screened if (t.effect, t.element) not in done]
-    return sorted(finished, key=lambda t: t.test) + sorted(rest, key=lambda t: t.test)
+    first = _selection(ranked, options.keep)
+    trials = _fitted(scene, template, first, options, progress, 0.0, 0.65)
+    named = [t for t in trials if t.effect != UNNAMED.name]
+    if named:
+        best = min(named, key=lambda t: t.train)
+        done = {(t.effect, t.element) for t in trials} | {
+            (s.effect.name, s.element.name) for s in first
+        }
+        second = _rivals(best, ranked, done, options.more)
+        trials += _fitted(scene, template, second, options, progress, 0.65, 1.0)
+    return sorted(trials, key=lambda t: t.test)
 
 
-def thinning(data: Data, samples: int) -> int:
-    """Largest factor that keeps the commands and leaves at least `samples` samples."""
-    factor = 1
-    while data.n // (2 * factor) >= samples // 2 and data.n > samples:
-        wider = 2 * factor
-        if not all(_kept(v, wider) for v in data.commands.values()):
+def _selection(ranked: Sequence[Screened], keep: int) -> list[Screened]:
+    """Best ones, not more than four of a kind, and the best unnamed curve."""
+    chosen: list[Screened] = []
+    for s in ranked:
+        if s.effect.name == UNNAMED.name or s.hint is None:
+            continue
+        if sum(c.effect.name == s.effect.name for c in chosen) < 4:
+            chosen.append(s)
+        if len(chosen) == keep:
             break
-        if not all(_kept(data.readings[:, c], wider) for c in range(data.readings.shape[1])):
-            break
-        factor = wider
-    return factor
+    chosen += [s for s in ranked if s.effect.name == UNNAMED.name and s.hint is not None][:1]
+    return chosen
 
 
-def _kept(v: Array, factor: int) -> bool:
-    """Whether straight lines between every `factor`-th sample still follow `v`."""
-    index = np.arange(v.size)
-    off = np.abs(np.interp(index, index[::factor], v[::factor]) - v)
-    return bool(np.quantile(off, 0.999) < 5e-3 * (np.ptp(v) or 1.0))
+def _rivals(
+    best: Trial, ranked: Sequence[Screened], done: set[tuple[str, str]], more: int
+) -> list[Screened]:
+    """What is known to be confused with the best one, and the same effect elsewhere."""
+    alike = _alike(best, ranked)
+    top = max((s.share for s in ranked), default=0.0)
+    left = [
+        s
+        for s in ranked
+        if (s.effect.name, s.element.name) not in done and s.effect.name != UNNAMED.name
+    ]
+    here = [s for s in left if s.effect.name in alike and s.element.name == best.element]
+    same = [s for s in left if s.effect.name == best.effect and s.share > 0.5 * top]
+    near = [s for s in left if s.effect.name in alike and s.share > 0.5 * top]
+    return list(dict.fromkeys([*here, *same, *near]))[:more]
 
 
-Task = tuple[Insertion, bool, Problem, int, tuple[Mapping[str, float], ...]]
+def _alike(best: Trial, ranked: Sequence[Screened]) -> set[str]:
+    """Effects confused with one, either way, simpler and richer forms included."""
+    found = {*best.insertion.confused_with, *best.insertion.simpler}
+    return found | {
+        s.effect.name for s in ranked if best.effect in (*s.effect.confused_with, *s.effect.simpler)
+    }
 
 
-def _run(
-    tasks: Sequence[Task],
+def _fitted(
+    scene: Scene,
+    template: Problem,
+    todo: Sequence[Screened],
     options: Options,
     progress: Progress | None,
     begin: float,
-    share: float,
-    what: str,
+    end: float,
 ) -> list[Trial]:
     found: list[Trial] = []
+    tasks = []
+    for s in todo:
+        try:
+            made = s.effect.insert(scene, s.element, s.hint)
+        except BondsightError:
+            continue
+        tasks.append((made, s.home, replace(template, graph=made.graph, built=None), options))
     jobs = Parallel(n_jobs=options.jobs, return_as="generator_unordered")(
         delayed(_alone)(attempt, *t) for t in tasks
     )
@@ -181,7 +210,7 @@ def _run(
         if trial is not None:
             found.append(trial)
         if progress is not None:
-            progress(f"{what}: {label}", begin + share * done / len(tasks))
+            progress(f"fitting {label}", begin + (end - begin) * done / len(tasks))
     order = {t[0].label: i for i, t in enumerate(tasks)}
     return sorted(found, key=lambda t: order[t.label])
 
@@ -193,38 +222,60 @@ def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
         return work(*arguments)
 
 
-def _finish(
-    tasks: Sequence[tuple[Trial, Problem, int]], options: Options, progress: Progress | None
-) -> list[Trial]:
-    found = []
-    jobs = Parallel(n_jobs=options.jobs, return_as="generator_unordered")(
-        delayed(_alone)(finish, *t) for t in tasks
-    )
-    for done, trial in enumerate(jobs, start=1):
-        found.append(trial)
-        if progress is not None:
-            progress(f"fitting to the end: {trial.label}", 0.75 + 0.2 * done / len(tasks))
-    return found
-
-
-def finish(trial: Trial, problem: Problem, iterations: int) -> Trial:
-    """Go on from where the screening stopped."""
-    problem = replace(problem, n_sub=trial.fit.problem.n_sub)
+def attempt(
+    insertion: Insertion, home: bool, problem: Problem, options: Options
+) -> tuple[str, Trial | None]:
+    """Fit one insertion from its best starts; None when it cannot be simulated."""
+    short: list[Fit] = []
     try:
-        result = settled_fit(problem, iterations, trial.fit.point)
+        problem = replace(problem, built=problem.engine)
+    except BondsightError:
+        return insertion.label, None
+    for candidate in promising(problem, insertion.starts):
+        try:
+            short.append(fit(candidate, max_iterations=6))
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            continue
+    short = sorted((r for r in short if _sound(r)), key=lambda r: r.cost)
+    if not short:
+        return insertion.label, None
+    # a second descent only where the first six steps did not decide
+    kept = [r for r in short[:2] if r.cost < 1.5 * short[0].cost]
+    results = []
+    for r in kept:
+        try:
+            results.append(settled_fit(r.problem, options.screen_iterations, r.point))
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            continue
+    results = [r for r in results if _sound(r)]
+    if not results:
+        return insertion.label, None
+    result = min(results, key=lambda r: r.cost)
+    if not np.isfinite(result.simulated[result.problem.data.mask("test")]).all():
+        return insertion.label, None
+    return insertion.label, trial_of(insertion, home, result)
+
+
+def trial_of(insertion: Insertion, home: bool, result: Fit) -> Trial:
+    """Score a finished fit."""
+    return Trial(
+        insertion, home, result, result.chi2("train"), result.chi2("test"), blocks_of(result)
+    )
+
+
+def _sound(r: Fit) -> bool:
+    return r.status is not Status.BROKEN and bool(np.isfinite(r.cost))
+
+
+def finish(trial: Trial, iterations: int) -> Trial:
+    """Go on from where the search stopped."""
+    try:
+        result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return trial
     if result.status is Status.BROKEN or not result.cost <= trial.fit.cost * 1.001:
         return trial
-    result = with_best_hold(result, iterations)
-    return Trial(
-        trial.insertion,
-        trial.home,
-        result,
-        result.chi2("train"),
-        result.chi2("test"),
-        blocks_of(result),
-    )
+    return trial_of(trial.insertion, trial.home, with_best_hold(result, iterations))
 
 
 def with_best_hold(result: Fit, iterations: int) -> Fit:
@@ -249,42 +300,10 @@ def with_best_hold(result: Fit, iterations: int) -> Fit:
     return best
 
 
-def attempt(
-    insertion: Insertion,
-    home: bool,
-    problem: Problem,
-    iterations: int,
-    starts: tuple[Mapping[str, float], ...],
-) -> tuple[str, Trial | None]:
-    """Fit one insertion from all its starts; None when it cannot be simulated."""
-    short: list[Fit] = []
-    for candidate in promising(problem, starts):
-        try:
-            short.append(fit(candidate, max_iterations=6))
-        except (BondsightError, np.linalg.LinAlgError, ValueError):
-            continue
-    short = [r for r in short if r.status is not Status.BROKEN and np.isfinite(r.cost)]
-    results = []
-    for r in sorted(short, key=lambda r: r.cost)[:2]:
-        try:
-            results.append(settled_fit(r.problem, iterations, r.point))
-        except (BondsightError, np.linalg.LinAlgError, ValueError):
-            continue
-    results = [r for r in results if r.status is not Status.BROKEN and np.isfinite(r.cost)]
-    if not results:
-        return insertion.label, None
-    result = min(results, key=lambda r: r.cost)
-    if not np.isfinite(result.simulated[result.problem.data.mask("test")]).all():
-        return insertion.label, None
-    return insertion.label, Trial(
-        insertion, home, result, result.chi2("train"), result.chi2("test"), blocks_of(result)
-    )
-
-
 def promising(
     problem: Problem, starts: tuple[Mapping[str, float], ...], keep: int = 2
 ) -> list[Problem]:
-    """Best starts, `keep` with the nominal fit's values and `keep` with the declared ones.
+    """Return the best starts with the nominal fit's values, and one with the declared ones.
 
     A large effect may have bent the nominal parameters so far that no path leads back.
     """
@@ -294,7 +313,8 @@ def promising(
         if n in problem.starts and not p.fixed
     }
     chosen: list[Problem] = []
-    for base in (dict(problem.starts), {**problem.starts, **declared}):
+    fitted = dict(problem.starts)
+    for base, count in ((fitted, keep), ({**fitted, **declared}, 1)):
         group = [replace(problem, starts={**base, **s}) for s in starts]
         costs = []
         for c in group:
@@ -303,14 +323,14 @@ def promising(
             except (BondsightError, np.linalg.LinAlgError, ValueError):
                 costs.append(np.inf)
         order = np.argsort(costs, kind="stable")
-        chosen += [group[i] for i in order[:keep] if np.isfinite(costs[i])]
+        chosen += [group[i] for i in order[:count] if np.isfinite(costs[i])]
     return chosen
 
 
 def settled_fit(problem: Problem, iterations: int, start: Point | None = None) -> Fit:
     """Fit, then refine the sub-steps until they no longer matter beside the residual."""
     result = fit(problem, max_iterations=iterations, start=start)
-    if not problem.compiled.n_w and problem.data.hold != "band-limited":
+    if problem.engine.exact_step and problem.data.hold != "band-limited":
         return result
     while result.problem.n_sub < 16 and result.status is not Status.BROKEN:
         finer = replace(result.problem, n_sub=2 * result.problem.n_sub)
@@ -321,3 +341,23 @@ def settled_fit(problem: Problem, iterations: int, start: Point | None = None) -
             return result
         result = fit(finer, max_iterations=iterations, start=result.point)
     return result
+
+
+def thinning(data: Data, samples: int) -> int:
+    """Largest factor that keeps the commands and leaves at least `samples` samples."""
+    factor = 1
+    while data.n // (2 * factor) >= samples // 2 and data.n > samples:
+        wider = 2 * factor
+        if not all(_kept(v, wider) for v in data.commands.values()):
+            break
+        if not all(_kept(data.readings[:, c], wider) for c in range(data.readings.shape[1])):
+            break
+        factor = wider
+    return factor
+
+
+def _kept(v: Array, factor: int) -> bool:
+    """Whether straight lines between every `factor`-th sample still follow `v`."""
+    index = np.arange(v.size)
+    off = np.abs(np.interp(index, index[::factor], v[::factor]) - v)
+    return bool(np.quantile(off, 0.999) < 5e-3 * (np.ptp(v) or 1.0))

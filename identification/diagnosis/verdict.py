@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from bondgraph.exchange import regular_target
-from identification.diagnosis.diagnose import Diagnosis, element_kind
+from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.effects import by_name
+from identification.diagnosis.places import element_kind
 from identification.diagnosis.search import Trial
 from identification.fit import Estimate, Fit
 

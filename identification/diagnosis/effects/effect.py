@@ -7,9 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from bondgraph.elements import C, Element, R, Sensor, Source
 from bondgraph.graph import BondGraph
 from identification.diagnosis.scene import Scene
+
+Array = np.ndarray
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,8 @@ class Insertion:
         Start values to try, by parameter.
     strengths : tuple of str
         Parameters that make the effect; it is absent when all are zero.
+    simpler, confused_with : tuple of str
+        Names of effects it contains, and of those it may be taken for.
     """
 
     effect: str
@@ -33,6 +39,8 @@ class Insertion:
     graph: BondGraph
     starts: tuple[Mapping[str, float], ...]
     strengths: tuple[str, ...]
+    simpler: tuple[str, ...] = ()
+    confused_with: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -40,19 +48,60 @@ class Insertion:
         return f"{self.effect} at {self.element}"
 
 
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """What a weak effect adds at its port: columns that a linear screening weighs.
+
+    Attributes
+    ----------
+    columns : ndarray, shape (N, k)
+        Addition to the output of the element's law (effort of C, R and I; the secondary effort of
+        a two-port), to the command of a source, to the reading of a sensor; SI, along the record.
+    flow : ndarray, shape (N, k), or None
+        Two-ports only: what each column adds to the primary flow at the same time.
+    shape : dict of str to float
+        The shape parameters these columns were made with (a width, a time constant); given back
+        to `Effect.insert` as part of the hint.
+    """
+
+    columns: Array
+    flow: Array | None = None
+    shape: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Hint:
+    """What the linear screening found for one effect at one place.
+
+    Attributes
+    ----------
+    shape : dict of str to float
+        Shape of the signature that explained most.
+    weights : ndarray, shape (k,)
+        Least-squares weights of its columns.
+    """
+
+    shape: Mapping[str, float]
+    weights: Array
+
+
 class Effect(ABC):
     """A physical effect; abstract.
 
     Class attributes: `name` and `family` from the vocabulary, `law`, one `sentence` for the user,
-    `confused_with`, `source` of the law. `home` is False where the effect can sit but seldom
-    does: such a place counts only if it explains more than every home.
+    `looks` (what its trace looks like), `confused_with`, `separated_by` (the experiment that tells
+    it from those), `simpler` (effects it contains as special cases), `source` of the law. `home`
+    is False where the effect can sit but seldom does: such a place counts only if it explains more
+    than every home.
     """
 
     name: ClassVar[str]
     family: ClassVar[str]
     law: ClassVar[str]
     sentence: ClassVar[str]
+    looks: ClassVar[str] = ""
     confused_with: ClassVar[tuple[str, ...]] = ()
+    separated_by: ClassVar[str] = ""
     simpler: ClassVar[tuple[str, ...]] = ()
     source: ClassVar[str] = ""
 
@@ -64,9 +113,16 @@ class Effect(ABC):
         """Whether `element` is a usual place of this effect."""
         return True
 
+    def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
+        """What a weak effect of this kind would add at `element`, for several shapes.
+
+        An empty tuple exempts the effect from the screening: it is always fitted.
+        """
+        return ()
+
     @abstractmethod
-    def insert(self, scene: Scene, element: Element) -> Insertion:
-        """Rewrite the graph of `scene` with the effect at `element`."""
+    def insert(self, scene: Scene, element: Element, hint: Hint | None = None) -> Insertion:
+        """Rewrite the graph of `scene` with the effect at `element`; start values from `hint`."""
 
     def inserted(
         self,
@@ -76,7 +132,10 @@ class Effect(ABC):
         strengths: tuple[str, ...],
     ) -> Insertion:
         """Label a rewritten graph."""
-        return Insertion(self.name, self.family, self.law, element.name, graph, starts, strengths)
+        return Insertion(
+            self.name, self.family, self.law, element.name, graph, starts, strengths,
+            self.simpler, self.confused_with,
+        )  # fmt: skip
 
 
 def storages(graph: BondGraph) -> tuple[Element, ...]:
@@ -85,9 +144,15 @@ def storages(graph: BondGraph) -> tuple[Element, ...]:
 
 
 def mechanical_resistors(graph: BondGraph) -> tuple[Element, ...]:
-    """Resistors that can rub: all whose unit is not electrical or thermal."""
-    other = ("ohm", "S", "K/W", "W/K")
+    """Resistors that can rub: all whose unit is not electrical, thermal or hydraulic."""
+    other = ("ohm", "S", "K/W", "W/K", "Pa*s/m3", "Pa*s/m^3")
     return tuple(e for e in graph.of_type(R) if e.law is None and e.unit not in other)
+
+
+def other_resistors(graph: BondGraph) -> tuple[Element, ...]:
+    """Electrical, thermal and hydraulic resistors."""
+    rubbing = {e.name for e in mechanical_resistors(graph)}
+    return tuple(e for e in graph.of_type(R) if e.law is None and e.name not in rubbing)
 
 
 def sources(graph: BondGraph) -> tuple[Element, ...]:

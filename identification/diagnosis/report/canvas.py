@@ -16,6 +16,8 @@ from matplotlib.figure import Figure
 from identification.diagnosis.report.style import PLOT
 
 WIDTH = 9.3
+TILE = 4.75
+"""Width of a figure that shares its row, inches: readable on a phone, too."""
 _FONT = "system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,sans-serif"
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
-__all__ = ["bullets", "cell", "escape", "facts", "figure", "paragraph", "section", "table"]
+__all__ = [
+    "bar", "bullets", "cell", "escape", "facts", "figure", "folded", "paragraph", "section",
+    "table", "tiles",
+]  # fmt: skip
 
 
 def section(title: str, *parts: str) -> str:
     """Headed section; empty when it holds nothing."""
     body = "\n".join(p for p in parts if p)
-    return f"<section>\n<h2>{escape(title)}</h2>\n{body}\n</section>" if body else ""
+    if not body:
+        return ""
+    name = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
+    return (
+        f'<section aria-labelledby="s-{name}">\n<h2 id="s-{name}">{escape(title)}</h2>\n'
+        f"{body}\n</section>"
+    )
 
 
 def heading(text: str) -> str:
@@ -31,7 +41,32 @@ def figure(svg: str, caption: str = "", kind: str = "") -> str:
     if not svg:
         return ""
     below = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
-    return f'<figure class="{kind}">{svg}{below}</figure>'
+    return f'<figure class="{kind}">{_spoken(svg, caption)}{below}</figure>'
+
+
+def _spoken(svg: str, text: str) -> str:
+    """Give a picture its words for those who do not see it."""
+    if not text or ' role="img"' in svg[:400]:
+        return svg
+    return svg.replace("<svg ", f'<svg role="img" aria-label="{escape(text)}" ', 1)
+
+
+def tiles(*figures: str) -> str:
+    """Figures side by side where there is room, below each other where there is none."""
+    found = [f for f in figures if f]
+    return f'<div class="tiles">{"".join(found)}</div>' if found else ""
+
+
+def folded(summary: str, *parts: str) -> str:
+    """Details behind a line; printed open."""
+    body = "".join(p for p in parts if p)
+    return f"<details><summary>{escape(summary)}</summary>{body}</details>" if body else ""
+
+
+def bar(share: float, kind: str = "") -> str:
+    """Bar of a share between 0 and 1, for a cell of a table; trusted HTML."""
+    width = 100 * min(max(share, 0.0), 1.0)
+    return f'<span class="bar {kind}"><span style="width:{width:.1f}%"></span></span>'
 
 
 def bullets(lines: Iterable[str]) -> str:
@@ -56,8 +91,9 @@ def table(
     rows: Iterable[Sequence[str]],
     numeric: Sequence[int] = (),
     kinds: Sequence[str] = (),
+    trusted: Sequence[int] = (),
 ) -> str:
-    """Table of plain texts.
+    """Table of plain texts; on a narrow screen every row becomes a card.
 
     Parameters
     ----------
@@ -65,19 +101,28 @@ def table(
         Columns set to the right.
     kinds : sequence of str
         Class of each row.
+    trusted : sequence of int
+        Columns that hold HTML made here.
     """
     head = "".join(
-        f'<th class="n">{escape(h)}</th>' if i in numeric else f"<th>{escape(h)}</th>"
+        f'<th scope="col"{_class("n" if i in numeric else "")}>{escape(h)}</th>'
         for i, h in enumerate(heads)
     )
     body = []
     for k, row in enumerate(rows):
-        kind = kinds[k] if k < len(kinds) else ""
-        cells = "".join(cell(t, "n" if i in numeric else "w") for i, t in enumerate(row))
-        body.append(f'<tr class="{kind}">{cells}</tr>' if kind else f"<tr>{cells}</tr>")
+        cells = []
+        for i, text in enumerate(row):
+            shown = text if i in trusted else escape(text)
+            kind = "n" if i in numeric else "w"
+            cells.append(f'<td class="{kind}" data-label="{escape(heads[i])}">{shown}</td>')
+        body.append(f"<tr{_class(kinds[k] if k < len(kinds) else '')}>{''.join(cells)}</tr>")
     if not body:
         return ""
     return (
-        f'<div class="scroll"><table><thead><tr>{head}</tr></thead>'
+        f'<div class="scroll"><table class="cards"><thead><tr>{head}</tr></thead>'
         f"<tbody>{''.join(body)}</tbody></table></div>"
     )
+
+
+def _class(kind: str) -> str:
+    return f' class="{kind}"' if kind else ""

@@ -1,0 +1,62 @@
+"""A slope that changes while it is recorded: warming, wear, a leaking gas spring."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+
+@dataclass(frozen=True)
+class Ageing(Law):
+    """``s (a t / T + b (t / T)^2)``, `t` from the start of the run.
+
+    Parameters
+    ----------
+    duration : float
+        ``T``, s; a fixed parameter.
+    size : float
+        Typical change of the slope, units of the slope.
+    """
+
+    duration: float = 1.0
+    size: float = 1.0
+    unit: str = "1"
+    starts: ClassVar[tuple[str, ...]] = ("duration", "size", "unit")
+    name: ClassVar[str] = "ageing"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Linear and quadratic change over the record, duration of the record."""
+        return (
+            Parameter(f"a_t_{element}", 0.0, self.unit, positive=False, scale=self.size),
+            Parameter(f"b_t_{element}", 0.0, self.unit, positive=False, scale=self.size),
+            Parameter(f"T_{element}", self.duration, "s", fixed=True),
+        )
+
+    @property
+    def timed(self) -> bool:
+        """The slope depends on time."""
+        return True
+
+    @property
+    def n_memory(self) -> int:
+        """Time since the start, s."""
+        return 1
+
+    def initial_memory(self, s: float) -> tuple[float, ...]:
+        """At the start."""
+        return (0.0,)
+
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
+        """Time goes on."""
+        return (memory[0] + p[-1],)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Change of the slope at the end of the step, times `s`."""
+        a, b, duration, step = p
+        t = (memory[0] + step) / duration
+        return s * t * (a + b * t)

@@ -1,0 +1,47 @@
+"""Damping that differs between the two directions of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+
+@dataclass(frozen=True)
+class AsymmetricDamping(Law):
+    """``d |f|`` beside ``R f``: the resistance is ``R + d`` forwards and ``R - d`` backwards.
+
+    The two coefficients of a vehicle damper in rebound and compression (Dixon, The Shock Absorber
+    Handbook, 2007), written as their mean and half their difference. Alone it gives energy back in
+    one direction; with the resistor's own value it is passive while ``|d| <= R``.
+
+    Parameters
+    ----------
+    difference : float
+        Start value of ``d``, units of the resistance.
+    size : float
+        Typical resistance.
+    """
+
+    difference: float = 0.0
+    size: float = 1.0
+    unit: str = "N*s/m"
+    starts: ClassVar[tuple[str, ...]] = ("difference", "size", "unit")
+    name: ClassVar[str] = "asymmetric_damping"
+    energy: ClassVar[str] = "signal"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Half the difference of the two resistances."""
+        return (
+            Parameter(
+                f"d_a_{element}", self.difference, self.unit, positive=False, scale=self.size
+            ),
+        )
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """``d |f|``."""
+        return p[0] * ops.absolute(s)

@@ -1,0 +1,51 @@
+"""Free play in a spring."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.shared_slope import SharedSlope
+
+
+@dataclass(frozen=True, kw_only=True)
+class Backlash(SharedSlope):
+    """``-k clip(q - centre, -w, w)``: no effort changes within the gap, the spring outside.
+
+    Dead band in series with an elastic shaft: Nordin and Gutman, Controlling mechanical systems
+    with backlash, Automatica 38 (2002) 1633.
+
+    Parameters
+    ----------
+    width : float
+        Start value of half the gap ``w``.
+    centre : float
+        Start value of its middle.
+    size : float
+        Typical displacement.
+    """
+
+    width: float = 0.1
+    centre: float = 0.0
+    size: float = 1.0
+    unit: str = "m"
+    starts: ClassVar[tuple[str, ...]] = (*SharedSlope.shared, "width", "centre", "size", "unit")
+    name: ClassVar[str] = "backlash"
+    energy: ClassVar[str] = "stores"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Stiffness, half width and middle of the gap."""
+        scale = 0.1 * self.size
+        return (
+            self.slope_parameter(element),
+            Parameter(f"w_{element}", self.width, self.unit, lower=0.0, scale=scale),
+            Parameter(f"centre_{element}", self.centre, self.unit, positive=False, scale=scale),
+        )
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Effort that the gap takes away."""
+        k, width, centre = p
+        return -self.own_slope(k) * ops.maximum(-width, ops.minimum(width, s - centre))

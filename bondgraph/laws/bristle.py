@@ -1,0 +1,91 @@
+"""Friction that bends before it slides: Dahl's model with its slip length as a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+ROOT_STEPS = 12
+
+
+@dataclass(frozen=True)
+class Bristle(Law):
+    """Dahl friction ``F = F_c z`` in a resistor, ``dz/dx = (1 - z sign(f)) / delta``.
+
+    ``delta`` is the way after which the contact slides and ``F_c / delta`` its stiffness at rest;
+    for ``delta -> 0`` it is Coulomb friction. Within a step the flow is held at its end value and
+    ``z`` follows its exact exponential, so that no step is too long for a short ``delta``.
+
+    Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968.
+
+    Parameters
+    ----------
+    force, way : float
+        Start values of ``F_c`` and ``delta``.
+    """
+
+    force: float = 1.0
+    way: float = 1e-3
+    unit: str = "N"
+    way_unit: str = "m"
+    starts: ClassVar[tuple[str, ...]] = ("force", "way", "unit", "way_unit")
+    name: ClassVar[str] = "dahl"
+    energy: ClassVar[str] = "dissipates"
+    set_valued: ClassVar[bool] = True
+
+    @property
+    def timed(self) -> bool:
+        """The way is the flow over time."""
+        return True
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """``F_c`` and ``delta``."""
+        way = self.way
+        return (
+            Parameter(f"F_c_{element}", self.force, self.unit, lower=0.0, scale=self.force),
+            Parameter(
+                f"delta_{element}", way, self.way_unit, lower=1e-3 * way, upper=1e3 * way, scale=way
+            ),
+        )
+
+    @property
+    def n_memory(self) -> int:
+        """Bend of the bristle, -1 to 1."""
+        return 1
+
+    def initial_memory(self, s: float) -> tuple[float, ...]:
+        """Unbent."""
+        return (0.0,)
+
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
+        """Bend after the step."""
+        direction = ops.sign(s)
+        return (direction + (memory[0] - direction) * ops.exp(-ops.absolute(s) * p[-1] / p[1]),)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """``F_c z`` at the end of the step."""
+        return p[0] * self.advance(ops, s, memory, p)[0]
+
+    def solve(
+        self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
+    ) -> Any:
+        """Root on the side to which the unbent remainder points.
+
+        Mirrored to the positive side the relation ``s = a - b (1 - c exp(-s / l))`` has a rising,
+        concave miss, so Newton steps from ``max(0, a - b)`` climb to the root without overshoot.
+        """
+        import casadi as ca
+
+        b = -gain * p[0]
+        side = ca.if_else(s_free - b * memory[0] >= 0, 1.0, -1.0)
+        a, rest, rate = side * s_free, 1.0 - side * memory[0], p[-1] / p[1]
+        at = ca.fmax(0.0, a - b)
+        for _ in range(ROOT_STEPS):
+            left = rest * ca.exp(-at * rate)
+            at = at + (a - at - b * (1.0 - left)) / (1.0 + b * left * rate)
+        return side * p[0] * (1.0 - rest * ca.exp(-at * rate))

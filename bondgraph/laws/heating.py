@@ -1,0 +1,80 @@
+"""A resistor that grows with its own heat."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+
+@dataclass(frozen=True)
+class SelfHeating(Law):
+    """``r theta f`` with ``tau dtheta/dt = (f / level)^2 - theta``.
+
+    ``theta`` is the temperature rise over that of a steady flow `level`, so that ``r`` is the
+    resistance gained at that flow. The power of the linear part alone heats (first order in r).
+    Between samples ``f^2`` is held at the mean of its ends and ``theta`` follows its exact
+    exponential. One thermal body with linear cooling: Incropera et al., Fundamentals of Heat and
+    Mass Transfer, chapter 5 (lumped capacitance).
+
+    Parameters
+    ----------
+    rise : float
+        Start value of ``r``, units of the resistance.
+    tau : float
+        Start value of the thermal time constant, s.
+    level : float
+        Reference flow, a fixed parameter.
+    """
+
+    rise: float = 0.1
+    tau: float = 1.0
+    level: float = 1.0
+    unit: str = "ohm"
+    flow_unit: str = "A"
+    starts: ClassVar[tuple[str, ...]] = ("rise", "tau", "level", "unit", "flow_unit")
+    name: ClassVar[str] = "self_heating"
+    energy: ClassVar[str] = "dissipates"
+
+    @property
+    def timed(self) -> bool:
+        """Heat leaves with time."""
+        return True
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """``r``, ``tau``, then the fixed level."""
+        tau = self.tau
+        return (
+            Parameter(f"r_heat_{element}", self.rise, self.unit, lower=0.0, scale=self.rise),
+            Parameter(
+                f"tau_heat_{element}", tau, "s", lower=0.02 * tau, upper=50.0 * tau, scale=tau
+            ),
+            Parameter(f"level_{element}", self.level, self.flow_unit, fixed=True),
+        )
+
+    @property
+    def n_memory(self) -> int:
+        """Temperature rise and last flow."""
+        return 2
+
+    def initial_memory(self, s: float) -> tuple[float, ...]:
+        """Cold."""
+        return (0.0, s)
+
+    def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
+        """Only the last flow follows `s`."""
+        return (0.0, 1.0)
+
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
+        """Warm up to the end of the step."""
+        kept = ops.exp(-p[-1] / p[1])
+        heat = 0.5 * (memory[1] ** 2 + s**2) / p[2] ** 2
+        return (memory[0] * kept + heat * (1.0 - kept), s)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Effort of the resistance gained."""
+        return p[0] * self.advance(ops, s, memory, p)[0] * s

@@ -1,0 +1,104 @@
+"""A law whose constants are read at run time: one kernel serves every recording."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+
+@dataclass(frozen=True)
+class Lifted(Law):
+    """`law` with the numbers in its fields `lifted` as fixed parameters.
+
+    A diagnosis chooses thresholds and ranges anew for every recording; written into the equations
+    they would ask for another kernel each time. Fields may hold one number or a tuple of numbers.
+
+    Parameters
+    ----------
+    law : Law
+        A law that is solved by Newton's method (not `closed`).
+    lifted : tuple of str
+        Names of its fields.
+    """
+
+    law: Law
+    lifted: tuple[str, ...]
+    name: ClassVar[str] = "lifted"
+
+    @property
+    def energy(self) -> str:  # type: ignore[override]
+        """Claim of the law itself."""
+        return self.law.energy
+
+    @property
+    def structure(self) -> Hashable:
+        """Without the values of the lifted fields."""
+        kept = tuple(
+            (f.name, getattr(self.law, f.name))
+            for f in fields(self.law)
+            if f.name not in (*self.lifted, *self.law.starts)
+        )
+        return Lifted, type(self.law), kept, tuple(len(v) for v in self._values)
+
+    @property
+    def slope(self) -> float | None:
+        """Slope of the law itself."""
+        return self.law.slope
+
+    @property
+    def timed(self) -> bool:
+        """As the law itself."""
+        return self.law.timed
+
+    @property
+    def n_memory(self) -> int:
+        """As the law itself."""
+        return self.law.n_memory
+
+    @property
+    def _values(self) -> tuple[tuple[float, ...], ...]:
+        found = (getattr(self.law, n) for n in self.lifted)
+        return tuple(v if isinstance(v, tuple) else (float(v),) for v in found)
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Parameters of the law, then its constants, fixed."""
+        constants = [
+            Parameter(f"{name}_{i}_{element}", v, positive=False, fixed=True)
+            for name, values in zip(self.lifted, self._values, strict=True)
+            for i, v in enumerate(values, start=1)
+        ]
+        return (*self.law.parameters(element), *constants)
+
+    def initial_memory(self, s: float) -> tuple[float, ...]:
+        """As the law itself."""
+        return self.law.initial_memory(s)
+
+    def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
+        """As the law itself."""
+        return self.law.memory_sensitivity(s)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Deviation with the constants of `p`."""
+        law, own = self._at(p)
+        return law.deviation(ops, s, memory, own)
+
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
+        """Advance with the constants of `p`."""
+        law, own = self._at(p)
+        return law.advance(ops, s, memory, own)
+
+    def _at(self, p: Sequence[Any]) -> tuple[Law, Sequence[Any]]:
+        own = len(self.law.parameters("x"))
+        changes: dict[str, Any] = {}
+        at = own
+        for name, values in zip(self.lifted, self._values, strict=True):
+            numbers = tuple(p[at : at + len(values)])
+            at += len(values)
+            changes[name] = numbers if isinstance(getattr(self.law, name), tuple) else numbers[0]
+        rest = p[at:]
+        return replace(self.law, **changes), (*p[:own], *rest)

@@ -1,0 +1,86 @@
+"""A disturbance that sets in: a step or a ramp in time that the motion does not touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+
+@dataclass(frozen=True)
+class Onset(Law):
+    """``h (1 + tanh((t - t_0) / width)) / 2``, or its integral over time, whatever `s` is.
+
+    Parameters
+    ----------
+    time : float
+        Start value of ``t_0``, s from the start of the run.
+    width : float
+        Rise time, s; a fixed parameter.
+    margin : float
+        How far ``t_0`` may move either way, s.
+    size : float
+        Typical height, output units (per second for a ramp).
+    ramp : bool
+        The integral of the step: a flow that sets in, seen as a displacement.
+    free_standing : bool
+        The element is nothing but the disturbance; otherwise the deviation is added to its slope.
+    """
+
+    time: float = 1.0
+    width: float = 0.01
+    margin: float = 0.1
+    size: float = 1.0
+    unit: str = "N"
+    ramp: bool = False
+    free_standing: bool = True
+    starts: ClassVar[tuple[str, ...]] = ("time", "width", "margin", "size", "unit")
+    name: ClassVar[str] = "onset"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Height, time, rise time."""
+        t, m = self.time, self.margin
+        return (
+            Parameter(f"h_{element}", 0.0, self.unit, positive=False, scale=self.size),
+            Parameter(
+                f"t_0_{element}", t, "s", positive=False, lower=t - m, upper=t + m, scale=0.1 * m
+            ),
+            Parameter(f"rise_{element}", self.width, "s", fixed=True),
+        )
+
+    @property
+    def slope(self) -> float | None:
+        """None of its own if free standing."""
+        return 0.0 if self.free_standing else None
+
+    @property
+    def timed(self) -> bool:
+        """Time is all that matters."""
+        return True
+
+    @property
+    def n_memory(self) -> int:
+        """Time since the start, s."""
+        return 1
+
+    def initial_memory(self, s: float) -> tuple[float, ...]:
+        """At the start."""
+        return (0.0,)
+
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
+        """Time goes on."""
+        return (memory[0] + p[-1],)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Value at the end of the step."""
+        height, begin, width, step = p
+        z = (memory[0] + step - begin) / width
+        if not self.ramp:
+            return 0.5 * height * (1 + ops.tanh(z))
+        # 0.5 (z + log(2 cosh z)), written so that no exponential overflows
+        size = ops.absolute(z)
+        return 0.5 * height * width * (z + size + ops.log(1 + ops.exp(-2 * size)))

@@ -1,0 +1,64 @@
+"""A force that repeats along the way: cogging, tooth ripple, a lead screw's error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+from bondgraph.laws.trigonometry import cosine, sine
+
+
+@dataclass(frozen=True)
+class Periodic(Law):
+    """``a sin(2 pi s / period) + b cos(2 pi s / period)`` without any slope of its own.
+
+    In a storage it derives from the energy ``(b sin - a cos) period / 2 pi`` and so stores.
+
+    Parameters
+    ----------
+    period : float
+        Start value of the period, units of `s`.
+    size : float
+        Typical amplitude, output units.
+    reach : float
+        Half range of `s`: over more periods the period is known better.
+    """
+
+    period: float = 1.0
+    size: float = 1.0
+    reach: float = 1.0
+    unit: str = "N"
+    way_unit: str = "m"
+    starts: ClassVar[tuple[str, ...]] = ("period", "size", "reach", "unit", "way_unit")
+    name: ClassVar[str] = "periodic_force"
+    energy: ClassVar[str] = "stores"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Sine and cosine amplitude, period."""
+        p = self.period
+        # the phase at the end of the range moves by a tenth of a turn
+        scale = min(0.1 * p * p / self.reach, 0.1 * p)
+        return (
+            Parameter(f"a_{element}", 0.0, self.unit, positive=False, scale=self.size),
+            Parameter(f"b_{element}", 0.0, self.unit, positive=False, scale=self.size),
+            Parameter(
+                f"period_{element}", p, self.way_unit, positive=False,
+                lower=0.8 * p, upper=1.25 * p, scale=scale,
+            ),
+        )  # fmt: skip
+
+    @property
+    def slope(self) -> float:
+        """No spring: the force alone."""
+        return 0.0
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Force at the position `s`."""
+        a, b, period = p
+        turn = 2 * pi * s / period
+        return a * sine(ops, turn) + b * cosine(ops, turn)

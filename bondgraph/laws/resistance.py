@@ -1,0 +1,51 @@
+"""A resistor whose characteristic bends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+
+@dataclass(frozen=True)
+class NonlinearResistance(Law):
+    """``a_2 z^2 + a_3 z^3`` with ``z = f / level``; `a` in units of effort.
+
+    The first two terms of a characteristic through the origin beside ``R f``. The quadratic one
+    makes it differ between the directions, the cubic one keeps it odd. Passive while the whole
+    ``R f + a_2 z^2 + a_3 z^3`` has the sign of ``f``; alone it promises nothing.
+
+    Parameters
+    ----------
+    size : float
+        Typical effort.
+    level : float
+        Reference flow, a fixed parameter.
+    """
+
+    size: float = 1.0
+    level: float = 1.0
+    unit: str = "V"
+    flow_unit: str = "A"
+    starts: ClassVar[tuple[str, ...]] = ("size", "level", "unit", "flow_unit")
+    name: ClassVar[str] = "nonlinear_resistance"
+    energy: ClassVar[str] = "signal"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Quadratic and cubic coefficient, then the fixed level."""
+        return (
+            *(
+                Parameter(f"a_{j}_{element}", 0.0, self.unit, positive=False, scale=self.size)
+                for j in (2, 3)
+            ),
+            Parameter(f"level_{element}", self.level, self.flow_unit, fixed=True),
+        )
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Sum of both powers."""
+        z = s / p[2]
+        return p[0] * z**2 + p[1] * z**3

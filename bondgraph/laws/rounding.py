@@ -1,0 +1,66 @@
+"""A converter that knows few values: rounding to the nearest of an even grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, ClassVar
+
+from bondgraph.backend import Expression, Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+__all__ = ["Rounding"]
+
+FINE = 1e-6
+"""Sub-division of a step within which the rounding error counts as constant."""
+
+
+def _floor(ops: Ops, x: Expression) -> Expression:
+    return import_module(ops.name).floor(x)
+
+
+@dataclass(frozen=True)
+class Rounding(Law):
+    """``s + amount (rounded - s)`` with `rounded` the nearest of ``origin + k step``.
+
+    Step and origin are read off a recording, not fitted, and the rounding error counts as a number
+    that the parameters of the model do not move: its derivative is zero everywhere (of the true
+    one, -1 between jumps without bound, nothing could be learnt by descent). The price is an error
+    of at most ``1e-6 step``.
+
+    Parameters
+    ----------
+    step : float
+        Distance of two values, units of `s`.
+    origin : float
+        Any value of the grid.
+    amount : float
+        Start value; 1 rounds fully.
+    """
+
+    step: float = 1.0
+    origin: float = 0.0
+    amount: float = 1.0
+    unit: str = "1"
+    starts: ClassVar[tuple[str, ...]] = ("step", "origin", "amount", "unit")
+    name: ClassVar[str] = "rounding"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Amount; step and origin fixed."""
+        return (
+            Parameter(
+                f"amount_{element}", self.amount, positive=False, lower=0.0, upper=1.5, scale=0.3
+            ),
+            Parameter(f"step_{element}", self.step, self.unit, fixed=True),
+            Parameter(
+                f"origin_{element}", self.origin, self.unit, positive=False, fixed=True
+            ),
+        )
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Rounding error, constant within a small part of a step."""
+        amount, step, origin = p
+        z = (s - origin) / step
+        return amount * step * (_floor(ops, z + 0.5) - FINE * _floor(ops, z / FINE + 0.5))

@@ -1,0 +1,107 @@
+"""A drive whose output can change only so fast: the slew rate of an amplifier or a valve."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+
+__all__ = ["SlewLimit", "slew_limited"]
+
+Array = np.ndarray
+FASTEST = 1e-300
+"""Slowness that stands for no limit at all: no division by zero."""
+
+
+@dataclass(frozen=True)
+class SlewLimit(Law):
+    """Output follows the command by at most ``h / slowness`` within a step of `h` seconds.
+
+    The parameter is the slowness, one over the slew rate: zero is no limit, and the time that a
+    jump takes is proportional to it. Memory is the output at the last accepted step.
+
+    Parameters
+    ----------
+    slowness : float
+        Start value, s per unit of the command.
+    size : float
+        Typical slowness; what it takes to cross the range within the record is plenty.
+    unit : str
+        Unit of the slowness.
+    """
+
+    slowness: float = 0.01
+    size: float = 0.01
+    unit: str = "s/V"
+    starts: ClassVar[tuple[str, ...]] = ("slowness", "size", "unit")
+    name: ClassVar[str] = "slew_limit"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Slowness."""
+        return (
+            Parameter(
+                f"slowness_{element}", self.slowness, self.unit, lower=0.0, scale=self.size
+            ),
+        )
+
+    @property
+    def timed(self) -> bool:
+        """The largest change is proportional to the step."""
+        return True
+
+    @property
+    def n_memory(self) -> int:
+        """Output at the last step."""
+        return 1
+
+    def initial_memory(self, s: float) -> tuple[float, ...]:
+        """Settled at `s`."""
+        return (s,)
+
+    def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
+        """Settled output follows `s`."""
+        return (1.0,)
+
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
+        """Output, at most one largest change away from the last."""
+        slowness, step = p
+        most = step / ops.maximum(slowness, FASTEST)
+        last = memory[0]
+        return (last + ops.maximum(-most, ops.minimum(most, s - last)),)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """How far the output stays behind the command."""
+        return self.advance(ops, s, memory, p)[0] - s
+
+
+def slew_limited(u: Array, most: Array) -> Array:
+    """Return samples `u` with every change limited to `most`, one column a limit.
+
+    Parameters
+    ----------
+    u : ndarray, shape (N,)
+    most : ndarray, shape (k,)
+        Largest change from one sample to the next, units of `u`.
+
+    Returns
+    -------
+    ndarray, shape (N, k)
+
+    Examples
+    --------
+    >>> slew_limited(np.array([0.0, 1.0, 1.0]), np.array([0.4])).ravel().tolist()
+    [0.0, 0.4, 0.8]
+    """
+    import casadi as ca
+
+    last, limit, now = ca.SX.sym("y", most.size), ca.SX.sym("d", most.size), ca.SX.sym("u")
+    new = last + ca.fmax(-limit, ca.fmin(limit, now - last))
+    run = ca.Function("limited", [last, now, limit], [new]).mapaccum(u.size)
+    start = np.full(most.size, float(u[0]))
+    return np.asarray(run(start, u[None, :], np.asarray(most, float)).full().T)

@@ -1,0 +1,79 @@
+"""A disturbance that hums: a sinusoid in time that the motion does not touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.elements import Parameter
+from bondgraph.laws.law import Law
+from bondgraph.laws.trigonometry import cosine, sine
+
+
+@dataclass(frozen=True)
+class Tone(Law):
+    """``a sin(2 pi f t) + b cos(2 pi f t)``, `t` from the start of the run, whatever `s` is.
+
+    Parameters
+    ----------
+    frequency : float
+        Start value of the frequency, Hz.
+    resolution : float
+        One over the duration of the record, Hz: how finely the frequency shows in it.
+    size : float
+        Typical amplitude, output units.
+    free_standing : bool
+        The element is nothing but the disturbance; otherwise the deviation is added to its slope.
+    """
+
+    frequency: float = 1.0
+    resolution: float = 0.1
+    size: float = 1.0
+    unit: str = "N"
+    free_standing: bool = True
+    starts: ClassVar[tuple[str, ...]] = ("frequency", "resolution", "size", "unit")
+    name: ClassVar[str] = "tone"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Sine and cosine amplitude, frequency."""
+        f, df = self.frequency, self.resolution
+        return (
+            Parameter(f"a_{element}", 0.0, self.unit, positive=False, scale=self.size),
+            Parameter(f"b_{element}", 0.0, self.unit, positive=False, scale=self.size),
+            Parameter(
+                f"freq_{element}", f, "Hz", positive=False,
+                lower=max(f - 2 * df, 0.1 * df), upper=f + 2 * df, scale=0.1 * df,
+            ),
+        )  # fmt: skip
+
+    @property
+    def slope(self) -> float | None:
+        """None of its own if free standing."""
+        return 0.0 if self.free_standing else None
+
+    @property
+    def timed(self) -> bool:
+        """Time is all that matters."""
+        return True
+
+    @property
+    def n_memory(self) -> int:
+        """Time since the start, s."""
+        return 1
+
+    def initial_memory(self, s: float) -> tuple[float, ...]:
+        """At the start."""
+        return (0.0,)
+
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
+        """Time goes on."""
+        return (memory[0] + p[-1],)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Value at the end of the step."""
+        a, b, f, step = p
+        turn = 2 * pi * f * (memory[0] + step)
+        return a * sine(ops, turn) + b * cosine(ops, turn)

@@ -1,0 +1,1 @@
+"""Sealed trial of the diagnosis: generator, run and score; see the modules' own docstrings."""

@@ -1,0 +1,114 @@
+"""Commands: multisines at two levels, steps, sweeps, noise, and the reference of a loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["AMPLITUDE", "KINDS", "LOOPS", "command", "tone"]
+
+Array = NDArray[np.float64]
+
+AMPLITUDE: Mapping[str, float] = {
+    "chain": 40.0,
+    "stack": 40.0,
+    "motor": 5.0,
+    "corner": 0.12,
+    "tanks": 1.5e-4,
+    "probe": 3.0,
+}
+"""Usual rms of the command of each plant, in its unit."""
+
+BAND: Mapping[str, tuple[float, float]] = {
+    "chain": (0.004, 0.38),
+    "stack": (0.002, 0.40),
+    "motor": (0.002, 0.30),
+    "corner": (0.004, 0.40),
+    "tanks": (0.002, 0.20),
+    "probe": (0.004, 0.40),
+}
+"""Band of the excitation, in parts of the Nyquist frequency."""
+
+LOOPS: Mapping[str, tuple[float, float, float, float]] = {
+    # number of the sensor; gains of proportion, integral and difference
+    "chain": (0.0, 1500.0, 0.0, 6.0),
+    "stack": (1.0, 1.0e5, 2.0e7, 0.0),
+    "motor": (1.0, 0.03, 0.3, 0.0),
+    "corner": (1.0, 0.15, 0.0, 0.0),
+    "tanks": (0.0, 5.0e-8, 1.0e-10, 0.0),
+    "probe": (0.0, 1200.0, 0.0, 3.0),
+}
+
+KINDS = ("multisine", "steps", "sweep", "noise", "closed_loop")
+
+
+def multisine(n: int, band: tuple[float, float], rng: np.random.Generator) -> Array:
+    """Return two levels one after the other, several periods each, of random phases."""
+    half = n // 2
+    periods = int(rng.integers(2, 5))
+    period = max(half // periods, 64)
+    low, high = band[0] / 2, band[1] / 2
+    first = max(1, int(np.ceil(low * period)))
+    lines = np.arange(first, max(first + 8, int(high * period)))
+    if rng.random() < 0.5:
+        lines = lines[rng.random(len(lines)) < 0.7]
+    spectrum = np.zeros(period // 2 + 1, complex)
+    lines = lines[lines < len(spectrum)]
+    tilt = (1 + lines / lines.mean()) ** -rng.uniform(0, 1.5)
+    spectrum[lines] = tilt * np.exp(2j * np.pi * rng.random(len(lines)))
+    wave = np.fft.irfft(spectrum, period)
+    wave /= np.sqrt(np.mean(wave**2))
+    levels = np.where(np.arange(n) < half, rng.uniform(0.3, 0.5), 1.3)
+    return np.asarray(levels * np.resize(wave, n))
+
+
+def steps(n: int, band: tuple[float, float], rng: np.random.Generator) -> Array:
+    """Return holds of random length and height."""
+    shortest = max(4, int(0.5 / band[1]))
+    longest = max(2 * shortest, min(n // 12, int(1.5 / band[0])))
+    out = np.empty(n)
+    k = 0
+    while k < n:
+        length = int(np.exp(rng.uniform(np.log(shortest), np.log(longest))))
+        out[k : k + length] = rng.uniform(-1.7, 1.7)
+        k += length
+    return out
+
+
+def sweep(n: int, band: tuple[float, float], rng: np.random.Generator) -> Array:
+    """Return a sine whose frequency rises, then falls, geometrically, with a swelling level."""
+    up = np.linspace(0, 1, n // 2)
+    there = np.concatenate([up, up[::-1], np.zeros(n - 2 * len(up))])
+    frequency = band[0] / 2 * (band[1] / band[0]) ** there
+    swell = 0.6 + 0.5 * np.sin(np.linspace(0, rng.uniform(3, 9), n))
+    return np.asarray(1.4 * swell * np.sin(2 * np.pi * np.cumsum(frequency)))
+
+
+def noise(n: int, band: tuple[float, float], rng: np.random.Generator) -> Array:
+    """Return Gaussian noise in the band, with quiet and loud parts."""
+    spectrum = np.fft.rfft(rng.normal(size=n))
+    f = np.fft.rfftfreq(n, 0.5)
+    spectrum[(f < band[0]) | (f > band[1])] = 0
+    wave = np.fft.irfft(spectrum, n)
+    wave /= np.sqrt(np.mean(wave**2))
+    loud = np.interp(np.arange(n), np.linspace(0, n, 9), rng.uniform(0.4, 1.5, 9))
+    return np.asarray(wave * loud)
+
+
+def tone(plant: str, n: int, level: float, rng: np.random.Generator) -> Array:
+    """Return one sine of constant level well inside the band: little to learn from."""
+    low, high = BAND[plant]
+    f = low * (high / low) ** rng.uniform(0.35, 0.6) / 2
+    rise = np.minimum(1, np.arange(n) / (0.1 * n))
+    return np.asarray(AMPLITUDE[plant] * level * rise * np.sin(2 * np.pi * f * np.arange(n)))
+
+
+def command(plant: str, kind: str, n: int, level: float, rng: np.random.Generator) -> Array:
+    """Return the command, or in closed loop what is added to the controller's part, in its unit."""
+    if kind == "tone":
+        return tone(plant, n, level, rng)
+    shape = {"multisine": multisine, "steps": steps, "sweep": sweep, "noise": noise}
+    make = shape.get(kind, multisine if rng.random() < 0.5 else noise)
+    return AMPLITUDE[plant] * level * make(n, BAND[plant], rng)

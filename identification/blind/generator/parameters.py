@@ -1,0 +1,147 @@
+"""Nominal values of the six plants: the only thing that the generator and the tool both may know.
+
+Each true value is the nominal one times ``exp(uniform(-0.25, 0.25))``. A model of the tool copies
+this table; everything else in this package stays unknown to it.
+
+The plants, with their elements as the tables name them:
+
+chain
+    Force ``F`` on ``m_1``; wall - ``k_1 || b_1`` - ``m_1`` - ``k_2 || b_2`` - ``m_2`` -
+    ``k_3 || b_3`` - ``m_3``.
+stack
+    Voltage ``V``, resistance ``R_a`` in series with the capacitance ``C_a``, whose voltage drives
+    a mass through the transformer ``alpha``: force = alpha * voltage, current = alpha * velocity.
+motor
+    Voltage ``u``, winding ``R_w``, ``L_w``, gyrator ``K_m`` to the rotor ``J_1``, ``b_1``; gear
+    with speed behind it = w_1 / n; shaft ``k_s || b_s``; load ``J_2``, ``b_2``.
+corner
+    Road velocity ``v_r``, tyre ``k_t || b_t``, ``m_u``, suspension ``k_s || b_s``, ``m_b``;
+    deviations from the static equilibrium. ``s_d`` is the stroke, integral of ``v_u - v_b``.
+tanks
+    Inflow ``q_in`` into ``C_1`` - ``R_12`` - ``C_2`` - ``R_23`` - ``C_3`` - ``R_out`` - ambient.
+probe
+    Force ``F`` on ``m``, ``k``, ``b``; a coil (gyrator ``K_g``) drives ``R_g`` and ``C_f`` in
+    series: emf = K_g * velocity, back force = K_g * current; ``v_f`` is the voltage of ``C_f``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+__all__ = ["PLANTS", "SPREAD", "Plant"]
+
+SPREAD = 0.25
+"""Half width of the spread of a true value, in natural logarithm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """A plant as both sides may know it.
+
+    Parameters
+    ----------
+    source : tuple of str
+        Name and unit of the command.
+    sensors : mapping
+        Names of the sensors and their units, in order.
+    nominal : mapping
+        Names of the elements, each with nominal value and unit, in the order of the C code.
+    step : float
+        Interval between samples, in s.
+    """
+
+    source: tuple[str, str]
+    sensors: Mapping[str, str]
+    nominal: Mapping[str, tuple[float, str]]
+    step: float
+
+
+PLANTS: Mapping[str, Plant] = {
+    "chain": Plant(
+        ("F", "N"),
+        {"x_1": "m", "x_2": "m", "x_3": "m"},
+        {
+            "m_1": (1.0, "kg"),
+            "m_2": (1.0, "kg"),
+            "m_3": (1.0, "kg"),
+            "k_1": (1.0e4, "N/m"),
+            "k_2": (1.0e4, "N/m"),
+            "k_3": (1.0e4, "N/m"),
+            "b_1": (8.0, "N s/m"),
+            "b_2": (8.0, "N s/m"),
+            "b_3": (8.0, "N s/m"),
+        },
+        1.0 / 250.0,
+    ),
+    "stack": Plant(
+        ("V", "V"),
+        {"i": "A", "x": "m"},
+        {
+            "R_a": (20.0, "ohm"),
+            "C_a": (8.0e-6, "F"),
+            "alpha": (5.0, "N/V"),
+            "m": (0.5, "kg"),
+            "k": (5.0e6, "N/m"),
+            "b": (95.0, "N s/m"),
+        },
+        1.0 / 5000.0,
+    ),
+    "motor": Plant(
+        ("u", "V"),
+        {"i": "A", "w_1": "rad/s", "w_2": "rad/s"},
+        {
+            "R_w": (2.0, "ohm"),
+            "L_w": (2.0e-3, "H"),
+            "K_m": (0.05, "N m/A"),
+            "J_1": (5.0e-5, "kg m^2"),
+            "b_1": (1.0e-4, "N m s/rad"),
+            "n": (5.0, "1"),
+            "k_s": (10.0, "N m/rad"),
+            "b_s": (4.0e-3, "N m s/rad"),
+            "J_2": (1.0e-3, "kg m^2"),
+            "b_2": (2.0e-3, "N m s/rad"),
+        },
+        1.0 / 500.0,
+    ),
+    "corner": Plant(
+        ("v_r", "m/s"),
+        {"v_u": "m/s", "v_b": "m/s", "s_d": "m"},
+        {
+            "k_t": (1.8e5, "N/m"),
+            "b_t": (150.0, "N s/m"),
+            "m_u": (40.0, "kg"),
+            "k_s": (2.0e4, "N/m"),
+            "b_s": (1200.0, "N s/m"),
+            "m_b": (300.0, "kg"),
+        },
+        1.0 / 100.0,
+    ),
+    "tanks": Plant(
+        ("q_in", "m^3/s"),
+        {"p_1": "Pa", "p_2": "Pa", "p_3": "Pa"},
+        {
+            "C_1": (1.0e-5, "m^3/Pa"),
+            "C_2": (0.8e-5, "m^3/Pa"),
+            "C_3": (1.2e-5, "m^3/Pa"),
+            "R_12": (1.0e7, "Pa s/m^3"),
+            "R_23": (1.0e7, "Pa s/m^3"),
+            "R_out": (1.5e7, "Pa s/m^3"),
+        },
+        5.0,
+    ),
+    "probe": Plant(
+        ("F", "N"),
+        {"x": "m", "v_f": "V"},
+        {
+            "m": (0.2, "kg"),
+            "k": (8.0e3, "N/m"),
+            "b": (2.0, "N s/m"),
+            "K_g": (20.0, "V s/m"),
+            "R_g": (200.0, "ohm"),
+            "C_f": (1.0e-5, "F"),
+        },
+        1.0 / 500.0,
+    ),
+}
+"""The plants by name."""

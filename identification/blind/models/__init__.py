@@ -1,0 +1,68 @@
+"""What the tool is told of each plant of the sealed trial: one bond graph a plant.
+
+Written from the description of the plants, not from the generator: names, signs and sensors are the
+only things that both sides share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from types import MappingProxyType
+
+from bondgraph.elements import Parameter
+from bondgraph.errors import unknown_name
+from bondgraph.graph import BondGraph
+from identification.blind.models.chain import chain
+from identification.blind.models.corner import corner
+from identification.blind.models.motor import motor
+from identification.blind.models.probe import probe
+from identification.blind.models.stack import stack
+from identification.blind.models.tanks import tanks
+
+__all__ = ["MODELS", "blind_model"]
+
+MODELS: MappingProxyType[str, Callable[[Sequence[str] | None], BondGraph]] = MappingProxyType(
+    {
+        "chain": chain,
+        "stack": stack,
+        "motor": motor,
+        "corner": corner,
+        "tanks": tanks,
+        "probe": probe,
+    }
+)
+"""Factories by the name of the plant; each takes the sensors that were recorded."""
+
+
+def blind_model(
+    plant: str,
+    sensors: Sequence[str] | None = None,
+    delays: Sequence[str] = (),
+    dt: float = 1e-3,
+) -> BondGraph:
+    """Return the model of a plant with some of its sensors.
+
+    Parameters
+    ----------
+    plant : str
+        Name in `MODELS`.
+    sensors : sequence of str, optional
+        Sensors that were recorded; all of them if not given.
+    delays : sequence of str
+        Sensors whose dead time is declared: it becomes a parameter ``delay_SENSOR``, fitted and
+        not a finding.
+    dt : float
+        Time between samples, s: the size at which declared dead times start.
+
+    Raises
+    ------
+    UnknownName
+        If there is no such plant or sensor.
+    """
+    if plant not in MODELS:
+        raise unknown_name("plant", plant, "the sealed trial", MODELS)
+    graph = MODELS[plant](sensors)
+    for name in delays:
+        late = Parameter(f"delay_{name}", 0.0, "s", positive=False, lower=0.0, scale=dt)
+        graph = graph.with_parameters([late]).with_element(graph[name].name, delay=late.name)
+    return graph

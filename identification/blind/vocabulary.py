@@ -1,0 +1,48 @@
+"""The vocabulary of effects and their families, as the contract of the verdict has it."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+__all__ = ["FAMILIES", "FAMILY_OF"]
+
+FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "memory": ("hysteresis", "creep"),
+        "friction": (
+            "coulomb_friction",
+            "stribeck_friction",
+            "presliding_friction",
+            "quadratic_drag",
+            "asymmetric_damping",
+        ),
+        "restoring": (
+            "nonlinear_stiffness",
+            "bilinear_stiffness",
+            "end_stop",
+            "backlash",
+            "contact_loss",
+        ),
+        "transduction": ("nonlinear_ratio", "position_periodic_force"),
+        "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
+        "storage": ("leakage", "overflow", "added_mode", "self_heating"),
+        "flow": ("square_root_flow", "nonlinear_resistance"),
+        "measurement": (
+            "sensor_lag",
+            "sensor_offset",
+            "sensor_drift",
+            "sensor_nonlinearity",
+            "sensor_rectification",
+            "periodic_error",
+            "quantisation",
+        ),
+        "time": ("delay", "clock_skew"),
+        "outside": ("external_disturbance", "time_varying_parameter", "unknown"),
+    }
+)
+"""Effects by family; a test holds the catalogue to it."""
+
+FAMILY_OF: MappingProxyType[str, str] = MappingProxyType(
+    {effect: family for family, effects in FAMILIES.items() for effect in effects}
+)
+"""Family of each effect."""

@@ -1,0 +1,113 @@
+"""Elements of a physical domain, told by their units, and numbers that several effects need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bondgraph.elements import C, Element, I
+from bondgraph.errors import BondsightError
+from bondgraph.graph import BondGraph
+from bondgraph.units import parse_unit
+from identification.diagnosis.effects.effect import other_resistors, storages
+from identification.diagnosis.scene import Past
+
+SPRINGS = ("N/m", "m/N", "N*m/rad", "rad/(N*m)", "N*m", "1/(N*m)")
+TANKS = ("m3/Pa", "Pa/m3")
+CAPACITORS = ("F", "1/F")
+HEAT_STORES = ("J/K", "K/J")
+MASSES = ("kg", "kg*m2")
+
+
+def has_unit(element: Element, units: tuple[str, ...]) -> bool:
+    """Whether the unit of `element` has the dimension of one of `units`."""
+    text = getattr(element, "unit", "")
+    if not text:
+        return False
+    try:
+        unit = parse_unit(text)
+    except BondsightError:
+        return False
+    return any(unit.same_dimension(parse_unit(u)) for u in units)
+
+
+def springs(graph: BondGraph) -> tuple[Element, ...]:
+    """Mechanical storages without a law; without a unit those that are given a stiffness."""
+    return tuple(
+        e
+        for e in storages(graph)
+        if has_unit(e, SPRINGS)
+        or (isinstance(e, C) and not e.unit and e.stiffness is not None)
+    )  # fmt: skip
+
+
+def vessels(graph: BondGraph) -> tuple[Element, ...]:
+    """Capacitors, tanks and heat stores without a law."""
+    return tuple(e for e in storages(graph) if has_unit(e, (*TANKS, *CAPACITORS, *HEAT_STORES)))
+
+
+def tanks(graph: BondGraph) -> tuple[Element, ...]:
+    """Hydraulic storages without a law."""
+    return tuple(e for e in storages(graph) if has_unit(e, TANKS))
+
+
+def masses(graph: BondGraph) -> tuple[Element, ...]:
+    """Mechanical inertias: all with the unit of a mass, or without a unit."""
+    return tuple(e for e in graph.of_type(I) if not e.unit or has_unit(e, MASSES))
+
+
+def electrical_resistors(graph: BondGraph) -> tuple[Element, ...]:
+    """Resistors in ohm without a law."""
+    return tuple(e for e in other_resistors(graph) if has_unit(e, ("ohm",)))
+
+
+def hydraulic_resistors(graph: BondGraph) -> tuple[Element, ...]:
+    """Resistors of a fluid's flow without a law."""
+    return tuple(e for e in other_resistors(graph) if has_unit(e, ("Pa*s/m3",)))
+
+
+def rubbing_units(element: Element) -> tuple[str, str, str]:
+    """Units of effort, flow and displacement of a mechanical element."""
+    unit = getattr(element, "unit", "")
+    turning = "rad" in unit or unit.replace("(", "").startswith("N*m") or "m2" in unit
+    return ("N*m", "rad/s", "rad") if turning else ("N", "m/s", "m")
+
+
+@dataclass(frozen=True)
+class Shared:
+    """The coefficient of a storage as laws want it that need it too.
+
+    Attributes
+    ----------
+    coefficient : str
+        Name of the parameter, "" where an expression stands.
+    stiffness : float
+        Slope along the record.
+    inverse : bool
+        The parameter is a compliance or a capacity.
+    """
+
+    coefficient: str
+    stiffness: float
+    inverse: bool
+
+
+def shared_slope(element: Element, past: Past) -> Shared:
+    """Coefficient of a linear storage, by name if it has one."""
+    assert isinstance(element, C)
+    inverse = element.stiffness is None
+    value = element.value if inverse else element.stiffness
+    if isinstance(value, str):
+        return Shared(value, past.slope, inverse)
+    if isinstance(value, int | float):
+        return Shared(element.name, past.slope, inverse)
+    return Shared("", past.slope, False)
+
+
+def at_least(value: float, least: float) -> float:
+    """Return a start value that is physical: the weight of a screening may have a wrong sign."""
+    return max(float(value), least)
+
+
+def reach(past: Past, share: float) -> float:
+    """Displacement at a share of the half range above the middle."""
+    return past.centre + share * past.half

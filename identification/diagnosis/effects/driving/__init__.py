@@ -1,0 +1,1 @@
+"""Effects between a command and the source that should follow it."""

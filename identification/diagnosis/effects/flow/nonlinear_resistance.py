@@ -1,0 +1,66 @@
+"""A resistor whose characteristic bends."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.elements import Element
+from bondgraph.graph import BondGraph
+from bondgraph.laws import NonlinearResistance
+from identification.diagnosis.effects.by_domain import electrical_resistors, hydraulic_resistors
+from identification.diagnosis.effects.effect import (
+    Effect,
+    Hint,
+    Insertion,
+    Signature,
+    other_resistors,
+)
+from identification.diagnosis.scene import Past, Scene
+
+
+class NonlinearResistanceEffect(Effect):
+    """Effort that is no straight line of the flow."""
+
+    name = "nonlinear_resistance"
+    family = "flow"
+    law = "cubic_characteristic"
+    sentence = "its effort bends away from the straight line as more flows"
+    looks = "effort over flow is one curve, the same at every speed and with no loop"
+    confused_with = ("square_root_flow", "self_heating", "saturation")
+    separated_by = (
+        "steady flow at several levels, each held short and long: a bent characteristic answers "
+        "at once, heat takes its time"
+    )
+    source = "series of a characteristic through the origin; Chua, IEEE Trans. Circuit Theory 1969"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Electrical, thermal and hydraulic resistors."""
+        return other_resistors(graph)
+
+    def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
+        """Square and cube of the scaled flow."""
+        past = scene.of(element)
+        z = past.argument / _level(past)
+        return (Signature(np.stack([z**2, z**3], axis=1)),)
+
+    def insert(self, scene: Scene, element: Element, hint: Hint | None = None) -> Insertion:
+        """Quadratic and cubic term."""
+        past = scene.of(element)
+        effort, flow = "K", "W"
+        if element in electrical_resistors(scene.graph):
+            effort, flow = "V", "A"
+        elif element in hydraulic_resistors(scene.graph):
+            effort, flow = "Pa", "m3/s"
+        size = float(np.abs(past.output).max()) or 1.0
+        law = NonlinearResistance(0.1 * size, _level(past), effort, flow)
+        names = tuple(p.name for p in law.parameters(element.name) if not p.fixed)
+        graph = scene.graph.with_element(element.name, law=law)
+        start = {}
+        if hint is not None:  # steeper would turn the slope around within the record
+            weights = np.clip(hint.weights, -0.5 * size, 0.5 * size)
+            start = {n: float(w) for n, w in zip(names, weights, strict=True)}
+        return self.inserted(element, graph, (start,), names)
+
+
+def _level(past: Past) -> float:
+    return float(np.abs(past.argument).max()) or 1.0

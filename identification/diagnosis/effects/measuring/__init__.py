@@ -1,0 +1,1 @@
+"""Effects within a sensor."""

@@ -1,0 +1,1 @@
+"""Effects with memory: what a port does depends on its past."""

@@ -1,0 +1,1 @@
+"""Effects from outside of the model: disturbances, drifting parameters, curves without name."""

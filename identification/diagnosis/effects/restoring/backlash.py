@@ -1,0 +1,72 @@
+"""Free play in a spring."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.elements import Element
+from bondgraph.graph import BondGraph
+from bondgraph.laws import Backlash
+from identification.diagnosis.effects.by_domain import rubbing_units, shared_slope, springs
+from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.scene import Past, Scene
+
+SHARES = (0.02, 0.08, 0.25, 0.5)
+"""Half widths tried, over half the range."""
+
+
+class BacklashEffect(Effect):
+    """Free play: no force within a gap of the spring's displacement."""
+
+    name = "backlash"
+    family = "restoring"
+    law = "backlash"
+    sentence = "it has free play: within a gap it carries no force"
+    looks = "a flat piece in the middle of force over displacement, softer at small amplitude"
+    confused_with = ("nonlinear_stiffness", "end_stop", "contact_loss", "dead_zone", "hysteresis")
+    separated_by = (
+        "small motion about the middle and the same about a preload: free play vanishes under "
+        "preload; a smooth curve and a stop do not"
+    )
+    source = "Nordin and Gutman, Automatica 38 (2002) 1633"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Springs."""
+        return springs(graph)
+
+    def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
+        """Force that a gap would take away, for several widths and centres."""
+        past = scene.of(element)
+        return tuple(
+            Signature(
+                -past.slope * np.clip(past.argument - centre, -width, width)[:, None],
+                shape={"centre": centre, "width": width},
+            )
+            for centre in _centres(past)
+            for width in (share * past.half for share in SHARES)
+        )
+
+    def insert(self, scene: Scene, element: Element, hint: Hint | None = None) -> Insertion:
+        """Insert a gap that takes away what the spring itself gives."""
+        past = scene.of(element)
+        shared = shared_slope(element, past)
+        law = Backlash(
+            coefficient=shared.coefficient, stiffness=shared.stiffness, inverse=shared.inverse,
+            stiffness_unit=getattr(element, "unit", "") or "N/m", width=0.05 * past.half,
+            centre=past.centre, size=past.half, unit=rubbing_units(element)[2],
+        )  # fmt: skip
+        width, centre = (p.name for p in law.parameters(element.name)[1:])
+        graph = scene.graph.with_element(element.name, law=law)
+        tried = [(share * past.half, at) for at in _centres(past) for share in (0.03, 0.25)]
+        if hint is not None:
+            at, gap = float(hint.shape["centre"]), float(hint.shape["width"])
+            guess = gap * float(np.clip(hint.weights[0], 0.2, 3.0))
+            tried = [(guess, at), (0.4 * guess, at)]
+        starts = tuple({width: w, centre: at} for w, at in tried)
+        return self.inserted(element, graph, starts, (width,))
+
+
+def _centres(past: Past) -> tuple[float, ...]:
+    """Middle of the range and, inside the range, the relaxed spring."""
+    inside = 0.05 * past.half < abs(past.centre) < 0.95 * past.half
+    return (past.centre, 0.0) if inside else (past.centre,)

@@ -1,0 +1,77 @@
+"""Stiff contact at the end of the stroke."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.elements import Element
+from bondgraph.graph import BondGraph
+from bondgraph.laws import EndStop
+from identification.diagnosis.effects.by_domain import at_least, reach, rubbing_units, springs
+from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.scene import Scene
+
+Array = np.ndarray
+
+SHARES = (0.3, 0.5, 0.7, 0.85, 0.95)
+"""Gaps tried, over half the range from its middle."""
+LOW, HIGH, BOTH = -1.0, 1.0, 0.0
+
+
+class EndStopEffect(Effect):
+    """A stiff contact that limits the stroke on one side or both.
+
+    Its stiffness is at least twice that of the spring beside it; below it is a bilinear spring.
+    """
+
+    name = "end_stop"
+    family = "restoring"
+    law = "end_stop"
+    sentence = "it runs against a stiff stop at the end of its stroke"
+    looks = "cut peaks of the displacement, sharp peaks of force or acceleration at the same times"
+    confused_with = ("bilinear_stiffness", "nonlinear_stiffness", "saturation")
+    separated_by = (
+        "amplitudes growing through the gap: below it the response is linear, above it the "
+        "displacement hardly grows while the force does"
+    )
+    source = "Shaw, Forced vibrations of a beam with one-sided amplitude constraint, 1985"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Springs."""
+        return springs(graph)
+
+    def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
+        """Displacement beyond the gap, above, below and on both sides, for several gaps."""
+        past = scene.of(element)
+        found = []
+        for share in SHARES:
+            high, low = reach(past, share), reach(past, -share)
+            above = np.maximum(past.argument - high, 0.0)
+            below = -np.maximum(low - past.argument, 0.0)
+            for side, column in ((HIGH, above), (LOW, below), (BOTH, above + below)):
+                shape = {"side": side, "low": low, "high": high}
+                found.append(Signature(column[:, None], shape=shape))
+        return tuple(found)
+
+    def insert(self, scene: Scene, element: Element, hint: Hint | None = None) -> Insertion:
+        """One or two stops; both are tried where nothing is known."""
+        past = scene.of(element)
+        k = past.slope
+        side, low, high, weight = BOTH, reach(past, -0.7), reach(past, 0.7), 10 * k
+        if hint is not None:
+            side, low, high = (float(hint.shape[n]) for n in ("side", "low", "high"))
+            weight = float(hint.weights[0])
+        law = EndStop(
+            10 * k, low, high, {LOW: "low", HIGH: "high", BOTH: "both"}[side], past.half,
+            rubbing_units(element)[2], getattr(element, "unit", "") or "N/m",
+        )  # fmt: skip
+        names = tuple(p.name for p in law.parameters(element.name))
+        gaps = [v for v, other in ((low, HIGH), (high, LOW)) if side != other]
+        graph = scene.graph.with_element(element.name, law=law)
+        # the fitted linear model runs through a stiff stop, so that its force seems weak and early
+        tried = ((at_least(weight, 2.5 * k), 1.0), (10 * k, 1.0), (10 * k, 0.8))
+        starts = tuple(
+            dict(zip(names, (s, *(past.centre + g * (v - past.centre) for v in gaps)), strict=True))
+            for s, g in tried
+        )
+        return self.inserted(element, graph, starts, names[:1])

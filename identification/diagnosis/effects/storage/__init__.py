@@ -1,0 +1,1 @@
+"""Effects in what a storage keeps, and in what hangs on it."""

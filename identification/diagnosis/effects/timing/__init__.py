@@ -1,0 +1,1 @@
+"""Effects of time itself: what comes late, and clocks that disagree."""

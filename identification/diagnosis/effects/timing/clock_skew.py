@@ -1,0 +1,74 @@
+"""A sensor sampled by another clock than the command."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.elements import Element, Parameter
+from bondgraph.graph import BondGraph
+from bondgraph.shift import warped
+from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature, sensors
+from identification.diagnosis.effects.signal_traces import weighed
+from identification.diagnosis.scene import Scene
+
+__all__ = ["ClockSkew"]
+
+MISFITS = (0.3, 2.0, -2.0, 8.0, -8.0, 30.0, -30.0)
+"""Lateness at the end of the record to try, in samples; the first is taken with either sign."""
+LARGEST = 0.02
+"""Ratio error beyond which nobody speaks of one sampling rate."""
+
+
+class ClockSkew(Effect):
+    """The clock of a sensor runs faster or slower than the clock of the command.
+
+    Where a record is longer than many periods of its fastest motion the misfit is found only if one
+    of the tried ones comes within a quarter of that period at its end.
+    """
+
+    name = "clock_skew"
+    family = "time"
+    law = "clock_ratio"
+    sentence = "its samples are taken by a clock that runs at another rate than the command's"
+    looks = "on time at the start, later and later (or earlier) towards the end"
+    confused_with = ("delay", "sensor_drift", "time_varying_parameter")
+    separated_by = "one clock for drive and sensor, or the command recorded beside the reading"
+    source = "two converters with oscillators of their own, ratio constant"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Sensors."""
+        return tuple(e for e in sensors(graph) if getattr(e, "clock", None) is None)
+
+    def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
+        """What another rate changes, for several misfits at the end of the record."""
+        y = scene.of(element).argument
+        n = np.arange(y.size, dtype=float)
+        found = []
+        for ratio in _ratios(y.size):
+            moved = warped(y[:, None], -ratio * n)[0][:, 0]
+            found.append(weighed((moved - y,), ratio=ratio))
+        return tuple(found)
+
+    def insert(self, scene: Scene, element: Element, hint: Hint | None = None) -> Insertion:
+        """One ratio error."""
+        ratio = Parameter(
+            f"clock_{element.name}", 0.0, positive=False, lower=-LARGEST, upper=LARGEST, scale=1e-4
+        )
+        graph = scene.graph.with_parameters([ratio]).with_element(element.name, clock=ratio.name)
+        n = scene.data.n
+        if hint is None:
+            starts = [*_ratios(n), -_ratios(n)[0]]
+        else:
+            shape, w = float(hint.shape["ratio"]), float(hint.weights[0])
+            tangent = abs(shape) * n < 1.0
+            first = shape * float(np.clip(w, *((-8.0, 8.0) if tangent else (0.3, 1.7))))
+            starts = [first] if tangent else [first, shape]
+        found = tuple(
+            {ratio.name: float(np.clip(s, -LARGEST, LARGEST))} for s in dict.fromkeys(starts)
+        )
+        return self.inserted(element, graph, found, (ratio.name,))
+
+
+def _ratios(n: int) -> list[float]:
+    """Ratio errors that make the misfits in a record of `n` samples."""
+    return [m / n for m in MISFITS if abs(m) / n <= LARGEST]

@@ -1,0 +1,1 @@
+"""Effects in what carries power from one side to another."""

@@ -1,0 +1,1 @@
+"""Relations of the residual that a latent signal at a port cannot touch."""

@@ -1,0 +1,77 @@
+"""What the report talks about: steps, findings, places; the same for one effect or several."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from identification.diagnosis.decide import Decision
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.regions import Region, regions
+from identification.diagnosis.search import Trial
+from identification.diagnosis.verdict import unresolved_place
+from identification.diagnosis.where.plausible import confidence_of_places
+
+NAMED = ("missing_physics", "unknown_physics")
+
+
+def steps_of(d: Diagnosis) -> tuple[Decision, ...]:
+    """Decisions, one after another; the only one where there were no steps."""
+    steps = tuple(getattr(d, "steps", ()) or ())
+    return steps or ((d.decision,) if d.decision is not None else ())
+
+
+def chosen_of(d: Diagnosis) -> Trial | None:
+    """Return the named effect, or the closest one when nothing may be named."""
+    if d.kind not in NAMED or d.decision is None:
+        return None
+    return d.decision.chosen
+
+
+def found_of(d: Diagnosis) -> tuple[Trial, ...]:
+    """Named effects in the order they were found; the closest one when nothing may be named."""
+    if d.kind == "missing_physics":
+        named = [
+            s.chosen for s in steps_of(d) if s.chosen is not None and s.kind == "missing_physics"
+        ]
+        if named:
+            return tuple(named)
+    chosen = chosen_of(d)
+    return (chosen,) if chosen is not None else ()
+
+
+def places_of(d: Diagnosis) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Marked elements with their captions, and the elements that cannot be told from them."""
+    if d.kind == "missing_physics":
+        marked = {t.element: t.effect.replace("_", " ") for t in found_of(d)}
+        also = [t.element for s in steps_of(d) for t in s.same_place]
+    elif d.kind == "unknown_physics":
+        place = unresolved_place(d)
+        marked = {place["element"]: "unknown"} if place["element"] else {}
+        also = list(place["indistinguishable_from"])
+    else:
+        return {}, ()
+    marked = {n: c for n, c in marked.items() if n in d.graph.elements}
+    dashed = sorted({n for n in also if n in d.graph.elements} - set(marked))
+    return marked, tuple(dashed)
+
+
+def confidence_of(d: Diagnosis) -> dict[str, float]:
+    """Confidence of each element as a place, empty where nothing is missing."""
+    if d.kind not in NAMED:
+        return {}
+    found = confidence_of_places(steps_of(d), d.trials)
+    return {n: p for n, p in found.items() if n in d.graph.elements}
+
+
+def regions_of(d: Diagnosis) -> tuple[Region, ...]:
+    """Regions told in the variables of the ports, those of the found place first."""
+    if d.nominal is None or d.kind not in NAMED:
+        return ()
+    if d.scene is None or not set(places_of(d)[0]) - {r.element for r in d.regions}:
+        return d.regions
+    return regions(d.nominal, d.scene, tuple(places_of(d)[0]))
+
+
+def extra(d: Diagnosis, name: str) -> Any:
+    """Attribute that not every diagnosis has; an empty tuple where it is absent."""
+    return getattr(d, name, None) or ()
