@@ -6,15 +6,17 @@ SHELL := /bin/sh
 
 PYTHON ?= python3
 WORKERS ?= 2
+TRIAL ?= bondsight-out/blind
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test proofs bench notebooks format clean
+.PHONY: help demo test proofs proof bench notebooks format clean
 
 help:
 	@echo "make demo       set up and show what the project does"
 	@echo "make test       set up, then lint, types, tests with coverage"
 	@echo "make proofs     set up, then the tests of more than a minute"
+	@echo "make proof      set up, then the sealed trial into the folder TRIAL (hours; resumes)"
 	@echo "make bench      set up, then the virtual bench"
 	@echo "make notebooks  set up, then run every notebook"
 	@echo "make format     set up, then rewrite the sources as the linter wants them"
@@ -34,6 +36,14 @@ test: $(VENV)/.test
 
 proofs: $(VENV)/.test
 	$(BIN)/python -m pytest -m long
+
+# Generate only where nothing is committed yet; an interrupted run goes on. Every gate that failed
+# ends it with an error after all is written.
+proof: $(VENV)/.core
+	[ -e $(TRIAL)/commitment.json ] || $(BIN)/bondsight blind generate --kind trial --folder $(TRIAL)
+	$(BIN)/bondsight blind run --folder $(TRIAL)
+	status=0; $(BIN)/bondsight blind score --folder $(TRIAL) || status=$$?; \
+	$(BIN)/bondsight blind withheld --folder $(TRIAL) && exit $$status
 
 notebooks: $(VENV)/.test
 	@found=; for n in notebooks/*.py; do \

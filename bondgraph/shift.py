@@ -55,11 +55,12 @@ def _mixed(y: Array, samples: float, weights: Array) -> Array:
     """Sum of shifted copies; beyond its ends the signal rests."""
     whole, n = int(np.floor(samples)), y.shape[0]
     reach = min(abs(whole) + TAPS // 2, n)
-    ends = [(reach, reach), *((0, 0),) * (y.ndim - 1)]
-    padded = np.pad(np.asarray(y, float), ends, mode="edge")
+    y = np.asarray(y, float)
+    padded = np.empty((n + 2 * reach, *y.shape[1:]))
+    padded[:reach], padded[reach : reach + n], padded[reach + n :] = y[0], y, y[-1]
     value = np.zeros(y.shape)
     for weight, node in zip(weights, range(-3, 5), strict=True):
-        at = int(np.clip(reach - whole - node, 0, 2 * reach))
+        at = min(max(reach - whole - node, 0), 2 * reach)
         value += weight * padded[at : at + n]
     return value
 

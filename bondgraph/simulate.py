@@ -12,7 +12,8 @@ import numpy as np
 from bondgraph.elements import Sensor, Source
 from bondgraph.errors import BondsightError, UnusableInput, real_number, unknown_name
 from bondgraph.graph import BondGraph
-from bondgraph.shift import delayed, warped
+from bondgraph.shift import delayed
+from bondgraph.shift_within import at_clock
 from bondgraph.spline import between_samples
 
 if TYPE_CHECKING:
@@ -533,8 +534,7 @@ def _clocked(signals: Mapping[str, Array], ratios: Mapping[str, float]) -> dict[
     """Take the signals at the times of their sensors' clocks."""
     found = dict(signals)
     for n, ratio in ratios.items():
-        y = np.asarray(found[n], float)[:, None]
-        found[n] = warped(y, -ratio * np.arange(y.shape[0]))[0][:, 0]
+        found[n] = at_clock(found[n], ratio)
     return found
 
 

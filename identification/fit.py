@@ -95,7 +95,7 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
     point, e = stack.local(made.point, 0), made.evaluations[0]
     if made.status is Status.BROKEN:
         return Fit(problem, point, made.status, np.inf, 0, e.y)
-    if problem.window is not None:
+    if problem.window is not None or problem.data.breaks:
         point = held_out_states(problem, point)
     estimates, nuisances = _estimates(stack, made, point)
     y = evaluate(problem, point, derivatives=False).y
@@ -136,7 +136,8 @@ def _estimates(
     for j, n in enumerate(problem.delays):
         k = at.delays.start + j
         v, s = point.theta[k] * dt, 1.96 * sd[k] * dt
-        found.append(Estimate(n, float(v), "s", (float(v - s), float(v + s))))
+        unit = "1" if n in problem.skews else "s"
+        found.append(Estimate(n, float(v), unit, (float(v - s), float(v + s))))
     lags = point.theta[at.lags]
     scale = offset_scale(problem)
     for c, n in enumerate(problem.data.names):

@@ -1,6 +1,8 @@
-"""Noise floor of a reading, before any model: from a rest, else from the top of the spectrum."""
+"""Noise floor of a reading, before any model: from repeats, a rest, or the top of the spectrum."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.signal import welch
@@ -11,22 +13,69 @@ Array = np.ndarray
 RELATIVE_LEAST = 1e-5
 
 
-def noise_floor(recording: Recording, split: Split, sensors: tuple[str, ...]) -> dict[str, float]:
+def noise_floor(
+    recording: Recording,
+    split: Split,
+    sensors: tuple[str, ...],
+    commands: tuple[str, ...] = (),
+) -> dict[str, float]:
     """Return standard deviation of the noise of each sensor, SI.
 
-    A rest of at least 200 samples gives it directly (less its slow trend). Otherwise the noise is
-    taken as white at the level of the highest fifth of the spectrum, where plants answer least.
+    Where all commands repeat themselves exactly, the noise is what two neighbouring periods differ
+    by, white or not. A rest of at least 200 samples gives it directly (less its slow trend).
+    Otherwise it is taken as white at the level of the highest fifth of the spectrum, where plants
+    answer least.
     Never less than the rounding of the converter or 1e-5 of the spread.
     """
     found = {}
+    moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
+    again = repeats(moving) if moving else None
     for n in sensors:
         y = np.asarray(recording[n])
-        if split.rest is not None and split.rest.stop - (split.rest.start or 0) >= 200:
+        if again is not None:
+            sigma = _repeat_level(y, *again)
+        elif split.rest is not None and split.rest.stop - (split.rest.start or 0) >= 200:
             sigma = _rest_level(y[split.rest])
         else:
             sigma = _white_level(y)
         found[n] = max(sigma, _rounding(y), RELATIVE_LEAST * float(y.std()), 1e-300)
     return found
+
+
+def repeats(commands: Sequence[Array]) -> tuple[int, list[slice]] | None:
+    """Period in samples and the stretches that a whole period later look exactly the same.
+
+    None when the commands do not repeat themselves, as with feedback or a sweep.
+    """
+    n = commands[0].size
+    v = commands[0] - commands[0].mean()
+    power = np.abs(np.fft.rfft(v, 2 * n)) ** 2
+    likeness = np.fft.irfft(power)[: n // 2 + 1] / max(float(v @ v), 1e-300)
+    size = likeness * n / np.maximum(n - np.arange(likeness.size), 1)
+    inner = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]) & (size[1:-1] > 0.5))
+    for lag in (inner + 1)[np.argsort(-size[inner + 1], kind="stable")][:12]:
+        if lag < 32:
+            continue
+        same = np.ones(n - lag, bool)
+        for u in commands:
+            same &= np.abs(u[lag:] - u[:-lag]) <= 1e-9 * np.ptp(u)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(int), [0]])))
+        runs = [slice(int(a), int(b)) for a, b in edges.reshape(-1, 2) if b - a >= 0.9 * lag]
+        # a command that stands still repeats itself too
+        runs = [s for s in runs if all(np.ptp(u[s]) > 0.1 * np.ptp(u) for u in commands)]
+        if runs:
+            return int(lag), runs
+    return None
+
+
+def _repeat_level(y: Array, lag: int, runs: list[slice]) -> float:
+    """Smallest over the stretches: in the last period of each, transients have died out."""
+    levels = []
+    for s in runs:
+        last = slice(max(s.start, s.stop - lag), s.stop)
+        apart = y[last.start + lag : last.stop + lag] - y[last]
+        levels.append(float(apart.std() / np.sqrt(2.0)))
+    return min(levels)
 
 
 def _rest_level(y: Array) -> float:

@@ -37,6 +37,8 @@ class Data:
         Which samples are scored in training, which are held out.
     hold : str
         Behaviour of the commands between samples.
+    breaks : tuple of int
+        First samples of further recordings: every recording starts from a state of its own.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Data:
     floor: Array
     split: Split
     hold: str = "linear"
+    breaks: tuple[int, ...] = ()
 
     @property
     def n(self) -> int:
@@ -72,6 +75,7 @@ class Data:
             commands={k: v[:count] for k, v in self.commands.items()},
             readings=self.readings[:count],
             split=Split(slice(0, count), slice(count, count), "the first samples"),
+            breaks=tuple(b for b in self.breaks if b < count),
         )
 
     def thinned(self, factor: int) -> Data:
@@ -89,6 +93,7 @@ class Data:
             commands={k: v[::factor] for k, v in self.commands.items()},
             readings=self.readings[::factor],
             split=split,
+            breaks=tuple(-(-b // factor) for b in self.breaks),
         )
 
 

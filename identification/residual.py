@@ -1,9 +1,10 @@
 """Residuals of a problem and their exact derivatives, initial states and nuisances eliminated.
 
 The vector ``theta`` holds the free model parameters, one lag for each output (samples), the
-declared delays (samples) and clocks (ratio error over the time between samples), one offset for each output and, if they are fitted, one ratio error for
-each sensor's clock (over the largest one). The initial states of the windows are
-eliminated one by one (variable projection, Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+declared delays (samples) and clocks (ratio error over the time between samples), one offset for
+each output and, if they are fitted, one ratio error for each sensor's clock (over the largest one).
+The initial states of the windows are eliminated one by one (variable projection, Golub and Pereyra,
+SIAM J. Numer. Anal. 10 (1973) 413).
 """
 
 from __future__ import annotations
@@ -80,16 +81,19 @@ class Evaluation:
 
 
 def windows(problem: Problem) -> list[slice]:
-    """Windows of the record: one, or consecutive ones that do not straddle the split."""
+    """Windows: one for each recording, or shorter ones that do not straddle the split."""
     n = problem.data.n
+    ends = [0, *problem.data.breaks, n]
     if problem.window is None:
-        return [slice(0, n)]
+        return [slice(a, b) for a, b in pairwise(ends)]
     found = []
     for part in (problem.data.split.train, problem.data.split.test):
-        start, stop = part.start or 0, part.stop if part.stop is not None else n
-        count = max(1, round((stop - start) / problem.window))
-        edges = np.linspace(start, stop, count + 1).astype(int)
-        found += [slice(int(a), int(b)) for a, b in pairwise(edges) if b - a > 2]
+        first, last = part.start or 0, part.stop if part.stop is not None else n
+        inner = [first, *(b for b in problem.data.breaks if first < b < last), last]
+        for start, stop in pairwise(inner):
+            count = max(1, round((stop - start) / problem.window))
+            edges = np.linspace(start, stop, count + 1).astype(int)
+            found += [slice(int(a), int(b)) for a, b in pairwise(edges) if b - a > 2]
     return sorted(found, key=lambda s: s.start)
 
 
@@ -244,7 +248,7 @@ def read_out(
     if problem.delays:
         declared = lags - theta[at.lags]
         grown = _grown_delays(problem, theta, declared, run, first) if problem.skews else declared
-        run, by_delay = _declared_delays(run, n_y, grown, problem.steps)
+        run, by_delay = _declared_delays(run, n_y, grown, problem.steps, resting=first == 0)
         lags = theta[at.lags]
     if problem.clock:
         y, by_lag, tangent = _clocked(run, n_y, lags, theta[at.clocks] * problem.clock)
@@ -268,9 +272,7 @@ def _clocked(run: Run, n_y: int, lags: Array, clocks: Array) -> tuple[Array, Arr
     return y, by_lag, tangent[:, :n_y]
 
 
-def _grown_delays(
-    problem: Problem, theta: Array, declared: Array, run: Run, first: int
-) -> Array:
+def _grown_delays(problem: Problem, theta: Array, declared: Array, run: Run, first: int) -> Array:
     """Delays in samples of each output at each sample of a run, shape (n, n_y)."""
     at, n_y = slots(problem), len(problem.data.names)
     n = (run.y.shape[0] - 1) // problem.steps + 1
@@ -282,7 +284,9 @@ def _grown_delays(
     return late
 
 
-def _declared_delays(run: Run, n_y: int, delays: Array, n_sub: int) -> tuple[Run, Array]:
+def _declared_delays(
+    run: Run, n_y: int, delays: Array, n_sub: int, *, resting: bool
+) -> tuple[Run, Array]:
     """Return outputs after the declared delays, on the samples; derivative by the delays.
 
     `delays` has shape (n_y,), or (n, n_y) where they change along the record.
@@ -292,12 +296,13 @@ def _declared_delays(run: Run, n_y: int, delays: Array, n_sub: int) -> tuple[Run
     slopes = np.empty((n, n_y))
     for c in range(n_y):
         if delays.ndim == 2 and np.ptp(delays[:, c]):
-            y[:, c], slopes[:, c] = warped_within(run.y[:, c], delays[:, c], n_sub)
-            dy[:, c] = warped_within(run.dy[:, c], delays[:, c], n_sub)[0]
+            late = delays[:, c]
+            y[:, c], slopes[:, c] = warped_within(run.y[:, c], late, n_sub, resting=resting)
+            dy[:, c] = warped_within(run.dy[:, c], late, n_sub, resting=resting)[0]
             continue
-        late = float(delays[..., c].flat[0])
-        y[:, c], slopes[:, c] = delayed_within(run.y[:, c], late, n_sub)
-        dy[:, c] = delayed_within(run.dy[:, c], late, n_sub)[0]
+        still = float(delays[..., c].flat[0])
+        y[:, c], slopes[:, c] = delayed_within(run.y[:, c], still, n_sub)
+        dy[:, c] = delayed_within(run.dy[:, c], still, n_sub)[0]
     return replace(run, y=y, dy=dy, s=run.s[::n_sub], w=run.w[::n_sub]), slopes
 
 

@@ -13,8 +13,10 @@ from bondgraph.laws.shared_slope import SharedSlope
 
 @dataclass(frozen=True, kw_only=True)
 class Backlash(SharedSlope):
-    """``-k clip(q - centre, -w, w)``: no effort changes within the gap, the spring outside.
+    """``-k (clip(q - centre, -w, w) - clip(-centre, -w, w))``: free play beside ``k q``.
 
+    Within the gap the effort does not change. A relaxed spring has ``q = 0`` in the gap, which
+    then carries no effort; with the gap elsewhere the constant part of the load keeps ``q = 0``.
     Dead band in series with an elastic shaft: Nordin and Gutman, Controlling mechanical systems
     with backlash, Automatica 38 (2002) 1633.
 
@@ -41,11 +43,12 @@ class Backlash(SharedSlope):
         scale = 0.1 * self.size
         return (
             self.slope_parameter(element),
-            Parameter(f"w_{element}", self.width, self.unit, lower=0.0, scale=scale),
+            Parameter(f"gap_{element}", self.width, self.unit, lower=0.0, scale=scale),
             Parameter(f"centre_{element}", self.centre, self.unit, positive=False, scale=scale),
         )
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Effort that the gap takes away."""
         k, width, centre = p
-        return -self.own_slope(k) * ops.maximum(-width, ops.minimum(width, s - centre))
+        lost = ops.maximum(-width, ops.minimum(width, s - centre))
+        return -self.own_slope(k) * (lost - ops.maximum(-width, ops.minimum(width, -centre)))

@@ -20,7 +20,7 @@ class Onset(Law):
     time : float
         Start value of ``t_0``, s from the start of the run.
     width : float
-        Rise time, s; a fixed parameter.
+        Start value of the rise time, s.
     margin : float
         How far ``t_0`` may move either way, s.
     size : float
@@ -49,7 +49,14 @@ class Onset(Law):
             Parameter(
                 f"t_0_{element}", t, "s", positive=False, lower=t - m, upper=t + m, scale=0.1 * m
             ),
-            Parameter(f"rise_{element}", self.width, "s", fixed=True),
+            Parameter(
+                f"rise_{element}",
+                self.width,
+                "s",
+                lower=1e-2 * self.width,
+                upper=m,
+                scale=self.width,
+            ),
         )
 
     @property

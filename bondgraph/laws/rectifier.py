@@ -36,5 +36,5 @@ class Rectifier(Law):
         )
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
-        """What is turned over where `s` is negative."""
+        """Return what is turned over where `s` is negative."""
         return p[0] * (ops.absolute(s) - s)

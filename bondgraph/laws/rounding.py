@@ -13,7 +13,7 @@ from bondgraph.laws.law import Law
 
 __all__ = ["Rounding"]
 
-FINE = 1e-6
+FINE = 1e-10
 """Sub-division of a step within which the rounding error counts as constant."""
 
 
@@ -28,7 +28,7 @@ class Rounding(Law):
     Step and origin are read off a recording, not fitted, and the rounding error counts as a number
     that the parameters of the model do not move: its derivative is zero everywhere (of the true
     one, -1 between jumps without bound, nothing could be learnt by descent). The price is an error
-    of at most ``1e-6 step``.
+    of at most ``1e-10 step``, on grids of up to 1e5 values.
 
     Parameters
     ----------
@@ -54,13 +54,11 @@ class Rounding(Law):
                 f"amount_{element}", self.amount, positive=False, lower=0.0, upper=1.5, scale=0.3
             ),
             Parameter(f"step_{element}", self.step, self.unit, fixed=True),
-            Parameter(
-                f"origin_{element}", self.origin, self.unit, positive=False, fixed=True
-            ),
+            Parameter(f"origin_{element}", self.origin, self.unit, positive=False, fixed=True),
         )
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
-        """Rounding error, constant within a small part of a step."""
+        """Return the rounding error, constant within a small part of a step."""
         amount, step, origin = p
         z = (s - origin) / step
         return amount * step * (_floor(ops, z + 0.5) - FINE * _floor(ops, z / FINE + 0.5))

@@ -45,9 +45,7 @@ class SlewLimit(Law):
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Slowness."""
         return (
-            Parameter(
-                f"slowness_{element}", self.slowness, self.unit, lower=0.0, scale=self.size
-            ),
+            Parameter(f"slowness_{element}", self.slowness, self.unit, lower=0.0, scale=self.size),
         )
 
     @property

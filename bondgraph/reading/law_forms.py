@@ -24,7 +24,10 @@ from bondgraph.laws import (
     LuGre,
     Polynomial,
     QuadraticDrag,
+    Rectifier,
+    Rounding,
     Saturation,
+    SlewLimit,
     Sliding,
     StopSum,
     Stribeck,
@@ -167,6 +170,9 @@ LAWS: tuple[LawForm, ...] = (
         {"centre": NUMBER, "half": _NONZERO, "size": NUMBER, "orders": listed(integer(0, 64))}
         | _UNITS,
     ),
+    LawForm(Rectifier, {"amount": NUMBER}),
+    LawForm(Rounding, {"step": POSITIVE, "origin": NUMBER, "amount": NUMBER} | _UNITS),
+    LawForm(SlewLimit, {"slowness": NON_NEGATIVE, "size": POSITIVE} | _UNITS),
     LawForm(Sliding, {"operator": OPERATOR}),
     LawForm(
         StopSum,

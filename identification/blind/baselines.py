@@ -122,14 +122,11 @@ def _scored(
     def true_place(o: Outcome, c: Choice) -> bool:
         return any(e.element == c[1] for e in o.truth.effects)
 
-    def of(cell: str) -> Rate:
-        return rate(c != NOTHING for o, c in said if o.truth.cell == cell)
-
     return Baseline(
         name,
         len(said),
-        of("control"),
-        of("outside"),
+        rate(c != NOTHING for o, c in said if o.truth.empty),
+        rate(c != NOTHING for o, c in said if o.truth.cell == "outside"),
         rate(not true_name(o, c) for o, c in named if o.truth.cell in INSIDE),
         rate(not true_place(o, c) for o, c in named),
         rate(true_name(o, c) and true_place(o, c) for o, c in said if o.truth.id in clear),

@@ -42,7 +42,9 @@ def black_box(
     cut = (3 * samples.size) // 4
     early, late = samples[:cut], samples[cut:]
     errors = [
-        float(np.mean((target[late] - columns[late] @ ridge(columns[early], target[early], r)) ** 2))
+        float(
+            np.mean((target[late] - columns[late] @ ridge(columns[early], target[early], r)) ** 2)
+        )
         for r in RIDGES
     ]
     chosen = RIDGES[int(np.argmin(errors))]

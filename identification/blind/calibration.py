@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from identification.blind.matching import Outcome
 from identification.blind.rates import Rate, rate
@@ -52,7 +53,7 @@ def calibration(outcomes: Sequence[Outcome]) -> Calibration:
         return Calibration(float("nan"), 0, ())
     brier = sum((c - ok) ** 2 for c, ok in points) / len(points)
     table = []
-    for low, high in zip(EDGES[:-1], EDGES[1:], strict=True):
+    for low, high in pairwise(EDGES):
         inside = [(c, ok) for c, ok in points if low <= c < high or (high == 1.0 and c >= 1.0)]
         if inside:
             stated = sum(c for c, _ in inside) / len(inside)

@@ -47,9 +47,9 @@ def file_hash(path: Path) -> str:
 
 
 def data_hashes(layout: Layout) -> dict[str, str]:
-    """Hash of the public list and of every recording, by path relative to the trial's folder."""
-    files = [layout.public, *sorted(p for p in layout.recordings.rglob("*") if p.is_file())]
-    return {f.relative_to(layout.folder).as_posix(): file_hash(f) for f in files}
+    """Hash of the public list and of every recording, by file name."""
+    files = [layout.public, *sorted(layout.recordings.glob("*.npz"))]
+    return {f.name: file_hash(f) for f in files}
 
 
 def tool_commit() -> str:
@@ -91,8 +91,8 @@ def commit(layout: Layout, truths: Sequence[Mapping[str, Any]], salt: str | None
             f"{layout.commitment}: this trial is committed already; take another folder"
         )
     salt = secrets.token_hex(32) if salt is None else salt
-    layout.sealed.mkdir(parents=True, exist_ok=True)
-    write_atomically(layout.truths, json.dumps(list(truths), indent=1) + "\n")
+    layout.truths.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(layout.truths, canonical(list(truths)) + "\n")
     write_atomically(layout.salt, salt + "\n")
     layout.salt.chmod(0o600)
     layout.truths.chmod(0o600)
@@ -162,7 +162,7 @@ def reveal(layout: Layout, *, complete: Sequence[str] | None = None) -> dict[str
         salt, rows = str(opened["salt"]), opened["truths"]
     else:
         if not layout.truths.exists() or not layout.salt.exists():
-            raise UnusableInput(f"{layout.sealed}: the sealed truths are not here")
+            raise UnusableInput(f"{layout.truths}: the sealed truths are not here")
         salt = layout.salt.read_text(encoding="ascii").strip()
         rows = json.loads(layout.truths.read_text(encoding="utf-8"))
     if truths_hash(salt, rows) != content["truths_sha256"]:

@@ -63,7 +63,7 @@ def gates(
 ) -> tuple[Gate, ...]:
     """Count all gates; those that need the oracle are empty without it."""
     oracles = oracles or {}
-    said = [(o, j) for o in outcomes if o.truth.cell != "control" for j in o.judged]
+    said = [(o, j) for o in outcomes if not o.truth.empty for j in o.judged]
     return (
         false_alarms(outcomes),
         at_most("wrong place, of the places given", wrong_places(said), 0.03),
@@ -77,7 +77,7 @@ def gates(
 
 def false_alarms(outcomes: Sequence[Outcome]) -> Gate:
     """Count controls in which something was said to be missing; a crash is none but is printed."""
-    controls = [o for o in outcomes if o.truth.cell == "control"]
+    controls = [o for o in outcomes if o.truth.empty]
     return at_most("false alarms, of the controls", rate(o.answer.alarm for o in controls), 0.02)
 
 
@@ -108,6 +108,7 @@ def asked_for(
         o
         for o in outcomes
         if o.truth.cell in ("single", "look_alike")
+        and not o.truth.empty
         and (oracle := oracles.get(o.truth.id)) is not None
         and oracle.detectable
         and oracle.separable == separable

@@ -1,4 +1,4 @@
-"""Where the files of a trial lie: one folder to commit, one that stays sealed beside it."""
+"""Where the files of a trial lie: one folder to commit, one for data and the seal beside it."""
 
 from __future__ import annotations
 
@@ -15,20 +15,15 @@ class Layout:
     Attributes
     ----------
     folder : Path
-        What is shown: the public list, recordings, commitment, answers, score.
+        What is committed: public list, commitment, answers, score, and the truths at the end.
     """
 
     folder: Path
 
     @property
     def public(self) -> Path:
-        """Plant, sensors and declared dead times of every recording."""
+        """Plant, sensors and what is declared of every recording."""
         return self.folder / "public.json"
-
-    @property
-    def recordings(self) -> Path:
-        """Folder of the recordings, `ID.csv` or `ID.npz`."""
-        return self.folder / "recordings"
 
     @property
     def commitment(self) -> Path:
@@ -56,21 +51,26 @@ class Layout:
         return self.folder / "score"
 
     @property
-    def sealed(self) -> Path:
-        """Folder beside `folder` with the truths and the salt; not committed before the answers."""
-        return self.folder.with_name(self.folder.name + "-sealed")
+    def revealed(self) -> Path:
+        """Truths and salt after the answers are in."""
+        return self.folder / "revealed.json"
+
+    @property
+    def data(self) -> Path:
+        """Folder beside `folder`: the generator's; too large, and too secret, to be committed."""
+        return self.folder.with_name(self.folder.name + "-data")
+
+    @property
+    def recordings(self) -> Path:
+        """Folder of the recordings, `ID.npz`."""
+        return self.data / "records"
 
     @property
     def truths(self) -> Path:
         """The truths while they are sealed."""
-        return self.sealed / "truths.json"
+        return self.data / "sealed" / "truths.json"
 
     @property
     def salt(self) -> Path:
         """The salt while it is sealed."""
-        return self.sealed / "salt.txt"
-
-    @property
-    def revealed(self) -> Path:
-        """Truths and salt after the answers are in."""
-        return self.folder / "revealed.json"
+        return self.data / "sealed" / "salt.txt"

@@ -47,7 +47,7 @@ class Outcome:
     name : str
         For recordings with one effect the worst that was said: ``wrong``, else ``right``,
         ``look_alikes``, ``family``, ``unknown``, ``missed`` (nothing was said to be missing) or
-        ``crashed``. Controls: ``quiet``, ``false_alarm`` or ``crashed``.
+        ``crashed``. Where nothing is missing: ``quiet``, ``false_alarm`` or ``crashed``.
     place : str
         ``right``, ``wrong``, ``unresolved`` or ``none``.
     found : int
@@ -63,8 +63,8 @@ class Outcome:
 
     @property
     def right(self) -> bool:
-        """Right name at the right class of ports (controls: nothing said)."""
-        if self.truth.cell == "control":
+        """Right name at the right class of ports (nothing said where nothing is missing)."""
+        if self.truth.empty:
             return self.name == "quiet"
         return self.name == "right" and self.place == "right"
 
@@ -92,7 +92,7 @@ def judge(truth: Truth, answer: Answer, separable: bool | None = None) -> Outcom
         a name that lists the truth among what it does not exclude counts as a set of look-alikes.
     """
     judged = tuple(_judged(s, truth, separable) for s in answer.statements)
-    if truth.cell == "control":
+    if truth.empty:
         name = "false_alarm" if answer.alarm else "crashed" if answer.error else "quiet"
         return Outcome(truth, answer, judged, name, "none", 0)
     found = {

@@ -80,7 +80,7 @@ def place_confusion(outcomes: Sequence[Outcome]) -> dict[str, Confusion]:
     """Places given, by plant: the true element, or the element stated first."""
     found: dict[str, list[tuple[str, str, bool]]] = {}
     for o in outcomes:
-        if o.truth.cell in ("control", "double"):
+        if o.truth.empty or o.truth.cell == "double":
             continue
         true = o.truth.effects[0].element
         first = o.judged[0] if o.judged else None
@@ -131,7 +131,7 @@ def power(
     """
     bins: dict[int, list[Outcome]] = {}
     for o in outcomes:
-        if o.truth.cell not in ("single", "look_alike"):
+        if o.truth.empty or o.truth.cell not in ("single", "look_alike"):
             continue
         oracle = (oracles or {}).get(o.truth.id)
         excess = oracle.excess if oracle and math.isfinite(oracle.excess) else o.truth.strength

@@ -71,7 +71,7 @@ class Truth:
     decisive : bool
         The excitation tells the pair apart.
     strength : float
-        Excess over the noise that the effect was drawn with, dB; nan for controls.
+        Excess over the noise of the strongest effect, dB; nan for controls.
     control : str
         What disturbs a control instead of missing physics.
     """
@@ -85,6 +85,11 @@ class Truth:
     strength: float = float("nan")
     control: str = ""
 
+    @property
+    def empty(self) -> bool:
+        """Nothing is missing from the model."""
+        return not self.effects
+
 
 @dataclass(frozen=True, slots=True)
 class Public:
@@ -92,15 +97,18 @@ class Public:
 
     Attributes
     ----------
-    delays : tuple of str
-        Sensors whose dead time is declared.
+    hold : str
+        What the command does between samples, ``hold`` or ``linear``: a laboratory knows its
+        converter.
+    delay : float
+        Dead time of the command that the laboratory declares, s; 0 for none.
     """
 
     id: str
     plant: str
     sensors: tuple[str, ...]
-    file: str
-    delays: tuple[str, ...] = ()
+    hold: str = "hold"
+    delay: float = 0.0
 
 
 def canonical(data: Any) -> str:
@@ -132,7 +140,8 @@ def truth_from(row: Mapping[str, Any]) -> Truth:
     if not cell:
         raise UnusableInput(f"{row['id']}: cell {row['cell']!r} is none of {', '.join(CELL_OF)}")
     expected = {"control": 0, "double": 2}.get(cell, 1)
-    if len(effects) != expected:
+    # one member of a look-alike pair is a wrong parameter and nothing else
+    if len(effects) != expected and not (cell == "look_alike" and not effects):
         raise UnusableInput(
             f"{row['id']}: a {cell} has {expected} effects, the truth lists {len(effects)}"
         )
@@ -173,8 +182,8 @@ def read_public(path: Path) -> tuple[Public, ...]:
                 str(r["id"]),
                 str(r["plant"]),
                 tuple(map(str, r["sensors"])),
-                str(r["file"]),
-                tuple(map(str, r.get("delays", ()))),
+                str(r["hold"]),
+                float(r["delay"]),
             )
             for r in rows
         )

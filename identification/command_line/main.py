@@ -12,6 +12,7 @@ from typing import NoReturn
 
 from bondgraph.errors import BondsightError
 from identification.command_line.arguments import jobs, nonnegative
+from identification.command_line.blind import add_blind_command
 from identification.command_line.conformance import add_conformance_command
 from identification.command_line.coverage import add_coverage_command
 from identification.command_line.equations import NOTATIONS as EQUATIONS
@@ -109,6 +110,7 @@ def _parser() -> argparse.ArgumentParser:
     p.set_defaults(run=_bench)
 
     add_explain_command(verbs)
+    add_blind_command(verbs)
     add_export_command(verbs)
     add_conformance_command(verbs)
     add_machine_commands(verbs)

@@ -21,7 +21,7 @@ from identification.diagnosis.relations.whitening import blind_filter
 from identification.diagnosis.structure import Structure
 from identification.engine import ExactEngine
 from identification.fit import Fit
-from identification.residual import Evaluation, evaluate
+from identification.residual import Evaluation, evaluate, start_point
 
 __all__ = ["BlindRelation", "blind_relations", "more_than_one_site", "no_relation"]
 
@@ -29,14 +29,15 @@ Array = np.ndarray
 FLOOR_ERROR = 0.03
 """Relative standard deviation of the square of a floor that was itself estimated."""
 LIMIT = 5.0
-LEFT = 3e-4
+LEFT = 1e-6
 """Part of the nominal excess that discretisation may leave in the relation of the true port."""
 AMPLE = 30.0
 CLEAR = 5.0
 FIRST = 2
-STEPS = 8
+STEPS = 12
 FOLLOWED = 2
 NEAR = 3.0
+GROSS = 1e4
 PARALLEL = 1e-9
 
 
@@ -126,16 +127,24 @@ def blind_relations(
     found.sort(key=lambda f: f[2].train)
     # only those that may yet reach the floor are followed to their end
     best = found[0][2].train if found else 1.0
-    relations = []
     for i, (ports, seen, done) in enumerate(found):
         if done.moving and (i < FOLLOWED or done.train < NEAR * max(best, 1.0)):
-            done = _refitted(seen, start, steps, done.theta) or done
-        spread = np.hypot(np.sqrt(2.0 / done.count), FLOOR_ERROR)
-        away = float((done.train - 1.0) / spread)
-        relations.append(
-            BlindRelation(ports, done.before, done.train, done.test, away, done.count, nominal)
-        )
+            found[i] = ports, seen, _refitted(seen, start, steps, done.theta) or done
+    relations = [_relation(ports, done, nominal) for ports, _, done in found]
+    if not any(r.compatible for r in relations):
+        # a gross mismatch may have dragged the nominal fit too far: begin where the model did
+        declared = start_point(fit.problem).theta
+        for i, (ports, seen, done) in enumerate(found[:FOLLOWED]):
+            again = _refitted(seen, start, steps, declared)
+            if again is not None and again.train < done.train:
+                relations[i] = _relation(ports, again, nominal)
     return tuple(sorted(relations, key=lambda r: r.train))
+
+
+def _relation(ports: tuple[str, ...], done: Refitted, nominal: float) -> BlindRelation:
+    spread = np.hypot(np.sqrt(2.0 / done.count), FLOOR_ERROR)
+    away = float((done.train - 1.0) / spread)
+    return BlindRelation(ports, done.before, done.train, done.test, away, done.count, nominal)
 
 
 def no_relation(fit: Fit, probed: Probes | None = None) -> str:
@@ -155,9 +164,14 @@ def no_relation(fit: Fit, probed: Probes | None = None) -> str:
 def more_than_one_site(relations: tuple[BlindRelation, ...]) -> bool:
     """Whether no single class of ports explains the mismatch: at least two sites, or moving ones.
 
-    False without relations: then nothing is known.
+    False without relations, and where the mismatch is so gross (40 dB above the floor) that a
+    refit may have stopped short: then nothing is known.
     """
-    return bool(relations) and not any(r.compatible for r in relations)
+    return (
+        bool(relations)
+        and relations[0].nominal < GROSS
+        and not any(r.compatible for r in relations)
+    )
 
 
 def _classes(model: LatentModel, structure: Structure) -> list[tuple[str, ...]]:
@@ -211,7 +225,7 @@ def _refitted(
 
 
 def _size(fit: Fit, sampled: Sampled, start: Evaluation) -> Array | None:
-    """Standard deviation of the latent signal: ample for the residual to come from it."""
+    """Return the standard deviation of the latent signal: ample for the residual to come from it."""
     n_y, k = sampled.d.shape
     mask = fit.problem.data.mask("train")
     n = min(int(mask.sum()), start.residual.size // n_y)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +25,7 @@ from identification.diagnosis.steps import Step, steps
 from identification.diagnosis.structure import Structure, excited_frequencies, structure
 from identification.fit import Fit, Status
 from identification.floor import noise_floor
+from identification.joined import joined, split_of
 from identification.problem import Data, Problem, data_for, drives
 
 Array = np.ndarray
@@ -94,7 +95,7 @@ class Diagnosis:
 
 def diagnose(
     graph: BondGraph,
-    recording: Recording,
+    recording: Recording | Sequence[Recording],
     split: Split | None = None,
     *,
     model: str = "",
@@ -110,7 +111,9 @@ def diagnose(
     ----------
     graph : BondGraph
         Model with sensors; sources and sensors name the channels of `recording`.
-    recording : Recording
+    recording : Recording or sequence of Recording
+        Several ones of the same system (other levels, other commands) are used together; the last
+        third of them is held out.
     split : Split, optional
         Training and held-out samples; the stated default rule when not given.
     hold : {"hold", "linear", "band-limited"}, optional
@@ -131,17 +134,20 @@ def diagnose(
         raise UnusableInput(
             f"{graph.name} has no sensor: attach a De, Df or Dq whose name is the measured channel"
         )
+    parts = [recording] if isinstance(recording, Recording) else list(recording)
+    recording, breaks = joined(parts)
     say("reading the noise floor", 0.01)
     sensors = tuple(s.name for s in graph.of_type(Sensor))
     commands = [s.name for s in drives(graph)]
     result = Diagnosis("insufficient_data", model or graph.name, recording, graph, seed=seed)
-    split = split or _split(recording, commands)
+    split = split or (split_of(parts) if breaks else _split(recording, commands))
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
+    data = replace(data, breaks=breaks)
     if reason := _insufficient(graph, data):
         return replace(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
         )
-    floor = noise_floor(recording, split, sensors)
+    floor = noise_floor(recording, split, sensors, tuple(commands))
     data = replace(data, floor=np.array([floor[n] for n in sensors]))
     if reason := _nothing_moves(data):
         return replace(

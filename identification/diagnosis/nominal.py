@@ -92,32 +92,41 @@ def _shows(result: Fit, hold: str) -> bool:
 
 
 def _first_fit(base: Problem) -> Fit:
+    """Fit from the declared values, and through windows that grow, each with its own state."""
     fits = [fit(base, max_iterations=25)]
-    if base.window is None and base.engine.exact_step:
-        dynamics = base.engine.n_x
-        length = max(24, 8 * dynamics)
-        train = base.data.split.train
-        span = (train.stop or base.data.n) - (train.start or 0)
-        few = slice(train.start or 0, min(train.stop or base.data.n, (train.start or 0) + 3000))
-        values: dict[str, float] = {}
-        while length < span // 3 and length < 1000:
-            short = replace(
-                base, data=replace(base.data, split=replace(base.data.split, train=few)),
-                window=length, starts=values,
-            )  # fmt: skip
-            found = fit(short, max_iterations=12)
-            if found.status is Status.BROKEN:
-                break
-            values = {k: v for k, v in found.values.items() if k in base.graph.parameters}
-            length *= 4
-        if values:
-            fits.append(fit(replace(base, starts=values), max_iterations=25))
+    if base.window is not None or not base.engine.exact_step or fits[0].cost < GOOD:
+        return fits[0]
+    length = max(24, 8 * base.engine.n_x)
+    begin, end, _ = base.data.split.train.indices(base.data.n)
+    few = slice(begin, min(end, begin + FEW))
+    short = replace(base.data.split, train=few, test=slice(few.stop, few.stop))
+    data = replace(base.data, split=short)
+    values: dict[str, float] = {}
+    while length < (end - begin) // 3 and length < 1000:
+        brief = replace(
+            base,
+            data=data,
+            window=length,
+            starts=values,
+            lags=False,
+            offsets=False,
+            built=base.engine,
+        )
+        found = fit(brief, max_iterations=8)
+        if found.status is Status.BROKEN:
+            break
+        values = {k: v for k, v in found.values.items() if k in base.graph.parameters}
+        length *= 5
+    if values:
+        fits.append(fit(replace(base, starts=values), max_iterations=25))
     result = best(fits)
-    return (
-        replace(result, problem=result.problem)
-        if result.problem is base
-        else _rebased(base, result)
-    )
+    return result if result.problem is base else _rebased(base, result)
+
+
+GOOD = 1.3
+"""Misfit over the floor at which no other minimum is looked for."""
+FEW = 2000
+"""Samples that the windows cover."""
 
 
 def _rebased(base: Problem, result: Fit) -> Fit:

@@ -156,7 +156,7 @@ class Probes:
         if flow is not None and element in self.flows:
             other, by = self.flows[element]
             parts.append((self._columns[other], by, flow))
-        if self.engine.exact_step and not problem.delays and not problem.clock:
+        if self.engine.exact_step and not problem.clock:
             for at, by, c in parts:
                 self._convolved(at, by * c, out)
             return out

@@ -9,10 +9,12 @@ from typing import Any
 
 from bondgraph.errors import BondsightError
 from identification.diagnosis.effects import by_name
+from identification.diagnosis.where.region import multiple
 
 Data = Mapping[str, Any]
 WIDTH = 96
 AT_FLOOR = 1.25
+MOST = 6
 
 _ANSWERS = {
     "explained": (
@@ -165,7 +167,7 @@ def _ratio(old: float, new: float) -> str:
         return ""
     ratio = old / new
     if ratio > 1.02:
-        return f", {ratio:.3g} times smaller"
+        return f", {multiple(ratio)} smaller"
     return ", no better" if ratio > 0.98 else ", larger: do not use the repair blindly"
 
 
@@ -197,7 +199,8 @@ def _basis(v: Data) -> list[str]:
     for f in v["findings"]:
         known = [_value(p) for p in f["parameters"]]
         if known:
-            lines.append(f"Fitted for {_effect(f)}: {'; '.join(known)}.")
+            more = f"; {len(known) - MOST} more in the file" if len(known) > MOST else ""
+            lines.append(f"Fitted for {_effect(f)}: {'; '.join(known[:MOST])}{more}.")
     beyond = [n["name"] for n in v["nuisances"] if not n["within_bounds"]]
     if beyond:
         lines.append(f"At the end of what a nuisance may be: {_listed(beyond)}. Look at it.")
@@ -209,7 +212,7 @@ def _value(p: Data) -> str:
         return f"{p['name']} not determined"
     low, high = p["ci95"]
     unit = f" {p['unit']}" if p["unit"] not in ("", "1") else ""
-    known = "" if low is None or high is None else f" (95 %: {low:.4g} to {high:.4g})"
+    known = "" if low is None or high is None else f" (95 %: {low:.6g} to {high:.6g})"
     return f"{p['name']} = {p['value']:.4g}{unit}{known}"
 
 

@@ -176,7 +176,10 @@ def _weights(x: Array, r: Array) -> Array:
 
 
 def votes(onto: Projection, x: Array) -> float:
-    """Return standard errors of the improvement on stretches not used for the weights."""
+    """Return standard errors of the improvement on stretches not used for the weights.
+
+    Logarithms of the stretches' misfits are compared, so that a few loud ones do not decide.
+    """
     if not x.shape[1]:
         return 0.0
     gains = np.zeros(BLOCKS)
@@ -186,10 +189,11 @@ def votes(onto: Projection, x: Array) -> float:
             return 0.0
         weights = _weights(x[inside], onto.residual[inside])
         left = onto.residual[~inside] - x[~inside] @ weights
-        before = onto.residual[~inside] ** 2
-        gains += np.bincount(onto.blocks[~inside], before - left**2, BLOCKS)
-    used = np.unique(onto.blocks)
-    g = gains[used]
+        here = onto.blocks[~inside]
+        before = np.bincount(here, onto.residual[~inside] ** 2, BLOCKS)
+        after = np.bincount(here, left**2, BLOCKS)
+        gains += np.where(before > 0, np.log((before + 1e-300) / (after + 1e-300)), 0.0)
+    g = gains[np.unique(onto.blocks)]
     spread = float(g.std(ddof=1)) if g.size > 1 else 0.0
     return float(g.mean() * np.sqrt(g.size) / spread) if spread > 0 else 0.0
 

@@ -110,7 +110,6 @@ class Options:
     jobs: int = -1
     keep: int = 10
     more: int = 6
-    screen_iterations: int = 12
     final_iterations: int = 30
     samples: int = 12000
     effects: int = 3
@@ -143,7 +142,9 @@ def search(
             (s.effect.name, s.element.name) for s in first
         }
         second = _rivals(best, ranked, done, options.more)
-        trials += _fitted(scene, template, second, options, progress, 0.65, 1.0)
+        trials += _fitted(scene, template, second, options, progress, 0.65, 1.0, best.train)
+    test = scene.data.mask("test")
+    trials = [t for t in trials if np.isfinite(t.fit.simulated[test]).all()]
     return sorted(trials, key=lambda t: t.test)
 
 
@@ -194,25 +195,58 @@ def _fitted(
     progress: Progress | None,
     begin: float,
     end: float,
+    beat: float = np.inf,
 ) -> list[Trial]:
-    found: list[Trial] = []
+    """Fit in rounds: all a little, the better half more, the best to the end.
+
+    `beat` is the training misfit of what is fitted already.
+    """
     tasks = []
     for s in todo:
         try:
             made = s.effect.insert(scene, s.element, s.hint)
         except BondsightError:
             continue
-        tasks.append((made, s.home, replace(template, graph=made.graph, built=None), options))
+        tasks.append((made, s.home, replace(template, graph=made.graph, built=None)))
+    alive = _round(attempt, tasks, options, progress, begin, begin + 0.5 * (end - begin))
+    done: list[Trial] = []
+    for number, iterations in enumerate(ROUNDS, start=1):
+        alive.sort(key=lambda t: t.train)
+        best = min([beat, *(t.train for t in alive)])
+        keep = max(4, len(alive) // 2)
+        # what is far above a fit at the floor will not get there
+        hopeful = [t for t in alive[:keep] if t.train < HOPELESS[number - 1] * best + 0.5]
+        done += [t for t in alive if not any(t is h for h in hopeful)]
+        rest = [(t, iterations) for t in hopeful]
+        low = begin + (end - begin) * (0.5 + 0.5 * (number - 1) / len(ROUNDS))
+        alive = _round(go_on, rest, options, progress, low, low + 0.25 * (end - begin))
+    return [*alive, *done]
+
+
+ROUNDS = (8, 14)
+"""Further steps of the fits that go on after the first short ones."""
+HOPELESS = (30.0, 6.0)
+"""Training misfit, over the best one's, from which a candidate is not followed."""
+
+
+def _round(
+    work: Callable[..., tuple[str, Trial | None]],
+    tasks: Sequence[tuple[Any, ...]],
+    options: Options,
+    progress: Progress | None,
+    begin: float,
+    end: float,
+) -> list[Trial]:
+    found: list[tuple[str, Trial]] = []
     jobs = Parallel(n_jobs=options.jobs, return_as="generator_unordered")(
-        delayed(_alone)(attempt, *t) for t in tasks
+        delayed(_alone)(work, *t) for t in tasks
     )
     for done, (label, trial) in enumerate(jobs, start=1):
         if trial is not None:
-            found.append(trial)
+            found.append((label, trial))
         if progress is not None:
             progress(f"fitting {label}", begin + (end - begin) * done / len(tasks))
-    order = {t[0].label: i for i, t in enumerate(tasks)}
-    return sorted(found, key=lambda t: order[t.label])
+    return [t for _, t in sorted(found, key=lambda pair: pair[0])]
 
 
 def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
@@ -222,10 +256,8 @@ def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
         return work(*arguments)
 
 
-def attempt(
-    insertion: Insertion, home: bool, problem: Problem, options: Options
-) -> tuple[str, Trial | None]:
-    """Fit one insertion from its best starts; None when it cannot be simulated."""
+def attempt(insertion: Insertion, home: bool, problem: Problem) -> tuple[str, Trial | None]:
+    """Fit one insertion a few steps from its best starts; None when it cannot be simulated."""
     short: list[Fit] = []
     try:
         problem = replace(problem, built=problem.engine)
@@ -233,27 +265,27 @@ def attempt(
         return insertion.label, None
     for candidate in promising(problem, insertion.starts):
         try:
-            short.append(fit(candidate, max_iterations=6))
+            short.append(fit(candidate, max_iterations=FIRST))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
-    short = sorted((r for r in short if _sound(r)), key=lambda r: r.cost)
+    short = [r for r in short if _sound(r)]
     if not short:
         return insertion.label, None
-    # a second descent only where the first six steps did not decide
-    kept = [r for r in short[:2] if r.cost < 1.5 * short[0].cost]
-    results = []
-    for r in kept:
-        try:
-            results.append(settled_fit(r.problem, options.screen_iterations, r.point))
-        except (BondsightError, np.linalg.LinAlgError, ValueError):
-            continue
-    results = [r for r in results if _sound(r)]
-    if not results:
-        return insertion.label, None
-    result = min(results, key=lambda r: r.cost)
-    if not np.isfinite(result.simulated[result.problem.data.mask("test")]).all():
-        return insertion.label, None
-    return insertion.label, trial_of(insertion, home, result)
+    return insertion.label, trial_of(insertion, home, min(short, key=lambda r: r.cost))
+
+
+FIRST = 4
+"""Steps of the first round."""
+
+
+def go_on(trial: Trial, iterations: int) -> tuple[str, Trial | None]:
+    """Continue a fit, with sub-steps as fine as its residual asks for."""
+    try:
+        result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return trial.label, trial
+    better = _sound(result) and result.cost <= trial.fit.cost * 1.05
+    return trial.label, trial_of(trial.insertion, trial.home, result) if better else trial
 
 
 def trial_of(insertion: Insertion, home: bool, result: Fit) -> Trial:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from identification.diagnosis.decide import Decision, Thresholds, decide
-from identification.diagnosis.effects import UNNAMED
+from identification.diagnosis.effects import UNNAMED, Effect
 from identification.diagnosis.leftover import Leftover, strongest
 from identification.diagnosis.pasts import scene
 from identification.diagnosis.probes import probes
@@ -15,6 +15,7 @@ from identification.diagnosis.scene import Scene
 from identification.diagnosis.screening import Screened, screen
 from identification.diagnosis.search import Options, Trial, blocks_of, finish, search
 from identification.diagnosis.structure import Structure
+from identification.fit import Fit
 
 Progress = Callable[[str, float], None]
 
@@ -28,6 +29,21 @@ class Step:
     ranking: tuple[Screened, ...]
 
 
+class _Screenings:
+    """Screenings made so far: what is left beside a repair is where the next step begins."""
+
+    def __init__(self, catalogue: tuple[Effect, ...]) -> None:
+        self.catalogue = catalogue
+        self.known: dict[int, tuple[Fit, Scene, list[Screened]]] = {}
+
+    def of(self, fit: Fit) -> tuple[Scene, list[Screened]]:
+        """Scene and ranking of one fit."""
+        if id(fit) not in self.known:
+            seen = scene(fit)
+            self.known[id(fit)] = (fit, seen, screen(seen, probes(fit), self.catalogue))
+        return self.known[id(fit)][1:]
+
+
 def steps(
     base: Base,
     options: Options,
@@ -38,15 +54,15 @@ def steps(
 ) -> Step:
     """Look for one effect after another until nothing more shows."""
     decisions: list[Decision] = []
+    done = _Screenings((*options.catalogue, UNNAMED))
     first: tuple[Scene, tuple[Screened, ...]] | None = None
     for number in range(max(1, options.effects)):
         low = 0.12 + 0.8 * number / max(1, options.effects)
         say("screening every effect at every port", low)
-        seen = scene(base.fit)
-        ranked = screen(seen, probes(base.fit), (*options.catalogue, UNNAMED))
+        seen, ranked = done.of(base.fit)
         if first is None:
             first = seen, tuple(ranked)
-        decision = _step(base, seen, ranked, options, limits, declared, classes, say, low)
+        decision = _step(base, done, options, limits, declared, classes, say, low)
         decisions.append(decision)
         if decision.kind != "missing_physics" or decision.chosen is None:
             break
@@ -58,8 +74,7 @@ def steps(
 
 def _step(
     base: Base,
-    seen: Scene,
-    ranked: list[Screened],
+    done: _Screenings,
     options: Options,
     limits: Thresholds,
     declared: float,
@@ -67,6 +82,7 @@ def _step(
     say: Progress,
     low: float,
 ) -> Decision:
+    seen, ranked = done.of(base.fit)
     nominal = base.fit.chi2("test")
     before = strongest(ranked, limits.leftover)
     span = 0.8 / max(1, options.effects)
@@ -74,8 +90,8 @@ def _step(
     def tell(text: str, fraction: float) -> None:
         say(text, low + span * fraction)
 
-    # at the floor, or without any pattern, there is nothing to explain
-    if before.z < limits.z and nominal < 1.5 * max(1.0, limits.mismatch):
+    # without a pattern there is nothing to explain: what is left is noise
+    if (before.z < limits.z and before.share < 0.2) or before.share < 0.5 * limits.drop:
         return Decision(
             "explained", None, (), (), 0.0, 0.0,
             (f"held-out misfit {nominal:.3g} times the floor, no pattern in the residual",),
@@ -85,8 +101,7 @@ def _step(
     trials = _finished(trials, options)
 
     def remaining(trial: Trial) -> Leftover:
-        after = screen(scene(trial.fit), probes(trial.fit), (*options.catalogue, UNNAMED))
-        return strongest(after, limits.leftover)
+        return strongest(done.of(trial.fit)[1], limits.leftover)
 
     return decide(
         nominal, blocks_of(base.fit), trials, limits, declared=declared,

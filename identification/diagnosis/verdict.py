@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from bondgraph.exchange import regular_target
+from identification.diagnosis.decide import Decision
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.effects import by_name
 from identification.diagnosis.places import element_kind
 from identification.diagnosis.search import Trial
 from identification.fit import Estimate, Fit
@@ -54,57 +54,52 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
 
 
 def _findings(d: Diagnosis) -> list[dict[str, Any]]:
-    if (
-        d.decision is None
-        or d.decision.chosen is None
-        or d.kind not in ("missing_physics", "unknown_physics")
-    ):
-        if d.kind == "unknown_physics":
-            return [_unknown(None, d)]
-        return []
-    chosen = d.decision.chosen
-    if d.kind == "unknown_physics":
-        return [_unknown(chosen, d)]
-    return [
-        {
-            "location": _location(chosen.element, [t.element for t in d.decision.same_place], d),
-            "effect": chosen.effect,
-            "family": chosen.insertion.family,
-            "law": chosen.insertion.law,
-            "confidence": round(d.decision.confidence, 3),
-            "parameters": [_estimate(e) for e in effect_parameters(chosen, d)],
-            "also_possible": [_rival(t) for t in (*d.decision.rivals, *d.decision.richer)],
-            "share_of_misfit_explained": round(d.decision.share, 4),
-        }
-    ]
+    if d.kind == "missing_physics":
+        return [_named(step, d) for step in d.findings]
+    return [_unknown(d)] if d.kind == "unknown_physics" else []
 
 
-def _unknown(chosen: Trial | None, d: Diagnosis) -> dict[str, Any]:
-    """Return an honest "unknown": what comes closest is listed, nothing is named."""
-    rivals = [] if d.decision is None else list(d.decision.rivals)
-    possible = ([chosen] if chosen else []) + rivals
-    families = {t.insertion.family for t in possible}
-    place = unresolved_place(d)
+def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
+    chosen = step.chosen
+    assert chosen is not None
     return {
-        "location": place,
+        "location": _location(chosen.element, [t.element for t in step.same_place], d),
+        "effect": chosen.effect,
+        "family": chosen.insertion.family,
+        "law": chosen.insertion.law,
+        "confidence": round(step.confidence, 3),
+        "parameters": [_estimate(e) for e in effect_parameters(chosen, d)],
+        "also_possible": [_rival(t) for t in (*step.rivals, *step.richer)],
+        "share_of_misfit_explained": round(step.share, 4),
+    }
+
+
+def _unknown(d: Diagnosis) -> dict[str, Any]:
+    """Return an honest "unknown": what comes closest is listed, nothing is named."""
+    step = d.decision
+    chosen = step.chosen if step else None
+    possible = [*([chosen] if chosen else []), *(step.rivals if step else ())]
+    families = {t.insertion.family for t in possible}
+    return {
+        "location": unresolved_place(d),
         "effect": "unknown",
         "family": families.pop() if len(families) == 1 else "outside",
         "law": "none",
         "confidence": 0.0,
         "parameters": [],
         "also_possible": [_rival(t) for t in possible],
-        "share_of_misfit_explained": round(d.decision.share, 4) if d.decision else 0.0,
+        "share_of_misfit_explained": round(step.share, 4) if step else 0.0,
     }
 
 
 def unresolved_place(d: Diagnosis) -> dict[str, Any]:
-    """Place of an unnamed mismatch: where the best description sits, with all that are as good."""
-    ranked = [t for t in d.trials if t.fit.chi2("test") < np.inf]
-    if not ranked:
+    """Place of an unnamed mismatch, with all that are as good; empty where they are too many."""
+    from identification.diagnosis.locate import places_of
+
+    found = places_of(d.decision, d.structure) if d.decision else ()
+    if not found:
         return {"element": "", "kind": "junction", "indistinguishable_from": []}
-    best = min(ranked, key=lambda t: t.test)
-    close = {t.element for t in ranked if (t.test - 1) < 1.5 * max(best.test - 1, 0.05)}
-    return _location(best.element, sorted(close - {best.element}), d)
+    return _location(found[0], list(found[1:]), d)
 
 
 def _location(element: str, same: list[str], d: Diagnosis) -> dict[str, Any]:
@@ -124,9 +119,16 @@ def _rival(t: Trial) -> dict[str, Any]:
 
 
 def effect_parameters(trial: Trial, d: Diagnosis) -> list[Estimate]:
-    """Parameters that the effect brought in."""
-    known = set(d.nominal.problem.compiled.parameter_names) if d.nominal else set()
-    return [e for e in trial.fit.estimates if e.name not in known]
+    """Parameters that the effect brought in, as the last repair has them."""
+    known = set(d.nominal.problem.engine.parameter_names) if d.nominal else set()
+    for step in d.findings:
+        if step.chosen is not None and step.chosen.insertion.label == trial.insertion.label:
+            break
+        if step.chosen is not None:
+            known |= {e.name for e in step.chosen.fit.estimates}
+    own = [e for e in trial.fit.estimates if e.name not in known]
+    last = {e.name: e for e in d.repaired.estimates} if d.repaired else {}
+    return [last.get(e.name, e) for e in own]
 
 
 def _estimate(e: Estimate) -> dict[str, Any]:
@@ -184,20 +186,27 @@ def sentence(d: Diagnosis) -> str:
             "parameter "
             "values were off."
         )
-    assert d.decision is not None
-    chosen = d.decision.chosen
-    if d.kind == "missing_physics" and chosen is not None and d.nominal is not None:
-        where = element_kind(d.graph, chosen.element)
-        before, after = normalised_error(d.nominal), normalised_error(chosen.fit)
+    if d.kind == "missing_physics" and d.nominal is not None and d.repaired is not None:
+        parts = []
+        for step in d.findings:
+            assert step.chosen is not None
+            where = element_kind(d.graph, step.chosen.element)
+            same = sorted({t.element for t in step.same_place} - {step.chosen.element})
+            also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
+            effect = step.chosen.effect.replace("_", " ").capitalize()
+            says = step.chosen.insertion.sentence
+            parts.append(
+                f"{effect} is missing at the {where} {step.chosen.element}{also}"
+                + (f": {says}" if says else "")
+            )
+        before, after = normalised_error(d.nominal), normalised_error(d.repaired)
         n = max(before, key=lambda k: before[k] / max(after[k], 1e-300))
-        same = sorted({t.element for t in d.decision.same_place} - {chosen.element})
-        also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
+        told = "it" if len(parts) == 1 else "them"
         return (
-            f"{chosen.effect.replace('_', ' ').capitalize()} is missing at the {where} "
-            f"{chosen.element}{also}: "
-            f"{by_name(chosen.effect).sentence}; with it the held-out error of {n} falls from "
+            "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
             f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
         )
+    chosen = d.decision.chosen if d.decision else None
     hint = f"; closest is {chosen.label}" if chosen else ""
     return (
         f"Something is missing in {d.model} that the catalogue cannot name with confidence{hint}."

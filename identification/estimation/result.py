@@ -356,7 +356,10 @@ def _meanings(p: Problem, theta: Array) -> list[tuple[float, str, float, Free | 
         (f.value(float(t)), f.parameter.unit, 1.0, f) for f, t in zip(p.free, theta, strict=False)
     ]
     found += [(float(t) * dt, "s", dt, None) for t in theta[at.lags]]
-    found += [(float(t) * dt, "s", dt, None) for t in theta[at.delays]]
+    found += [
+        (float(t) * dt, "1" if n in p.skews else "s", dt, None)
+        for n, t in zip(p.delays, theta[at.delays], strict=True)
+    ]
     found += [
         (float(t) * s, u, float(s), None)
         for t, s, u in zip(theta[at.offsets], scale, units, strict=True)

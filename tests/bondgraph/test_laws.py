@@ -23,7 +23,10 @@ from bondgraph.laws import (
     LuGre,
     Polynomial,
     QuadraticDrag,
+    Rectifier,
+    Rounding,
     Saturation,
+    SlewLimit,
     Sliding,
     StopSum,
     Stribeck,
@@ -43,6 +46,9 @@ LAWS: dict[str, Law] = {
     "Table": Table((-1.0, 0.2, 1.0), (-0.5, 0.0, 2.0), free=True),
     "Saturation": Saturation(-1.0, 1.5, 0.2),
     "DeadZone": DeadZone(0.1, 0.3),
+    "Rectifier": Rectifier(0.7),
+    "Rounding": Rounding(0.31, 0.05, 0.8),
+    "SlewLimit": SlewLimit(0.02, 0.01),
     "StopSum": StopSum((0.2, 0.5, 0.9), 0.6),
     "Hysteretic": Hysteretic(MaxwellResistiveCapacitor((1.0, 0.5), (0.3, 0.6))),
     "Hysteretic PI": Hysteretic(PrandtlIshlinskii((0.0, 0.4), (1.0, 0.8))),
@@ -189,6 +195,8 @@ def test_solution_of_the_implicit_relation(name: str) -> None:
     rng = np.random.default_rng(11)
     for _ in range(60):
         f, g = rng.uniform(-2, 2), -rng.uniform(0.0, 0.3)
+        if name == "Rounding":  # of signals alone: a loop through a jump has no solution
+            g = 0.0
         start = float(law.deviation(NUMPY, f, memory, p))
         value = float(solve(f, g, start))
         s = f + g * value

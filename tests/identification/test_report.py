@@ -2,35 +2,42 @@
 
 from __future__ import annotations
 
+import html
+import json
 import re
+import shutil
+import subprocess
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.drawing.shading import fill
 from bondgraph.laws import Coulomb
 from bondgraph.signals import Recording, Split
 from bondgraph.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.effects import CATALOGUE
-from identification.diagnosis.report import page, write_report
+from identification.diagnosis.report import page, sections, write_report
 from identification.diagnosis.report.changed import changes, definition, math_svg, whole_law
+from identification.diagnosis.report.found import confidence_of
 from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.numbers import axis_scale, percent, prefixed, quantity, short
-from identification.diagnosis.report.rivals import standings
+from identification.diagnosis.report.rivals import standings, title
 from identification.diagnosis.search import Options
 
 N = 400
 HOSTILE = '<script>alert("x")</script> & $\\frac{'
 SECTIONS = (
-    "Before and after", "The residual and the noise floor", "The law that was found",
-    "Where in the model", "The equation that changed", "The rivals", "Where the model fails",
-    "Parameters", "Notes",
+    "Before and after", "Where in the model", "The law that was found",
+    "The equation that changed", "The rivals", "What was checked",
+    "Where in the recording the model fails", "Parameters", "What this does not say",
 )  # fmt: skip
 
 
@@ -53,9 +60,9 @@ def recording(n: int = N) -> Recording:
     return Recording(HOSTILE, t, {"F": u, "x": x}, {"F": "N", "x": "m"})
 
 
-def quick() -> Diagnosis:
+def quick(without: tuple[str, ...] = ()) -> Diagnosis:
     """A diagnosis whose search is cut short: only its shape matters here."""
-    cheap = Options(jobs=1, keep=2, screen_iterations=3, final_iterations=4)
+    cheap = Options(jobs=1, keep=3, more=0, effects=1, without=without)
     split = Split(slice(0, 300), slice(300, N), "first three quarters train")
     return diagnose(spring(), recording(), split, model=HOSTILE, options=cheap)
 
@@ -63,10 +70,8 @@ def quick() -> Diagnosis:
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
     """A diagnosis with a few effects only."""
-    few = [e for e in CATALOGUE if e.name in ("coulomb_friction", "delay", "quadratic_drag")]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("identification.diagnosis.search.CATALOGUE", tuple(few))
-        return quick()
+    few = ("coulomb_friction", "delay", "quadratic_drag")
+    return quick(tuple(e.name for e in CATALOGUE if e.name not in few))
 
 
 @pytest.fixture(scope="module")
@@ -79,8 +84,8 @@ def as_kind(d: Diagnosis, kind: str) -> Diagnosis:
     assert d.decision is not None
     best = d.decision.chosen or d.trials[0]
     if kind in ("missing_physics", "unknown_physics"):
-        return replace(d, kind=kind, decision=replace(d.decision, kind=kind, chosen=best))
-    return replace(d, kind=kind, decision=replace(d.decision, kind="explained", chosen=None))
+        return replace(d, kind=kind, steps=(replace(d.decision, kind=kind, chosen=best),))
+    return replace(d, kind=kind, steps=(replace(d.decision, kind="explained", chosen=None),))
 
 
 class Well(HTMLParser):
@@ -130,7 +135,7 @@ def test_every_kind_gives_a_self_contained_page(found: Diagnosis, kind: str) -> 
 
 def test_missing_physics_has_every_section(found: Diagnosis) -> None:
     text = page(as_kind(found, "missing_physics"))
-    heads = re.findall(r"<h2>(.*?)</h2>", text)
+    heads = re.findall(r"<h2[^>]*>(.*?)</h2>", text)
     for s in SECTIONS:
         assert any(h.startswith(s) for h in heads), s
     assert "&lt;script&gt;" in text
@@ -147,13 +152,120 @@ def test_insufficient_data_shows_the_recording_and_the_reason(few: Diagnosis) ->
 
 def test_unknown_physics_without_any_trial(found: Diagnosis) -> None:
     d = as_kind(found, "explained")
-    check(page(replace(d, kind="unknown_physics", trials=(), regions=(), structure=None)))
+    check(page(replace(d, kind="unknown_physics", trials=(), steps=(), structure=None)))
+
+
+def test_two_effects_one_after_the_other(found: Diagnosis) -> None:
+    """Both are in the drawing, the laws and the steps, without ids that clash."""
+    d = as_kind(found, "missing_physics")
+    (first,) = d.steps
+    assert first.chosen is not None
+    other = next(t for t in d.trials if t.element != first.chosen.element)
+    text = page(replace(d, steps=(first, replace(first, chosen=other))))
+    check(text)
+    assert "second step" in text
+    for t in (first.chosen, other):
+        assert f"<h3>{title(t)}</h3>" in text
+
+
+def test_places_carry_their_confidence(found: Diagnosis) -> None:
+    d = as_kind(found, "missing_physics")
+    weights = confidence_of(d)
+    assert d.decision is not None
+    assert d.decision.chosen is not None
+    assert max(weights, key=weights.__getitem__) == d.decision.chosen.element
+    assert all(0 <= w <= 1 for w in weights.values())
+    assert sum(weights.values()) == pytest.approx(1.0)
+    drawn = sections.graph(d)
+    assert fill(weights[d.decision.chosen.element]) in drawn
+    assert "confidence of the place" in drawn
+    assert "confidence of the place" not in sections.graph(as_kind(found, "explained"))
+
+
+def test_relations_and_experiments_are_told_when_there_are_some(found: Diagnosis) -> None:
+    """Attributes that not every diagnosis has."""
+    d = as_kind(found, "missing_physics")
+    told = {
+        "relations": (SimpleNamespace(ports=("k", "d"), train=1.01, test=0.99, compatible=True),),
+        "experiments": (SimpleNamespace(words="record a slow sweep", z=6.2),),
+        "traits": (SimpleNamespace(words="depends on the sign of the velocity"),),
+    }
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in told.items():
+            patch.setattr(type(d), name, value, raising=False)
+        text = page(d)
+    check(text)
+    for words in ("the mismatch may sit here alone", "record a slow sweep", "sign of the velocity"):
+        assert words in text
 
 
 def test_constant_and_single_sample_recordings(few: Diagnosis) -> None:
     value = np.zeros(1)
     one = Recording("one", value, {"F": value, "x": value}, {"F": "N", "x": "m"})
     check(page(replace(few, recording=one, notes=())))
+
+
+PROBE = """<script>addEventListener("load", () => {
+ const cut = [...document.querySelectorAll(".scroll,section,table,.tiles,figure:not(.graph)")]
+  .filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName);
+ parent.postMessage(JSON.stringify({name: "NAME", cut,
+  over: document.documentElement.scrollWidth - innerWidth,
+  heads: [...document.querySelectorAll("h2")].map(e => e.innerText),
+  loaded: performance.getEntriesByType("resource").length,
+  ink: getComputedStyle(document.body).color,
+  paper: getComputedStyle(document.body).backgroundColor,
+  mute: [...document.querySelectorAll("figure svg")].filter(e => !e.querySelector("title") &&
+   !e.getAttribute("aria-label") && !e.parentElement.querySelector("figcaption")).length,
+  flat: [...document.querySelectorAll("svg")].filter(e => e.getBoundingClientRect().height < 4)
+   .length}), "*")})</script>"""
+WRAPPER = """<!DOCTYPE html><html><body>FRAMES<script>
+addEventListener("message", e => { const p = document.createElement("pre");
+ p.textContent = e.data; document.body.append(p) })</script></body></html>"""
+WIDTHS = {"phone": 390, "desk": 1280, "paper": 688}
+"""CSS pixels; the text of an A4 page with its margins is 688 wide."""
+
+
+def browser() -> str:
+    """Path of a Chromium; the test is skipped where there is none."""
+    for name in ("chromium", "chromium-browser", "google-chrome"):
+        if path := shutil.which(name):
+            return path
+    pytest.skip("no Chromium here (Debian: apt-get install chromium): the page was not opened")
+
+
+def test_opens_in_a_browser(found: Diagnosis, tmp_path: Path) -> None:
+    """Phone, desk and paper: all sections, nothing cut off, no error, nothing loaded."""
+    program, text = browser(), page(as_kind(found, "missing_physics"))
+    frames = []
+    for name, width in WIDTHS.items():
+        shown = text.replace("@media print{@page", "@media all{@page") if name == "paper" else text
+        probe = PROBE.replace("NAME", name)
+        (tmp_path / f"{name}.html").write_text(
+            shown.replace("</head>", f"{probe}</head>"), encoding="utf-8"
+        )
+        frames.append(f'<iframe src="{name}.html" style="width:{width}px;height:900px"></iframe>')
+    wrapper = tmp_path / "all.html"
+    wrapper.write_text(WRAPPER.replace("FRAMES", "".join(frames)), encoding="utf-8")
+    done = subprocess.run(
+        [
+            program, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+            f"--user-data-dir={tmp_path / 'profile'}", "--enable-logging=stderr",
+            "--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=5000", "--dump-dom",
+            wrapper.as_uri(),
+        ],
+        capture_output=True, text=True, timeout=90, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-500:]
+    assert "CONSOLE" not in done.stderr
+    told = [json.loads(html.unescape(t)) for t in re.findall(r"<pre>(.*?)</pre>", done.stdout)]
+    assert {t["name"] for t in told} == set(WIDTHS)
+    for t in told:
+        for s in SECTIONS:
+            assert any(h.startswith(s) for h in t["heads"]), (t["name"], s)
+        assert t["over"] <= 0, t
+        assert t["cut"] == [], t
+        assert (t["loaded"], t["mute"], t["flat"]) == (0, 0, 0), t
+        assert (t["ink"], t["paper"]) == ("rgb(31, 41, 51)", "rgb(255, 255, 255)")
 
 
 def test_same_input_same_bytes(found: Diagnosis) -> None:

@@ -37,7 +37,7 @@ class Law:
 
 def between(low: float, high: float, draw: float) -> float:
     """Return a number between two, geometrically."""
-    return low * (high / low) ** draw
+    return float(low * (high / low) ** draw)
 
 
 def sign(draw: float) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.blind.generator.law import Build, Law, Numbers, between, sign
+from identification.blind.generator.law import Build, Law, Numbers, between
 from identification.blind.generator.scale import Scale
 
 __all__ = ["OTHER_LAWS"]
@@ -28,7 +28,7 @@ def _wave(z: Scale, d: Sequence[float]) -> tuple[float, float]:
 
 def _turns(z: Scale, d: Sequence[float]) -> float:
     """Waves per unit of displacement: whole numbers a turn where the place turns."""
-    return float(round(between(6, 24, d[0]))) if z.q > 1 else 2 * np.pi * between(2, 7, d[0]) / z.q
+    return float(round(between(3, 12, d[0]))) if z.q > 1 else 2 * np.pi * between(2, 7, d[0]) / z.q
 
 
 def _sudden(s: float, z: Scale, d: Sequence[float]) -> Numbers:
@@ -102,7 +102,12 @@ OTHER_LAWS: Mapping[str, Law] = {
         1,
     ),
     # the source
-    "dead_time": Law(90, lambda s, z, d: {"time": 5 * s * z.step}),
+    "dead_time": Law(
+        90,
+        # whole parts of an interval, so that the jumps of a held command fall between the steps
+        lambda s, z, d: {"time": max(1, round(1000 * s)) * z.step / 200},
+        fastest=lambda p, z: 299.9 / z.step,
+    ),
     "hard_limit": Law(91, lambda s, z, d: {"limit": z.um * (1 - 0.9 * s)}),
     "knee": Law(92, lambda s, z, d: {"limit": z.um * (1.15 - s), "sharpness": 6 + 14 * d[0]}),
     "hyperbolic_tangent": Law(93, lambda s, z, d: {"limit": z.um * 0.4 / s}),

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.blind.generator.law import Build, Law, Numbers, between, sign
+from identification.blind.generator.law import Law, Numbers, between, sign
 from identification.blind.generator.scale import Scale
 
 __all__ = ["RESISTOR_LAWS"]

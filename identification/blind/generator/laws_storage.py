@@ -69,7 +69,7 @@ STORAGE_LAWS: Mapping[str, Law] = {
         lambda s, z, d: {
             "compliance": 0.5 * s,
             "elements": 2.0,
-            "time": z.span * between(0.01, 0.04, d[0]),
+            "time": between(8, 100, d[0]) * z.step,
             "ratio": between(3, 6, d[1]),
         },
         2,
@@ -84,6 +84,7 @@ STORAGE_LAWS: Mapping[str, Law] = {
         },
         8,
     ),
+    "softening": Law(25, lambda s, z, d: {"size": 0.5 * z.q / s}),
     "quintic": Law(19, lambda s, z, d: {"force": 4 * s * z.c * z.q, "size": z.q}),
     "hyperbolic_sine": Law(
         20, lambda s, z, d: {"force": 0.5 * s * z.c * z.q, "size": z.q * between(0.2, 0.4, d[0])}

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["OVER", "SENSOR_LAWS", "sensor_numbers", "sense"]
+__all__ = ["OVER", "SENSOR_LAWS", "over_for", "sense", "sensor_numbers"]
 
 Array = NDArray[np.float64]
 
@@ -16,7 +16,8 @@ OVER = 8
 
 
 def between(low: float, high: float, draw: float) -> float:
-    return low * (high / low) ** draw
+    """Return a number between two, geometrically."""
+    return float(low * (high / low) ** draw)
 
 
 _NUMBERS: Mapping[str, Callable[[float, float, float, Sequence[float]], Mapping[str, float]]] = {
@@ -105,9 +106,9 @@ def sense(law: str, p: Mapping[str, float], fine: Array, over: int, step: float)
         case "sensor_two_lags":
             return _lag(_lag(fine, p["time"], h), p["time"], h)[::over]
         case "sensor_dead_time":
-            return _at(fine, h, step * np.arange(n) - p["time"])
+            return _at(fine, h, np.asarray(step * np.arange(n) - p["time"]))
         case "skew":
-            return _at(fine, h, step * np.arange(n) * (1 + p["ratio"]))
+            return _at(fine, h, np.asarray(step * np.arange(n) * (1 + p["ratio"])))
         case "linear_in_time":
             return np.asarray(y + p["rise"] * t)
         case "warming_up":

@@ -118,6 +118,7 @@ FORMS: Sequence[tuple[str, str, Places]] = (
     ("nonlinear_stiffness", "quintic", SPRINGS),
     ("nonlinear_stiffness", "hyperbolic_sine", SPRINGS),
     ("nonlinear_stiffness", "power_stiffness", SPRINGS),
+    ("nonlinear_stiffness", "softening", SPRINGS),
     ("bilinear_stiffness", "smooth_two_stiffnesses", SPRINGS),
     ("end_stop", "round_contact", SPRINGS),
     ("backlash", "soft_gap", SPRINGS),

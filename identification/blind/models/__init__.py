@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from types import MappingProxyType
 
-from bondgraph.elements import Parameter
+from bondgraph.drives import Drive
+from bondgraph.elements import Parameter, Source
 from bondgraph.errors import unknown_name
 from bondgraph.graph import BondGraph
 from identification.blind.models.chain import chain
@@ -34,12 +35,7 @@ MODELS: MappingProxyType[str, Callable[[Sequence[str] | None], BondGraph]] = Map
 """Factories by the name of the plant; each takes the sensors that were recorded."""
 
 
-def blind_model(
-    plant: str,
-    sensors: Sequence[str] | None = None,
-    delays: Sequence[str] = (),
-    dt: float = 1e-3,
-) -> BondGraph:
+def blind_model(plant: str, sensors: Sequence[str] | None = None, delay: float = 0.0) -> BondGraph:
     """Return the model of a plant with some of its sensors.
 
     Parameters
@@ -48,11 +44,9 @@ def blind_model(
         Name in `MODELS`.
     sensors : sequence of str, optional
         Sensors that were recorded; all of them if not given.
-    delays : sequence of str
-        Sensors whose dead time is declared: it becomes a parameter ``delay_SENSOR``, fitted and
-        not a finding.
-    dt : float
-        Time between samples, s: the size at which declared dead times start.
+    delay : float
+        Dead time of the command that is declared, s: it becomes a parameter ``delay_SOURCE``,
+        fitted and not a finding; 0 declares none.
 
     Raises
     ------
@@ -62,7 +56,8 @@ def blind_model(
     if plant not in MODELS:
         raise unknown_name("plant", plant, "the sealed trial", MODELS)
     graph = MODELS[plant](sensors)
-    for name in delays:
-        late = Parameter(f"delay_{name}", 0.0, "s", positive=False, lower=0.0, scale=dt)
-        graph = graph.with_parameters([late]).with_element(graph[name].name, delay=late.name)
-    return graph
+    if delay <= 0.0:
+        return graph
+    (source,) = graph.of_type(Source)
+    late = Parameter(f"delay_{source.name}", delay, "s", positive=False, lower=0.0, scale=delay)
+    return graph.with_parameters([late]).with_element(source.name, drive=Drive(delay=late.name))

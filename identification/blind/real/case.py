@@ -15,6 +15,7 @@ __all__ = ["Folder", "Published", "RealCase", "Truth"]
 Folder = str | None
 """Folder of the recordings; None: that of the environment."""
 
+
 @dataclass(frozen=True, slots=True)
 class Truth:
     """One effect that the owners of the data document, and where it may be placed.

@@ -53,6 +53,7 @@ def _case(level: str, name: str) -> RealCase:
                 "sensor_rectification", ("y",),
                 "the report states that pulses are counted without a sign",
             ),
+            Truth("sensor_nonlinearity", ("y",), "the same as a general curve of the reading"),
         ),
         published=Published(
             0.074, "ticks/s", "CT-SUBNET, as tabulated for the nonlinear benchmarks",

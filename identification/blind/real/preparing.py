@@ -42,7 +42,7 @@ def joined(name: str, parts: Sequence[Recording], note: str) -> Recording:
                 f"{name}: {r.name} and {first.name} differ in rate or channels; join equal ones"
             )
     channels = {k: np.concatenate([r[k] for r in parts]) for k in first.channels}
-    time = np.arange(sum(r.n for r in parts)) * first.dt
+    time = np.arange(sum(r.n for r in parts), dtype=np.float64) * first.dt
     return noted(replace(first, name=name, time=time, channels=channels), note)
 
 
@@ -59,9 +59,7 @@ def boundary_split(recording: Recording, boundary: int, rule: str, *, skip: int 
             f"{recording.name}: no split at sample {boundary} of {recording.n} without the first "
             f"{skip} samples of each part; get the whole record"
         )
-    return Split(
-        slice(skip, boundary), slice(boundary + skip, recording.n), rule, score_from=skip
-    )
+    return Split(slice(skip, boundary), slice(boundary + skip, recording.n), rule, score_from=skip)
 
 
 def train_of(found: Protocol, part: str) -> Recording:

@@ -2,23 +2,56 @@
 
 from __future__ import annotations
 
-from functools import partial
+from dataclasses import replace
 
 from actuators.stack_bond_graph import stack_bond_graph
 from actuators.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from identification.blind.real.case import Folder, Published, RealCase, Truth
+from identification.blind.real.preparing import boundary_split, thinned
 from identification.data import Loaded, load
 
 __all__ = ["CASES"]
 
+BEFORE, AFTER = 12_000, 8_000
+"""Samples of the Silverbox kept on both sides of its boundary."""
 
-def _load(folder: Folder, name: str) -> Loaded:
-    return load(name, folder)
+
+def _hair_dryer(folder: Folder) -> Loaded:
+    return load("hair_dryer", folder)
+
+
+def _emps(folder: Folder) -> Loaded:
+    return _thinned(load("emps", folder), 2)
 
 
 def _piezo(folder: Folder) -> Loaded:
     recording, split = load("piezo-actuator-sine", folder)
-    return Loaded(recording.select({"V_in": "V", "x": "x"}), split)
+    return _thinned(Loaded(recording.select({"V_in": "V", "x": "x"}), split), 5)
+
+
+def _silverbox(folder: Folder) -> Loaded:
+    recording, split = load("silverbox", folder)
+    boundary = split.test.start
+    kept = recording.slice(boundary - BEFORE, boundary + AFTER)
+    rule = f"the official boundary; {BEFORE} samples before it train, {AFTER} after it judge"
+    return Loaded(kept, boundary_split(kept, BEFORE, rule))
+
+
+def _thinned(loaded: Loaded, factor: int) -> Loaded:
+    """Thin a recording and move its split along."""
+    split = loaded.split
+
+    def moved(part: slice) -> slice:
+        return slice((part.start or 0) // factor, part.stop // factor)
+
+    return Loaded(
+        thinned(loaded.recording, factor),
+        replace(
+            split, train=moved(split.train), test=moved(split.test),
+            rest=None if split.rest is None else moved(split.rest),
+            score_from=split.score_from // factor,
+        ),
+    )  # fmt: skip
 
 
 _STACK = ("C_nl", "V_in", "R_e", "T_1", "T_2", "k", "m", "R_nl", "x")
@@ -47,7 +80,7 @@ CASES = (
         name="emps",
         label="seen before",
         dataset="emps",
-        load=partial(_load, name="emps"),
+        load=_emps,
         model=mass_with_viscous_friction,
         truth=(
             Truth("coulomb_friction", ("F_v",), "Coulomb friction and a constant offset"),
@@ -63,19 +96,19 @@ CASES = (
         name="silverbox",
         label="seen before",
         dataset="silverbox",
-        load=partial(_load, name="silverbox"),
+        load=_silverbox,
         model=resonator,
         truth=(Truth("nonlinear_stiffness", ("k",), "cubic spring, small even part"),),
         published=Published(
             0.301, "mV", "GP-NARX; linear models 6.96 mV",
-            "same multisines, another boundary (75 % by the protocol too)",
+            "same boundary, but over all 21 688 test samples",
         ),
     ),
     RealCase(
         name="hair_dryer",
         label="seen before",
         dataset="hair_dryer",
-        load=partial(_load, name="hair_dryer"),
+        load=_hair_dryer,
         model=thermal_lag,
         truth=(
             Truth("delay", ("u", "y"), _DEAD_TIME),

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bondgraph.elements import C, Element, I
+import numpy as np
+
+from bondgraph.elements import C, Element, I, R
 from bondgraph.errors import BondsightError
 from bondgraph.graph import BondGraph
 from bondgraph.units import parse_unit
 from identification.diagnosis.effects.effect import other_resistors, storages
 from identification.diagnosis.scene import Past
+
+Array = np.ndarray
 
 SPRINGS = ("N/m", "m/N", "N*m/rad", "rad/(N*m)", "N*m", "1/(N*m)")
 TANKS = ("m3/Pa", "Pa/m3")
@@ -103,9 +107,53 @@ def shared_slope(element: Element, past: Past) -> Shared:
     return Shared("", past.slope, False)
 
 
+def rebalanced(element: Element, past: Past, addition: Array) -> dict[str, float]:
+    """Start value of an element's own coefficient beside an effect.
+
+    The fitted linear element has taken over what of the effect resembles it (its equivalent
+    linearisation); a start with both would count that twice.
+
+    Parameters
+    ----------
+    addition : ndarray, shape (N,)
+        What the effect at its start values adds to the element's output.
+
+    Returns
+    -------
+    dict
+        By parameter, 0.05 to 5 times the fitted value; empty where there is no free number.
+    """
+    assert isinstance(element, C | R)
+    inverse = isinstance(element, C) and element.stiffness is None
+    value = element.stiffness if isinstance(element, C) and not inverse else element.value
+    if element.fixed or not isinstance(value, int | float):
+        return {}
+    s = past.argument - past.argument.mean()  # offsets of the sensors take the rest
+    square = float(s @ s)
+    if not square:
+        return {}
+    left = float(np.clip(1.0 - float(s @ addition) / square / past.slope, 0.05, 5.0))
+    if element.spread is not None:
+        slope = 1.0 / value if inverse else value
+        low, high = (slope * element.spread**sign / past.slope for sign in (-0.9, 0.9))
+        left = float(np.clip(left, low, high))
+    slope = left * past.slope
+    return {element.name: 1.0 / slope if inverse else slope}
+
+
 def at_least(value: float, least: float) -> float:
     """Return a start value that is physical: the weight of a screening may have a wrong sign."""
     return max(float(value), least)
+
+
+def tamed(weights: Array, size: float) -> Array:
+    """Return quadratic and cubic weights shrunk until the whole curve still rises everywhere.
+
+    ``z + (a_2 z^2 + a_3 z^3) / size`` has a slope of at least 0.5 within -1 to 1 while
+    ``2 |a_2| + 3 |a_3| <= 0.5 size``; softer curves run away when the motion grows.
+    """
+    steepest = 2 * abs(float(weights[0])) + 3 * abs(float(weights[1]))
+    return weights * min(1.0, 0.5 * size / steepest) if steepest else weights
 
 
 def reach(past: Past, share: float) -> float:

@@ -30,6 +30,8 @@ class Insertion:
         Parameters that make the effect; it is absent when all are zero.
     simpler, confused_with : tuple of str
         Names of effects it contains, and of those it may be taken for.
+    sentence : str
+        The effect in words for the user.
     """
 
     effect: str
@@ -41,6 +43,7 @@ class Insertion:
     strengths: tuple[str, ...]
     simpler: tuple[str, ...] = ()
     confused_with: tuple[str, ...] = ()
+    sentence: str = ""
 
     @property
     def label(self) -> str:
@@ -134,7 +137,7 @@ class Effect(ABC):
         """Label a rewritten graph."""
         return Insertion(
             self.name, self.family, self.law, element.name, graph, starts, strengths,
-            self.simpler, self.confused_with,
+            self.simpler, self.confused_with, self.sentence,
         )  # fmt: skip
 
 

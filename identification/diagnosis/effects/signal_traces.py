@@ -14,7 +14,7 @@ from identification.residual import offset_scale, slots
 
 Array = np.ndarray
 
-__all__ = ["lagged", "reading_without_offset", "unit_of", "weight_of", "weighed"]
+__all__ = ["lagged", "reading_without_offset", "unit_of", "weighed", "weight_of"]
 
 
 def lagged(u: Array, dt: float, tau: float) -> Array:
@@ -39,7 +39,7 @@ def lagged(u: Array, dt: float, tau: float) -> Array:
 
 
 def reading_without_offset(scene: Scene, element: Element) -> Array:
-    """Simulated reading of a sensor as its law sees it, before the fitted offset, shape (N,), SI."""
+    """Return the simulated reading of a sensor before its fitted offset, shape (N,), SI."""
     past = scene.of(element)
     problem = scene.nominal.problem
     at = scene.data.names.index(element.name)
@@ -48,7 +48,7 @@ def reading_without_offset(scene: Scene, element: Element) -> Array:
 
 
 def unit_of(element: Element) -> str:
-    """Unit of a source or a sensor."""
+    """Return the unit of a source or a sensor."""
     return str(getattr(element, "unit", "")) or "1"
 
 

@@ -139,7 +139,7 @@ def _held(a: Array, b: Array, c: Array, d: Array, h: float) -> Sampled:
 
 
 def _whitened(model: Sampled, polynomials: Sequence[Array]) -> Sampled:
-    """Readings after the autoregressive polynomial of each channel's noise."""
+    """Pass the readings through the autoregressive polynomial of each channel's noise."""
     for channel, polynomial in enumerate(polynomials):
         order = polynomial.size - 1
         if not order:

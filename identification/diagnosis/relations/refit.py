@@ -33,8 +33,8 @@ __all__ = ["BlindProblem", "Refitted", "blind_refit"]
 Array = np.ndarray
 DIFFERENCE = 1e-4
 LATE = 1e-3
-TRIES = 3
-ENOUGH = 3e-3
+TRIES = 5
+ENOUGH = 1e-3
 """Relative gain of a step below which a refit is taken to have arrived."""
 
 
@@ -159,7 +159,7 @@ class BlindProblem:
         return rows.reshape(len(self.problem.data.names), n, -1).transpose(0, 2, 1)
 
     def _moved(self, theta: Array) -> list[tuple[int, Blind]]:
-        """Filters a little way along every model parameter."""
+        """Return filters a little way along every model parameter."""
         found = []
         model = slots(self.problem).free
         for j, i in enumerate(self.free):
@@ -234,7 +234,9 @@ def _stepped(seen: BlindProblem, theta: Array, triangle: Array, damping: float) 
     lower, upper = stack.bounds
     columns, aim = triangle[:, :-1], triangle[:, -1]
     weight = stack.prior[0][free]
-    size = np.sqrt(np.sum(columns**2, axis=0) + weight**2) + 1e-300
+    size = np.hypot(np.linalg.norm(columns, axis=0), weight) + 1e-300
+    if not np.isfinite(size).all():
+        return theta
     wide = np.vstack([columns / size, np.diag(weight / size), np.sqrt(damping) * np.eye(free.size)])
     step = np.linalg.lstsq(wide, np.concatenate([aim, np.zeros(2 * free.size)]), rcond=None)[0]
     step = np.clip(step / size, -stack.lowest[free], stack.lowest[free])

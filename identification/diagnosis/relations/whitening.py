@@ -53,7 +53,7 @@ class Blind:
         made = self._inverse_root @ flat
         if self.a.size:
             made -= self._predicted(self.k, block).reshape(flat.shape)
-        return made.reshape(block.shape)
+        return np.asarray(made.reshape(block.shape))
 
     def starts(self, n: int) -> Array:
         """Innovations of a unit of each state at the start, shape (n_y, n, N)."""
@@ -134,9 +134,7 @@ def blind_filter(model: Sampled, size: Array) -> Blind:
     s = c @ p @ c.T + np.eye(c.shape[0])
     gain = np.linalg.solve(s, c @ p @ a.T).T
     # the latent sample itself cannot be predicted: its state stays zero and is left out
-    return Blind(
-        (a - gain @ c)[:n, :n], gain[:n], c[:, :n], np.linalg.cholesky(0.5 * (s + s.T))
-    )
+    return Blind((a - gain @ c)[:n, :n], gain[:n], c[:, :n], np.linalg.cholesky(0.5 * (s + s.T)))
 
 
 def _riccati(a: Array, c: Array, q: Array) -> Array:

@@ -15,6 +15,7 @@ from bondgraph.errors import BondsightError
 from bondgraph.export.latex import latex, ordered_latex, pretty
 from bondgraph.graph import BondGraph
 from identification.diagnosis.report.canvas import inline
+from identification.diagnosis.report.law import law_ports
 from identification.diagnosis.report.style import PLOT
 from identification.diagnosis.search import Trial
 
@@ -92,7 +93,7 @@ def whole_law(trial: Trial) -> str:
     """LaTeX of the inserted law as a straight line plus its deviation `w`; empty if none."""
     graph = trial.fit.problem.graph
     e, n = graph[trial.element], pretty(trial.element)
-    if trial.element not in [p.element for p in trial.fit.problem.compiled.space.laws]:
+    if trial.element not in law_ports(trial.fit):
         return ""
     if isinstance(e, Source):
         return rf"{n}^{{\mathrm{{drive}}}}(u) = u + w"

@@ -1,88 +1,86 @@
-"""Sections of the report that show the evidence: rivals, places, parameters, advice."""
+"""Sections of the report that show the evidence: rivals, parameters, advice."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from identification.diagnosis.decide import Decision
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.effects import CATALOGUE
-from identification.diagnosis.regions import Region
 from identification.diagnosis.report import html
-from identification.diagnosis.report.fit_figures import power_figure
+from identification.diagnosis.report.found import extra
 from identification.diagnosis.report.numbers import interval, quantity, short
-from identification.diagnosis.report.rivals import (
-    places_figure,
-    rivals_figure,
-    standings,
-    title,
-)
-from identification.diagnosis.report.sections import chosen_of
-from identification.diagnosis.report.views import unit_of
+from identification.diagnosis.report.rivals import Standing, nominal_misfit, standings, title
 from identification.fit import Estimate
+
+SHOWN = 12
+"""Rivals that are listed; the others are behind a line."""
+DIVERGED = 1e3
+"""Held-out misfit over the nominal one from which a fit is said to diverge."""
 
 
 def rivals(d: Diagnosis) -> str:
-    """All trials, and why they lost."""
-    found = standings(d)
-    if not found:
+    """All trials of every step, and why they lost."""
+    parts: list[str] = []
+    for k, step in enumerate(d.steps):
+        found = standings(d, step)
+        if not found and not step.reasons:
+            continue
+        if len(d.steps) > 1:
+            parts.append(html.heading(_step_title(k, step)))
+        parts.append(html.bullets(map(spoken, step.reasons)))
+        if found:
+            parts += _rival_tables(found, nominal_misfit(d, step))
+    if not parts:
         return ""
-    rows, kinds = [], []
+    explained = (
+        "The misfit is the held-out mean square residual over the noise floor, so 1 is noise; the "
+        "bar is its logarithm. z is by how many standard errors one lies behind the best, which "
+        "is shown as refitted on all samples."
+    )
+    return html.section("The rivals, and why they lost", html.paragraph(explained), *parts)
+
+
+def _step_title(k: int, step: Decision) -> str:
+    which = ("first", "second", "third", "fourth")[k] if k < 4 else f"{k + 1}th"
+    if step.chosen is not None and step.kind == "missing_physics":
+        return f"{which} step: {spoken(step.chosen.label)}"
+    return f"{which} step: nothing more to name"
+
+
+def _rival_tables(found: Sequence[Standing], nominal: float) -> list[str]:
+    values = [nominal, *(s.trial.test for s in found if s.trial.test < DIVERGED * nominal)]
+    low, high = np.log(0.9 * min(1.0, *values)), np.log(max(*values, 1.1))
+
+    def length(v: float) -> float:
+        return float((np.log(v) - low) / (high - low)) if np.isfinite(v) and v > 0 else 1.0
+
+    def size(v: float) -> str:
+        return short(v) if v < DIVERGED * nominal else "diverges"
+
+    rows = [
+        ["the model as it is", html.bar(length(nominal), "nominal"), short(nominal), "", "", ""]
+    ]
+    kinds = [""]
     for s in found:
         z = "–" if s.role == "winner" or not np.isfinite(s.z) else f"{s.z:z.1f}".replace("-", "−")
         usual = "" if s.trial.home else " (unusual place)"
-        rows.append(
-            [
-                title(s.trial) + usual,
-                short(s.trial.test),
-                z,
-                f"{100 * s.share:z.1f} %".replace("-", "−") if s.share > -1 else "worse",
-                s.why,
-            ]
-        )
+        share = f"{100 * s.share:z.1f} %".replace("-", "−") if s.share > -1 else "worse"
+        bar = html.bar(length(s.trial.test), s.role)
+        rows.append([title(s.trial) + usual, bar, size(s.trial.test), z, share, s.why])
         kinds.append({"winner": "named", "alike": "maybe", "locates": "quiet"}.get(s.role, ""))
-    heads = ("effect and place", "misfit / floor", "z behind", "explained", "why it lost")
-    reasons = d.decision.reasons if d.decision else ()
-    return html.section(
-        "The rivals, and why they lost",
-        html.paragraph(
-            "Every effect of the catalogue was fitted at every place where it makes sense. The "
-            "misfit is the held-out mean square residual over the noise floor; z is by how many "
-            "standard errors one lies behind the best, which is shown as refitted on all samples."
-        ),
-        html.bullets(map(spoken, reasons)),
-        html.figure(rivals_figure(d, found)),
-        html.table(heads, rows, (1, 2, 3), kinds),
-    )
+    heads = ("effect and place", "", "misfit / floor", "z behind", "explained", "why it lost")
 
+    def table(part: slice) -> str:
+        return html.table(heads, rows[part], (2, 3, 4), kinds[part], trusted=(1,))
 
-def places(d: Diagnosis) -> str:
-    """Where in the recording and where in the model the misfit sits."""
-    if d.nominal is None or d.data is None:
-        return ""
-    parts = [
-        html.heading("in the recording"),
-        html.figure(power_figure(d), "Residual power along the recording; noise alone lies at 1."),
-        html.bullets(region_words(d, r) for r in d.regions if r.density > 1.3),
-    ]
-    if d.trials and d.kind in ("missing_physics", "unknown_physics"):
-        parts += [
-            html.heading("in the model"),
-            html.figure(
-                places_figure(d),
-                "How much of the misfit the best named effect, or any curve without memory, "
-                "explains at each element.",
-            ),
-        ]
-    if d.structure is not None:
-        same = [c for c in d.structure.classes if len(c) > 1]
-        text = "; ".join("{" + ", ".join(c) + "}" for c in same)
-        parts.append(
-            html.paragraph(
-                f"By structure alone these sensors cannot separate {text}." if same
-                else "By structure these sensors can tell all elements apart."
-            )
-        )  # fmt: skip
-    return html.section("Where the model fails", *parts)
+    more = len(rows) - SHOWN - 1
+    tables = [table(slice(0, SHOWN + 1))]
+    if more > 0:
+        tables.append(html.folded(f"{more} more", table(slice(SHOWN + 1, None))))
+    return tables
 
 
 def spoken(text: str) -> str:
@@ -92,29 +90,11 @@ def spoken(text: str) -> str:
     return text
 
 
-def region_words(d: Diagnosis, r: Region) -> str:
-    """Sentence about a part of an axis that carries more than its share of the misfit."""
-    channel = r.axis.split()[-1]
-    unit = {"time": "s", "frequency": "Hz"}.get(r.axis) or unit_of(d, channel)
-    if r.axis.startswith("rate of"):
-        unit = f"{unit}/s"
-    if unit.startswith("/"):
-        unit = f"1{unit}"
-    size = max(abs(r.low), abs(r.high))
-    low = 0.0 if abs(r.low) < 1e-6 * size else r.low
-    times = f"{r.density:.1f}" if r.density < 10 else f"{r.density:.0f}"
-    return (
-        f"{r.axis}, {interval(low, r.high, unit)}: {100 * r.share:.0f} % of the misfit "
-        f"({times} times its share of the axis)"
-    )
-
-
 def parameters(d: Diagnosis) -> str:
     """Fitted parameters and nuisances with their intervals."""
     if d.nominal is None:
         return ""
-    chosen = chosen_of(d) if d.kind == "missing_physics" else None
-    f = chosen.fit if chosen else d.nominal
+    f = d.repaired or d.nominal
     declared = d.graph.parameters
     nominal = {e.name: e for e in d.nominal.estimates}
     rows, kinds = [], []
@@ -141,7 +121,7 @@ def parameters(d: Diagnosis) -> str:
         "remark",
     ]
     numeric = [1, 2, 3, 4]
-    if chosen is None:
+    if d.repaired is None:
         rows = [r[:2] + r[3:] for r in rows]
         heads, numeric = [heads[0], heads[1], "fitted", *heads[4:]], [1, 2, 3]
     nuisances = [
@@ -171,16 +151,22 @@ def _remark(e: Estimate) -> str:
 
 
 def advice(d: Diagnosis) -> str:
-    """Say what to record next, and notes about how the answer came about."""
-    lines = html.bullets(map(spoken, d.advice))
-    notes = () if d.nominal is None else d.notes
-    return "\n".join(
-        p
-        for p in (
-            html.section(
-                "What to record next", f'<div class="callout">{lines}</div>' if lines else ""
-            ),
-            html.section("Notes", html.bullets(notes)),
-        )
-        if p
-    )
+    """Say what to record next."""
+    lines = [*map(spoken, d.advice), *_experiments(d)]
+    listed = html.bullets(dict.fromkeys(lines))
+    boxed = f'<div class="callout">{listed}</div>' if listed else ""
+    return html.section("What to record next", boxed)
+
+
+def _experiments(d: Diagnosis) -> list[str]:
+    """Return computed experiments with the separation that they promise."""
+    found = []
+    for x in extra(d, "experiments"):
+        said = getattr(x, "words", None)
+        said = said() if callable(said) else said
+        text = spoken(str(said if said is not None else x))
+        z = getattr(x, "z", None)
+        if isinstance(z, float) and np.isfinite(z) and "z " not in text:
+            text += f" (expected separation z {z:.1f})"
+        found.append(text)
+    return found

@@ -10,14 +10,14 @@ from identification.diagnosis.regions import Region, regions
 from identification.diagnosis.search import Trial
 from identification.diagnosis.verdict import unresolved_place
 from identification.diagnosis.where.plausible import confidence_of_places
+from identification.fit import Fit
 
 NAMED = ("missing_physics", "unknown_physics")
 
 
 def steps_of(d: Diagnosis) -> tuple[Decision, ...]:
-    """Decisions, one after another; the only one where there were no steps."""
-    steps = tuple(getattr(d, "steps", ()) or ())
-    return steps or ((d.decision,) if d.decision is not None else ())
+    """Decisions, one after another."""
+    return d.steps
 
 
 def chosen_of(d: Diagnosis) -> Trial | None:
@@ -30,20 +30,16 @@ def chosen_of(d: Diagnosis) -> Trial | None:
 def found_of(d: Diagnosis) -> tuple[Trial, ...]:
     """Named effects in the order they were found; the closest one when nothing may be named."""
     if d.kind == "missing_physics":
-        named = [
-            s.chosen for s in steps_of(d) if s.chosen is not None and s.kind == "missing_physics"
-        ]
-        if named:
-            return tuple(named)
+        return tuple(s.chosen for s in d.findings if s.chosen is not None)
     chosen = chosen_of(d)
     return (chosen,) if chosen is not None else ()
 
 
 def places_of(d: Diagnosis) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Marked elements with their captions, and the elements that cannot be told from them."""
+    """Return marked elements with captions, and those that cannot be told from them."""
     if d.kind == "missing_physics":
         marked = {t.element: t.effect.replace("_", " ") for t in found_of(d)}
-        also = [t.element for s in steps_of(d) for t in s.same_place]
+        also = [t.element for s in d.findings for t in s.same_place]
     elif d.kind == "unknown_physics":
         place = unresolved_place(d)
         marked = {place["element"]: "unknown"} if place["element"] else {}
@@ -63,11 +59,19 @@ def confidence_of(d: Diagnosis) -> dict[str, float]:
     return {n: p for n, p in found.items() if n in d.graph.elements}
 
 
+def after_of(d: Diagnosis) -> Fit | None:
+    """Return the fit to compare with the nominal one: everything named, else the closest."""
+    if d.repaired is not None:
+        return d.repaired
+    found = found_of(d)
+    return found[-1].fit if found else None
+
+
 def regions_of(d: Diagnosis) -> tuple[Region, ...]:
     """Regions told in the variables of the ports, those of the found place first."""
     if d.nominal is None or d.kind not in NAMED:
         return ()
-    if d.scene is None or not set(places_of(d)[0]) - {r.element for r in d.regions}:
+    if d.scene is None:
         return d.regions
     return regions(d.nominal, d.scene, tuple(places_of(d)[0]))
 

@@ -11,6 +11,7 @@ from bondgraph.elements import C, R, Sensor, Source
 from bondgraph.graph import BondGraph
 from bondgraph.simulate import prepare, run_prepared
 from identification.diagnosis.search import Trial
+from identification.engine import ExactEngine
 from identification.fit import Fit
 from identification.residual import parameters_at, windows
 
@@ -41,7 +42,7 @@ class Path:
 def path(trial: Trial) -> Path | None:
     """Path of the law that `trial` inserted; None when it inserted none."""
     f = trial.fit
-    ports = [p.element for p in f.problem.compiled.space.laws]
+    ports = law_ports(f)
     if trial.element not in ports:
         return None
     s, w = _run(f, ports.index(trial.element))
@@ -54,6 +55,13 @@ def path(trial: Trial) -> Path | None:
         f.problem.data.time[good], s[good], w[good], slope_of(graph, trial.element, f.values),
         *_units(graph, trial.element), *_words(graph, trial.element),
     )  # fmt: skip
+
+
+def law_ports(f: Fit) -> list[str]:
+    """Elements with a scalar law, in the order of the exact step; empty for general graphs."""
+    if not isinstance(f.problem.engine, ExactEngine):
+        return []
+    return [p.element for p in f.problem.compiled.space.laws]
 
 
 def _run(f: Fit, column: int) -> tuple[Array, Array]:

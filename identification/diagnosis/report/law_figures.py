@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.report.canvas import drawing, label, plain
+from identification.diagnosis.report.canvas import TILE, drawing, label, plain
 from identification.diagnosis.report.law import Path, path
 from identification.diagnosis.report.numbers import axis_scale
 from identification.diagnosis.report.style import AFTER, BEFORE, FLOOR, MUTED
@@ -16,6 +16,9 @@ from identification.diagnosis.search import Trial
 
 Array = np.ndarray
 MOST = 1500
+HEIGHT = 2.7
+MEMORY = 0.05
+"""Part of the variance that must remain at one argument for a loop to be drawn."""
 
 
 def law_figure(d: Diagnosis, trial: Trial) -> tuple[str, str]:
@@ -27,41 +30,51 @@ def law_figure(d: Diagnosis, trial: Trial) -> tuple[str, str]:
     found = path(trial)
     if found is None:
         return "", ""
-    if trial.effect == "hysteresis":
-        return _loop(found)
-    return _curve(found)
+    return _loop(found) if _many_valued(found) else _curve(found)
+
+
+def _many_valued(p: Path, bins: int = 60) -> bool:
+    """Whether the deviation takes clearly different values at the same argument: memory."""
+    span = float(np.ptp(p.argument)) or 1.0
+    index = np.minimum((bins * (p.argument - p.argument.min()) / span).astype(int), bins - 1)
+    count = np.maximum(np.bincount(index, minlength=bins), 1)
+    mean = np.bincount(index, p.deviation, bins) / count
+    inside = float(np.mean((p.deviation - mean[index]) ** 2))
+    return inside > MEMORY * float(np.var(p.deviation))
 
 
 def _loop(p: Path) -> tuple[str, str]:
     step = max(1, -(-p.argument.size // 2 // MOST))
     s, w = p.argument[-MOST * step :: step], p.deviation[-MOST * step :: step]
-    with drawing("law", 3.4) as canvas:
-        left, right = canvas.rows(1, columns=2)[0]
-        fs, us = axis_scale(p.argument_unit, float(np.abs(s).max()))
-        whole = p.slope * s + w
-        fy, uy = axis_scale(p.output_unit, float(np.abs(whole).max()))
-        left.plot(fs * s, fy * whole, color=AFTER, lw=0.9, label="found law")
+    fs, us = axis_scale(p.argument_unit, float(np.abs(s).max()))
+    whole = p.slope * s + w
+    fy, uy = axis_scale(p.output_unit, float(np.abs(whole).max()))
+    gain, base = np.polyfit(s, whole, 1)
+    off = whole - (gain * s + base)
+    fw, uw = axis_scale(p.output_unit, float(np.abs(off).max()))
+    with drawing("law", HEIGHT, TILE) as first:
+        ax = first.rows(1)[0, 0]
+        ax.plot(fs * s, fy * whole, color=AFTER, lw=0.9, label="found law")
         ends = np.array([s.min(), s.max()])
-        gain, base = np.polyfit(s, whole, 1)
-        left.plot(
+        ax.plot(
             fs * ends, fy * (gain * ends + base), color=BEFORE, ls="--", lw=1.1,
             label="best straight line",
         )  # fmt: skip
-        left.set_title("the loop")
-        _name(left, p, us, uy)
-        left.legend(loc="upper left")
-        off = whole - (gain * s + base)
-        fw, uw = axis_scale(p.output_unit, float(np.abs(off).max()))
-        right.plot(fs * s, fw * off, color=AFTER, lw=0.9)
-        right.axhline(0.0, color=BEFORE, ls="--", lw=1.1)
-        right.set_title("less the straight line")
-        _name(right, p, us, uw)
-        width = float(np.ptp(off)) / max(float(np.ptp(whole)), 1e-300)
+        ax.set_title("the loop")
+        _name(ax, p, us, uy)
+        ax.legend(loc="upper left")
+    with drawing("law-rest", HEIGHT, TILE) as second:
+        ax = second.rows(1)[0, 0]
+        ax.plot(fs * s, fw * off, color=AFTER, lw=0.9)
+        ax.axhline(0.0, color=BEFORE, ls="--", lw=1.1)
+        ax.set_title("less the straight line")
+        _name(ax, p, us, uw)
+    width = float(np.ptp(off)) / max(float(np.ptp(whole)), 1e-300)
     caption = (
         f"Rising and falling branches part: the loop is {100 * width:.3g} % of the full swing "
         "high. The argument and the output are those of the fitted model along the recording."
     )
-    return canvas.svg, caption
+    return first.svg + second.svg, caption
 
 
 def _curve(p: Path) -> tuple[str, str]:
@@ -69,23 +82,25 @@ def _curve(p: Path) -> tuple[str, str]:
     s, w = p.argument[order], p.deviation[order]
     step = max(1, -(-s.size // MOST))
     s, w = s[::step], w[::step]
-    with drawing("law", 3.2) as canvas:
-        left, right = canvas.rows(1, columns=2)[0]
-        fs, us = axis_scale(p.argument_unit, float(np.abs(s).max()))
-        whole = p.slope * s + w
-        fy, uy = axis_scale(p.output_unit, float(np.abs(whole).max()))
-        left.plot(fs * s, fy * p.slope * s, color=BEFORE, ls="--", label="its straight line")
-        left.plot(fs * s, fy * whole, color=AFTER, label="found law")
-        left.set_title("the law")
-        _name(left, p, us, uy)
-        left.legend(loc="upper left")
-        fw, uw = axis_scale(p.output_unit, float(np.abs(w).max()))
-        right.plot(fs * s, fw * w, ".", ms=3, color=AFTER, alpha=0.5, mew=0)
-        right.plot(fs * s, fw * w, color=AFTER, lw=0.8)
-        right.axhline(0.0, color=BEFORE, ls="--", lw=1.1)
-        right.set_title("less its straight line")
-        _name(right, p, us, uw)
-    return canvas.svg, (
+    fs, us = axis_scale(p.argument_unit, float(np.abs(s).max()))
+    whole = p.slope * s + w
+    fy, uy = axis_scale(p.output_unit, float(np.abs(whole).max()))
+    fw, uw = axis_scale(p.output_unit, float(np.abs(w).max()))
+    with drawing("law", HEIGHT, TILE) as first:
+        ax = first.rows(1)[0, 0]
+        ax.plot(fs * s, fy * p.slope * s, color=BEFORE, ls="--", label="its straight line")
+        ax.plot(fs * s, fy * whole, color=AFTER, label="found law")
+        ax.set_title("the law")
+        _name(ax, p, us, uy)
+        ax.legend(loc="upper left")
+    with drawing("law-rest", HEIGHT, TILE) as second:
+        ax = second.rows(1)[0, 0]
+        ax.plot(fs * s, fw * w, ".", ms=3, color=AFTER, alpha=0.5, mew=0)
+        ax.plot(fs * s, fw * w, color=AFTER, lw=0.8)
+        ax.axhline(0.0, color=BEFORE, ls="--", lw=1.1)
+        ax.set_title("less its straight line")
+        _name(ax, p, us, uw)
+    return first.svg + second.svg, (
         "The curve over the range that the recording visited; points are where the model went."
     )
 
@@ -104,7 +119,7 @@ def _drift(d: Diagnosis, trial: Trial) -> tuple[str, str]:
     )
     factor, unit = axis_scale(unit_of(d, trial.element), float(np.abs(drift).max(initial=0.0)))
     step = max(1, ramp.size // 400)
-    with drawing("law", 2.4) as canvas:
+    with drawing("law", 2.4, TILE) as canvas:
         ax = canvas.rows(1)[0, 0]
         ax.plot(f.problem.data.time[::step], factor * drift[::step], color=AFTER, lw=1.8)
         ax.axhline(0.0, color=MUTED, lw=0.8)
@@ -146,7 +161,7 @@ def _step(trial: Trial) -> tuple[str, str]:
         )
         word = "response to a unit step"
     factor, unit = axis_scale("s", float(t.max()))
-    with drawing("law", 2.4) as canvas:
+    with drawing("law", 2.4, TILE) as canvas:
         ax = canvas.rows(1)[0, 0]
         if trial.effect != "creep":
             ax.plot(

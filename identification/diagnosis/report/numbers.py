@@ -65,10 +65,23 @@ def quantity(value: float, unit: str, digits: int = 4) -> str:
 
 
 def interval(low: float, high: float, unit: str) -> str:
-    """Return an interval, both ends in one unit."""
+    """Return an interval, both ends in one unit, with digits enough to tell them apart.
+
+    Examples
+    --------
+    >>> interval(0.0355301, 0.0355325, "m")
+    '35.5301 … 35.5325 mm'
+    """
     ends = [abs(v) for v in (low, high) if math.isfinite(v)]
-    factor, shown = prefixed(unit, max(ends, default=0.0))
-    return f"{short(low * factor, 3)} … {short(high * factor, 3)} {shown}".strip()
+    size = max(ends, default=0.0)
+    factor, shown = prefixed(unit, size)
+    width = high - low
+    if len(ends) == 2 and 0 < width < size and 1e-3 <= size * factor < 1e6:
+        decimals = min(max(0, 1 - math.floor(math.log10(width * factor))), 6)
+        text = " … ".join(f"{v * factor:.{decimals}f}".replace("-", "−") for v in (low, high))
+    else:
+        text = f"{short(low * factor, 3)} … {short(high * factor, 3)}"
+    return f"{text} {shown}".strip()
 
 
 def percent(share: float) -> str:

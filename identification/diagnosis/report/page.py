@@ -6,7 +6,7 @@ from html import escape
 from pathlib import Path
 
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.report import evidence, sections
+from identification.diagnosis.report import checked, evidence, places, sections
 from identification.diagnosis.report.style import CSS
 from identification.diagnosis.verdict import write_atomically
 
@@ -22,15 +22,17 @@ def page(d: Diagnosis) -> str:
     parts = (
         sections.answer(d),
         sections.raw(d),
+        evidence.advice(d),
         sections.before_after(d),
-        sections.residuals(d),
-        sections.law(d),
         sections.graph(d),
+        sections.law(d),
         sections.equations(d),
         evidence.rivals(d),
-        evidence.places(d),
+        checked.checked(d),
+        checked.characterised(d),
+        places.places(d),
         evidence.parameters(d),
-        evidence.advice(d),
+        checked.limits(d),
     )
     body = "\n".join(p for p in parts if p)
     title = escape(f"Diagnosis of {d.model} on {d.recording.name}")

@@ -2,31 +2,28 @@
 
 from __future__ import annotations
 
+import re
+
 from bondgraph.draw import svg
 from bondgraph.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.effects import by_name
 from identification.diagnosis.report import changed, html
 from identification.diagnosis.report.fit_figures import (
-    outputs_figure,
+    outputs_tile,
     recording_figure,
-    residuals_figure,
+    residual_tile,
 )
+from identification.diagnosis.report.found import after_of, confidence_of, found_of, places_of
 from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.numbers import percent, quantity
 from identification.diagnosis.report.style import BADGES
 from identification.diagnosis.report.views import unit_of
-from identification.diagnosis.search import Trial
-from identification.diagnosis.verdict import normalised_error, sentence, unresolved_place
+from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
 from identification.fit import Fit
 
 MANY = 8
-
-
-def chosen_of(d: Diagnosis) -> Trial | None:
-    """Return the named effect, or the closest one when nothing may be named."""
-    if d.kind not in ("missing_physics", "unknown_physics") or d.decision is None:
-        return None
-    return d.decision.chosen
+LEGIBLE = 0.6
 
 
 def answer(d: Diagnosis) -> str:
@@ -34,13 +31,13 @@ def answer(d: Diagnosis) -> str:
     word, colour = BADGES.get(d.kind, (d.kind, "#52606d"))
     r = d.recording
     rate = quantity(1 / r.dt, "Hz", 3) if r.n > 1 else ""
-    confidence = d.decision.confidence if d.decision and d.kind == "missing_physics" else None
     pairs = [
+        ("confidence", ", ".join(percent(round(c, 3)) for c in _confidences(d))),
+        ("of the misfit explained", ", ".join(percent(c) for c in _shares(d))),
         ("model", d.model),
         ("recording", r.name),
         ("samples", f"{r.n} at {rate}" if rate else str(r.n)),
         ("SHA-256", r.sha256[:12] or "not from a file"),
-        ("confidence", "" if confidence is None else percent(round(confidence, 3))),
         ("diagnosed in", f"{d.seconds:.1f} s"),
         ("seed", str(d.seed)),
     ]
@@ -49,6 +46,14 @@ def answer(d: Diagnosis) -> str:
         f'<span class="badge" style="background:{colour}">{html.escape(word)}</span>'
         f"<h1>{html.escape(sentence(d))}</h1>{html.facts(pairs)}</header>"
     )
+
+
+def _confidences(d: Diagnosis) -> list[float]:
+    return [s.confidence for s in d.findings] if d.kind == "missing_physics" else []
+
+
+def _shares(d: Diagnosis) -> list[float]:
+    return [s.share for s in d.findings] if d.kind == "missing_physics" else []
 
 
 def raw(d: Diagnosis) -> str:
@@ -66,15 +71,21 @@ def before_after(d: Diagnosis) -> str:
     """Show outputs on held-out samples and the errors in numbers."""
     if d.nominal is None or d.data is None:
         return ""
-    caption = (
-        "A piece of the held-out samples, where the first model is furthest off; "
-        "these samples took no part in any fit."
-    )
-    return html.section(
-        "Before and after, on held-out samples",
-        html.figure(outputs_figure(d), caption),
-        _errors(d),
-    )
+    figures = []
+    for c, name in enumerate(d.data.names):
+        figures += [
+            html.figure(
+                outputs_tile(d, c),
+                f"{name} on a piece of the held-out samples, where the first model is furthest "
+                "off; they took no part in any fit.",
+            ),
+            html.figure(
+                residual_tile(d, c),
+                f"Measured less simulated {name} over all scored samples, beside the noise of "
+                "the sensor.",
+            ),
+        ]
+    return html.section("Before and after, on held-out samples", _errors(d), html.tiles(*figures))
 
 
 def _errors(d: Diagnosis) -> str:
@@ -82,10 +93,10 @@ def _errors(d: Diagnosis) -> str:
     fits: list[tuple[str, Fit | None]] = [
         ("declared values", d.declared), ("nominal structure, fitted", d.nominal)
     ]  # fmt: skip
-    chosen = chosen_of(d)
-    if chosen is not None:
+    after = after_of(d)
+    if after is not None:
         word = "repaired" if d.kind == "missing_physics" else "closest, not named"
-        fits.append((word, chosen.fit))
+        fits.append((word, after))
     rows, kinds = [], []
     for c, name in enumerate(d.data.names):
         unit = unit_of(d, name)
@@ -94,109 +105,112 @@ def _errors(d: Diagnosis) -> str:
                 continue
             rows.append(
                 [
-                    name, word,
+                    f"{name}, {word}",
                     quantity(f.rmse("train")[name], unit), quantity(f.rmse("test")[name], unit),
                     percent(normalised_error(f, "train")[name]), percent(normalised_error(f)[name]),
                 ]
             )  # fmt: skip
-            kinds.append("named" if chosen is not None and f is chosen.fit else "")
-        rows.append([name, "noise floor", *[quantity(float(d.data.floor[c]), unit)] * 2, "", ""])
+            kinds.append("named" if f is after else "")
+        rows.append([f"{name}, noise floor", *[quantity(float(d.data.floor[c]), unit)] * 2, "", ""])
         kinds.append("quiet")
-    heads = ("reading", "model", "RMSE, train", "RMSE, held out", "error, train", "error, held out")
+    heads = ("reading, model", "RMSE, train", "RMSE, held out", "error, train", "error, held out")
     note = "The error is the norm of the residual over the norm of the centred reading."
-    return html.table(heads, rows, (2, 3, 4, 5), kinds) + html.paragraph(note)
-
-
-def residuals(d: Diagnosis) -> str:
-    """Residuals against the noise floor."""
-    if d.nominal is None or d.data is None:
-        return ""
-    caption = (
-        "Left: measured less simulated over the scored samples, with the noise of the sensor as a "
-        "band of ±2σ. Right: amplitude density of the held-out residual; noise alone would lie on "
-        "the dashed line."
-    )
-    return html.section(
-        "The residual and the noise floor", html.figure(residuals_figure(d), caption)
-    )
+    return html.table(heads, rows, (1, 2, 3, 4), kinds) + html.paragraph(note)
 
 
 def law(d: Diagnosis) -> str:
-    """Show the loop or curve that was found, with its parameters."""
-    chosen = chosen_of(d)
-    if chosen is None:
-        return ""
-    svg_text, caption = law_figure(d, chosen)
-    known = set(d.nominal.problem.compiled.parameter_names) if d.nominal else set()
-    own = [e for e in chosen.fit.estimates if e.name not in known]
+    """Show the loop or curve of every effect that was found, with its parameters."""
     title = (
         "The law that was found" if d.kind == "missing_physics" else "The closest law, not named"
     )
-    listed = ", ".join(f"{e.name} = {quantity(e.value, e.unit)}" for e in own)
-    return html.section(
-        title,
-        html.figure(svg_text, caption),
-        html.paragraph(f"Fitted: {listed}." if listed else ""),
+    parts = []
+    for k, trial in enumerate(found_of(d)):
+        svg_text, caption = law_figure(d, trial)
+        # the same figure is drawn once for every finding: ids must differ
+        svg_text = svg_text.replace("law-", f"law{k}-") if k else svg_text
+        own = effect_parameters(trial, d)
+        listed = ", ".join(f"{e.name} = {quantity(e.value, e.unit)}" for e in own[:MANY])
+        more = f" and {len(own) - MANY} more (see the parameters)" if len(own) > MANY else ""
+        parts += [
+            html.heading(f"{trial.effect.replace('_', ' ')} at {trial.element}"),
+            html.figure(svg_text, caption, "tiles"),
+            html.paragraph(f"Fitted: {listed}{more}." if listed else ""),
+            html.paragraph(_about(trial.effect)),
+        ]
+    return html.section(title, *parts)
+
+
+def _about(effect: str) -> str:
+    """Say what the catalogue knows of an effect: its look, what it is confused with, its source."""
+    try:
+        e = by_name(effect)
+    except (KeyError, BondsightError):
+        return ""
+    alike = ", ".join(n.replace("_", " ") for n in e.confused_with)
+    apart = f": {e.separated_by}" if e.separated_by else ""
+    said = (
+        f"It looks like this: {e.looks}." if e.looks else "",
+        f"What it is easily confused with is {alike}{apart}." if alike else "",
+        f"Law: {e.law.replace('_', ' ')} ({e.source})." if e.source else "",
     )
+    return " ".join(s for s in said if s)
 
 
 def graph(d: Diagnosis) -> str:
-    """Draw the model as a bond graph, the place of the effect marked."""
-    chosen = chosen_of(d)
-    marked: dict[str, str] = {}
-    also: list[str] = []
-    words = "The model as declared."
-    if chosen is not None and d.decision is not None and d.kind == "missing_physics":
-        marked = {chosen.element: chosen.effect.replace("_", " ")}
-        also = sorted({t.element for t in d.decision.same_place} - {chosen.element})
-        words = "Ring: where the effect sits. "
-        words += "Dashed: places these sensors cannot tell from it." if also else ""
-    elif d.kind == "unknown_physics":
-        place = unresolved_place(d)
-        if place["element"]:
-            marked = {place["element"]: "?"}
-            also = list(place["indistinguishable_from"])
-            words = "Ring: where the best description sits. Dashed: places as good as it."
-    marked = {n: c for n, c in marked.items() if n in d.graph.elements}
-    drawn = _drawn(d, marked, [n for n in also if n in d.graph.elements])
+    """Draw the model as a bond graph, its elements shaded by the confidence of the place."""
+    marked, also = places_of(d)
+    shades = confidence_of(d)
+    words = "The model as declared, as a bond graph."
+    if marked:
+        words = "Solid ring: where it was found" + (
+            "; dashed: places these sensors cannot tell from it. " if also else ". "
+        )
+        words += (
+            "The orange deepens with the plausibility of the place on held-out data: the chance "
+            "that its best effect lies that far behind the best of all by accident."
+        )
     return html.section(
-        "Where in the model" if marked else "The model", html.figure(drawn, words, "graph")
+        "Where in the model" if marked else "The model",
+        html.figure(_drawn(d, marked, also, shades), words, "graph"),
     )
 
 
-def _drawn(d: Diagnosis, marked: dict[str, str], also: list[str]) -> str:
+def _drawn(
+    d: Diagnosis, marked: dict[str, str], also: tuple[str, ...], shades: dict[str, float]
+) -> str:
     try:
-        return svg(d.graph, marked=marked, also=also)
+        drawn = svg(d.graph, marked=marked, also=also, shades=shades)
     except BondsightError:
         return ""
+    width = re.search(r' width="([\d.]+)"', drawn)
+    # on a phone it scrolls in its own frame rather than shrink until nobody can read it
+    least = LEGIBLE * float(width.group(1)) if width else 0.0
+    return f'<div style="min-width:{least:.0f}px">{drawn}</div>'
 
 
 def equations(d: Diagnosis) -> str:
     """Equations that differ between the nominal and the repaired model."""
-    chosen = chosen_of(d)
-    if chosen is None or d.nominal is None:
+    found, after = found_of(d), after_of(d)
+    if not found or after is None or d.nominal is None:
         return ""
-    steps, closed = changed.changes(d.nominal.problem.graph, chosen.fit.problem.graph)
-    formula, meaning = changed.definition(chosen)
+    steps, closed = changed.changes(d.nominal.problem.graph, after.problem.graph)
     listed = _change_rows(steps, "s")
-    parts = [_folded(listed) if len(steps) > MANY else listed]
-    whole = changed.math_svg(changed.whole_law(chosen), "law-whole")
-    if formula:
-        drawn = changed.math_svg(formula, "law-formula")
-        parts += [
-            html.heading("with" if steps else "what changed"),
-            html.figure(whole),
-            html.figure(drawn) if drawn else html.paragraph(formula, "mono"),
-            html.paragraph(f"Here {meaning}."),
-        ]
+    parts = [html.folded("all changed assignments", listed) if len(steps) > MANY else listed]
+    for k, trial in enumerate(found):
+        formula, meaning = changed.definition(trial)
+        whole = changed.math_svg(changed.whole_law(trial), f"law-whole{k}")
+        if formula:
+            drawn = changed.math_svg(formula, f"law-formula{k}")
+            parts += [
+                html.heading("with" if steps else "what changed"),
+                html.figure(whole),
+                html.figure(drawn) if drawn else html.paragraph(formula, "mono"),
+                html.paragraph(f"Here {meaning}."),
+            ]
     short = tuple(c for c in closed if max(len(c.before), len(c.after)) <= changed.LONGEST)
     if short:
         parts += [html.heading("in closed form"), _change_rows(short, "c")]
     return html.section("The equation that changed", *parts)
-
-
-def _folded(rows: str) -> str:
-    return f"<details><summary>all changed assignments</summary>{rows}</details>"
 
 
 def _change_rows(found: tuple[changed.Change, ...], prefix: str) -> str:

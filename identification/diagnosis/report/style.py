@@ -77,9 +77,10 @@ figure svg{display:block;max-width:100%;height:auto}
 .tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,340px),1fr));
  gap:2px 26px;align-items:start}
 .tiles figure{max-width:600px}
-.tiles figure svg{width:100%}
+.tiles figure svg,figure.tiles svg{width:100%}
+.tiles>figcaption{grid-column:1/-1}
 figure.graph svg{margin:0 auto}
-figure.wide{overflow-x:auto}
+figure.graph{overflow-x:auto}
 figcaption{color:var(--soft);font-size:13px;margin-top:3px;max-width:84ch}
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-size:13.5px;margin:8px 0 12px;
@@ -125,19 +126,17 @@ footer{margin-top:34px;color:var(--soft);font-size:12.5px}
  table.cards td:first-child{display:block;text-align:left;font-weight:600}
  table.cards td:first-child::before{display:none}
  table.cards td:empty{display:none}
- figure.graph{overflow-x:auto}
- figure.graph svg{min-width:600px}
 }
 @media print{@page{size:A4;margin:14mm}
  html{background:#fff}body{margin:0;padding:0;max-width:none;box-shadow:none;font-size:9.5pt}
  h1{font-size:15pt}h2{font-size:12pt;margin-top:16pt;padding-top:6pt}h3{font-size:10pt}
  table{font-size:8.5pt}th,td{padding:2.5pt 7pt 2.5pt 0}td.n,th.n{white-space:normal}
- .scroll,figure.wide{overflow:visible}
- .tiles{grid-template-columns:1fr 1fr;gap:2pt 12pt}
+ .scroll,figure.graph{overflow:visible}
+ .tiles{grid-template-columns:1fr 1fr;gap:2pt 12pt}figcaption{font-size:8pt}
  .bar{width:60pt}
  h2,h3{break-after:avoid}figure,tr,.callout,dl.facts,.tiles figure{break-inside:avoid}
  thead{display:table-header-group}
- details::details-content{display:block;content-visibility:visible}summary{display:none}
+ details::details-content{display:block;content-visibility:visible}summary{list-style:none;color:inherit}
  .badge,tr.named td,tr.maybe td,dl.facts,.callout,.bar,.bar span{
  -webkit-print-color-adjust:exact;print-color-adjust:exact}}
 """

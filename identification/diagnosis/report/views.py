@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.report.found import after_of
 from identification.diagnosis.report.style import AFTER, BEFORE
 from identification.fit import Fit
 from identification.problem import Data
@@ -28,22 +29,15 @@ def curves(d: Diagnosis) -> tuple[Curve, ...]:
     """Fits to compare, before first."""
     if d.nominal is None:
         return ()
-    chosen = d.decision.chosen if d.decision else None
     if d.kind == "parameters_only" and d.declared is not None:
         return (
             Curve("declared values", d.declared, BEFORE),
             Curve("fitted values", d.nominal, AFTER),
         )
-    if d.kind in ("missing_physics", "unknown_physics") and chosen is not None:
+    after = after_of(d)
+    if after is not None:
         word = "repaired" if d.kind == "missing_physics" else "closest"
-        return (
-            Curve("nominal", d.nominal, BEFORE),
-            Curve(
-                f"{word}: {chosen.label.replace('_', ' ', chosen.effect.count('_'))}",
-                chosen.fit,
-                AFTER,
-            ),
-        )
+        return Curve("nominal", d.nominal, BEFORE), Curve(word, after, AFTER)
     return (Curve("nominal", d.nominal, AFTER if d.kind == "explained" else BEFORE),)
 
 

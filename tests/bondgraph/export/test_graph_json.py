@@ -32,7 +32,10 @@ from bondgraph.laws import (
     LuGre,
     Polynomial,
     QuadraticDrag,
+    Rectifier,
+    Rounding,
     Saturation,
+    SlewLimit,
     Sliding,
     StopSum,
     Stribeck,
@@ -58,6 +61,9 @@ LAW_EXAMPLES: dict[str, Law] = {
     "dead_zone": DeadZone(0.1, 0.2, 2.0),
     "unnamed_curve": Hats((-2.0, -0.5, 0.5, 1.75), 3.0, "V"),
     "polynomial": Polynomial(0.1, 1.5, 2.0, (2, 3, 5)),
+    "rectifier": Rectifier(0.7),
+    "rounding": Rounding(0.3, 0.05, 0.8, "V"),
+    "slew_limit": SlewLimit(0.02, 0.01, "s/V"),
     "sliding": Sliding(EXAMPLES["dahl"]),
     "prandtl_ishlinskii": StopSum((0.1, 1.0), 0.2, 3.0, -1.0),
     "table": Table((0.0, 1.0, 3.0), (0.0, 2.0, 2.5), "pchip", False, True, 0.7, "V"),
@@ -95,7 +101,9 @@ def every_element() -> BondGraph:
         el.CField("plates", energy=q1**2 / (2 * a) * (1 + q2), units=("V", "N"), ports=2)
         el.IField("coils", matrix=((2.0, "a"), (b * a, 3)), ports=2)
         el.RField("valves", law=(sp.Symbol("f1", real=True) * a, sp.sqrt(a), 0), ports=3)
-        el.De("voltage", unit="V", law=DeadZone(), lag="tau", delay="tau", drift=("b", "a"))
+        el.De(
+            "voltage", unit="V", law=DeadZone(), lag="tau", delay="tau", clock="b", drift=("b", "a")
+        )
         el.Df("current", unit="A")
         el.Dq("position", unit="m")
         for tail, head in (("V", "one_junction"), ("one_junction", "lever"), ("lever", "zero")):

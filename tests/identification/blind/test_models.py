@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from scipy.signal import StateSpace, lsim
 
 from bondgraph import UnknownName, UnusableInput, simulate
-from bondgraph.elements import TwoPort, Valued
+from bondgraph.drives import Drive
+from bondgraph.elements import Source, TwoPort, Valued
 from identification.blind.generator.parameters import PLANTS
 from identification.blind.models import MODELS, blind_model
 
@@ -131,8 +132,9 @@ def test_sensors_are_picked_and_unknown_ones_refused() -> None:
         blind_model("tanks", [])
 
 
-def test_a_declared_dead_time_is_a_parameter_of_its_sensor() -> None:
-    graph = blind_model("probe", None, ["v_f"], dt=0.002)
-    assert graph["v_f"].delay == "delay_v_f"
-    assert graph.parameters["delay_v_f"].scale == 0.002
-    assert graph["x"].delay is None
+def test_a_declared_dead_time_is_a_parameter_of_the_command() -> None:
+    graph = blind_model("probe", None, 0.004)
+    (source,) = graph.of_type(Source)
+    assert source.drive == Drive(delay="delay_F")
+    assert graph.parameters["delay_F"].value == 0.004
+    assert blind_model("probe")["F"] == MODELS["probe"](None)["F"]

@@ -101,6 +101,7 @@ static double storage(Sim *s, int slot, double k, double q, double v, double oth
       f += p[0] * w * (a > 30 ? a : log1p(exp(a)));
       break;
     }
+    case 25: f += k * q * (1 / sqrt(1 + q * q / p[0] / p[0]) - 1); break;
     case 50: f += k * q * p[0] * other * other; break;
     }
   }

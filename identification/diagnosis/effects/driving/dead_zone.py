@@ -37,7 +37,7 @@ class DeadZoneEffect(Effect):
         return sources(graph)
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
-        """What the band swallows, for several widths and centres."""
+        """Return what the band swallows, for several widths and centres."""
         past = scene.of(element)
         u, span = past.argument, 2 * past.half
         return tuple(

@@ -46,13 +46,16 @@ class SaturationEffect(Effect):
         return sources(graph)
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
-        """What is cut off at the upper and at the lower end, for several limits."""
+        """Return what is cut off at the upper and the lower end, for several limits."""
         past = scene.of(element)
         u, (low, high) = past.argument, _ends(past)
         span = high - low
         return tuple(
             weighed(
-                (-_excess(u - high + a * span, KNEE * span), _excess(low + a * span - u, KNEE * span)),
+                (
+                    -_excess(u - high + a * span, KNEE * span),
+                    _excess(low + a * span - u, KNEE * span),
+                ),
                 inside=a,
             )
             for a in INSIDE

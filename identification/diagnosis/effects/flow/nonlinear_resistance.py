@@ -7,7 +7,12 @@ import numpy as np
 from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import NonlinearResistance
-from identification.diagnosis.effects.by_domain import electrical_resistors, hydraulic_resistors
+from identification.diagnosis.effects.by_domain import (
+    electrical_resistors,
+    hydraulic_resistors,
+    rebalanced,
+    tamed,
+)
 from identification.diagnosis.effects.effect import (
     Effect,
     Hint,
@@ -55,11 +60,14 @@ class NonlinearResistanceEffect(Effect):
         law = NonlinearResistance(0.1 * size, _level(past), effort, flow)
         names = tuple(p.name for p in law.parameters(element.name) if not p.fixed)
         graph = scene.graph.with_element(element.name, law=law)
-        start = {}
-        if hint is not None:  # steeper would turn the slope around within the record
-            weights = np.clip(hint.weights, -0.5 * size, 0.5 * size)
+        starts: tuple[dict[str, float], ...] = ({},)
+        if hint is not None:
+            weights = tamed(hint.weights, size)
             start = {n: float(w) for n, w in zip(names, weights, strict=True)}
-        return self.inserted(element, graph, (start,), names)
+            z = past.argument / _level(past)
+            added = np.stack([z**2, z**3], axis=1) @ weights
+            starts = ({**start, **rebalanced(element, past, added)}, start)
+        return self.inserted(element, graph, starts, names)
 
 
 def _level(past: Past) -> float:

@@ -7,7 +7,11 @@ import numpy as np
 from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import QuadraticDrag
-from identification.diagnosis.effects.by_domain import at_least, hydraulic_resistors
+from identification.diagnosis.effects.by_domain import (
+    at_least,
+    hydraulic_resistors,
+    rebalanced,
+)
 from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.scene import Scene
 
@@ -44,5 +48,10 @@ class SquareRootFlow(Effect):
         tried = [0.5 * full, 0.9 * full]
         if hint is not None:
             tried = [at_least(hint.weights[0], 0.02 * full), 0.8 * full]
-        starts = tuple({p.name: v} for v in tried)
+        f = past.argument
+        starts = tuple(
+            {p.name: v, **share}
+            for v in tried
+            for share in (rebalanced(element, past, v * np.abs(f) * f), {})
+        )
         return self.inserted(element, graph, starts, (p.name,))

@@ -7,7 +7,11 @@ import numpy as np
 from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import Coulomb
-from identification.diagnosis.effects.by_domain import at_least, rubbing_units
+from identification.diagnosis.effects.by_domain import (
+    at_least,
+    rebalanced,
+    rubbing_units,
+)
 from identification.diagnosis.effects.effect import (
     Effect,
     Hint,
@@ -51,5 +55,10 @@ class CoulombFriction(Effect):
         (p,) = law.parameters(element.name)
         graph = scene.graph.with_element(element.name, law=law)
         levels = (0.3, 0.05) if hint is None else (at_least(hint.weights[0] / force, 0.02),)
-        starts = tuple({p.name: level * force} for level in levels)
+        direction = np.sign(scene.of(element).argument)
+        starts = tuple(
+            {p.name: level * force, **share}
+            for level in levels
+            for share in (rebalanced(element, scene.of(element), level * force * direction), {})
+        )
         return self.inserted(element, graph, starts, (p.name,))

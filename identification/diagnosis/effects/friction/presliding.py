@@ -7,7 +7,11 @@ import numpy as np
 from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import Bristle
-from identification.diagnosis.effects.by_domain import at_least, rubbing_units
+from identification.diagnosis.effects.by_domain import (
+    at_least,
+    rebalanced,
+    rubbing_units,
+)
 from identification.diagnosis.effects.effect import (
     Effect,
     Hint,
@@ -69,8 +73,12 @@ class PreslidingFriction(Effect):
         law = Bristle(0.2 * force, 0.03 * half, unit=effort, way_unit=length)
         names = tuple(p.name for p in law.parameters(element.name))
         graph = scene.graph.with_element(element.name, law=law)
-        starts = tuple(dict(zip(names, values, strict=True)) for values in tried)
-        return self.inserted(element, graph, starts, names[:1])
+        starts = []
+        for level, way in tried:
+            values = dict(zip(names, (level, way), strict=True))
+            share = rebalanced(element, past, level * bend(_way(past), way))
+            starts += [{**values, **share}, values]
+        return self.inserted(element, graph, tuple(starts), names[:1])
 
 
 def bend(way: Array, length: float) -> Array:

@@ -7,7 +7,10 @@ import numpy as np
 from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import QuadraticDrag
-from identification.diagnosis.effects.by_domain import at_least
+from identification.diagnosis.effects.by_domain import (
+    at_least,
+    rebalanced,
+)
 from identification.diagnosis.effects.effect import (
     Effect,
     Hint,
@@ -47,4 +50,6 @@ class Drag(Effect):
         (p,) = law.parameters(element.name)
         graph = scene.graph.with_element(element.name, law=law)
         start = 0.2 * full if hint is None else at_least(hint.weights[0], 0.02 * full)
-        return self.inserted(element, graph, ({p.name: start},), (p.name,))
+        added = start * np.abs(past.argument) * past.argument
+        starts = ({p.name: start, **rebalanced(element, past, added)}, {p.name: start})
+        return self.inserted(element, graph, starts, (p.name,))

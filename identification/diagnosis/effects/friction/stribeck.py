@@ -7,7 +7,11 @@ import numpy as np
 from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import Stribeck
-from identification.diagnosis.effects.by_domain import at_least, rubbing_units
+from identification.diagnosis.effects.by_domain import (
+    at_least,
+    rebalanced,
+    rubbing_units,
+)
 from identification.diagnosis.effects.effect import (
     Effect,
     Hint,
@@ -65,9 +69,13 @@ class StribeckFriction(Effect):
         if hint is not None:
             v, (level, drop) = float(hint.shape["speed"]), hint.weights
             level, drop = at_least(level, 0.02 * force), at_least(drop, 0.01 * force)
-            tried, speed = ((level, drop, v),), v
+            tried = ((level, drop, v), (level, level, 0.3 * past.rms), (level, level, 0.8 * v))
         law = Stribeck(0.2 * force, 0.1 * force, speed, unit=effort, flow_unit=flow)
         names = tuple(p.name for p in law.parameters(element.name))
         graph = scene.graph.with_element(element.name, law=law)
-        starts = tuple(dict(zip(names, values, strict=True)) for values in tried)
-        return self.inserted(element, graph, starts, names[:2])
+        starts = []
+        for level, drop, v in tried:
+            values = dict(zip(names, (level, drop, v), strict=True))
+            added = (level + drop * np.exp(-((past.argument / v) ** 2))) * np.sign(past.argument)
+            starts += [{**values, **rebalanced(element, past, added)}, values]
+        return self.inserted(element, graph, tuple(starts), names[:2])

@@ -42,8 +42,8 @@ class PeriodicError(Effect):
     looks = "a ripple over the reading, always at the same places, whatever the speed"
     confused_with = ("position_periodic_force", "sensor_nonlinearity")
     separated_by = (
-        "the same way at two speeds: an error of the reading keeps its size, a force is filtered by "
-        "the mass"
+        "the same way at two speeds: an error of the reading keeps its size, a force is filtered "
+        "by the mass"
     )
     source = "interpolation error of encoders and resolvers, first harmonic"
 

@@ -39,7 +39,7 @@ class Quantisation(Effect):
         return sensors(graph)
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
-        """Rounding error of the simulated reading; nothing where the recording has no grid."""
+        """Return the rounding error of the simulated reading; nothing where there is no grid."""
         y = reading_without_offset(scene, element)
         found = _grid(scene, element)
         if found is None:
@@ -48,7 +48,7 @@ class Quantisation(Effect):
         return (weighed((origin + step * np.floor((y - origin) / step + 0.5) - y,), step=step),)
 
     def insert(self, scene: Scene, element: Element, hint: Hint | None = None) -> Insertion:
-        """Rounding to the grid of the recording; a grid too fine to matter where there is none."""
+        """Round to the grid of the recording; to one too fine to matter where there is none."""
         y = reading_without_offset(scene, element)
         tiny = 1e-9 * (float(np.ptp(y)) or 1.0)
         step, origin = _grid(scene, element) or (tiny, 0.0)

@@ -22,7 +22,9 @@ class SensorDrift(Effect):
     sentence = "its reading wanders slowly with time, whatever is measured"
     looks = "a straight or bent line under the whole record, also where nothing moves"
     confused_with = ("creep", "sensor_offset", "time_varying_parameter")
-    separated_by = "a long rest: drift goes on, creep dies out; and a second sensor of the same motion"
+    separated_by = (
+        "a long rest: drift goes on, creep dies out; and a second sensor of the same motion"
+    )
     source = "second-order polynomial of time"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
@@ -30,7 +32,7 @@ class SensorDrift(Effect):
         return sensors(graph)
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
-        """A line and a parabola over the record."""
+        """Return a line and a parabola over the record."""
         ramp = np.linspace(0.0, 1.0, scene.data.n)
         return (weighed((ramp, ramp**2)),)
 

@@ -11,12 +11,17 @@ from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Sig
 from identification.diagnosis.effects.signal_traces import unit_of, weighed
 from identification.diagnosis.scene import Scene
 
-__all__ = ["SensorOffset"]
+__all__ = ["SensorOffset", "changes_of_mean"]
 
-JUMPS = 24
-"""Times of the jump to try, evenly over the record."""
-RISE = 0.25
-"""Rise time of a tried jump over the distance of two."""
+Array = np.ndarray
+
+EVENLY = 8
+"""Times of a jump tried wherever the residual has none."""
+SPANS = (6, 20, 60)
+"""Parts of the record whose means are compared before and after a time."""
+OF_EACH = 3
+SHARP = 1.0
+"""Rise of a jump, in samples."""
 
 
 class SensorOffset(Effect):
@@ -24,7 +29,8 @@ class SensorOffset(Effect):
 
     An offset that stays is a nuisance of every fit, not a finding. The time of the jump counts from
     the start of a run, so where a record is scored on windows this law starts anew in each and will
-    not explain a jump; the linear screening still sees it.
+    not explain a jump; the linear screening still sees it. Times to try are those at which the mean
+    of the residual changes most, and some between.
     """
 
     name = "sensor_offset"
@@ -44,33 +50,58 @@ class SensorOffset(Effect):
         return sensors(graph)
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
-        """Unit steps at several times."""
-        past = scene.of(element)
-        times, rise = _grid(scene)
+        """Return unit steps at several times."""
+        past, rise = scene.of(element), SHARP * scene.data.dt
         return tuple(
-            weighed((0.5 * (1 + np.tanh((past.time - t) / rise)),), time=float(t)) for t in times
+            weighed((0.5 * (1 + np.tanh((past.time - t) / rise)),), time=t)
+            for t in _times(scene, element)
         )
 
     def insert(self, scene: Scene, element: Element, hint: Hint | None = None) -> Insertion:
         """One jump, started where the signature has it or at several times."""
-        past = scene.of(element)
-        times, rise = _grid(scene)
-        found = [float(t) for t in times[::6]] if hint is None else [float(hint.shape["time"])]
-        margin = float(scene.data.n * scene.data.dt) if hint is None else 1.5 * rise / RISE
+        half, dt = scene.of(element).half, scene.data.dt
+        times = _times(scene, element) if hint is None else [float(hint.shape["time"])]
+        margin = scene.data.n * dt if hint is None else 20 * dt
         law = Onset(
-            found[0], rise, margin, 0.05 * past.half, unit_of(element), free_standing=False
+            times[0], SHARP * dt, margin, 0.05 * half, unit_of(element), free_standing=False
         )
-        height, begin, width = (p.name for p in law.parameters(element.name))
+        height, begin, _ = (p.name for p in law.parameters(element.name))
         graph = scene.graph.with_element(element.name, law=law)
-        if hint is None:
-            starts = tuple({begin: t} for t in found)
-            return self.inserted(element, graph, starts, (height,))
-        start = {height: float(hint.weights[0]), begin: found[0]}
-        return self.inserted(element, graph, (start,), (height,))
+        size = 0.0 if hint is None else float(hint.weights[0])
+        starts = tuple({height: size, begin: t} for t in times[: 2 * OF_EACH])
+        return self.inserted(element, graph, starts, (height,))
 
 
-def _grid(scene: Scene) -> tuple[np.ndarray, float]:
-    """Times to try, s, and the rise of the jumps there."""
-    length = scene.data.dt * (scene.data.n - 1)
-    times = length * np.arange(1, JUMPS + 1) / (JUMPS + 1)
-    return times, RISE * length / (JUMPS + 1)
+def _times(scene: Scene, element: Element) -> list[float]:
+    """Return times to try, s: the largest changes of the residual's mean, then even ones."""
+    residual = scene.residual[:, scene.data.names.index(element.name)]
+    n, dt = scene.data.n, scene.data.dt
+    found = [k for part in SPANS for k in changes_of_mean(residual, n // part, OF_EACH)]
+    found += [round(n * (i + 1) / (EVENLY + 1)) for i in range(EVENLY)]
+    return [(k - 0.5) * dt for k in dict.fromkeys(found)]
+
+
+def changes_of_mean(residual: Array, span: int, count: int) -> list[int]:
+    """Return samples at which the mean of `span` samples differs most from the `span` before.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (N,)
+    span : int
+        Also the least distance of two such samples.
+    count : int
+        How many to return at most.
+    """
+    n = residual.size
+    if span < 2 or n < 2 * span + 1:
+        return []
+    total = np.concatenate([[0.0], np.cumsum(residual)])
+    change = np.abs(total[2 * span :] - 2 * total[span:-span] + total[: -2 * span])
+    found: list[int] = []
+    for _ in range(count):
+        k = int(np.argmax(change))
+        if not change[k] > 0:
+            break
+        found.append(k + span)
+        change[max(k - span, 0) : k + span + 1] = 0.0
+    return found

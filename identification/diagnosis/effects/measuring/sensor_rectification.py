@@ -39,7 +39,7 @@ class SensorRectification(Effect):
         return sensors(graph)
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
-        """What is turned over; nothing where the reading keeps its sign."""
+        """Return what is turned over; nothing where the reading keeps its sign."""
         y = reading_without_offset(scene, element)
         return (weighed((np.abs(y) - y,)),)
 

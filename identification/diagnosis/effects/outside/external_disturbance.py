@@ -16,7 +16,9 @@ Array = np.ndarray
 PEAKS = 4
 """Frequencies tried: the strongest lines of the residual."""
 ONSETS = 24
-"""Times tried for a step, evenly over the record."""
+"""Times tried for a gradual step, evenly over the record."""
+SHIFTS = (-6, -3, -1, 0, 2)
+"""Samples by which a sudden step may lie before the place where the residual changes."""
 
 
 class ExternalDisturbance(Effect):
@@ -55,8 +57,15 @@ class ExternalDisturbance(Effect):
             turn = 2 * np.pi * f * past.time
             columns = np.stack([np.sin(turn), np.cos(turn)], axis=1)
             found.append(Signature(columns, shape={"frequency": f}))
-        for share in np.arange(1, ONSETS) / ONSETS:
-            shape = {"time": float(share * past.dt * past.n)}
+        spacing = past.dt * past.n / ONSETS
+        gradual = [(j * spacing, 0.2 * spacing) for j in range(1, ONSETS)]
+        sudden = [
+            ((k + shift) * past.dt, 2 * past.dt)
+            for k in change_points(scene.residual / scene.data.floor)
+            for shift in SHIFTS
+        ]
+        for begin, rise in (*gradual, *sudden):
+            shape = {"time": float(begin), "rise": float(rise)}
             law = _law(past, shape, isinstance(element, C), "1")
             unit = (1.0, *(p.value for p in law.parameters("x")[1:]), 0.0)
             column = law.deviation(NUMPY, 0.0, (past.time,), unit)
@@ -116,13 +125,52 @@ def spectral_peaks(residual: Array, dt: float, count: int) -> list[float]:
     return found
 
 
+def change_points(residual: Array) -> list[int]:
+    """Return samples where the residual's level, its power or its roughness changes most.
+
+    Level and power: the split that takes most out of the sum of squares about the two means (Page,
+    Biometrika 41 (1954) 100); roughness: the largest second difference; also where a burst begins.
+    """
+    n = residual.shape[0]
+    if n < 16:
+        return []
+    rough = np.zeros_like(residual)
+    rough[1:-1] = np.diff(residual, 2, axis=0)
+    found = [_split(residual), _split(residual**2), _split(rough**2)]
+    found.append(int(np.argmax(np.sum(rough**2, axis=1))))
+    found += [_burst(residual, width) for width in (max(8, n // 200), max(16, n // 30))]
+    return sorted(set(found))
+
+
+def _burst(x: Array, width: int) -> int:
+    """Sample after which the power rises most, over `width` samples either side."""
+    power = np.concatenate(
+        [[0.0], np.cumsum(np.sum((x / x.std(axis=0).clip(1e-300)) ** 2, axis=1))]
+    )
+    before = power[width:-width] - power[: -2 * width]
+    after = power[2 * width :] - power[width:-width]
+    floor = 1e-3 * power[-1] * width / x.shape[0] + 1e-300
+    return int(width + np.argmax((after + floor) / (before + floor)))
+
+
+def _split(x: Array) -> int:
+    n = x.shape[0]
+    k = np.arange(1, n)[:, None]
+    total = np.cumsum(x - x.mean(axis=0), axis=0)[:-1]
+    spread = np.maximum(x.var(axis=0), 1e-300)
+    gain = np.sum(total**2 / (k * (n - k) / n) / spread, axis=1)
+    # the ends have few samples on one side, so that chance alone makes them win
+    edge = max(2, n // 50)
+    return int(edge + np.argmax(gain[edge : n - edge])) + 1
+
+
 def _law(past: Past, shape: dict[str, float], stores: bool, unit: str) -> Tone | Onset:
     duration = past.dt * past.n
     if "frequency" in shape:
         return Tone(shape["frequency"], 1 / duration, 0.1 * past.swing, unit, not stores)
     size = 0.1 * past.swing / (duration if stores else 1.0)
     return Onset(
-        shape["time"], 2 * past.dt, 1.5 * duration / ONSETS, size, unit,
+        shape["time"], shape["rise"], 1.5 * duration / ONSETS, size, unit,
         ramp=stores, free_standing=not stores,
     )  # fmt: skip
 

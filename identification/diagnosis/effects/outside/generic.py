@@ -13,7 +13,7 @@ __all__ = ["GROUPS", "generic_columns"]
 Array = np.ndarray
 
 GROUPS = (
-    "linear", "odd", "even", "rate", "rate_odd", "rate_even", "sign", "memory", "slow", "product",
+    "linear", "odd", "even", "rate", "rate_odd", "rate_even", "sign", "reversal", "memory", "slow", "product",
     "time",
 )  # fmt: skip
 PLAYS = (0.05, 0.15, 0.35, 0.7)
@@ -26,8 +26,8 @@ def generic_columns(past: Past) -> dict[str, Array]:
     """Return labelled groups of columns made of one port's own variables only.
 
     Groups: ``linear`` (argument and one), ``odd`` and ``even`` powers of the argument, ``rate``
-    (its derivative), ``rate_odd``, ``rate_even`` (powers of it), ``sign`` (of the argument and of
-    the rate), ``memory`` (plays on the argument), ``slow`` (lags of it), ``product`` (argument
+    (its derivative), ``rate_odd``, ``rate_even`` (powers of it), ``sign`` (of the argument, and its
+    square with the sign), ``reversal`` (sign of the rate), ``memory`` (plays on the argument), ``slow`` (lags of it), ``product`` (argument
     times rate), ``time`` (trend, and the argument times time).
 
     Returns
@@ -59,7 +59,8 @@ def generic_columns(past: Past) -> dict[str, Array]:
         "rate": [v],
         "rate_odd": [w**3, w**5],
         "rate_even": [w**2, w**4],
-        "sign": [np.tanh(z / CORNER), np.tanh(w / CORNER), np.abs(z) * z],
+        "sign": [np.tanh(z / CORNER), np.abs(z) * z],
+        "reversal": [np.tanh(w / CORNER)],
         "memory": list(plays.T),
         "slow": lags,
         "product": [x * w, x**2 * w, x * w**2],

@@ -7,9 +7,16 @@ import numpy as np
 from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import Backlash
-from identification.diagnosis.effects.by_domain import rubbing_units, shared_slope, springs
+from identification.diagnosis.effects.by_domain import (
+    rebalanced,
+    rubbing_units,
+    shared_slope,
+    springs,
+)
 from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.scene import Past, Scene
+
+Array = np.ndarray
 
 SHARES = (0.02, 0.08, 0.25, 0.5)
 """Half widths tried, over half the range."""
@@ -39,7 +46,7 @@ class BacklashEffect(Effect):
         past = scene.of(element)
         return tuple(
             Signature(
-                -past.slope * np.clip(past.argument - centre, -width, width)[:, None],
+                _taken(past, centre, width)[:, None],
                 shape={"centre": centre, "width": width},
             )
             for centre in _centres(past)
@@ -61,12 +68,23 @@ class BacklashEffect(Effect):
         if hint is not None:
             at, gap = float(hint.shape["centre"]), float(hint.shape["width"])
             guess = gap * float(np.clip(hint.weights[0], 0.2, 3.0))
-            tried = [(guess, at), (0.4 * guess, at)]
-        starts = tuple({width: w, centre: at} for w, at in tried)
-        return self.inserted(element, graph, starts, (width,))
+            aside = 0.05 * past.half  # the corners are sharp: a fit seldom walks over them
+            tried = [(guess, at), (guess, at + aside), (guess, at - aside), (0.4 * guess, at)]
+        starts = []
+        for w, at in tried:
+            added = _taken(past, at, w)
+            values = {width: w, centre: at}
+            starts += [{**values, **rebalanced(element, past, added)}, values]
+        return self.inserted(element, graph, tuple(starts), (width,))
 
 
 def _centres(past: Past) -> tuple[float, ...]:
     """Middle of the range and, inside the range, the relaxed spring."""
     inside = 0.05 * past.half < abs(past.centre) < 0.95 * past.half
     return (past.centre, 0.0) if inside else (past.centre,)
+
+
+def _taken(past: Past, centre: float, width: float) -> Array:
+    """Effort that a gap takes away."""
+    lost = np.clip(past.argument - centre, -width, width) - np.clip(-centre, -width, width)
+    return -past.slope * lost

@@ -7,7 +7,12 @@ import numpy as np
 from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import Bilinear
-from identification.diagnosis.effects.by_domain import reach, rubbing_units, springs
+from identification.diagnosis.effects.by_domain import (
+    reach,
+    rebalanced,
+    rubbing_units,
+    springs,
+)
 from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.scene import Past, Scene
 
@@ -57,9 +62,13 @@ class BilinearStiffness(Effect):
         if hint is not None:
             at, size = float(hint.shape["knee"]), float(np.clip(hint.weights[0], -0.8 * k, 3 * k))
             inwards = at - 0.3 * (at - past.centre)
-            tried = [(size, at), (size, inwards)]
-        starts = tuple({change: size, knee: at} for size, at in tried)
-        return self.inserted(element, graph, starts, (change,))
+            tried = [(size, at), (size, inwards), (0.5 * size, at)]
+        starts = []
+        for size, at in tried:
+            values = {change: size, knee: at}
+            added = size * np.maximum(past.argument - at, 0.0)
+            starts += [{**values, **rebalanced(element, past, added)}, values]
+        return self.inserted(element, graph, tuple(starts), (change,))
 
 
 def _knees(past: Past) -> tuple[float, ...]:

@@ -10,6 +10,7 @@ from bondgraph.laws import ContactLoss
 from identification.diagnosis.effects.by_domain import (
     at_least,
     reach,
+    rebalanced,
     rubbing_units,
     shared_slope,
     springs,
@@ -62,7 +63,8 @@ class ContactLossEffect(Effect):
         tried = [side * (reach(past, -side * share) - edge) for share in (0.6, 0.2)]
         if hint is not None:
             depth = at_least(side * (float(hint.shape["lift"]) - edge), 0.1 * past.half)
-            tried = [depth, at_least(depth - 0.4 * past.half, 0.1 * past.half)]
+            shallow = (OUTSIDE - 0.9) * past.half
+            tried = [depth, 0.5 * (depth + shallow), shallow]
         shared = shared_slope(element, past)
         law = ContactLoss(
             coefficient=shared.coefficient, stiffness=shared.stiffness, inverse=shared.inverse,
@@ -71,4 +73,9 @@ class ContactLossEffect(Effect):
         )  # fmt: skip
         depth_name = law.parameters(element.name)[1].name
         graph = scene.graph.with_element(element.name, law=law)
-        return self.inserted(element, graph, tuple({depth_name: d} for d in tried), (depth_name,))
+        starts = []
+        for depth in tried:
+            pull = np.maximum(side * (edge - past.argument) + depth, 0.0)
+            share = rebalanced(element, past, side * past.slope * pull)
+            starts += [{depth_name: depth, **share}, {depth_name: depth}]
+        return self.inserted(element, graph, tuple(starts), (depth_name,))

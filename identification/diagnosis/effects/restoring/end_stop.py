@@ -7,7 +7,7 @@ import numpy as np
 from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import EndStop
-from identification.diagnosis.effects.by_domain import at_least, reach, rubbing_units, springs
+from identification.diagnosis.effects.by_domain import reach, rebalanced, rubbing_units, springs
 from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.scene import Scene
 
@@ -16,6 +16,8 @@ Array = np.ndarray
 SHARES = (0.3, 0.5, 0.7, 0.85, 0.95)
 """Gaps tried, over half the range from its middle."""
 LOW, HIGH, BOTH = -1.0, 1.0, 0.0
+AWAY = 6.0
+"""Place of a stop that is never touched, half ranges from the middle."""
 
 
 class EndStopEffect(Effect):
@@ -49,29 +51,32 @@ class EndStopEffect(Effect):
             above = np.maximum(past.argument - high, 0.0)
             below = -np.maximum(low - past.argument, 0.0)
             for side, column in ((HIGH, above), (LOW, below), (BOTH, above + below)):
-                shape = {"side": side, "low": low, "high": high}
+                shape = {"side": side, "share": share}
                 found.append(Signature(column[:, None], shape=shape))
         return tuple(found)
 
     def insert(self, scene: Scene, element: Element, hint: Hint | None = None) -> Insertion:
-        """One or two stops; both are tried where nothing is known."""
+        """Insert stops on both sides; one that is not there stays outside the motion."""
         past = scene.of(element)
         k = past.slope
-        side, low, high, weight = BOTH, reach(past, -0.7), reach(past, 0.7), 10 * k
-        if hint is not None:
-            side, low, high = (float(hint.shape[n]) for n in ("side", "low", "high"))
-            weight = float(hint.weights[0])
         law = EndStop(
-            10 * k, low, high, {LOW: "low", HIGH: "high", BOTH: "both"}[side], past.half,
+            10 * k, reach(past, -0.7), reach(past, 0.7), "both", past.half,
             rubbing_units(element)[2], getattr(element, "unit", "") or "N/m",
         )  # fmt: skip
         names = tuple(p.name for p in law.parameters(element.name))
-        gaps = [v for v, other in ((low, HIGH), (high, LOW)) if side != other]
         graph = scene.graph.with_element(element.name, law=law)
         # the fitted linear model runs through a stiff stop, so that its force seems weak and early
-        tried = ((at_least(weight, 2.5 * k), 1.0), (10 * k, 1.0), (10 * k, 0.8))
-        starts = tuple(
-            dict(zip(names, (s, *(past.centre + g * (v - past.centre) for v in gaps)), strict=True))
-            for s, g in tried
-        )
-        return self.inserted(element, graph, starts, names[:1])
+        tried = [(10 * k, -0.7, 0.7), (10 * k, -0.4, 0.4)]
+        if hint is not None:
+            side, share = float(hint.shape["side"]), float(hint.shape["share"])
+            low = -AWAY if side == HIGH else -share
+            high = AWAY if side == LOW else share
+            weight = float(np.clip(hint.weights[0], 2.5 * k, 500 * k))
+            tried = [(weight, low, high), (10 * k, low, high), (10 * k, -share, share)]
+        starts = []
+        for stiffness, low, high in tried:
+            ends = (reach(past, low), reach(past, high))
+            values = dict(zip(names, (stiffness, *ends), strict=True))
+            beyond = np.maximum(past.argument - ends[1], 0) - np.maximum(ends[0] - past.argument, 0)
+            starts += [{**values, **rebalanced(element, past, stiffness * beyond)}, values]
+        return self.inserted(element, graph, tuple(starts), names[:1])

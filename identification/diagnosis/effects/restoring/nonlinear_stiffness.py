@@ -7,6 +7,10 @@ import numpy as np
 from bondgraph.elements import C, Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import Lifted, Polynomial
+from identification.diagnosis.effects.by_domain import (
+    rebalanced,
+    tamed,
+)
 from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature, storages
 from identification.diagnosis.scene import Scene
 
@@ -46,8 +50,11 @@ class NonlinearStiffness(Effect):
         law = Lifted(Polynomial(past.centre, past.half, 0.1 * past.swing), ("centre", "half"))
         names = tuple(p.name for p in law.parameters(element.name) if not p.fixed)
         graph = scene.graph.with_element(element.name, law=law)
-        start = {}
-        if hint is not None:  # steeper would turn the slope around within the record
-            weights = np.clip(hint.weights, -0.5 * past.swing, 0.5 * past.swing)
+        starts: tuple[dict[str, float], ...] = ({},)
+        if hint is not None:
+            weights = tamed(hint.weights, past.swing)
             start = {n: float(w) for n, w in zip(names, weights, strict=True)}
-        return self.inserted(element, graph, (start,), names)
+            z = (past.argument - past.centre) / past.half
+            added = np.stack([z**2, z**3], axis=1) @ weights
+            starts = ({**start, **rebalanced(element, past, added)}, start)
+        return self.inserted(element, graph, starts, names)

@@ -21,8 +21,8 @@ class Leakage(Effect):
     looks = "the level sinks while nothing is drawn, and slow changes come out too small"
     confused_with = ("creep", "sensor_drift", "overflow")
     separated_by = (
-        "fill it, close everything and wait at two levels: a leak empties towards zero at a rate in "
-        "proportion to the level; creep ends, drift does not care about the level"
+        "fill it, close everything and wait at two levels: a leak empties it towards zero at a "
+        "rate in proportion to the level; creep ends, drift does not care about the level"
     )
     source = "self-discharge resistor of a capacitor; linear outflow of a tank"
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from bondgraph.elements import Element, Parameter
 from bondgraph.graph import BondGraph
-from bondgraph.shift import warped
+from bondgraph.shift_within import at_clock
 from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature, sensors
 from identification.diagnosis.effects.signal_traces import weighed
 from identification.diagnosis.scene import Scene
@@ -40,14 +40,9 @@ class ClockSkew(Effect):
         return tuple(e for e in sensors(graph) if getattr(e, "clock", None) is None)
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
-        """What another rate changes, for several misfits at the end of the record."""
+        """Return what another rate changes, for several misfits at the end of the record."""
         y = scene.of(element).argument
-        n = np.arange(y.size, dtype=float)
-        found = []
-        for ratio in _ratios(y.size):
-            moved = warped(y[:, None], -ratio * n)[0][:, 0]
-            found.append(weighed((moved - y,), ratio=ratio))
-        return tuple(found)
+        return tuple(weighed((at_clock(y, r) - y,), ratio=r) for r in _ratios(y.size))
 
     def insert(self, scene: Scene, element: Element, hint: Hint | None = None) -> Insertion:
         """One ratio error."""

@@ -39,7 +39,9 @@ class Delay(Effect):
     sentence = "everything after it comes a fixed time late"
     looks = "shifted along time, the same at every frequency and amplitude, gain untouched"
     confused_with = ("low_pass", "sensor_lag")
-    separated_by = "a multisine over two decades: the phase of a delay falls in proportion, at full gain"
+    separated_by = (
+        "a multisine over two decades: the phase of a delay falls in proportion, at full gain"
+    )
     source = "transport delay"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
@@ -48,7 +50,7 @@ class Delay(Effect):
         return (*sources(graph), *(readings if len(readings) > 1 else ()))
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
-        """What lateness changes, for several dead times."""
+        """Return what lateness changes, for several dead times."""
         s, dt = scene.of(element).argument, scene.data.dt
         return tuple(
             weighed((delayed_values(s, k) - s,), tau=k * dt)

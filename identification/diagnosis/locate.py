@@ -1,0 +1,33 @@
+"""Where a mismatch sits when nothing may be named: the ports that explain as much as the best."""
+
+from __future__ import annotations
+
+from identification.diagnosis.decide import Decision
+from identification.diagnosis.search import Trial
+from identification.diagnosis.structure import Structure
+
+AS_GOOD = 0.9
+"""Part of the best one's improvement that makes a place as good."""
+MOST = 5
+"""More places than this are no answer."""
+LEAST = 0.3
+"""Part of the misfit that the best description must remove before its place means anything."""
+
+
+def places_of(decision: Decision, classes: Structure | None) -> tuple[str, ...]:
+    """Elements that explain the mismatch about equally well, best first; empty if unresolved."""
+    best_at: dict[str, Trial] = {}
+    for t in decision.trials:
+        if t.element not in best_at or t.test < best_at[t.element].test:
+            best_at[t.element] = t
+    if not best_at:
+        return ()
+    ranked = sorted(best_at.values(), key=lambda t: t.test)
+    excess = max(decision.nominal - 1.0, 1e-12)
+    gains = [(decision.nominal - t.test) / excess for t in ranked]
+    if gains[0] < LEAST:
+        return ()
+    chosen = [t.element for t, g in zip(ranked, gains, strict=True) if g > AS_GOOD * gains[0]]
+    group = classes.class_of(ranked[0].element) if classes else ()
+    together = tuple(dict.fromkeys([*chosen, *group]))
+    return together if len(chosen) <= MOST else ()

@@ -1,0 +1,204 @@
+"""Sections of the report: what was checked, what the port looks like, and what is not said."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.effects import CATALOGUE
+from identification.diagnosis.report import html
+from identification.diagnosis.report.evidence import spoken
+from identification.diagnosis.report.found import NAMED, extra, found_of, places_of
+from identification.diagnosis.report.numbers import interval, percent, short
+from identification.diagnosis.report.views import unit_of
+from identification.diagnosis.where import axes_of
+
+SCREENED = 15
+
+
+def checked(d: Diagnosis) -> str:
+    """Structure, relations blind to each class, the screening, and what is left."""
+    if d.nominal is None:
+        return ""
+    return html.section(
+        "What was checked",
+        html.paragraph(_structure(d)),
+        *_relations(d),
+        *_screening(d),
+        html.bullets(_left(d)),
+    )
+
+
+def _structure(d: Diagnosis) -> str:
+    if d.structure is None:
+        return ""
+    same = ["{" + ", ".join(c) + "}" for c in d.structure.classes if len(c) > 1]
+    if not same:
+        return "By structure these sensors can tell all elements apart."
+    return (
+        f"By structure alone these sensors cannot separate {'; '.join(same)}: a residual that "
+        "one of them causes, another could cause as well. Within such a class only the shape of "
+        "the law speaks."
+    )
+
+
+def _relations(d: Diagnosis) -> list[str]:
+    rows, kinds = [], []
+    for ports, train, test, fits in _relation_rows(extra(d, "relations")):
+        said = (
+            "" if fits is None else "the mismatch may sit here alone" if fits else "elsewhere too"
+        )
+        rows.append([", ".join(ports), short(train), short(test), said])
+        kinds.append("named" if fits else "")
+    if not rows:
+        return []
+    words = (
+        "Each relation leaves out what one class of ports could do, and is fitted on its own. If "
+        "the mismatch sits in that class, its relation stays at the noise (1); every other rises."
+    )
+    heads = ("blind to", "misfit / floor, train", "held out", "so")
+    return [
+        html.heading("relations blind to one place"),
+        html.paragraph(words),
+        html.table(heads, rows, (1, 2), kinds),
+    ]
+
+
+def _relation_rows(
+    relations: Any,
+) -> Iterable[tuple[tuple[str, ...], float, float, bool | None]]:
+    """Ports, misfits and verdict of each relation, from objects or from a mapping by class."""
+    if isinstance(relations, Mapping):
+        for ports, pair in relations.items():
+            names = (ports,) if isinstance(ports, str) else tuple(ports)
+            yield names, float(pair[0]), float(pair[1]), None
+        return
+    for r in relations:
+        yield tuple(r.ports), float(r.train), float(r.test), bool(r.compatible)
+
+
+def _screening(d: Diagnosis) -> list[str]:
+    rows = [
+        [
+            f"{'a curve without a name' if s.effect.name == 'unknown' else spoken(s.effect.name)} "
+            f"at {s.element.name}",
+            percent(s.share),
+            short(s.z, 3),
+        ]
+        for s in d.ranking[:SCREENED]
+        if s.hint is not None
+    ]
+    if not rows:
+        return []
+    words = (
+        f"{len(d.ranking)} pairs of effect and place were screened by one linear step; the best "
+        "were then fitted. Share of the training misfit that the step would remove:"
+    )
+    table = html.table(("effect and place", "share", "z"), rows, (1, 2))
+    return [html.folded(words, table)]
+
+
+def _left(d: Diagnosis) -> list[str]:
+    """Say what the last screening still sees in the residual."""
+    if not d.steps or d.steps[-1].left is None:
+        return []
+    left = d.steps[-1].left
+    if left.z < 4.0:
+        return [
+            "After the last step no effect and no generic curve finds a pattern in the residual."
+        ]
+    said = spoken(left.words())
+    return [said[0].upper() + said[1:] + "."]
+
+
+def characterised(d: Diagnosis) -> str:
+    """Show what the port looks like before any law is assumed."""
+    found = extra(d, "traits")
+    traits = list(found) if isinstance(found, Iterable) else [found]
+    parts: list[str] = []
+    for t in traits:
+        parts.append(html.bullets(_sentences(t)))
+    return html.section("What it looks like, before any law is assumed", *parts)
+
+
+def _sentences(trait: Any) -> tuple[str, ...]:
+    for name in ("sentences", "words"):
+        said = getattr(trait, name, None)
+        said = said() if callable(said) else said
+        if isinstance(said, str):
+            return (said,)
+        if said is not None:
+            return tuple(str(s) for s in said)
+    return (str(trait),)
+
+
+def limits(d: Diagnosis) -> str:
+    """Say what these data cannot tell, and how the answer came about."""
+    if d.nominal is None:
+        return ""
+    lines = [*_range(d), *_undetermined(d), *_unsaid(d)]
+    return html.section(
+        "What this does not say", html.bullets(lines), html.heading("notes"), html.bullets(d.notes)
+    )
+
+
+def _range(d: Diagnosis) -> list[str]:
+    """Range that the recording visited: beyond it the law is a guess."""
+    if d.data is None:
+        return []
+    spans = [
+        f"{n} {interval(float(u.min()), float(u.max()), unit_of(d, n))}"
+        for n, u in d.data.commands.items()
+        if np.ptp(u) > 0
+    ]
+    scene = d.scene
+    for element in places_of(d)[0] if scene is not None else ():
+        if scene is None or element not in scene.past:
+            continue
+        for a in axes_of(d.graph, element, scene.past[element])[:2]:
+            if a.name.removeprefix("command ") not in d.data.commands:
+                low, high = float(np.nanmin(a.values)), float(np.nanmax(a.values))
+                spans.append(f"{a.name} {interval(low, high, a.unit)}")
+    if not spans:
+        return []
+    return [f"It holds where the recording went: {'; '.join(dict.fromkeys(spans))}."]
+
+
+def _undetermined(d: Diagnosis) -> list[str]:
+    f = d.repaired or d.nominal
+    assert f is not None
+    weak = [e.name for e in f.estimates if _weak(*e.ci95, e.value)]
+    bound = [e.name for e in f.estimates if e.at_bound]
+    return [
+        *([f"Hardly determined by these data: {', '.join(weak)}."] if weak else []),
+        *([f"At the end of what they may be: {', '.join(bound)}."] if bound else []),
+    ]
+
+
+def _weak(low: float, high: float, value: float) -> bool:
+    return not np.isfinite([low, high]).all() or high - low > abs(value)
+
+
+def _unsaid(d: Diagnosis) -> list[str]:
+    lines = []
+    if d.kind in ("explained", "parameters_only"):
+        lines.append(
+            "What the recording does not excite it cannot show: nothing is missing here, which "
+            "is not to say that nothing is missing elsewhere."
+        )
+    if d.kind in NAMED:
+        lines.append(
+            f"Only the {len(CATALOGUE)} effects of the catalogue can be named; another physics "
+            "with the same trace over this range would be given the same name."
+        )
+    if any(s.same_place for s in d.steps) and found_of(d):
+        lines.append("The place is a class, not one element: see the dashed rings.")
+    if d.data is not None:
+        lines.append(
+            "The held-out samples come from the same recording: another level or another day is "
+            "a harder test."
+        )
+    return lines

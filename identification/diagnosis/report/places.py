@@ -1,0 +1,65 @@
+"""Section of the report that says where in the recording the model fails."""
+
+from __future__ import annotations
+
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.regions import Region
+from identification.diagnosis.report import html
+from identification.diagnosis.report.found import places_of, regions_of
+from identification.diagnosis.report.numbers import prefixed, short
+from identification.diagnosis.report.where_figures import port_tiles, spectrum_tile, time_tile
+from identification.diagnosis.where import words
+
+PORTS = 2
+
+
+def places(d: Diagnosis) -> str:
+    """Ranked regions in words and as pictures: times, bands, and the state of the found port."""
+    if d.nominal is None or d.data is None or d.kind == "insufficient_data":
+        return ""
+    found = regions_of(d)
+    numbered = list(enumerate(found, start=1))
+    listed = "".join(f"<li>{html.escape(region_words(r))}</li>" for _, r in numbered)
+    marks = "; the numbers are those of the list" if found else ""
+    tiles = []
+    for c, name in enumerate(d.data.names):
+        tiles += [
+            html.figure(
+                time_tile(d, c, numbered),
+                f"Residual of {name} over time, with its noise (band){marks}.",
+            ),
+            html.figure(
+                spectrum_tile(d, c, numbered),
+                f"Spectrum of the residual of {name} over the noise floor (dashed){marks}.",
+            ),
+        ]
+    ports = [html.heading("at the place that was found")] if places_of(d)[0] else []
+    for element in list(places_of(d)[0])[:PORTS]:
+        figures = port_tiles(d, element)
+        ports.append(html.tiles(*(html.figure(svg, caption) for svg, caption in figures)))
+    intro = (
+        "Most concentrated first; two that hold mostly the same samples are listed once. The "
+        "misfit is the mean square residual over that of the noise."
+    )
+    return html.section(
+        "Where in the recording the model fails",
+        html.paragraph(intro) if listed else html.paragraph(_even(d)),
+        f"<ol>{listed}</ol>" if listed else "",
+        html.tiles(*tiles),
+        *(ports if len(ports) > 1 and any(ports[1:]) else ()),
+    )
+
+
+def _even(d: Diagnosis) -> str:
+    if d.kind in ("explained", "parameters_only"):
+        return "The misfit is that of the noise; what rises above it is shown, not ranked."
+    return "The misfit is spread evenly: no stretch carries clearly more than its share."
+
+
+def region_words(r: Region) -> str:
+    """Sentence about a region, in units with SI prefixes."""
+    size = max(abs(r.low), abs(r.high))
+    factor, unit = prefixed(r.unit, size)
+    low, high = (short(v * factor if abs(v) > 1e-3 * size else 0.0, 3) for v in (r.low, r.high))
+    said = words(r, (low, high, unit))
+    return said[0].upper() + said[1:]

@@ -1,0 +1,169 @@
+"""Relations blind to a port stay at the floor only where the missing physics sits there alone.
+
+The records come from another integrator, with the effect as a force of its own.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from bondgraph import BondGraph, C, Dq, I, One, R, Se, Zero
+from bondgraph.signals import Split
+from identification.diagnosis.blind_relations import (
+    BlindRelation,
+    blind_relations,
+    more_than_one_site,
+    no_relation,
+)
+from identification.diagnosis.relations.latent import Sampled
+from identification.diagnosis.relations.whitening import blind_filter
+from identification.diagnosis.structure import structure
+from identification.fit import Fit, fit
+from identification.problem import Data, Problem
+
+N, DT, NOISE = 1500, 0.01, 1e-4
+MASS, STIFFNESS, DAMPING = 1.0, 400.0, 1.5
+
+
+def chain(mass: float, stiffness: float, damping: float, sensors: int = 3) -> BondGraph:
+    """Three identical masses on identical springs; the first spring ends at the wall."""
+    with BondGraph("chain") as g:
+        bodies = [One(f"v{i}") for i in (1, 2, 3)]
+        for i, body in enumerate(bodies, start=1):
+            body >> I(f"m{i}", mass, unit="kg")
+            if i <= sensors:
+                body >> Dq(f"x{i}", unit="m")
+        Se("F", unit="N") >> bodies[-1]
+        for i, body in enumerate(bodies, start=1):
+            between = body
+            if i > 1:
+                joint, between = Zero(f"z{i}"), One(f"r{i}")
+                body >> joint
+                joint >> bodies[i - 2]
+                joint >> between
+            between >> C(f"k{i}", stiffness=stiffness, unit="N/m")
+            between >> R(f"b{i}", damping, unit="N*s/m")
+    return g
+
+
+@cache
+def course(cubic_k2: float, friction_b1: float) -> tuple[np.ndarray, np.ndarray]:
+    """Force and true displacements, shape (N, 3)."""
+    rng = np.random.default_rng(0)
+    tones, phases = rng.uniform(0.2, 8.0, 12), rng.uniform(0.0, 2 * np.pi, 12)
+    t = DT * np.arange(N)
+    force = 6.0 * np.sin(2 * np.pi * np.outer(t, tones) + phases).sum(axis=1)
+
+    def rate(s: float, z: np.ndarray) -> list[float]:
+        x1, x2, x3, v1, v2, v3 = z
+        e1 = STIFFNESS * x1 + DAMPING * v1 + friction_b1 * np.tanh(v1 / 1e-3)
+        e2 = STIFFNESS * (x2 - x1) + DAMPING * (v2 - v1) + cubic_k2 * (x2 - x1) ** 3
+        e3 = STIFFNESS * (x3 - x2) + DAMPING * (v3 - v2)
+        i = min(int(s / DT), N - 2)
+        u = force[i] + (force[i + 1] - force[i]) * (s / DT - i)
+        return [v1, v2, v3, (e2 - e1) / MASS, (e3 - e2) / MASS, (u - e3) / MASS]
+
+    found = solve_ivp(
+        rate, (0.0, t[-1]), np.zeros(6), t_eval=t, max_step=DT, rtol=1e-7, atol=1e-10
+    )
+    return force, found.y[:3].T
+
+
+def fitted(cubic_k2: float = 0.0, friction_b1: float = 0.0, cubic_x2: float = 0.0) -> Fit:
+    """Nominal fit that starts from parameters a fifth off."""
+    force, x = course(cubic_k2, friction_b1)
+    seen = x + NOISE * np.random.default_rng(1).standard_normal(x.shape)
+    seen[:, 1] += cubic_x2 * x[:, 1] ** 3
+    split = Split(slice(0, 1000), slice(1000, N), "last third")
+    names = ("x1", "x2", "x3")
+    data = Data("run", DT * np.arange(N), {"F": force}, seen, names, np.full(3, NOISE), split)
+    return fit(Problem(chain(1.2 * MASS, 0.85 * STIFFNESS, 0.8 * DAMPING), data))
+
+
+def relations(f: Fit) -> tuple[BlindRelation, ...]:
+    return blind_relations(f, structure(f.problem.graph, np.geomspace(1.0, 60.0, 24)))
+
+
+@pytest.mark.parametrize(
+    ("effect", "port"),
+    [({"cubic_k2": 5e4}, "k2"), ({"friction_b1": 0.5}, "b1"), ({"cubic_x2": 1.0}, "x2")],
+    ids=["cubic_spring", "coulomb", "sensor"],
+)
+def test_only_the_relation_blind_to_the_true_port_reaches_the_floor(
+    effect: dict[str, float], port: str
+) -> None:
+    f = fitted(**effect)
+    assert f.chi2("train") > 10
+    found = relations(f)
+    assert port in found[0].ports
+    assert found[0].compatible
+    assert found[0].train == pytest.approx(1.0, abs=0.1)
+    assert found[0].test == pytest.approx(1.0, abs=0.2)
+    assert "may sit there alone" in found[0].words
+    for other in found[1:]:
+        assert not other.compatible, other.words
+        assert other.z > 10
+        assert "elsewhere" in other.words
+    assert not more_than_one_site(found)
+
+
+def test_without_an_effect_every_relation_is_at_the_floor() -> None:
+    found = relations(fitted())
+    assert len(found) > 5
+    for r in found:
+        assert r.train == pytest.approx(1.0, abs=0.1)
+        assert r.test == pytest.approx(1.0, abs=0.2)
+        assert r.compatible
+    assert not more_than_one_site(found)
+
+
+def test_two_sites_leave_every_relation_above_the_floor() -> None:
+    found = relations(fitted(cubic_k2=5e4, friction_b1=2.0))
+    assert min(r.z for r in found) > 10
+    assert more_than_one_site(found)
+
+
+def test_one_sensor_makes_no_relation() -> None:
+    force, x = course(0.0, 0.0)
+    split = Split(slice(0, 1000), slice(1000, N), "last third")
+    data = Data(
+        "run", DT * np.arange(N), {"F": force}, x[:, :1], ("x1",), np.array([NOISE]), split
+    )
+    f = fit(Problem(chain(MASS, STIFFNESS, DAMPING, sensors=1), data), max_iterations=2)
+    assert relations(f) == ()
+    assert "second sensor" in no_relation(f)
+    assert not more_than_one_site(())
+
+
+def test_the_filter_is_the_projection_of_the_whole_record() -> None:
+    rng = np.random.default_rng(2)
+    phi = np.array([[0.9, 0.2], [-0.2, 0.85]])
+    model = Sampled(phi, np.array([[0.3], [1.0]]), rng.standard_normal((3, 2)), np.zeros((3, 1)))
+    size, n = 50.0, 200
+    r = rng.standard_normal((3, 1, n))
+    blind = blind_filter(model, np.array([size]))
+    seen = blind(r)[:, 0].T.ravel()
+    starts = blind.starts(n).transpose(2, 0, 1).reshape(3 * n, 2)
+    q = np.linalg.qr(starts)[0]
+    filtered = float(np.sum((seen - q @ (q.T @ seen)) ** 2))
+    # the same number from the covariance of the whole record, its start unknown
+    powers = [np.linalg.matrix_power(phi, i) for i in range(n)]
+    g = np.zeros((3 * n, n))
+    for lag in range(1, n):
+        for t in range(lag, n):
+            g[3 * t : 3 * t + 3, t - lag] = (model.c @ powers[lag - 1] @ model.gamma)[:, 0]
+    free = np.concatenate([model.c @ p for p in powers])
+    inverse = np.linalg.inv(np.eye(3 * n) + size**2 * g @ g.T)
+    left = r[:, 0].T.ravel()
+    weighted = inverse @ free
+    exact = float(
+        left @ inverse @ left
+        - left @ weighted @ np.linalg.solve(free.T @ weighted, weighted.T @ left)
+    )
+    assert filtered == pytest.approx(exact, rel=1e-6)
+    # and the latent signal itself is not seen
+    assert np.sum(blind((g @ rng.standard_normal(n)).reshape(n, 3).T[:, None]) ** 2) < 0.1 * n

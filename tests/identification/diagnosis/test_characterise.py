@@ -1,0 +1,218 @@
+"""A latent signal at a port: reconstructed from readings, described without a library."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.signal import cont2discrete, lfilter
+
+from bondgraph.elements import C, Df, Dq, I, One, R, Se
+from bondgraph.graph import BondGraph
+from bondgraph.hysteresis import play_record
+from bondgraph.laws import Coulomb
+from bondgraph.simulate import simulate
+from identification.diagnosis.characterise import Character, characterise
+from identification.diagnosis.effects.memories.creep import lagged
+from identification.diagnosis.latent import latent
+from identification.diagnosis.loops import cycles, loops
+from identification.diagnosis.scene import Past
+
+Array = np.ndarray
+DT = 5e-3
+
+
+def wander(n: int = 6000, seed: int = 0) -> Array:
+    """A record of several amplitudes and speeds."""
+    rng = np.random.default_rng(seed)
+    t = DT * np.arange(n)
+    x = np.zeros(n)
+    for f in (0.13, 0.31, 0.57, 1.1, 2.3):
+        x += rng.uniform(0.3, 1.0) * np.sin(2 * np.pi * f * t + rng.uniform(0, 6))
+    return np.asarray(x * (0.4 + 0.6 * np.sin(0.35 * t) ** 2))
+
+
+def described(signal: Array, x: Array, *, flow: bool = False, noise: float = 0.05) -> Character:
+    moved = np.cumsum(x) * DT if flow else None
+    rough = noise * signal.std() * np.random.default_rng(1).standard_normal(x.size)
+    return characterise(Past(x, x, DT, moved), signal + rough, flow=flow)
+
+
+def test_a_curve_over_the_argument() -> None:
+    x = wander()
+    cubic = described(x**3, x)
+    assert cubic.variable == "argument"
+    assert cubic.explained["argument"] > 0.95
+    assert cubic.odd > 0.9
+    assert cubic.jump < 0.1
+    assert abs(cubic.loops.dissipation) < 0.05
+    assert "present argument alone" in cubic.words
+    square = described(x**2, x)
+    assert square.variable == "argument"
+    assert square.even > 0.9
+
+
+def test_memory_of_turning_points() -> None:
+    x = wander()
+    widths = np.array([0.2, 0.5, 1.0])
+    stops = x[:, None] - play_record(x, widths, np.full(3, x[0]))
+    found = described(stops.sum(axis=1), x)
+    assert found.variable == "memory"
+    assert found.rate_gain < 0.05
+    assert found.loops.dissipation > 0.1
+    assert found.loops.memory > 0.3
+    assert found.loops.speed_exponent == pytest.approx(0.0, abs=0.35)
+    assert "rate independent" in found.words
+    assert "takes energy" in found.words
+
+
+def test_rate_and_reversal() -> None:
+    x = wander()
+    rate = np.gradient(x, DT)
+    viscous = described(rate, x)
+    assert viscous.variable == "rate"
+    assert viscous.loops.dissipation > 0.95
+    assert viscous.loops.speed_exponent == pytest.approx(1.0, abs=0.35)
+    assert viscous.jump < 0.1
+    dry = described(np.sign(rate), x)
+    assert dry.variable == "rate"
+    assert dry.jump > 0.7
+    assert "jumps" in dry.words
+    driving = described(-np.sign(rate), x)
+    assert driving.loops.dissipation < -0.5
+    assert "gives energy" in driving.words
+
+
+def test_friction_over_a_flow() -> None:
+    v = wander()
+    dry = described(np.sign(v), v, flow=True)
+    assert dry.variable == "argument"
+    assert dry.odd > 0.9
+    assert dry.jump > 0.7
+    assert dry.loops.dissipation > 0.5
+    spring = described(np.cumsum(v) * DT, v, flow=True)
+    assert spring.explained["way"] > 0.9 > spring.explained["argument"]
+
+
+def test_slow_time_and_nothing() -> None:
+    x = wander()
+    t = DT * np.arange(x.size)
+    assert described(lagged(x, 0.05 * t[-1], DT), x).variable == "slow"
+    ageing = described(x * t**2, x)
+    assert ageing.variable == "time"
+    assert ageing.explained["time"] > 0.95
+    noise = np.random.default_rng(5).standard_normal(x.size)
+    nothing = described(noise, x)
+    assert nothing.variable == "nothing"
+    assert max(nothing.explained.values()) < 0.05
+    assert nothing.words.startswith("none of")
+
+
+def test_plateau_and_stop() -> None:
+    x = wander()
+    flat = described(np.clip(x, -0.6, 0.6) - x, x, noise=0.0)
+    assert flat.plateau < 0.2
+    assert "levels off" in flat.words
+    stop = described(5 * np.sign(x) * np.maximum(np.abs(x) - 0.6, 0), x, noise=0.0)
+    assert stop.plateau > 3
+    assert described(0.01 * x**2, x).plateau == pytest.approx(1.0, abs=0.1)
+
+
+def test_creep_shows_in_rests() -> None:
+    x = np.repeat(np.array([0.0, 1.0, -0.5, 0.7, 0.0, -1.0]), 600)
+    x = np.convolve(x, np.ones(20) / 20, "same")
+    creeping = described(lagged(x, 1.0, DT), x, noise=0.01)
+    assert creeping.dwell is not None
+    assert creeping.dwell > 0.1
+    steady = described(x**3, x, noise=0.01)
+    assert steady.dwell is not None
+    assert abs(steady.dwell) < 0.02
+    assert described(wander() ** 3, wander()).dwell is None
+
+
+def test_loops_count_and_close() -> None:
+    t = DT * np.arange(4000)
+    x = np.sin(2 * np.pi * 0.5 * t)
+    assert len(cycles(x)) == 9
+    past = Past(x, x, DT)
+    same = loops(past, np.sign(np.gradient(x)))
+    assert same.area == pytest.approx(1.0, abs=0.05)
+    assert same.closure > 0.9
+    noisy = loops(past, np.random.default_rng(0).standard_normal(t.size))
+    assert noisy.closure < 0.1
+    assert same.speed_exponent is None  # one speed only
+    assert loops(past, np.zeros(t.size)).dissipation == 0.0
+
+
+def mass(friction: float = 0.0) -> BondGraph:
+    with BondGraph("mass") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 1.0)
+        body >> R("d", 0.5, law=Coulomb(friction) if friction else None)
+        body >> C("k", stiffness=100.0)
+        body >> Dq("x")
+        body >> Df("v")
+    return g
+
+
+def respond(w: Array) -> Array:
+    """Displacement of the linear mass that loses the force `w`, linear between samples."""
+    a, b = np.array([[0.0, 1.0], [-100.0, -0.5]]), np.array([[0.0], [-1.0]])
+    c, d = np.array([[1.0, 0.0]]), np.zeros((1, 1))
+    made: Any = cont2discrete((a, b, c, d), DT, "foh")
+    poles = np.poly(made[0])
+    # numerator from the first three samples of the impulse response
+    impulse = [made[3][0, 0]]
+    state = made[1]
+    for _ in range(2):
+        impulse.append((made[2] @ state)[0, 0])
+        state = made[0] @ state
+    top = np.convolve(poles, impulse)[:3]
+    return np.asarray(lfilter(top, poles, w, axis=0)[:, None, :])
+
+
+def test_coulomb_force_is_seen_through_a_mass_and_a_spring() -> None:
+    """From the displacement alone, noise 40 dB below it."""
+    n = 4000
+    t = DT * np.arange(n)
+    u = np.zeros(n)
+    for a, f, p in ((6, 0.31, 0), (4, 0.83, 1), (4, 1.9, 2), (3, 3.3, 4)):
+        u += a * np.sin(2 * np.pi * f * t + p)
+    truth = simulate(mass(2.0), t, {"F": u})
+    linear = simulate(mass(), t, {"F": u})
+    x, v = np.asarray(truth["x"]), np.asarray(truth["v"])
+    floor = 1e-2 * x.std()
+    noise = floor * np.random.default_rng(0).standard_normal(n)
+    residual = (x + noise - np.asarray(linear["x"]))[:, None]
+    found = latent(respond, residual, np.array([floor]), DT)
+    force = 2.0 * np.sign(v)
+    assert np.corrcoef(found.signal, force)[0, 1] > 0.9
+    assert found.signal.std() == pytest.approx(2.0, rel=0.15)
+    assert found.explained > 0.99
+    # the port's own flow explains it, with a jump, and it takes energy
+    seen = characterise(Past(v, 0.5 * v, DT, np.asarray(truth["x"])), found.signal, flow=True)
+    assert seen.variable == "argument"
+    assert seen.odd > 0.9
+    assert seen.loops.dissipation > 0.5
+
+
+def test_what_parameters_can_imitate_is_left_out() -> None:
+    n = 2000
+    t = DT * np.arange(n)
+    push = np.sign(np.sin(2 * np.pi * 0.7 * t))
+    imitated = respond(np.cos(2 * np.pi * 1.9 * t)[:, None])
+    floor = np.array([1e-5])
+    noise = floor * np.random.default_rng(3).standard_normal((n, 1))
+    residual = respond(push[:, None])[:, :, 0] + 3 * imitated[:, :, 0] + noise
+    with_it = latent(respond, residual, floor, DT)
+    without = latent(respond, residual, floor, DT, tangents=imitated)
+    assert np.corrcoef(with_it.signal, push)[0, 1] < 0.7
+    assert np.corrcoef(without.signal, push)[0, 1] > 0.95
+
+
+def test_noise_alone_gives_almost_nothing() -> None:
+    floor = np.array([1e-3])
+    noise = floor * np.random.default_rng(7).standard_normal((2000, 1))
+    found = latent(respond, noise, floor, DT)
+    assert found.explained < 0.02

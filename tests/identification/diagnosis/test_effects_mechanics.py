@@ -1,0 +1,339 @@
+"""Effects of friction, springs, storages and flow: inserted, absent at zero, seen when weak."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
+from bondgraph.elements import Sensor, Source
+from bondgraph.naming import Names
+from bondgraph.signals import Split
+from bondgraph.simulate import exact_form, simulate
+from identification.diagnosis.effects.effect import Effect, Hint, Signature
+from identification.diagnosis.effects.flow.nonlinear_resistance import NonlinearResistanceEffect
+from identification.diagnosis.effects.flow.square_root_flow import SquareRootFlow
+from identification.diagnosis.effects.friction.asymmetric_damping import AsymmetricDampingEffect
+from identification.diagnosis.effects.friction.coulomb import CoulombFriction
+from identification.diagnosis.effects.friction.presliding import PreslidingFriction, bend
+from identification.diagnosis.effects.friction.quadratic_drag import Drag
+from identification.diagnosis.effects.friction.stribeck import StribeckFriction
+from identification.diagnosis.effects.restoring.backlash import BacklashEffect
+from identification.diagnosis.effects.restoring.bilinear_stiffness import BilinearStiffness
+from identification.diagnosis.effects.restoring.contact_loss import ContactLossEffect
+from identification.diagnosis.effects.restoring.end_stop import EndStopEffect
+from identification.diagnosis.effects.restoring.nonlinear_stiffness import NonlinearStiffness
+from identification.diagnosis.effects.storage.added_mode import AddedMode
+from identification.diagnosis.effects.storage.leakage import Leakage
+from identification.diagnosis.effects.storage.overflow import OverflowEffect
+from identification.diagnosis.effects.storage.self_heating import SelfHeatingEffect
+from identification.diagnosis.scene import Past, Scene
+from identification.problem import Data
+
+N = 800
+Array = Any
+
+
+def mechanical() -> BondGraph:
+    with BondGraph("oscillator") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 1.3, unit="kg")
+        body >> R("d", 0.9, unit="N*s/m")
+        body >> C("k", stiffness=30.0, unit="N/m")
+        body >> Dq("x", unit="m")
+        body >> Df("v", unit="m/s")
+    return g
+
+
+def electrical() -> BondGraph:
+    with BondGraph("circuit") as g:
+        loop = One("loop")
+        Se("V", unit="V") >> loop >> R("R_1", 2.0, unit="ohm")
+        loop >> C("C_1", 0.5, unit="F")
+        loop >> Df("i", unit="A")
+    return g
+
+
+def hydraulic() -> BondGraph:
+    with BondGraph("tanks") as g:
+        upper, pipe, lower = Zero("upper"), One("pipe"), Zero("lower")
+        Sf("Q", unit="m3/s") >> upper >> C("T_1", 0.02, unit="m3/Pa")
+        upper >> pipe >> R("R_1", 50.0, unit="Pa*s/m3")
+        pipe >> lower >> C("T_2", 0.03, unit="m3/Pa")
+        lower >> R("R_2", 40.0, unit="Pa*s/m3")
+        upper >> De("p_1", unit="Pa")
+        lower >> De("p_2", unit="Pa")
+    return g
+
+
+@dataclass(frozen=True)
+class Plant:
+    build: Callable[[], BondGraph]
+    drive: str
+    dt: float
+    command: Callable[[Array], Array]
+
+
+def tones(t: Array) -> Array:
+    """Two sines that start from rest."""
+    return np.sin(3.1 * t) * np.minimum(t, 1.0) + 0.6 * np.sin(7.7 * t) * np.minimum(t, 1.0)
+
+
+PLANTS = {
+    "mechanical": Plant(mechanical, "F", 0.02, lambda t: 20.0 * tones(t)),
+    "electrical": Plant(electrical, "V", 0.02, lambda t: 4.0 * tones(t)),
+    "hydraulic": Plant(hydraulic, "Q", 0.02, lambda t: 0.1 * (1 + tones(t)) * (t > 0)),
+}
+
+
+@cache
+def scene(name: str) -> Scene:
+    plant = PLANTS[name]
+    graph = plant.build()
+    t = plant.dt * np.arange(N)
+    command = {plant.drive: plant.command(t)}
+    names = Names(graph)
+    ports = {}
+    for element in graph.of_type(C, R, I):
+        (bond,) = graph.bonds_of(element.name)
+        argument = f"q_{element.name}" if isinstance(element, C) else names.flow(bond)
+        ports[element.name] = (argument, names.effort(bond))
+    watched = tuple({n for pair in ports.values() for n in pair})
+    run = simulate(graph, t, command, observed=watched)
+    past = {}
+    for e, (a, b) in ports.items():
+        moved = np.concatenate([[0.0], np.cumsum(0.5 * (run[a][1:] + run[a][:-1])) * plant.dt])
+        past[e] = Past(run[a], run[b], plant.dt, None if isinstance(graph[e], C) else moved)
+    sensors = tuple(s.name for s in graph.of_type(Sensor))
+    readings = np.stack([run[s] for s in sensors], axis=1)
+    floor = 1e-3 * readings.std(axis=0)
+    split = Split(slice(0, 500), slice(500, N), "first part")
+    data = Data("run", t, command, readings, sensors, floor, split)
+    noise = np.random.default_rng(1).normal(size=readings.shape) * floor
+    noise[:, 0] += 5 * floor[0] * np.sin(21.0 * t)
+    nominal: Any = None  # no effect looks at the fit itself
+    return Scene(graph, data, nominal, noise, past)
+
+
+def response(
+    graph: BondGraph, plant: str, values: Mapping[str, float], accuracy: float = 1e-6
+) -> Array:
+    s = scene(plant)
+    rest = np.zeros(exact_form(graph).n_x)  # type: ignore[union-attr]
+    run = simulate(graph, s.data.time, s.data.commands, values, x0=rest, accuracy=accuracy)
+    return np.stack([run[n] for n in s.data.names], axis=1)
+
+
+def response_to_effort(plant: str, element: str, effort: Array) -> Array:
+    """Readings of the nominal graph when `effort` is added to that of one element."""
+    s = scene(plant)
+    (bond,) = s.graph.bonds_of(element)
+    graph = s.graph.with_inserted(bond, One("probe")).with_branch("probe", [])
+    graph.bond(graph.add(Se("added")), graph["probe"])
+    rest = np.zeros(exact_form(graph).n_x)  # type: ignore[union-attr]
+    commands = {**s.data.commands, "added": -effort}
+    run = simulate(graph, s.data.time, commands, x0=rest, accuracy=1e-6)
+    return np.stack([run[n] for n in s.data.names], axis=1)
+
+
+@dataclass(frozen=True)
+class Case:
+    """An effect, its plant and place; parameters at full strength `at` one signature's shape."""
+
+    effect: Effect
+    plant: str
+    element: str
+    pick: Callable[[Signature], bool]
+    values: Callable[[Signature, float], Mapping[str, float]]
+    weights: Callable[[float], tuple[float, ...]]
+    weak: float
+    tolerance: float = 0.03
+
+
+def first(signature: Signature) -> bool:
+    return True
+
+
+def shape(signature: Signature, name: str) -> float:
+    assert signature.shape is not None
+    return signature.shape[name]
+
+
+def stops(element: str, signature: Signature) -> dict[str, float]:
+    past = scene("mechanical").past[element]
+    away = shape(signature, "share") * past.half
+    return {f"low_{element}": past.centre - away, f"high_{element}": past.centre + away}
+
+
+CASES = [
+    Case(CoulombFriction(), "mechanical", "d", first,
+         lambda s, e: {"F_c_d": e}, lambda e: (e,), 1e-3, 0.05),
+    Case(StribeckFriction(), "mechanical", "d", lambda s: shape(s, "speed") > 0.2,
+         lambda s, e: {"F_c_d": e, "F_d_d": 2 * e, "f_s_d": shape(s, "speed")},
+         lambda e: (e, 2 * e), 1e-3, 0.1),
+    Case(PreslidingFriction(), "mechanical", "d", lambda s: shape(s, "way") > 0.05,
+         lambda s, e: {"F_c_d": e, "delta_d": shape(s, "way")}, lambda e: (e,), 1e-3, 0.05),
+    Case(Drag(), "mechanical", "d", first, lambda s, e: {"c_2_d": e}, lambda e: (e,), 1e-4),
+    Case(AsymmetricDampingEffect(), "mechanical", "d", first,
+         lambda s, e: {"d_a_d": e}, lambda e: (e,), 1e-4),
+    Case(NonlinearStiffness(), "mechanical", "k", first,
+         lambda s, e: {"a_2_k": e, "a_3_k": -2 * e}, lambda e: (e, -2 * e), 1e-3),
+    Case(BilinearStiffness(), "mechanical", "k", lambda s: shape(s, "knee") > 0,
+         lambda s, e: {"dk_k": e, "knee_k": shape(s, "knee")}, lambda e: (e,), 1e-3),
+    Case(EndStopEffect(), "mechanical", "k", lambda s: shape(s, "side") == 0.0,
+         lambda s, e: {"k_s_k": e, **stops("k", s)},
+         lambda e: (e,), 1e-3),
+    Case(EndStopEffect(), "mechanical", "k", lambda s: shape(s, "side") == -1.0,
+         lambda s, e: {"k_s_k": e, **stops("k", s), "high_k": 9.0}, lambda e: (e,), 1e-3),
+    Case(BacklashEffect(), "mechanical", "k", first,
+         lambda s, e: {"gap_k": e * shape(s, "width"), "centre_k": shape(s, "centre")},
+         lambda e: (e,), 0.02, 0.2),
+    Case(Leakage(), "electrical", "C_1", first, lambda s, e: {"leak_C_1": e}, lambda e: (e,), 1e-4),
+    Case(Leakage(), "hydraulic", "T_1", first, lambda s, e: {"leak_T_1": e}, lambda e: (e,), 1e-4),
+    Case(AddedMode(), "mechanical", "m", lambda s: shape(s, "omega") < 30.0,
+         lambda s, e: {"mu_m": e, "omega_m": shape(s, "omega")}, lambda e: (e,), 1e-5, 0.05),
+    Case(SelfHeatingEffect(), "electrical", "R_1", lambda s: shape(s, "tau") > 1.0,
+         lambda s, e: {"r_heat_R_1": e, "tau_heat_R_1": shape(s, "tau")}, lambda e: (e,), 1e-4),
+    Case(SquareRootFlow(), "hydraulic", "R_2", first,
+         lambda s, e: {"c_2_R_2": e}, lambda e: (e,), 1e-2),
+    Case(NonlinearResistanceEffect(), "electrical", "R_1", first,
+         lambda s, e: {"a_2_R_1": e, "a_3_R_1": 2 * e}, lambda e: (e, 2 * e), 1e-4),
+    Case(NonlinearResistanceEffect(), "hydraulic", "R_1", first,
+         lambda s, e: {"a_2_R_1": e, "a_3_R_1": 2 * e}, lambda e: (e, 2 * e), 1e-5),
+]  # fmt: skip
+SHALLOW = [
+    (ContactLossEffect(), "mechanical", "k", "lift", lambda s: shape(s, "side") == 1.0),
+    (ContactLossEffect(), "mechanical", "k", "lift", lambda s: shape(s, "side") == -1.0),
+    (OverflowEffect(), "hydraulic", "T_1", "rim", lambda s: True),
+]
+PLACES = sorted({(c.effect.name, c.plant, c.element) for c in CASES}
+                | {(e.name, plant, place) for e, plant, place, *_ in SHALLOW})  # fmt: skip
+BY_NAME = {c.effect.name: c.effect for c in CASES} | {e.name: e for e, *_ in SHALLOW}
+
+
+def label(value: object) -> str:
+    return value.effect.name if isinstance(value, Case) else ""
+
+
+def chosen(case: Case) -> Signature:
+    s = scene(case.plant)
+    found = case.effect.signatures(s, s.graph[case.element])
+    return next(f for f in found if case.pick(f))
+
+
+@pytest.mark.parametrize("case", CASES, ids=label)
+def test_weak_effect_does_what_its_signature_says(case: Case) -> None:
+    s = scene(case.plant)
+    signature = chosen(case)
+    weights = np.array(case.weights(case.weak))
+    hint = Hint(signature.shape or {}, weights)
+    inserted = case.effect.insert(s, s.graph[case.element], hint)
+    quiet = response(s.graph, case.plant, {})
+    seen = response(inserted.graph, case.plant, case.values(signature, case.weak)) - quiet
+    said = response_to_effort(case.plant, case.element, signature.columns @ weights) - quiet
+    for c in range(seen.shape[1]):
+        size = np.abs(said[:, c]).max()
+        assert size > 0
+        assert np.abs(seen[:, c] - said[:, c]).max() < case.tolerance * size
+
+
+@pytest.mark.parametrize(
+    ("effect", "plant", "element", "at", "pick"), SHALLOW, ids=lambda v: getattr(v, "name", "")
+)
+def test_shallow_effect_does_what_its_signature_says(
+    effect: Effect, plant: str, element: str, at: str, pick: Callable[[Signature], bool]
+) -> None:
+    """These are weak when they touch only the ends of the motion."""
+    s = scene(plant)
+    signature = next(f for f in effect.signatures(s, s.graph[element]) if pick(f))
+    past = s.past[element]
+    assert signature.shape is not None
+    above = signature.shape[at] > past.centre
+    end = past.argument.max() if above else past.argument.min()
+    near = end + 0.01 * (past.centre - end)
+    inserted = effect.insert(s, s.graph[element], Hint(signature.shape, np.ones(1)))
+    (name,) = inserted.strengths
+    deeper = 1.0 if above else -1.0
+    depth = inserted.starts[0][name] + deeper * (signature.shape[at] - near)
+    quiet = response(s.graph, plant, {})
+    seen = response(inserted.graph, plant, {name: depth}) - quiet
+    excess = np.maximum(deeper * (past.argument - near), 0.0)
+    if effect.name == "overflow":
+        excess = np.maximum.accumulate(excess)
+    said = response_to_effort(plant, element, -deeper * past.slope * excess) - quiet
+    for c in range(seen.shape[1]):
+        assert np.abs(seen[:, c] - said[:, c]).max() < 0.15 * np.abs(said[:, c]).max()
+    # and the column itself is that effort at its own shape
+    own = np.maximum(deeper * (past.argument - signature.shape[at]), 0.0)
+    if effect.name == "overflow":
+        own = np.maximum.accumulate(own)
+    np.testing.assert_allclose(signature.columns[:, 0], -deeper * past.slope * own, atol=1e-9)
+
+
+@pytest.mark.parametrize(("name", "plant", "element"), PLACES)
+def test_insertion(name: str, plant: str, element: str) -> None:
+    effect, s = BY_NAME[name], scene(plant)
+    place = s.graph[element]
+    assert place in effect.places(s.graph)
+    signatures = effect.signatures(s, place)
+    assert signatures
+    for f in signatures:
+        assert f.columns.shape[0] == N
+        assert np.isfinite(f.columns).all()
+    quiet = response(s.graph, plant, {})
+    wrong = [Hint(f.shape or {}, -np.ones(f.columns.shape[1])) for f in signatures[:2]]
+    for hint in (None, *wrong):
+        inserted = effect.insert(s, place, hint)
+        compiled = exact_form(inserted.graph)
+        assert compiled is not None
+        assert inserted.graph.check() == ()
+        assert set(inserted.strengths) <= set(compiled.parameter_names)
+        known = inserted.graph.parameters
+        for start in inserted.starts:
+            for n, v in start.items():
+                low, high = known[n].lower, known[n].upper
+                assert low is None or v >= low, (n, v)
+                assert high is None or v <= high, (n, v)
+            assert np.isfinite(response(inserted.graph, plant, start, 1e-3)).all()
+        # a conductance or a mass of zero has no resistance and no mass left to divide by
+        nothing = 1e-12 if name in ("leakage", "added_mode") else 0.0
+        absent = response(inserted.graph, plant, dict.fromkeys(inserted.strengths, nothing))
+        np.testing.assert_allclose(absent, quiet, atol=1e-6 * np.abs(quiet).max())
+
+
+@pytest.mark.parametrize("effect", BY_NAME.values(), ids=lambda e: e.name)
+def test_words(effect: Effect) -> None:
+    words = (effect.looks, effect.separated_by, effect.source, effect.sentence, effect.law)
+    assert all(words)
+    assert effect.confused_with
+    assert effect.name not in effect.confused_with
+
+
+def test_only_where_the_domain_makes_sense() -> None:
+    mass, circuit, tanks = mechanical(), electrical(), hydraulic()
+    for name in ("coulomb_friction", "backlash", "added_mode", "end_stop"):
+        assert BY_NAME[name].places(mass)
+        assert not BY_NAME[name].places(circuit)
+        assert not BY_NAME[name].places(tanks)
+    assert {e.name for e in BY_NAME["overflow"].places(tanks)} == {"T_1", "T_2"}
+    assert not BY_NAME["overflow"].places(circuit)
+    assert not BY_NAME["leakage"].places(mass)
+    assert not BY_NAME["self_heating"].places(tanks)
+    assert not BY_NAME["square_root_flow"].places(circuit)
+    assert not any(isinstance(p, Source) for e in BY_NAME.values() for p in e.places(mass))
+
+
+def test_bend_of_a_bristle_over_many_slip_lengths() -> None:
+    """Against the recursion, sample by sample."""
+    way = np.cumsum(np.random.default_rng(2).normal(size=400))
+    for length in (0.003, 0.4, 20.0):
+        z, plain = 0.0, [0.0]
+        for step in np.diff(way):
+            z = np.sign(step) + (z - np.sign(step)) * np.exp(-abs(step) / length)
+            plain.append(z)
+        np.testing.assert_allclose(bend(way, length), plain, atol=1e-9)

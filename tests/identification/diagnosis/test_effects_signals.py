@@ -1,0 +1,324 @@
+"""Effects of drives, sensors and time on a mass, a spring and a damper."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph
+from bondgraph.elements import C, Df, Dq, I, One, R, Se, Source
+from bondgraph.signals import Split
+from bondgraph.simulate import exact_form, simulate
+from identification.diagnosis.effects.driving.dead_zone import DeadZoneEffect
+from identification.diagnosis.effects.driving.low_pass import LowPass
+from identification.diagnosis.effects.driving.saturation import SaturationEffect
+from identification.diagnosis.effects.driving.slew_limit import SlewLimitEffect
+from identification.diagnosis.effects.effect import Effect, Hint, Insertion
+from identification.diagnosis.effects.measuring.grid_step import (
+    quantisation_step,
+    rounding_explains,
+)
+from identification.diagnosis.effects.measuring.periodic_error import (
+    PeriodicError,
+    promising_cycles,
+)
+from identification.diagnosis.effects.measuring.quantisation import Quantisation
+from identification.diagnosis.effects.measuring.sensor_drift import SensorDrift
+from identification.diagnosis.effects.measuring.sensor_lag import SensorLag
+from identification.diagnosis.effects.measuring.sensor_nonlinearity import SensorNonlinearity
+from identification.diagnosis.effects.measuring.sensor_offset import SensorOffset
+from identification.diagnosis.effects.measuring.sensor_rectification import SensorRectification
+from identification.diagnosis.effects.timing.clock_skew import ClockSkew
+from identification.diagnosis.effects.timing.delay import Delay
+from identification.diagnosis.scene import Past, Scene
+from identification.fit import Fit, fit
+from identification.problem import Data, Problem
+from identification.residual import evaluate, start_point
+
+N, DT = 600, 1e-3
+STEP = 2e-5
+EFFECTS: tuple[Effect, ...] = (
+    SaturationEffect(), SlewLimitEffect(), LowPass(), DeadZoneEffect(),
+    SensorLag(), SensorOffset(), SensorDrift(), SensorNonlinearity(), SensorRectification(),
+    PeriodicError(), Quantisation(), Delay(), ClockSkew(),
+)  # fmt: skip
+EXACT = {
+    "low_pass": 2e-2, "slew_limit": 5e-3, "saturation": 5e-3, "dead_zone": 3e-2,
+    "sensor_lag": 2e-2, "delay": 2e-2, "clock_skew": 5e-2, "quantisation": 1e-3,
+}  # fmt: skip
+
+
+def plant() -> BondGraph:
+    with BondGraph("oscillator") as g:
+        node = One("v")
+        Se("F", unit="N") >> node
+        node >> I("m", 0.5, unit="kg")
+        node >> C("k", stiffness=800.0, unit="N/m")
+        node >> R("b", 6.0, unit="N*s/m")
+        node >> Dq("x", unit="m")
+        node >> Df("rate", unit="m/s")
+    return g
+
+
+def drive() -> np.ndarray:
+    t = DT * np.arange(N)
+    swept = 3.0 * np.sin(2 * np.pi * 4 * t + 0.3) + 2.0 * np.sin(2 * np.pi * 11 * t)
+    return np.asarray(swept * np.minimum(1.0, t / 0.05))
+
+
+def recorded(graph: BondGraph, values: Mapping[str, float] | None = None) -> Data:
+    t = DT * np.arange(N)
+    run = simulate(graph, t, {"F": drive()}, values)
+    y = np.stack([run["x"], run["rate"]], axis=1)
+    y[:, 0] = STEP * np.round(y[:, 0] / STEP)
+    y[:, 1] += 1e-3 * y[:, 1].std() * np.random.default_rng(0).standard_normal(N)
+    split = Split(slice(0, 400), slice(400, N), "first two thirds")
+    return Data("run", t, {"F": drive()}, y, ("x", "rate"), 1e-3 * y.std(axis=0), split)
+
+
+def scene_of(nominal: Fit) -> Scene:
+    """Scene of sources and sensors alone: their pasts need no simulation of the ports."""
+    data = nominal.problem.data
+    past = {n: Past(u, u, data.dt) for n, u in data.commands.items()}
+    past |= {
+        n: Past(nominal.simulated[:, i], nominal.simulated[:, i], data.dt)
+        for i, n in enumerate(data.names)
+    }
+    left = data.readings - nominal.simulated
+    return Scene(nominal.problem.graph, data, nominal, left, past)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    graph = plant()
+    given = ("m", "k", "b")
+    problem = Problem(graph, recorded(graph), fixed=given, nuisances=False, initial="rest")
+    return scene_of(fit(problem, max_iterations=1))
+
+
+def readings(graph: BondGraph, scene: Scene, values: Mapping[str, float]) -> np.ndarray:
+    problem = Problem(graph, scene.data, starts=values, nuisances=False)
+    return evaluate(problem, start_point(problem), derivatives=False).y
+
+
+def driven(scene: Scene, command: np.ndarray) -> np.ndarray:
+    """Readings of the nominal model under another command, from the same initial state."""
+    nominal = Problem(scene.graph, scene.data, nuisances=False)
+    other = Problem(scene.graph, replace(scene.data, commands={"F": command}), nuisances=False)
+    return evaluate(other, start_point(nominal), derivatives=False).y
+
+
+def absent(effect: Effect, i: Insertion, scene: Scene) -> dict[str, float]:
+    """Values at which the effect does nothing: zero, but limits far away and tiny lags."""
+    if effect.name == "saturation":
+        far = 1e4 * float(np.ptp(drive()))
+        return dict(zip(i.strengths, (-far, far), strict=True))
+    return dict.fromkeys(i.strengths, 1e-9 if effect.name in ("low_pass", "sensor_lag") else 0.0)
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
+def test_words(effect: Effect) -> None:
+    for text in (
+        effect.family, effect.law, effect.sentence, effect.looks, effect.separated_by, effect.source
+    ):  # fmt: skip
+        assert text
+        assert not text.endswith(".")
+    assert effect.confused_with
+    assert effect.name not in (*effect.confused_with, *effect.simpler)
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
+def test_zero_strength_is_the_nominal_model(effect: Effect, scene: Scene) -> None:
+    quiet = readings(scene.graph, scene, {})
+    for place in effect.places(scene.graph):
+        i = effect.insert(scene, place)
+        assert i.graph.check() == ()
+        assert exact_form(i.graph) is not None
+        assert i.strengths
+        y = readings(i.graph, scene, {**i.starts[0], **absent(effect, i, scene)})
+        off = np.linalg.norm(y - quiet, axis=0) / np.linalg.norm(quiet, axis=0)
+        assert off.max() < 1e-5, i.label
+        again = effect.insert(scene, place)
+        assert again.starts == i.starts
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
+def test_signatures_are_what_the_inserted_effect_does(effect: Effect, scene: Scene) -> None:
+    """A hint of a signature and some weights gives back what the columns promise."""
+    quiet = readings(scene.graph, scene, {})
+    for place in effect.places(scene.graph):
+        signatures = effect.signatures(scene, place)
+        assert signatures
+        for s in signatures:
+            assert s.columns.shape[0] == N
+            assert np.isfinite(s.columns).all()
+        shown = [s for s in signatures if np.abs(s.columns).max() > 0]
+        assert shown or (effect.name == "quantisation" and place.name == "rate")
+        for s in shown:
+            weights = np.ones(s.columns.shape[1])
+            if effect.name in (
+                "sensor_drift",
+                "sensor_offset",
+                "sensor_nonlinearity",
+                "periodic_error",
+            ):
+                weights *= 0.02 * scene.of(place).half
+            i = effect.insert(scene, place, Hint(s.shape or {}, weights))
+            known = {*exact_form(i.graph).parameter_names, *Problem(i.graph, scene.data).delays}  # type: ignore[union-attr]
+            assert 1 <= len(i.starts) <= 3
+            assert all(set(start) <= known for start in i.starts)
+            y = readings(i.graph, scene, i.starts[0])
+            added = s.columns @ weights
+            if isinstance(place, Source):
+                promised = driven(scene, drive() + added) - quiet
+            else:
+                promised = np.zeros_like(quiet)
+                promised[:, scene.data.names.index(place.name)] = added
+            error = np.linalg.norm(y - quiet - promised) / np.linalg.norm(promised)
+            assert error < EXACT.get(effect.name, 1e-6), (i.label, dict(s.shape or {}), error)
+
+
+def refitted(made: BondGraph, values: Mapping[str, float], effect: Effect, place: str) -> Fit:
+    """Recording of `made`; the effect inserted with the best of its signatures, and fitted."""
+    graph = plant()
+    data = recorded(made, values)
+    nominal = fit(Problem(graph, data, fixed=("m", "k", "b")), max_iterations=8)
+    scene = scene_of(nominal)
+    element = graph[place]
+    best, hint = np.inf, None
+    for s in effect.signatures(scene, element):
+        if isinstance(element, Source):
+            u = simulate(graph, data.time, {"F": data.commands["F"] + 1e-3 * s.columns[:, 0]})
+            column = (1e3 * (u["x"] - nominal.simulated[:, 0]))[:, None]
+            column -= (
+                1e3
+                * (simulate(graph, data.time, data.commands)["x"] - nominal.simulated[:, 0])[
+                    :, None
+                ]
+            )
+            at = 0
+        else:
+            column, at = s.columns, data.names.index(place)
+        column = np.column_stack([column, np.ones(N)])[:400]
+        w, *_ = np.linalg.lstsq(column, scene.residual[:400, at], rcond=None)
+        left = float(np.sum((scene.residual[:400, at] - column @ w) ** 2))
+        if left < best:
+            best, hint = left, Hint(s.shape or {}, w[:-1])
+    i = effect.insert(scene, element, hint)
+    fits = [fit(Problem(i.graph, data, starts=dict(s), fixed=("m", "k", "b"))) for s in i.starts]
+    return min(fits, key=lambda f: f.cost)
+
+
+@pytest.mark.parametrize(
+    ("effect", "place", "values"),
+    [
+        (SlewLimitEffect(), "F", {"slowness_F": 0.009}),
+        (DeadZoneEffect(), "F", {"width_F": 0.35, "centre_F": 0.0}),
+        (LowPass(), "F", {"tau_F": 5e-3}),
+        (SensorLag(), "x", {"tau_x": 3e-3}),
+        (SensorOffset(), "x", {"h_x": 1.5e-3, "t_0_x": 0.171}),
+        (SensorRectification(), "rate", {"amount_rate": 0.8}),
+        (PeriodicError(), "x", {"a_x": 2e-4, "b_x": -1e-4, "period_x": 1.13e-3}),
+        (Delay(), "F", {"delay_F": 3.3e-3}),
+        (ClockSkew(), "x", {"clock_x": 0.004}),
+    ],
+    ids=lambda v: v.name if isinstance(v, Effect) else "",
+)
+def test_hints_lead_to_the_truth(
+    effect: Effect, place: str, values: dict[str, float], scene: Scene
+) -> None:
+    made = effect.insert(scene, scene.graph[place]).graph
+    found = refitted(made, values, effect, place)
+    assert found.chi2("train") < 3.0
+    for n, v in values.items():
+        if v:
+            assert found.values[n] == pytest.approx(v, rel=0.05), n
+
+
+@pytest.mark.parametrize("n", [300, 5000])
+@pytest.mark.parametrize("step", [0.5, 0.0244, 1e-3])
+def test_step_of_a_grid(n: int, step: float) -> None:
+    noise = np.random.default_rng(n)
+    y = 2 * np.sin(0.0371 * np.arange(n)) + 0.3 * noise.standard_normal(n)
+    rounded = np.round(y / step) * step + 0.0123
+    for seen in (rounded, rounded.astype(np.float32), np.round(rounded, 5), rounded + 100.0):
+        assert quantisation_step(seen) == pytest.approx(step, rel=1e-3)
+    assert quantisation_step(1e-7 * rounded) == pytest.approx(1e-7 * step, rel=1e-3)
+    assert quantisation_step(y) is None
+    assert quantisation_step(y.astype(np.float32)) is None
+    assert quantisation_step(np.round(40 * y, 3)) == pytest.approx(1e-3)
+
+
+def test_a_slew_limit_shows_in_steps(scene: Scene) -> None:
+    """A command that rests between jumps: ramps of some samples are tried."""
+    steps = np.where((np.arange(N) // 90) % 2, 1.0, -0.5)
+    past = {**scene.past, "F": Past(steps, steps, DT)}
+    effect, place = SlewLimitEffect(), scene.graph["F"]
+    found = effect.signatures(replace(scene, past=past), place)
+    taken = sorted(float(np.ceil(1.5 * (s.shape or {})["slowness"] / DT)) for s in found)
+    assert taken[0] == 3.0 and taken[-1] > 15
+    for s in found:
+        assert 0 < np.abs(s.columns).max() < 1.5
+    still = {**scene.past, "F": Past(np.ones(N), np.ones(N), DT)}
+    (nothing,) = effect.signatures(replace(scene, past=still), place)
+    assert not nothing.columns.any()
+
+
+def test_commands_that_move_are_late_together(scene: Scene) -> None:
+    graph = scene.graph.with_branch("v", [Se("G", unit="N")])
+    past = {**scene.past, "G": Past(drive(), drive(), DT)}
+    commands = {"F": drive(), "G": 0.5 * drive()}
+    both = replace(scene, graph=graph, data=replace(scene.data, commands=commands), past=past)
+    i = Delay().insert(both, graph["F"])
+    assert i.graph["G"].drive.delay == i.graph["F"].drive.delay == "delay_F"  # type: ignore[attr-defined]
+    assert Problem(i.graph, both.data).delays == {"delay_F": (0, 1)}
+    held = replace(both, data=replace(both.data, commands={**commands, "G": np.zeros(N)}))
+    assert Delay().insert(held, graph["F"]).graph["G"].drive is None  # type: ignore[attr-defined]
+
+
+def test_what_rounding_leaves() -> None:
+    rng = np.random.default_rng(5)
+    assert rounding_explains(rng.uniform(-0.05, 0.05, 2000) + 0.3, 0.1)
+    assert not rounding_explains(0.1 * rng.standard_normal(2000), 0.1)
+    assert not rounding_explains(0.01 * rng.standard_normal(2000), 0.1)
+    assert not rounding_explains(0.03 * rng.standard_normal(2000), 0.1)
+
+
+def test_readings_without_a_grid() -> None:
+    assert quantisation_step(np.ones(50)) is None
+    assert quantisation_step(np.arange(3.0)) is None
+    assert quantisation_step(np.full(50, np.nan)) is None
+    few = np.array([0.0, 0.25, 0.5, 0.25] * 40)
+    assert quantisation_step(few) == pytest.approx(0.25)
+
+
+def test_rounding_is_found_where_the_model_predicts_it() -> None:
+    graph = plant()
+    data = recorded(graph)
+    coarse = np.ptp(data.readings[:, 0]) / 12
+    data.readings[:, 0] = coarse * np.round(data.readings[:, 0] / coarse)
+    nominal = fit(Problem(graph, data, fixed=("m", "k", "b"), offsets=False), max_iterations=4)
+    scene = scene_of(nominal)
+    effect = Quantisation()
+    (s,) = effect.signatures(scene, graph["x"])
+    assert s.shape is not None
+    assert s.shape["step"] == pytest.approx(coarse)
+    w, *_ = np.linalg.lstsq(s.columns, scene.residual[:, 0], rcond=None)
+    assert w[0] == pytest.approx(1.0, abs=0.05)
+    i = effect.insert(scene, graph["x"], Hint(s.shape or {}, w))
+    repaired = fit(Problem(i.graph, data, starts=dict(i.starts[0]), fixed=("m", "k", "b")))
+    assert repaired.rmse("test")["x"] < 0.1 * nominal.rmse("test")["x"]
+    assert effect.signatures(scene, graph["rate"])[0].columns.max() == 0.0
+
+
+def test_periods_are_read_off_the_residual() -> None:
+    rng = np.random.default_rng(1)
+    y = 0.7 * np.sin(0.013 * np.arange(4000)) + 0.2 * np.sin(0.31 * np.arange(4000))
+    for cycles in (2.5, 31.0, 260.0):
+        r = np.sin(2 * np.pi * cycles * y / np.ptp(y)) + rng.standard_normal(y.size) + y**3
+        assert promising_cycles(y, r, 3)[0] == pytest.approx(cycles, abs=0.3)
+    assert promising_cycles(y, 0 * y, 3).size == 0
+    assert promising_cycles(0 * y, y, 3).size == 0
