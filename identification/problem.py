@@ -39,6 +39,8 @@ class Data:
         Behaviour of the commands between samples.
     breaks : tuple of int
         First samples of further recordings: every recording starts from a state of its own.
+    resolution : dict of str to float
+        Unit of a sensor's converter, SI, where it is known: rounding to it is no finding.
     """
 
     name: str
@@ -50,6 +52,7 @@ class Data:
     split: Split
     hold: str = "linear"
     breaks: tuple[int, ...] = ()
+    resolution: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def n(self) -> int:

@@ -150,8 +150,10 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
             x0 if rest is None else rest,
             problem.fine_inputs(w),
             every_substep=bool(problem.delays),
+            memory=time_memories(problem, w.start),
         )
-        seen = read_out(problem, run, point.theta, derivatives=derivatives, first=w.start)
+        begun = w.start - max((b for b in data.breaks if b <= w.start), default=0)
+        seen = read_out(problem, run, point.theta, derivatives=derivatives, first=begun)
         y[w] = seen.y + point.theta[at.offsets] * offsets
         if problem.correction is not None:
             y[w] += problem.correction[w]
@@ -174,8 +176,8 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
                 if problem.clock:
                     block[c, :, at.clocks.start + c] = seen.by_clock[chosen, c]
             for j, (name, outputs) in enumerate(problem.delays.items()):
-                passed = -data.dt * np.arange(w.start, w.stop) if name in problem.skews else None
-                grown = 1.0 if passed is None else passed[chosen]
+                passed = data.dt * (begun + np.flatnonzero(chosen))
+                grown = -passed if name in problem.skews else 1.0
                 for c in outputs:
                     block[c, :, at.delays.start + j] = seen.by_delay[chosen, c] * grown
             jacobians.append(weighted(problem, block).reshape(part.size, -1))
@@ -186,6 +188,24 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Eva
     residual = np.concatenate(rows) if rows else np.zeros(0)
     jacobian = np.concatenate(jacobians) if jacobians else np.zeros((residual.size, 0))
     return Evaluation(y, residual, jacobian, local)
+
+
+def time_memories(problem: Problem, first: int) -> dict[str, tuple[float, ...]] | None:
+    """Memory of the laws that count time (`counts_time`), where a window begins within the record.
+
+    Their only memory is the time since the start of the record, s; None where there is nothing to
+    say. Laws of any other kind start every window virgin.
+    """
+    if not first:
+        return None
+    begun: tuple[float, ...] = (first * problem.data.dt,)
+    found: dict[str, tuple[float, ...]] = {}
+    for e in problem.graph.elements.values():
+        drive = getattr(e, "drive", None)
+        for law in (getattr(e, "law", None), None if drive is None else drive.law):
+            if getattr(law, "counts_time", False):
+                found[e.name] = begun
+    return found or None
 
 
 def weighted(problem: Problem, block: Array) -> Array:
@@ -239,7 +259,7 @@ def read_out(
 ) -> Seen:
     """Return what the sensors say of a run: lags, dead times and clocks; no offsets.
 
-    `first` is the sample of the record at which the run begins: declared clocks count from its
+    `first` is the sample of its recording at which the run begins: declared clocks count from its
     start.
     """
     at, n_y = slots(problem), len(problem.data.names)

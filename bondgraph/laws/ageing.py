@@ -28,6 +28,7 @@ class Ageing(Law):
     unit: str = "1"
     starts: ClassVar[tuple[str, ...]] = ("duration", "size", "unit")
     name: ClassVar[str] = "ageing"
+    counts_time: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Linear and quadratic change over the record, duration of the record."""

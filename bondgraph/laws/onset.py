@@ -40,6 +40,7 @@ class Onset(Law):
     free_standing: bool = True
     starts: ClassVar[tuple[str, ...]] = ("time", "width", "margin", "size", "unit")
     name: ClassVar[str] = "onset"
+    counts_time: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Height, time, rise time."""

@@ -36,6 +36,7 @@ class Tone(Law):
     free_standing: bool = True
     starts: ClassVar[tuple[str, ...]] = ("frequency", "resolution", "size", "unit")
     name: ClassVar[str] = "tone"
+    counts_time: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Sine and cosine amplitude, frequency."""

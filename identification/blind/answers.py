@@ -10,6 +10,7 @@ from typing import Any
 
 from bondgraph.errors import UnusableInput
 from identification.blind.vocabulary import FAMILIES, FAMILY_OF
+from identification.diagnosis.decide import Thresholds
 
 __all__ = ["Answer", "Statement", "answer_of", "read_answers", "statement_of"]
 
@@ -112,8 +113,9 @@ def statement_of(finding: Mapping[str, Any], ports: int) -> Statement:
     """Read a finding of the verdict.
 
     The kind of answer is taken from the finding where it says so. Otherwise an effect of the
-    vocabulary is exact; an unknown one is a set of look-alikes if it lists two effects or more as
-    possible, and a family if it names one.
+    vocabulary is exact; an unknown one is a set of look-alikes if it lists two effects or more that
+    explain as much as a name needs, and a family if it names one. What merely comes closest is no
+    statement.
 
     Parameters
     ----------
@@ -122,13 +124,14 @@ def statement_of(finding: Mapping[str, Any], ports: int) -> Statement:
     """
     effect, family = str(finding["effect"]), str(finding.get("family", ""))
     possible = frozenset(str(p["effect"]) for p in finding.get("also_possible", ())) - {"unknown"}
+    explained = float(finding.get("share_of_misfit_explained") or 0.0)
     answer = SPELLINGS.get(str(finding.get("answer", "")), "")
     if effect in FAMILIES and effect not in FAMILY_OF:
         answer, family = answer or "family", effect
     if not answer:
         if effect != "unknown":
             answer = "exact"
-        elif len(possible) > 1:
+        elif len(possible) > 1 and explained >= Thresholds().share:
             answer = "look_alikes"
         elif family not in ("", "outside"):
             answer = "family"

@@ -24,9 +24,15 @@ from identification.diagnosis.decide import Thresholds
 from identification.diagnosis.search import Options
 from identification.diagnosis.verdict import write_atomically
 
-__all__ = ["commit", "reveal", "tool_commit", "truths_hash", "verify"]
+__all__ = ["commit", "reveal", "source_hash", "tool_commit", "truths_hash", "verify"]
 
 SCHEMA = "bondsight.commitment/1"
+PACKAGES = ("bondgraph", "actuators", "identification")
+WORDS = {
+    "thresholds": "the thresholds",
+    "options": "the options",
+    "source_sha256": "the tool's sources",
+}
 
 
 def truths_hash(salt: str, truths: Sequence[Mapping[str, Any]]) -> str:
@@ -71,7 +77,29 @@ def tool_commit() -> str:
     return head + ("+changed" if changed else "")
 
 
-def commit(layout: Layout, truths: Sequence[Mapping[str, Any]], salt: str | None = None) -> Path:
+def source_hash() -> str:
+    """SHA-256 of the tool's sources: every Python and C file of its packages, by path.
+
+    The commit that holds a commitment cannot be named in it; the sources can.
+    """
+    root, found = Path(__file__).resolve().parents[2], hashlib.sha256()
+    files = [
+        f
+        for name in PACKAGES
+        for end in ("*.py", "*.c", "*.h")
+        for f in root.glob(f"{name}/**/{end}")
+    ]
+    for file in sorted(files):
+        found.update(f"{file.relative_to(root).as_posix()}\n{file_hash(file)}\n".encode())
+    return found.hexdigest()
+
+
+def commit(
+    layout: Layout,
+    truths: Sequence[Mapping[str, Any]],
+    salt: str | None = None,
+    kind: str = "trial",
+) -> Path:
     """Seal the truths and write ``commitment.json``; returns its path.
 
     Parameters
@@ -80,6 +108,9 @@ def commit(layout: Layout, truths: Sequence[Mapping[str, Any]], salt: str | None
         Plain data, one a recording.
     salt : str, optional
         From the operating system if not given.
+    kind : str
+        A ``trial`` holds the tool to its sources and thresholds; others may be run while it is
+        being developed.
 
     Raises
     ------
@@ -98,11 +129,13 @@ def commit(layout: Layout, truths: Sequence[Mapping[str, Any]], salt: str | None
     layout.truths.chmod(0o600)
     content = {
         "schema": SCHEMA,
+        "kind": kind,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "truths_sha256": truths_hash(salt, truths),
         "recordings": len(truths),
         "data_sha256": data_hashes(layout),
         "tool_commit": tool_commit(),
+        "source_sha256": source_hash(),
         "thresholds": plain(asdict(Thresholds())),
         "options": plain(asdict(Options())),
     }
@@ -121,8 +154,8 @@ def plain(data: Any) -> Any:
     return str(data)
 
 
-def verify(layout: Layout, *, settings: bool = True) -> None:
-    """Check that data, thresholds and options are those of the commitment.
+def verify(layout: Layout) -> None:
+    """Check that the data are those of the commitment; of a trial also sources and thresholds.
 
     Raises
     ------
@@ -137,10 +170,19 @@ def verify(layout: Layout, *, settings: bool = True) -> None:
         raise UnusableInput(
             f"{layout.folder}: {len(changed)} files differ from the commitment, first {changed[0]}"
         )
-    if settings:
-        for name, value in (("thresholds", Thresholds()), ("options", Options())):
-            if content[name] != plain(asdict(value)):
-                raise UnusableInput(f"{layout.folder}: the {name} differ from the commitment")
+    if content["kind"] != "trial":
+        return
+    settings = {
+        "thresholds": plain(asdict(Thresholds())),
+        "options": plain(asdict(Options())),
+        "source_sha256": source_hash(),
+    }
+    for name, value in settings.items():
+        if content[name] != value:
+            raise UnusableInput(
+                f"{layout.folder}: {WORDS[name]} differ from the commitment; a changed tool needs "
+                "a new trial"
+            )
 
 
 def reveal(layout: Layout, *, complete: Sequence[str] | None = None) -> dict[str, Truth]:

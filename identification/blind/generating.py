@@ -7,12 +7,14 @@ import secrets
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from joblib import Parallel, delayed
 
 from bondgraph.errors import UnusableInput
 from identification.blind.commitment import commit
 from identification.blind.generator.case import Case
 from identification.blind.generator.drawing import draw
+from identification.blind.generator.parameters import PLANTS
 from identification.blind.generator.writing import generate, load_case
 from identification.blind.layout import Layout
 from identification.diagnosis.verdict import write_atomically
@@ -71,7 +73,7 @@ def generate_trial(
             progress(f"recording {name}", done / len(cases))
     truths = generate(cases, layout.data)  # all are there: this only lists them
     write_public(layout, [case.id for case in cases])
-    commit(layout, truths, salt)
+    commit(layout, truths, salt, kind)
     return len(cases)
 
 
@@ -96,15 +98,16 @@ def write_public(layout: Layout, names: Sequence[str]) -> None:
     rows: list[dict[str, Any]] = []
     for name in names:
         seen = load_case(layout.data, name)
-        channels = [k for k in seen if k not in ("time", "plant", "hold", "declared_delay")]
+        plant = str(seen["plant"])
+        units = np.asarray(seen["declared_resolution"], float)
         rows.append(
             {
                 "id": name,
-                "plant": str(seen["plant"]),
-                # the command comes first, the sensors after it
-                "sensors": channels[1:],
+                "plant": plant,
+                "sensors": [k for k in PLANTS[plant].sensors if k in seen],
                 "hold": HOLDS[str(seen["hold"])],
                 "delay": float(seen["declared_delay"]),
+                "resolution": units.tolist(),
             }
         )
     text = json.dumps({"schema": "bondsight.blind-public/1", "recordings": rows}, indent=1)

@@ -38,7 +38,10 @@ Work = Callable[[Layout, Public, int], dict[str, Any]]
 
 
 def recording_of(layout: Layout, public: Public) -> Recording:
-    """Read the recording of one entry of the public list; units are those of the model."""
+    """Read the recording of one entry of the public list; units are those of the model.
+
+    Units of coarse converters that are declared go to ``meta["resolution"]``.
+    """
     path = layout.recordings / f"{public.id}.npz"
     graph = blind_model(public.plant, public.sensors)
     names = [e.name for e in graph.of_type(Source, Sensor)]
@@ -46,7 +49,10 @@ def recording_of(layout: Layout, public: Public) -> Recording:
         channels = {n: np.asarray(file[n], float) for n in names}
         time = np.asarray(file["time"], float)
     units = {e.name: parse_unit(e.unit).si for e in graph.of_type(Source, Sensor)}
-    return Recording(public.id, time, channels, units, path.name, sha256_of(path))
+    coarse = {n: r for n, r in zip(public.sensors, public.resolution, strict=False) if r > 0}
+    return Recording(
+        public.id, time, channels, units, path.name, sha256_of(path), {"resolution": coarse}
+    )
 
 
 def graph_of(public: Public) -> BondGraph:

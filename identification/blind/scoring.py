@@ -11,7 +11,7 @@ from typing import Any
 from identification.blind.answers import Answer
 from identification.blind.baselines import Baseline, baselines
 from identification.blind.calibration import Calibration, calibration
-from identification.blind.gates import Gate, asked_for, gates
+from identification.blind.gates import Gate, asked_for, gates, sorted_out
 from identification.blind.matching import Outcome, judge
 from identification.blind.oracles import OracleAnswer, repair_ratio
 from identification.blind.rates import Rate
@@ -38,6 +38,8 @@ class Score:
     ----------
     outcomes : tuple of Outcome
         Every recording, in the order of the ids.
+    asked : mapping
+        Recordings with one effect by what the oracle says of them.
     black_box : tuple of (float, float)
         For every distinguishable effect: held-out error of a black box on the residual and of the
         tool's repair, both over the oracle's.
@@ -46,6 +48,7 @@ class Score:
     outcomes: tuple[Outcome, ...]
     oracles: Mapping[str, OracleAnswer]
     gates: tuple[Gate, ...]
+    asked: Mapping[str, int]
     cells: Mapping[str, Counter[str]]
     names: Confusion
     places: Mapping[str, Confusion]
@@ -57,8 +60,8 @@ class Score:
 
     @property
     def passed(self) -> bool:
-        """No gate failed that could be counted."""
-        return all(g.passed is not False for g in self.gates if g.gated)
+        """Every gate is met; where there was nothing to count, it is not."""
+        return all(g.passed for g in self.gates if g.gated)
 
 
 def score(
@@ -80,6 +83,7 @@ def score(
         outcomes,
         oracles,
         gates(outcomes, oracles),
+        sorted_out(outcomes, oracles),
         cells(outcomes),
         name_confusion(outcomes),
         place_confusion(outcomes),
@@ -164,6 +168,7 @@ def plain(score: Score) -> dict[str, Any]:
             }
             for g in score.gates
         ],
+        "oracle": dict(score.asked),
         "cells": {k: dict(v) for k, v in score.cells.items()},
         "names": confusion_row(score.names),
         "places": {k: confusion_row(v) for k, v in score.places.items()},

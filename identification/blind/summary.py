@@ -20,6 +20,11 @@ def summary(score: Score, commitment: Mapping[str, Any], title: str = "Sealed tr
         _head(score, commitment),
         "## Gates",
         gates_table(score.gates),
+        "Recordings with one effect: "
+        + ", ".join(f"{n} {words}" for words, n in score.asked.items())
+        + ". An effect is distinguishable if the nominal misfit exceeds what the true law leaves "
+        "by more than 3 dB and the fit of the true law beats every rival that does not contain it "
+        "by more than 3 standard errors.",
         "A place counts as right if the true element is the one stated or among those that the "
         "finding calls indistinguishable from it; a place that names more than half of the model's "
         "ports counts as not given. Names given are exact names, families and sets of look-alikes; "
@@ -168,6 +173,8 @@ def _baselines(score: Score) -> str:
         )
         text += f"; the repaired model's {statistics.median(tool):.2f})." if tool else ")."
     return text + (
-        "\n\nThe sparse regression gets all states: they are made from all sensors by smoothing "
+        "\n\nThe first two rules choose among the effects that the diagnosis fitted: where it saw "
+        "nothing to explain it fitted none, and they say nothing either. "
+        "The sparse regression gets all states: they are made from all sensors by smoothing "
         "and by integration, so it answers only where every sensor was recorded."
     )

@@ -102,6 +102,8 @@ class Public:
         converter.
     delay : float
         Dead time of the command that the laboratory declares, s; 0 for none.
+    resolution : tuple of float
+        Unit of each sensor's converter where it is coarse and declared, SI; 0 for fine ones.
     """
 
     id: str
@@ -109,6 +111,7 @@ class Public:
     sensors: tuple[str, ...]
     hold: str = "hold"
     delay: float = 0.0
+    resolution: tuple[float, ...] = ()
 
 
 def canonical(data: Any) -> str:
@@ -184,6 +187,7 @@ def read_public(path: Path) -> tuple[Public, ...]:
                 tuple(map(str, r["sensors"])),
                 str(r["hold"]),
                 float(r["delay"]),
+                tuple(map(float, r.get("resolution", ()))),
             )
             for r in rows
         )

@@ -76,8 +76,8 @@ class Withheld:
 
     @property
     def passed(self) -> bool:
-        """No gate failed that could be counted."""
-        return all(g.passed is not False for g in self.gates if g.gated)
+        """Every gate is met; where there was nothing to count, it is not."""
+        return all(g.passed for g in self.gates if g.gated)
 
 
 def score_withheld(
@@ -115,7 +115,8 @@ def score_withheld(
                      rate(o.name in honest | {"missed"} for o in outcomes), 0.95, gated=False),
             at_least("something said, where the effect shows (3 dB)",
                      rate(o.answer.alarm for o in shown), 0.95, gated=False),
-            at_most("crashes", rate(bool(o.answer.error) for o in outcomes), 0.0, gated=False),
+            at_most("recordings without an answer",
+                    rate(bool(o.answer.error) for o in outcomes), 0.0),
         ),
     )  # fmt: skip
 

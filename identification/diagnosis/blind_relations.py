@@ -22,6 +22,7 @@ from identification.diagnosis.structure import Structure
 from identification.engine import ExactEngine
 from identification.fit import Fit
 from identification.residual import Evaluation, evaluate, start_point
+from identification.threads import single_threaded
 
 __all__ = ["BlindRelation", "blind_relations", "more_than_one_site", "no_relation"]
 
@@ -89,6 +90,7 @@ class BlindRelation:
         return f"{said}, z = {self.z:.3g}; something is missing elsewhere"
 
 
+@single_threaded
 def blind_relations(
     fit: Fit, structure: Structure, *, probed: Probes | None = None, steps: int = STEPS
 ) -> tuple[BlindRelation, ...]:
@@ -225,7 +227,7 @@ def _refitted(
 
 
 def _size(fit: Fit, sampled: Sampled, start: Evaluation) -> Array | None:
-    """Return the standard deviation of the latent signal: ample for the residual to come from it."""
+    """Return a deviation of the latent signal ample for the residual to come from it."""
     n_y, k = sampled.d.shape
     mask = fit.problem.data.mask("train")
     n = min(int(mask.sum()), start.residual.size // n_y)

@@ -42,6 +42,7 @@ WORDS: Mapping[str, str] = {
 }
 FOLDS = 10
 RIDGE = 1e-6
+CELLS = 16
 CLEARLY = 0.05
 """A richer group is named only if it explains this much more of what is left out of the fit."""
 LEAST = 0.2
@@ -141,12 +142,18 @@ def characterise(past: Past, signal: Array, *, flow: bool = False) -> Character:
         explained["way"] = held_out(groups, LINEAR, ("way",), signal)
     variable = _simplest(explained)
     both = held_out(groups, LINEAR, (*GROUPS["memory"], *GROUPS["rate"]), signal)
-    odd, even = _symmetry(groups, variable, signal)
+    odd, even = _symmetry(past, variable, signal)
     return Character(
-        explained, variable, odd, even, max(0.0, both - explained["memory"]),
-        loops(past, _without_linear(groups, signal), flow=flow), _jump(groups, past, signal, flow=flow),
-        _plateau(past, signal), _dwell(past, signal),
-    )  # fmt: skip
+        explained=explained,
+        variable=variable,
+        odd=odd,
+        even=even,
+        rate_gain=max(0.0, both - explained["memory"]),
+        loops=loops(past, signal, flow=flow),
+        jump=_jump(groups, past, signal, flow=flow),
+        plateau=_plateau(past, signal),
+        dwell=_dwell(past, signal),
+    )
 
 
 def held_out(
@@ -180,30 +187,28 @@ def _simplest(explained: Mapping[str, float]) -> str:
     return next(n for n in order if explained[n] > explained[best] - CLEARLY)
 
 
-def _without_linear(groups: Mapping[str, Array], signal: Array) -> Array:
-    a = groups["linear"]
-    return np.asarray(signal - a @ _ridge(a, signal))
+def _symmetry(past: Past, variable: str, signal: Array) -> tuple[float, float]:
+    """Shares of the mean curve over argument or rate that change sign with it, and that do not.
 
-
-def _symmetry(groups: Mapping[str, Array], variable: str, signal: Array) -> tuple[float, float]:
-    """Shares of odd and even terms in the curve over the argument or over its rate."""
-    if variable == "rate":
-        names = (("rate", "rate_odd", "reversal"), ("rate_even",))
-    else:
-        names = (("odd", "sign", "memory"), ("even",))
-    odd, even = (np.concatenate([groups[g] for g in part], axis=1) for part in names)
-    rest = _without_linear(groups, signal)
-    a = np.concatenate([groups["linear"], odd, even], axis=1)
-    weights = _ridge(a, rest)
-    # the linear column is odd and the constant even: they complete the powers to a curve
-    first, last = 2, 2 + odd.shape[1]
-    parts = (
-        a[:, :1] @ weights[:1] + odd @ weights[first:last],
-        a[:, 1:2] @ weights[1:2] + even @ weights[last:],
-    )
-    sizes = [float(np.var(p)) for p in parts]
-    total = sum(sizes) or 1.0
-    return sizes[0] / total, sizes[1] / total
+    About zero, or about the middle of a range that hardly reaches zero.
+    """
+    z = past.rate if variable == "rate" else past.argument
+    middle = 0.5 * float(z.max() + z.min())
+    z = z if abs(middle) < 0.25 * float(np.ptp(z)) else z - middle
+    reach = min(float(z.max()), float(-z.min())) or 1.0
+    inside = np.abs(z) <= reach
+    cell = np.minimum(((z[inside] / reach + 1) * CELLS).astype(int), 2 * CELLS - 1)
+    count = np.bincount(cell, minlength=2 * CELLS)
+    curve = np.bincount(cell, signal[inside], 2 * CELLS) / np.maximum(count, 1)
+    weight = np.minimum(count, count[::-1]).astype(float)
+    at = (np.arange(2 * CELLS) + 0.5) / CELLS - 1
+    odd, even = 0.5 * (curve - curve[::-1]), 0.5 * (curve + curve[::-1])
+    total = float(weight.sum()) or 1.0
+    odd = odd - at * float(weight @ (odd * at)) / (float(weight @ at**2) or 1.0)
+    even = even - float(weight @ even) / total
+    sizes = [float(weight @ part**2) for part in (odd, even)]
+    whole = sum(sizes) or 1.0
+    return sizes[0] / whole, sizes[1] / whole
 
 
 def _jump(groups: Mapping[str, Array], past: Past, signal: Array, *, flow: bool) -> float:

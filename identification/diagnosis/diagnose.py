@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -142,7 +142,8 @@ def diagnose(
     result = Diagnosis("insufficient_data", model or graph.name, recording, graph, seed=seed)
     split = split or (split_of(parts) if breaks else _split(recording, commands))
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
-    data = replace(data, breaks=breaks)
+    known = recording.meta.get("resolution") or {}
+    data = replace(data, breaks=breaks, resolution=known if isinstance(known, Mapping) else {})
     if reason := _insufficient(graph, data):
         return replace(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin

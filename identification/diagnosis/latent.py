@@ -10,7 +10,7 @@ gradients with a circulant preconditioner (Chan and Ng, SIAM Rev. 38 (1996) 427)
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +59,7 @@ def latent(
     floor: Array,
     dt: float,
     tangents: Array | None = None,
+    windows: Sequence[slice] | None = None,
 ) -> Latent:
     """Reconstruct the addition at one port that explains a residual.
 
@@ -66,7 +67,7 @@ def latent(
     ----------
     respond : callable
         The linearised model from the port to the readings: time invariant and at rest before the
-        first sample.
+        first sample of each window.
     residual : ndarray, shape (N, n_y), SI
         Measured less simulated.
     floor : ndarray, shape (n_y,), SI
@@ -76,6 +77,9 @@ def latent(
     tangents : ndarray, shape (N, n_y, p), optional
         Readings' change by the parameters and initial states of the fit. What they can imitate
         says nothing about the port and is left out.
+    windows : sequence of slice, optional
+        Stretches that the model simulates on their own; the whole record if not given. The signal
+        is zero outside of them.
 
     Examples
     --------
@@ -84,67 +88,115 @@ def latent(
     >>> bool(np.abs(found.signal - push).max() < 0.01)
     True
     """
-    n = residual.shape[0]
+    cut = _Cut.of(windows or [slice(0, residual.shape[0])])
+    impulse = np.zeros((residual.shape[0], 1))
     # an impulse at the first sample would be half of one between the samples
-    impulse = np.zeros((n + 1, 1))
-    impulse[1] = 1.0
-    answer = respond(impulse[:n])[:, :, 0] / floor
-    kernel = np.zeros_like(answer)
-    kernel[: n - 1] = answer[1:]
-    before = answer[0]  # a straight line between samples answers one sample early
-    data = residual / floor
-    basis = _basis(tangents / floor[:, None]) if tangents is not None else None
-    data = _free_of(data, basis)
-    size = next_fast_len(2 * n, real=True)
-    transfer = rfft(kernel, size, axis=0)
-    transfer += before * np.exp(2j * np.pi * np.fft.rfftfreq(size))[:, None]
-    gain = np.sum(np.abs(transfer) ** 2, axis=1)
-    # the cut at the end of the record would look like high frequencies
-    taper = np.hanning(n)
-    seen = rfft(data * taper[:, None], size, axis=0)
-    matched = np.sum(np.conj(transfer) * seen, axis=1)
+    impulse[cut.parts[0].start + 1] = 1.0
+    answer = respond(impulse)[cut.longest][:, :, 0] / floor
+    size = next_fast_len(2 * cut.length, real=True)
     frequencies = np.fft.rfftfreq(size)
-    power, corner = _likeliest(gain, np.abs(matched) ** 2 / np.sum(taper**2), frequencies)
+    # a straight line between samples answers one sample early
+    transfer = rfft(answer, size, axis=0) * np.exp(2j * np.pi * frequencies)[:, None]
+    basis = _basis(tangents / floor[:, None], cut) if tangents is not None else None
+    data = _free_of(cut.stacked(residual / floor), basis)
+    gain = np.sum(np.abs(transfer) ** 2, axis=1)
+    power, corner = _likeliest(transfer, gain, data, cut, frequencies)
     stiffness = 1.0 / _density(power, corner, frequencies)
 
     def forward(w: Array) -> Array:
-        return np.asarray(irfft(transfer * rfft(w, size)[:, None], size, axis=0)[:n])
+        out = irfft(transfer * rfft(w, size, axis=1)[:, :, None], size, axis=1)
+        return np.asarray(out[:, : cut.length] * cut.inside[:, :, None])
+
+    def filtered(w: Array, by: Array) -> Array:
+        out = irfft(by * rfft(w, size, axis=1), size, axis=1)[:, : cut.length]
+        return np.asarray(out * cut.inside)
 
     def backward(r: Array) -> Array:
-        both = np.sum(np.conj(transfer) * rfft(r, size, axis=0), axis=1)
-        return np.asarray(irfft(both, size)[:n])
+        both = np.sum(np.conj(transfer) * rfft(r, size, axis=1), axis=2)
+        return np.asarray(irfft(both, size, axis=1)[:, : cut.length] * cut.inside)
 
     def normal(w: Array) -> Array:
-        smooth = irfft(stiffness * rfft(w, size), size)[:n]
-        return np.asarray(backward(_free_of(forward(w), basis)) + smooth)
+        return np.asarray(backward(_free_of(forward(w), basis)) + filtered(w, stiffness))
 
     def precondition(w: Array) -> Array:
-        return np.asarray(irfft(rfft(w, size) / (gain + stiffness), size)[:n])
+        return filtered(w, 1 / (gain + stiffness))
 
-    signal, steps = _conjugate_gradients(normal, backward(data), precondition)
-    left = data - _free_of(forward(signal), basis)
+    found, steps = _conjugate_gradients(normal, backward(data), precondition)
+    left = data - _free_of(forward(found), basis)
     total = float(np.sum(data**2)) or 1.0
-    variance = float(np.sum(_density(power, corner, np.fft.fftfreq(n))) / n)
-    return Latent(signal, 1 - float(np.sum(left**2)) / total, variance, corner / dt, steps)
+    variance = float(np.mean(_density(power, corner, np.fft.fftfreq(cut.length))))
+    explained = 1 - float(np.sum(left**2)) / total
+    return Latent(cut.joined(found, residual.shape[0]), explained, variance, corner / dt, steps)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """Windows of a record side by side, filled up with zeros to the longest, shape (W, L, ..)."""
+
+    parts: tuple[slice, ...]
+    length: int
+    inside: Array
+
+    @classmethod
+    def of(cls, windows: Sequence[slice]) -> _Cut:
+        """From slices with a start and a stop; the longest first, so that its answer is whole."""
+        parts = tuple(sorted(windows, key=lambda s: s.start - s.stop))
+        length = parts[0].stop - parts[0].start
+        inside = np.array([np.arange(length) < s.stop - s.start for s in parts], float)
+        return cls(parts, length, inside)
+
+    @property
+    def longest(self) -> slice:
+        """The window that the impulse is sent through."""
+        return self.parts[0]
+
+    def stacked(self, x: Array) -> Array:
+        """Windows of a record, shape (W, L, ..)."""
+        out = np.zeros((len(self.parts), self.length, *x.shape[1:]))
+        for row, s in zip(out, self.parts, strict=True):
+            row[: s.stop - s.start] = x[s]
+        return out
+
+    def joined(self, x: Array, n: int) -> Array:
+        """Return the record of windows, zero elsewhere, shape (n,)."""
+        out = np.zeros(n)
+        for row, s in zip(x, self.parts, strict=True):
+            out[s] = row[: s.stop - s.start]
+        return out
 
 
 def _density(power: float, corner: float, frequencies: Array) -> Array:
     return np.asarray(power / (1 + (frequencies / corner) ** 2))
 
 
-def _likeliest(gain: Array, matched: Array, frequencies: Array) -> tuple[float, float]:
+def _likeliest(
+    transfer: Array, gain: Array, data: Array, cut: _Cut, frequencies: Array
+) -> tuple[float, float]:
     """Prior power and corner of the largest marginal likelihood, frequency by frequency."""
+    # the cuts at the ends of a window would look like high frequencies
+    taper = _tapers(cut)
+    size = 2 * (frequencies.size - 1) if frequencies[-1] == 0.5 else 2 * frequencies.size - 1
+    seen = rfft(data * taper[:, :, None], size, axis=1)
+    each = np.abs(np.sum(np.conj(transfer) * seen, axis=2)) ** 2
+    matched = np.sum(each / np.sum(taper**2, axis=1)[:, None], axis=0)
     unit = 1.0 / (float(gain.mean()) or 1.0)
     best = (-np.inf, unit, 0.1)
     for corner in CORNERS:
         shape = _density(unit, corner, frequencies)
         for power in POWERS:
             s = power * shape
-            seen = 1 + s * gain
-            value = float(np.sum(s * matched / seen - np.log(seen)))
+            left = 1 + s * gain
+            value = float(np.sum(s * matched / left - len(cut.parts) * np.log(left)))
             if value > best[0]:
                 best = value, float(power * unit), float(corner)
     return best[1], best[2]
+
+
+def _tapers(cut: _Cut) -> Array:
+    out = np.zeros((len(cut.parts), cut.length))
+    for row, s in zip(out, cut.parts, strict=True):
+        row[: s.stop - s.start] = np.hanning(s.stop - s.start + 2)[1:-1]
+    return out
 
 
 def _conjugate_gradients(
@@ -153,26 +205,26 @@ def _conjugate_gradients(
     x = np.zeros_like(right)
     r = right.copy()
     z = precondition(r)
-    p, rho = z, float(r @ z)
+    p, rho = z, float(np.sum(r * z))
     goal = TOLERANCE**2 * rho
-    for step in range(1, STEPS + 1):
+    for step in range(STEPS):
         if rho <= goal or rho <= 0:
-            return x, step - 1
+            return x, step
         a = apply(p)
-        curve = float(p @ a)
+        curve = float(np.sum(p * a))
         if curve <= 0:  # rounding: no further step improves
-            return x, step - 1
+            return x, step
         x = x + rho / curve * p
         r = r - rho / curve * a
         z = precondition(r)
-        rho, old = float(r @ z), rho
+        rho, old = float(np.sum(r * z)), rho
         p = z + rho / old * p
     return x, STEPS
 
 
-def _basis(tangents: Array) -> Array:
-    """Orthonormal columns of the directions of the fit, shape (N n_y, p)."""
-    flat = tangents.reshape(-1, tangents.shape[2])
+def _basis(tangents: Array, cut: _Cut) -> Array:
+    """Orthonormal columns of the directions of the fit, shape (W L n_y, p)."""
+    flat = cut.stacked(tangents).reshape(-1, tangents.shape[2])
     size = np.linalg.norm(flat, axis=0)
     flat = flat[:, size > 0] / size[size > 0]
     u, s, _ = np.linalg.svd(flat, full_matrices=False)

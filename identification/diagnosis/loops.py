@@ -15,6 +15,7 @@ Array = np.ndarray
 
 BINS = 24
 FEWEST = 5
+WINDING = 1.3
 
 
 @dataclass(frozen=True)
@@ -30,13 +31,13 @@ class Loops:
         Mean power taken over the largest that its size allows (-1 to 1): positive takes energy,
         negative returns it.
     memory : float
-        Share of the variance that the present argument leaves open.
+        Share of the variance (linear part taken out) that the present argument leaves open.
     closure : float
         Share of that which the direction of motion settles: near one if every cycle goes the same
         two ways, whatever came before.
     speed_exponent : float or None
-        How the relative area grows with speed: 0 rate independent, 1 viscous; None where the
-        record has no range of speeds.
+        How the area over the path grows with speed: 0 rate independent, 1 viscous; None where the
+        record has no simple cycles over a range of speeds.
     count : int
         Cycles seen.
     """
@@ -70,8 +71,9 @@ def loops(past: Past, signal: Array, *, flow: bool = False) -> Loops:
     """
     x = past.argument
     rate = x if flow else past.rate
+    signal = signal - signal.mean()
     size = float(np.sqrt(np.mean(signal**2) * np.mean(rate**2))) or 1.0
-    spans, heights, areas, speeds = [], [], [], []
+    spans, heights, areas, speeds, paths = [], [], [], [], []
     for part in cycles(x):
         inner, values = x[part], signal[part]
         span, height = float(np.ptp(inner)), float(np.ptp(values))
@@ -83,7 +85,8 @@ def loops(past: Past, signal: Array, *, flow: bool = False) -> Loops:
         spans.append(span)
         heights.append(height)
         areas.append(around)
-        speeds.append(2 * span / (past.dt * inner.size))
+        speeds.append(float(np.sqrt(np.mean(past.rate[part] ** 2))))
+        paths.append(float(np.sum(np.abs(np.diff(inner)))))
     open_left, settled = _conditional(past, signal)
     shares = np.array(areas) / (np.array(spans) * np.array(heights))
     return Loops(
@@ -91,7 +94,7 @@ def loops(past: Past, signal: Array, *, flow: bool = False) -> Loops:
         float(np.mean(signal * rate)) / size,
         open_left,
         settled,
-        _exponent(np.array(speeds), np.array(areas), np.array(spans)),
+        _exponent(np.array(speeds), np.array(areas), np.array(paths), np.array(spans)),
         len(spans),
     )
 
@@ -117,6 +120,8 @@ def cycles(x: Array) -> list[slice]:
 
 def _conditional(past: Past, signal: Array) -> tuple[float, float]:
     """Share of variance left by the argument, and how much of it the direction settles."""
+    line = np.stack([past.argument - past.centre, np.ones(past.n)], axis=1)
+    signal = signal - line @ np.linalg.lstsq(line, signal, rcond=None)[0]
     total = float(np.var(signal))
     if total <= 0:
         return 0.0, 1.0
@@ -134,9 +139,13 @@ def _within(cell: Array, signal: Array, count: int) -> float:
     return float(np.mean((signal - mean[cell]) ** 2))
 
 
-def _exponent(speeds: Array, areas: Array, spans: Array) -> float | None:
-    """Slope of the loops' area on speed, both as logarithms, at equal span."""
-    good = areas > 0
+def _exponent(speeds: Array, areas: Array, paths: Array, spans: Array) -> float | None:
+    """Slope of the loops' mean height on speed, both as logarithms, at equal span.
+
+    Cycles with large reversals inside are left out: their small loops have another height.
+    """
+    heights = areas / np.where(paths > 0, paths, 1.0)
+    good = (heights > 0) & (paths < WINDING * 2 * spans)
     if good.sum() < FEWEST:
         return None
     v = np.log(speeds[good])
@@ -144,4 +153,4 @@ def _exponent(speeds: Array, areas: Array, spans: Array) -> float | None:
         return None
     # loops of any kind grow with the span
     a = np.stack([v, np.log(spans[good]), np.ones(v.size)], axis=1)
-    return float(np.linalg.lstsq(a, np.log(areas[good]), rcond=None)[0][0])
+    return float(np.linalg.lstsq(a, np.log(heights[good]), rcond=None)[0][0])

@@ -98,3 +98,10 @@ def test_an_ageing_spring_and_an_odometer() -> None:
     np.testing.assert_allclose(
         np.asarray(run["x"])[late], 3.0 / (50.0 + 50.0 * t[late] / 4.0), rtol=0.02
     )
+
+
+def test_laws_of_time_say_so() -> None:
+    """Fits on windows let their clocks go on instead of starting anew."""
+    for law in (Tone(), Onset(), Ageing()):
+        assert law.counts_time
+        assert law.n_memory == 1

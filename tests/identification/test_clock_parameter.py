@@ -101,6 +101,24 @@ def test_a_window_counts_time_from_the_start_of_the_record() -> None:
     assert np.abs(whole[:-20, 0] - data.readings[:-20, 0]).max() < 1e-3 * np.ptp(whole[:, 0])
 
 
+def test_recordings_in_a_row_start_their_clocks_anew() -> None:
+    ratio, data = 0.003, recorded(0.003)
+    cut = 1100
+    columns = {k: np.concatenate([v[:cut], v[:cut]]) for k, v in data.commands.items()}
+    two = replace(
+        data,
+        time=DT * np.arange(2 * cut),
+        commands=columns,
+        readings=np.concatenate([data.readings[:cut]] * 2),
+        split=Split(slice(0, 1500), slice(1500, 2 * cut), "-"),
+        breaks=(cut,),
+    )
+    problem = Problem(plant(), two, starts={"clock_x": ratio})
+    y = evaluate(problem, start_point(problem), derivatives=False).y
+    np.testing.assert_allclose(y[cut:], y[:cut], rtol=1e-9, atol=1e-12)
+    assert fit(problem).values["clock_x"] == pytest.approx(ratio, rel=0.01)
+
+
 @pytest.mark.parametrize("ratio", [-4e-4, 2.5e-3])
 def test_fit_gives_ratio_and_parameters_back(ratio: float) -> None:
     found = fit(Problem(plant(), recorded(ratio, 0.01)))

@@ -123,7 +123,9 @@ def _control(index: int, short: bool, rng: np.random.Generator) -> Case:
         case "declared_delay":
             # in twentieths of an interval, so that the jumps of a held command fall between steps
             delay = float(rng.integers(6, 100)) * PLANTS[plant].step / 20
-            return replace(case, extra={"declared_delay": delay})
+            # the controller was designed without it
+            open_loop = "noise" if case.excitation == "closed_loop" else case.excitation
+            return replace(case, excitation=open_loop, extra={"declared_delay": delay})
         case _:
             return case
 
@@ -169,7 +171,8 @@ def _lookalike(index: int, short: bool, rng: np.random.Generator) -> Case:
     values = dict(case.parameters)
     if not effect:
         values[place] = PLANTS[pair.plant].nominal[place][0] * float(rng.choice([0.7, 1.35]))
-    rich = str(rng.choice(["multisine", "noise"]))
+    slow = effect in ("creep", "leakage")
+    rich = "steps" if slow else str(rng.choice(["multisine", "noise"]))
     return replace(
         case,
         sensors=pair.sensors,

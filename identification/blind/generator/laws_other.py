@@ -109,7 +109,9 @@ OTHER_LAWS: Mapping[str, Law] = {
         fastest=lambda p, z: 299.9 / z.step,
     ),
     "hard_limit": Law(91, lambda s, z, d: {"limit": z.um * (1 - 0.9 * s)}),
-    "knee": Law(92, lambda s, z, d: {"limit": z.um * (1.15 - s), "sharpness": 6 + 14 * d[0]}),
+    "knee": Law(
+        92, lambda s, z, d: {"limit": 0.35 * z.um / np.sqrt(s), "sharpness": 6 + 14 * d[0]}
+    ),
     "hyperbolic_tangent": Law(93, lambda s, z, d: {"limit": z.um * 0.4 / s}),
     "dead_band": Law(94, lambda s, z, d: {"upper": s * 0.7 * z.um, "lower": s * 0.7 * z.um}),
     "uneven_dead_band": Law(

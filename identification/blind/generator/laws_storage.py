@@ -67,7 +67,7 @@ STORAGE_LAWS: Mapping[str, Law] = {
     "kelvin_voigt": Law(
         17,
         lambda s, z, d: {
-            "compliance": 0.5 * s,
+            "compliance": 0.8 * s,
             "elements": 2.0,
             "time": between(8, 100, d[0]) * z.step,
             "ratio": between(3, 6, d[1]),
@@ -111,7 +111,7 @@ STORAGE_LAWS: Mapping[str, Law] = {
             "width": z.q * between(0.05, 0.2, d[1]),
         },
     ),
-    "cross_stiffness": Law(50, lambda s, z, d: {"factor": 20 * s / z.q**2}),
+    "cross_stiffness": Law(50, lambda s, z, d: {"factor": 5 * s / z.q**2}),
     # escapes of a storage
     "leak": Law(30, lambda s, z, d: {"conductance": 2 * s * z.fr / (z.c * z.qr)}),
     "sharp_overflow": Law(

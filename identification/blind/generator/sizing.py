@@ -167,6 +167,8 @@ def _next(below: tuple[float, float], above: tuple[float, float]) -> float:
     """Return the next logarithm of the strength, from the last ones with their misses in dB."""
     (a, lack), (b, much) = below, above
     if np.isfinite(lack) and np.isfinite(much):
+        # below the onset of a contact there is no difference at all: do not trust its depth
+        lack, much = max(lack, -30.0), min(much, 30.0)
         share = -lack / (much - lack)
         return a + (b - a) * float(np.clip(share, 0.15, 0.85))
     if np.isfinite(much):
@@ -177,7 +179,7 @@ def _next(below: tuple[float, float], above: tuple[float, float]) -> float:
 
 
 def size(
-    bench: Bench, hidden: Hidden, excess: Callable[[Array], float], *, runs: int = 9
+    bench: Bench, hidden: Hidden, excess: Callable[[Array], float], *, runs: int = 12
 ) -> tuple[Sized, float]:
     """Return the effect at the strength whose difference comes nearest to the wanted one.
 

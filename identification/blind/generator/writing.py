@@ -38,7 +38,8 @@ def _made(case: Case, folder: Path) -> dict[str, Any]:
             return truth
     channels, truth = record(case)
     buffer = io.BytesIO()
-    np.savez(buffer, allow_pickle=False, **{k: np.asarray(v) for k, v in channels.items()})
+    arrays: dict[str, Any] = {k: np.asarray(v) for k, v in channels.items()}
+    np.savez(buffer, **arrays)
     _write(file, buffer.getvalue())
     _write(kept, canonical([truth])[1:-1])
     return truth
@@ -94,7 +95,8 @@ def load_case(folder: str | Path, name: str) -> dict[str, Array | str | float]:
     dict
         ``time`` and the channels as arrays; ``plant`` and ``hold`` as text; ``declared_delay`` in
         s as a number: a dead time of the command that the laboratory knows of;
-        ``declared_resolution``: (sensors,), units of coarse converters, 0 for fine ones.
+        ``declared_resolution``: (sensors,), unit of each sensor's converter that the laboratory
+        knows of, 0 for a fine one. Rounding by it is noise, not missing physics.
     """
     out: dict[str, Array | str | float] = {}
     with np.load(Path(folder) / "records" / f"{name}.npz", allow_pickle=False) as file:

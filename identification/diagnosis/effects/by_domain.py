@@ -17,7 +17,7 @@ Array = np.ndarray
 
 SPRINGS = ("N/m", "m/N", "N*m/rad", "rad/(N*m)", "N*m", "1/(N*m)")
 TANKS = ("m3/Pa", "Pa/m3")
-CAPACITORS = ("F", "1/F")
+CAPACITORS = ("F", "1/F", "F*m2")  # the last one between field and dipole moment
 HEAT_STORES = ("J/K", "K/J")
 MASSES = ("kg", "kg*m2")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from html import escape
 
 import matplotlib as mpl
 import sympy as sp
@@ -162,9 +163,11 @@ def math_svg(tex: str, name: str, size: float = 13.0) -> str:
         figure = Figure(figsize=(0.1, 0.1))
         figure.text(0, 0, f"${_for_mathtext(tex)}$", fontsize=size, color="#1f2933")
         try:
-            return inline(figure, name, tight=True)
+            drawn = inline(figure, name, tight=True)
         except (ValueError, RuntimeError):
             return ""
+    said = escape(words(tex), quote=True)
+    return drawn.replace("<svg ", f'<svg role="img" aria-label="{said}" ', 1)
 
 
 def _for_mathtext(tex: str) -> str:

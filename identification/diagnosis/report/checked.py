@@ -114,27 +114,6 @@ def _left(d: Diagnosis) -> list[str]:
     return [said[0].upper() + said[1:] + "."]
 
 
-def characterised(d: Diagnosis) -> str:
-    """Show what the port looks like before any law is assumed."""
-    found = extra(d, "traits")
-    traits = list(found) if isinstance(found, Iterable) else [found]
-    parts: list[str] = []
-    for t in traits:
-        parts.append(html.bullets(_sentences(t)))
-    return html.section("What it looks like, before any law is assumed", *parts)
-
-
-def _sentences(trait: Any) -> tuple[str, ...]:
-    for name in ("sentences", "words"):
-        said = getattr(trait, name, None)
-        said = said() if callable(said) else said
-        if isinstance(said, str):
-            return (said,)
-        if said is not None:
-            return tuple(str(s) for s in said)
-    return (str(trait),)
-
-
 def limits(d: Diagnosis) -> str:
     """Say what these data cannot tell, and how the answer came about."""
     if d.nominal is None:

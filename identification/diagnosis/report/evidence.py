@@ -162,11 +162,8 @@ def _experiments(d: Diagnosis) -> list[str]:
     """Return computed experiments with the separation that they promise."""
     found = []
     for x in extra(d, "experiments"):
-        said = getattr(x, "words", None)
-        said = said() if callable(said) else said
-        text = spoken(str(said if said is not None else x))
-        z = getattr(x, "z", None)
-        if isinstance(z, float) and np.isfinite(z) and "z " not in text:
-            text += f" (expected separation z {z:.1f})"
-        found.append(text)
+        said = getattr(x, "sentence", None) or getattr(x, "words", None) or x
+        z = getattr(x, "expected_z", None)
+        known = isinstance(z, float) and np.isfinite(z) and "separation" not in str(said)
+        found.append(spoken(str(said)) + (f" (expected separation z {z:.1f})" if known else ""))
     return found

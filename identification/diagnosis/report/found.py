@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from identification.diagnosis.decide import Decision
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.regions import Region, regions
 from identification.diagnosis.search import Trial
@@ -15,24 +14,13 @@ from identification.fit import Fit
 NAMED = ("missing_physics", "unknown_physics")
 
 
-def steps_of(d: Diagnosis) -> tuple[Decision, ...]:
-    """Decisions, one after another."""
-    return d.steps
-
-
-def chosen_of(d: Diagnosis) -> Trial | None:
-    """Return the named effect, or the closest one when nothing may be named."""
-    if d.kind not in NAMED or d.decision is None:
-        return None
-    return d.decision.chosen
-
-
 def found_of(d: Diagnosis) -> tuple[Trial, ...]:
     """Named effects in the order they were found; the closest one when nothing may be named."""
     if d.kind == "missing_physics":
         return tuple(s.chosen for s in d.findings if s.chosen is not None)
-    chosen = chosen_of(d)
-    return (chosen,) if chosen is not None else ()
+    if d.kind != "unknown_physics" or d.decision is None or d.decision.chosen is None:
+        return ()
+    return (d.decision.chosen,)
 
 
 def places_of(d: Diagnosis) -> tuple[dict[str, str], tuple[str, ...]]:
@@ -55,7 +43,7 @@ def confidence_of(d: Diagnosis) -> dict[str, float]:
     """Confidence of each element as a place, empty where nothing is missing."""
     if d.kind not in NAMED:
         return {}
-    found = confidence_of_places(steps_of(d), d.trials)
+    found = confidence_of_places(d.findings, d.trials)
     return {n: p for n, p in found.items() if n in d.graph.elements}
 
 

@@ -11,6 +11,7 @@ from bondgraph.elements import C, R, Sensor, Source
 from bondgraph.graph import BondGraph
 from bondgraph.simulate import prepare, run_prepared
 from identification.diagnosis.search import Trial
+from identification.diagnosis.where.variables import variables_of
 from identification.engine import ExactEngine
 from identification.fit import Fit
 from identification.residual import parameters_at, windows
@@ -91,14 +92,10 @@ def slope_of(graph: BondGraph, element: str, values: dict[str, float]) -> float:
 def _units(graph: BondGraph, element: str) -> tuple[str, str]:
     """SI units of argument and output as far as the element's own unit tells."""
     e = graph[element]
-    unit = getattr(e, "unit", "") or ""
     if isinstance(e, Source | Sensor):
-        return unit, unit
-    if isinstance(e, R):
-        known = {"ohm": ("A", "V"), "N*m*s/rad": ("rad/s", "N*m"), "N*m*s": ("rad/s", "N*m")}
-        return known.get(unit, ("m/s", "N") if unit.startswith(("N", "kg/s")) else ("", ""))
-    known = {"F": ("C", "V"), "N/m": ("m", "N"), "m/N": ("m", "N"), "N*m/rad": ("rad", "N*m")}
-    return known.get(unit, ("", ""))
+        return str(e.unit or ""), str(e.unit or "")
+    v = variables_of(e)
+    return (v.displacement_unit if isinstance(e, C) else v.flow_unit), v.effort_unit
 
 
 def _words(graph: BondGraph, element: str) -> tuple[str, str]:
@@ -107,10 +104,5 @@ def _words(graph: BondGraph, element: str) -> tuple[str, str]:
         return f"command {element}", "drive output"
     if isinstance(e, Sensor):
         return f"true value at {element}", "reading"
-    argument, output = _units(graph, element)
-    words = {
-        "C": "charge", "V": "voltage", "m": "displacement", "N": "force", "rad": "angle",
-        "N*m": "torque", "A": "current", "m/s": "velocity", "rad/s": "angular velocity",
-    }  # fmt: skip
-    first = words.get(argument, "displacement" if isinstance(e, C) else "flow")
-    return f"{first} of {element}", words.get(output, "effort")
+    v = variables_of(e)
+    return f"{v.displacement if isinstance(e, C) else v.flow} of {element}", v.effort

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.report.canvas import TILE, drawing, label, plain
+from identification.diagnosis.report.canvas import TILE, drawing, label, logarithmic, plain
 from identification.diagnosis.report.law import Path, path
 from identification.diagnosis.report.numbers import axis_scale
 from identification.diagnosis.report.style import AFTER, BEFORE, FLOOR, MUTED
@@ -170,6 +170,7 @@ def _step(trial: Trial) -> tuple[str, str]:
         else:
             ax.axhline(1.0, color=BEFORE, ls="--", label="as modelled")
             ax.set_xscale("log")
+            logarithmic(ax.xaxis)
         ax.plot(factor * t, y, color=AFTER, lw=1.8, label="as found")
         for tau in marks:
             ax.axvline(factor * tau, color=FLOOR, lw=0.8, ls=":")

@@ -6,7 +6,7 @@ from html import escape
 from pathlib import Path
 
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.report import checked, evidence, places, sections
+from identification.diagnosis.report import checked, evidence, places, sections, traits
 from identification.diagnosis.report.style import CSS
 from identification.diagnosis.verdict import write_atomically
 
@@ -29,7 +29,7 @@ def page(d: Diagnosis) -> str:
         sections.equations(d),
         evidence.rivals(d),
         checked.checked(d),
-        checked.characterised(d),
+        traits.characterised(d),
         places.places(d),
         evidence.parameters(d),
         checked.limits(d),

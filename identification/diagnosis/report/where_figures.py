@@ -10,7 +10,7 @@ from matplotlib.colors import LogNorm
 
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.regions import Region
-from identification.diagnosis.report.canvas import TILE, drawing, label, plain
+from identification.diagnosis.report.canvas import TILE, drawing, label, logarithmic, plain
 from identification.diagnosis.report.fit_figures import held_out, thin_log
 from identification.diagnosis.report.numbers import axis_scale
 from identification.diagnosis.report.style import BAND, BEFORE, FLOOR
@@ -72,6 +72,8 @@ def spectrum_tile(d: Diagnosis, column: int, numbered: Numbered) -> str:
             f, power = thin_log(f, np.sqrt(power), 160)
             ax.loglog(f, np.maximum(power, 1e-3), color=curve.colour, lw=0.9)
         ax.axhline(1.0, color=FLOOR, lw=1.3, ls="--")
+        logarithmic(ax.xaxis)
+        logarithmic(ax.yaxis)
         for number, region in numbered:
             if region.kind == "frequency" and region.channel in ("", name):
                 _shade(ax, region.low, region.high, number)
@@ -172,7 +174,9 @@ def _heat(name: str, m: HeatMap, x: Axis, y: Axis, span: tuple[float, float]) ->
         ax.grid(False)
         ax.set_xlabel(label(x.name, ux))
         ax.set_ylabel(label(y.name, uy))
-        canvas.figure.colorbar(drawn, ax=ax, pad=0.02, aspect=18).set_label("misfit / floor")
+        scale = canvas.figure.colorbar(drawn, ax=ax, pad=0.02, aspect=18)
+        scale.set_label("misfit / floor")
+        logarithmic(scale.ax.yaxis)
     return canvas.svg
 
 
@@ -192,6 +196,7 @@ def _profiles(d: Diagnosis, axis: Axis, column: int, name: str) -> str:
             )  # fmt: skip
         ax.axhline(1.0, color=FLOOR, ls="--", lw=1.2)
         ax.set_yscale("log")
+        logarithmic(ax.yaxis)
         ax.set_xlabel(label(axis.name, unit))
         ax.set_ylabel("misfit / floor")
         ax.legend(loc="best")

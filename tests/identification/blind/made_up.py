@@ -28,6 +28,7 @@ def finding(
     also: tuple[str, ...] = (),
     confidence: float = 0.9,
     answer: str | None = None,
+    share: float = 0.97,
 ) -> dict[str, Any]:
     made: dict[str, Any] = {
         "effect": effect,
@@ -35,6 +36,7 @@ def finding(
         "location": {"element": element, "kind": PORTS.get(element, "junction"),
                      "indistinguishable_from": list(same)},
         "confidence": confidence,
+        "share_of_misfit_explained": share,
         "also_possible": [{"effect": e, "element": element, "evidence": ""} for e in also],
     }  # fmt: skip
     return made if answer is None else made | {"answer": answer}

@@ -10,7 +10,14 @@ from typing import Any
 import pytest
 
 from bondgraph.errors import UnusableInput
-from identification.blind.commitment import commit, reveal, tool_commit, truths_hash, verify
+from identification.blind.commitment import (
+    commit,
+    reveal,
+    source_hash,
+    tool_commit,
+    truths_hash,
+    verify,
+)
 from identification.blind.generator.writing import seal
 from identification.blind.layout import Layout
 
@@ -60,6 +67,7 @@ def test_the_commitment_holds_what_must_be_fixed_before_the_run(layout: Layout) 
     assert content["thresholds"]["z"] > 0
     assert content["options"]["without"] == []
     assert content["tool_commit"] == tool_commit()
+    assert content["source_sha256"] == source_hash()
     text = path.read_text(encoding="utf-8")
     assert "ab12" not in text
     assert "backlash" not in text
@@ -118,6 +126,18 @@ def test_changed_data_and_settings_are_noticed(layout: Layout) -> None:
     content["thresholds"]["z"] += 0.5
     layout.commitment.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(UnusableInput, match="the thresholds differ"):
+        verify(layout)
+    content["thresholds"]["z"] -= 0.5
+    content["source_sha256"] = "0" * 64
+    layout.commitment.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(UnusableInput, match="the tool's sources differ"):
+        verify(layout)
+    # what is being developed may change its sources, never its data
+    content["kind"] = "development"
+    layout.commitment.write_text(json.dumps(content), encoding="utf-8")
+    verify(layout)
+    (layout.recordings / "r2.npz").write_bytes(b"one more")
+    with pytest.raises(UnusableInput, match=r"first r2\.npz"):
         verify(layout)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from identification.blind.generator import (
     COUNTS,
     PLANTS,
+    Case,
     draw,
     generate,
     load_case,
@@ -27,6 +29,11 @@ from identification.blind.generator.sizing import bench_of
 from identification.blind.generator.vocabulary import FORMS, OUTSIDE, SINGLES
 
 SALT = "0" * 64
+
+
+@cache
+def many() -> list[Case]:
+    return draw("development", 33, 752)
 
 
 def test_a_trial_has_what_the_design_asks() -> None:
@@ -93,16 +100,8 @@ def test_generate_resumes_seals_and_hides(tmp_path: Path) -> None:
     assert seal(changed, "a") != seal(truths, "a")
     seen = load_case(tmp_path, cases[0].id)
     plant = PLANTS[cases[0].plant]
-    public = {
-        "time",
-        "plant",
-        "hold",
-        "declared_delay",
-        "declared_resolution",
-        plant.source[0],
-        *cases[0].sensors,
-    }
-    assert set(seen) == public
+    declared = {"plant", "hold", "declared_delay", "declared_resolution"}
+    assert set(seen) == {"time", plant.source[0], *cases[0].sensors, *declared}
     assert not list(tmp_path.rglob(".*"))
 
 
@@ -121,8 +120,7 @@ def test_effects_reach_the_wanted_difference() -> None:
 
 @pytest.mark.parametrize("law", ["coulomb", "bristles", "linear_stop", "bouc_wen", "kelvin_voigt"])
 def test_halving_the_step_changes_less_than_the_finest_noise(law: str) -> None:
-    cases = draw("development", 33, 752)
-    case = next(c for c in cases if c.cell != "pair" and [e.law for e in c.effects] == [law])
+    case = next(c for c in many() if c.cell != "pair" and [e.law for e in c.effects] == [law])
     bench = bench_of(replace(case, samples=2000))
     sized = [bench.sized(case.effects[0], 0.2)]
     coarse, fine = bench.simulate(sized), bench.simulate(sized, refine=2)

@@ -36,6 +36,12 @@ def outcome(*findings: dict[str, object], **more: object) -> Outcome:
             "wrong",
             "right",
         ),
+        # two candidates that explain little are no set either
+        (
+            finding("unknown", "b_1", also=("creep", "hysteresis"), family="outside", share=0.4),
+            "unknown",
+            "right",
+        ),
         # one candidate that comes closest is no set
         (finding("unknown", "b_1", also=("hysteresis",), family="outside"), "unknown", "right"),
         # more than half of the seven ports is no place

@@ -40,7 +40,7 @@ def layout(tmp_path_factory: pytest.TempPathFactory) -> Layout:
     cases = chosen(draw("reduced", 11))
     truths = generate(cases, found.data)
     write_public(found, [c.id for c in cases])
-    commit(found, truths, "salt of a test")
+    commit(found, truths, "salt of a test", "reduced")
     return found
 
 

@@ -106,8 +106,11 @@ def test_gates_by_hand(scored: Score) -> None:
     # repairs over the oracle: 1.05, 1.20, 1.00
     assert gate(scored, "over the oracle's")[0] == pytest.approx(1.05)
     assert gate(scored, "over the oracle's")[2] is True
-    assert gate(scored, "crashes")[1] == Rate(1, 14)
+    assert gate(scored, "without an answer")[1] == Rate(1, 14)
     assert not scored.passed
+    assert scored.asked == {
+        "no oracle": 0, "below 3 dB": 1, "not separable": 2, "distinguishable": 3,
+    }  # fmt: skip
 
 
 def test_place_gate_alone(scored: Score) -> None:
@@ -120,14 +123,15 @@ def test_nothing_to_count_is_neither_met_nor_failed() -> None:
     s = score({"c1": truths["c1"]}, {"c1": answers["c1"]})
     assert gate(s, "false alarms") == (0.0, Rate(0, 1), True)
     assert gate(s, "wrong name, of")[2] is None
-    assert s.passed
+    # a proof that counted nothing proves nothing
+    assert not s.passed
 
 
 def test_a_missing_answer_is_a_crash() -> None:
     truths, _, _ = small_trial()
     s = score({"s1": truths["s1"]}, {})
     assert s.outcomes[0].name == "crashed"
-    assert gate(s, "crashes")[1] == Rate(1, 1)
+    assert gate(s, "without an answer")[1] == Rate(1, 1)
 
 
 def test_intervals_are_wilsons() -> None:

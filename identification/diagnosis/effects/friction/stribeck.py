@@ -21,7 +21,7 @@ from identification.diagnosis.effects.effect import (
 )
 from identification.diagnosis.scene import Scene
 
-SPEEDS = (0.03, 0.1, 0.3, 1.0)
+SPEEDS = (0.04, 0.1, 0.3, 1.0)
 """Stribeck speeds tried, over the root mean square of the flow."""
 
 
@@ -68,8 +68,10 @@ class StribeckFriction(Effect):
         )
         if hint is not None:
             v, (level, drop) = float(hint.shape["speed"]), hint.weights
+            v = float(np.clip(v, 0.04 * past.rms, 2.0 * past.rms))
             level, drop = at_least(level, 0.02 * force), at_least(drop, 0.01 * force)
-            tried = ((level, drop, v), (level, level, 0.3 * past.rms), (level, level, 0.8 * v))
+            slower = max(0.8 * v, 0.04 * past.rms)
+            tried = ((level, drop, v), (level, level, 0.3 * past.rms), (level, level, slower))
         law = Stribeck(0.2 * force, 0.1 * force, speed, unit=effort, flow_unit=flow)
         names = tuple(p.name for p in law.parameters(element.name))
         graph = scene.graph.with_element(element.name, law=law)

@@ -61,6 +61,6 @@ class Quantisation(Effect):
 def _grid(scene: Scene, element: Element) -> tuple[float, float] | None:
     readings = scene.data.readings[:, scene.data.names.index(element.name)]
     step = quantisation_step(readings)
-    if step is None:
-        return None
+    if step is None or step < 1.01 * scene.data.resolution.get(element.name, 0.0):
+        return None  # a converter that is known to be coarse is no finding
     return step, float(readings[0] - step * np.round(readings[0] / step))

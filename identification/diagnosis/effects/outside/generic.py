@@ -13,9 +13,19 @@ __all__ = ["GROUPS", "generic_columns"]
 Array = np.ndarray
 
 GROUPS = (
-    "linear", "odd", "even", "rate", "rate_odd", "rate_even", "sign", "reversal", "memory", "slow", "product",
+    "linear",
+    "odd",
+    "even",
+    "rate",
+    "rate_odd",
+    "rate_even",
+    "sign",
+    "reversal",
+    "memory",
+    "slow",
+    "product",
     "time",
-)  # fmt: skip
+)
 PLAYS = (0.05, 0.15, 0.35, 0.7)
 LAGS = (0.01, 0.05, 0.25)
 CORNER = 0.02
@@ -27,8 +37,9 @@ def generic_columns(past: Past) -> dict[str, Array]:
 
     Groups: ``linear`` (argument and one), ``odd`` and ``even`` powers of the argument, ``rate``
     (its derivative), ``rate_odd``, ``rate_even`` (powers of it), ``sign`` (of the argument, and its
-    square with the sign), ``reversal`` (sign of the rate), ``memory`` (plays on the argument), ``slow`` (lags of it), ``product`` (argument
-    times rate), ``time`` (trend, and the argument times time).
+    square with the sign), ``reversal`` (sign of the rate), ``memory`` (plays on the argument),
+    ``slow`` (lags of it), ``product`` (argument times rate), ``time`` (trend, and the argument
+    times time).
 
     Returns
     -------

@@ -87,4 +87,4 @@ def _centres(past: Past) -> tuple[float, ...]:
 def _taken(past: Past, centre: float, width: float) -> Array:
     """Effort that a gap takes away."""
     lost = np.clip(past.argument - centre, -width, width) - np.clip(-centre, -width, width)
-    return -past.slope * lost
+    return np.asarray(-past.slope * lost)

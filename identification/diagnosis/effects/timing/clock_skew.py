@@ -13,6 +13,7 @@ from identification.diagnosis.scene import Scene
 
 __all__ = ["ClockSkew"]
 
+Array = np.ndarray
 MISFITS = (0.3, 2.0, -2.0, 8.0, -8.0, 30.0, -30.0)
 """Lateness at the end of the record to try, in samples; the first is taken with either sign."""
 LARGEST = 0.02
@@ -41,8 +42,12 @@ class ClockSkew(Effect):
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
         """Return what another rate changes, for several misfits at the end of the record."""
-        y = scene.of(element).argument
-        return tuple(weighed((at_clock(y, r) - y,), ratio=r) for r in _ratios(y.size))
+        y, parts = scene.of(element).argument, _parts(scene, element)
+        longest = max(p.size for p in parts)
+        return tuple(
+            weighed((np.concatenate([at_clock(p, r) for p in parts]) - y,), ratio=r)
+            for r in _ratios(longest)
+        )
 
     def insert(self, scene: Scene, element: Element, hint: Hint | None = None) -> Insertion:
         """One ratio error."""
@@ -50,7 +55,7 @@ class ClockSkew(Effect):
             f"clock_{element.name}", 0.0, positive=False, lower=-LARGEST, upper=LARGEST, scale=1e-4
         )
         graph = scene.graph.with_parameters([ratio]).with_element(element.name, clock=ratio.name)
-        n = scene.data.n
+        n = max(p.size for p in _parts(scene, element))
         if hint is None:
             starts = [*_ratios(n), -_ratios(n)[0]]
         else:
@@ -62,6 +67,11 @@ class ClockSkew(Effect):
             {ratio.name: float(np.clip(s, -LARGEST, LARGEST))} for s in dict.fromkeys(starts)
         )
         return self.inserted(element, graph, found, (ratio.name,))
+
+
+def _parts(scene: Scene, element: Element) -> list[Array]:
+    """Return readings recording by recording: each begins with both clocks together."""
+    return list(np.split(scene.of(element).argument, scene.data.breaks))
 
 
 def _ratios(n: int) -> list[float]:

@@ -1,0 +1,223 @@
+"""``bondsight explain``: verdict files of every kind in plain words, and refusals in one line."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bondgraph.errors import UnusableInput
+from identification.command_line.main import main
+from identification.diagnosis.explain import KINDS, parse_verdict, read_verdict
+from identification.diagnosis.retold import WIDTH, retold
+
+
+def finding(effect: str = "hysteresis", element: str = "C_nl", **more: Any) -> dict[str, Any]:
+    found = {
+        "location": {"element": element, "kind": "storage", "indistinguishable_from": []},
+        "effect": effect, "family": "memory", "law": "prandtl_ishlinskii", "confidence": 0.98,
+        "parameters": [
+            {"name": "h_1", "value": 1234.5, "unit": "N/m", "ci95": [1200.0, None]},
+            {"name": "h_2", "value": 10.0, "unit": "", "ci95": [9.0, 11.0]},
+        ],
+        "also_possible": [], "share_of_misfit_explained": 0.97,
+    }  # fmt: skip
+    return {**found, **more}
+
+
+def unknown(**more: Any) -> dict[str, Any]:
+    alike = [
+        {"effect": "creep", "element": "k", "evidence": "held-out mean square 1.3"},
+        {"effect": "unknown", "element": "d", "evidence": ""},
+    ]
+    empty: dict[str, Any] = {"law": "none", "confidence": 0.0, "parameters": []}
+    return finding("unknown", "k", **{**empty, "also_possible": alike, **more})
+
+
+def verdict(kind: str = "missing_physics", *findings: dict[str, Any]) -> dict[str, Any]:
+    default = {"missing_physics": [finding()], "unknown_physics": [unknown()]}
+    repaired = {"x": 2e-9} if kind == "missing_physics" else {}
+    fitted = kind != "insufficient_data"
+    return {
+        "schema": "bondsight.verdict/1", "verdict": kind, "model": "stack",
+        "recording": {"name": "run 7", "sha256": "ab" * 32, "samples": 8192,
+                      "channels": ["V_in", "x"]},
+        "findings": list(findings) or default.get(kind, []),
+        "fit": {
+            "noise_floor": {"x": 1.9e-9} if fitted else {},
+            "nominal": {"train_rmse": {"x": 1e-8}, "test_rmse": {"x": 1e-8} if fitted else {}},
+            "repaired": {"train_rmse": repaired, "test_rmse": repaired},
+        },
+        "nuisances": [{"name": "offset x", "value": 1e-8, "unit": "m", "within_bounds": False}],
+        "advice": ["record the current i: it separates C_nl from k"], "seconds": 41.2, "seed": 0,
+    }  # fmt: skip
+
+
+def said(v: dict[str, Any]) -> str:
+    """The words on one line, so that wrapping does not matter."""
+    return " ".join(retold(parse_verdict(json.dumps(v))).split())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_is_told(kind: str) -> None:
+    text = retold(parse_verdict(json.dumps(verdict(kind))))
+    for head in ("What was found", "How sure", "What it rests on", "What to do next"):
+        assert f"{head}\n" in text
+    assert ("Where\n" in text) == (kind in ("missing_physics", "unknown_physics"))
+    assert max(len(line) for line in text.splitlines()) <= WIDTH
+    assert "run 7" in text
+    assert "it separates C_nl from k" in text
+
+
+def test_a_named_effect() -> None:
+    text = said(verdict())
+    for words in (
+        "leaves out one effect that run 7 shows: hysteresis at C_nl",
+        "sits at the storage C_nl", "confidence 98 %", "97 % of the misfit",
+        "error 1e-08 before, 2e-09 after the repair, 5 times smaller",
+        "the noise of the recording is 1.9e-09, so nothing is left to gain",
+        "h_1 = 1234 N/m;", "h_2 = 10 (95 %: 9 to 11)", "8192 samples of V_in and x",
+        "At the end of what a nuisance may be: offset x.",
+    ):  # fmt: skip
+        assert words in text, words
+
+
+def test_several_findings_and_ports_that_cannot_be_told_apart() -> None:
+    where = {"element": "k", "kind": "storage", "indistinguishable_from": ["d", "F"]}
+    rival = [{"effect": "stribeck_friction", "element": "d", "evidence": "as good"}]
+    second = finding("coulomb_friction", "k", location=where, also_possible=rival)
+    text = said(verdict("missing_physics", finding(), second))
+    assert "leaves out two effects" in text
+    assert "hysteresis at C_nl and coulomb friction at k" in text
+    assert "With these sensors d and F cannot be told apart from it" in text
+    assert "Besides coulomb friction at k these are not excluded: stribeck friction at d" in text
+
+
+def test_look_alikes_of_an_unknown() -> None:
+    text = said(verdict("unknown_physics"))
+    assert "do not support one name" in text
+    assert "is closest to the storage k" in text
+    assert "No name is given. The best description, creep at k, accounts for 97 %" in text
+    assert (
+        "these remain: creep at k (held-out mean square 1.3); a curve without a name at d" in text
+    )
+    assert "belongs to one family: memory" in text
+
+
+def test_an_unknown_without_place_or_candidates() -> None:
+    nowhere = {"element": "", "kind": "junction", "indistinguishable_from": []}
+    f = unknown(location=nowhere, also_possible=[], share_of_misfit_explained=0.0, family="outside")
+    text = said(verdict("unknown_physics", f))
+    assert "The place is open" in text
+    assert "Nothing in the catalogue comes near" in text
+    assert "family" not in text
+
+
+def test_without_advice_it_says_what_the_kind_means() -> None:
+    for kind in KINDS:
+        v = verdict(kind)
+        v["advice"] = []
+        tail = retold(parse_verdict(json.dumps(v))).split("What to do next")[1]
+        assert len(tail.split()) > 3
+
+
+def test_an_effect_of_the_user_and_an_absent_number() -> None:
+    f = finding("squeaking_hinge", parameters=[
+        {"name": "c", "value": None, "unit": "N", "ci95": [None, None]}
+    ])  # fmt: skip
+    text = said(verdict("missing_physics", f))
+    assert "squeaking hinge at C_nl" in text
+    assert "c not determined" in text
+
+
+def test_a_repair_that_made_it_worse_is_not_hidden() -> None:
+    v = verdict()
+    v["fit"]["repaired"]["test_rmse"] = {"x": 3e-8}
+    assert "larger: do not use the repair blindly" in said(v)
+
+
+def test_the_file_is_data() -> None:
+    """Escape sequences and direction marks of a file do not reach the terminal."""
+    v = verdict()
+    v["model"] = "stack\x1b[31m\u202e\x07"
+    v["advice"] = ["line\nWhat to do next\nrm"]
+    text = retold(parse_verdict(json.dumps(v)))
+    assert not set(text) & set("\x1b\u202e\x07\r")
+    assert text.count("\nWhat to do next\n") == 1
+
+
+def broken(path: str, value: Any = ...) -> str:
+    """A verdict with one place changed, or taken out."""
+    v = copy.deepcopy(verdict())
+    *way, last = path.split(".")
+    holder: Any = v
+    for step in way:
+        holder = holder[int(step) if step.isdigit() else step]
+    if value is ...:
+        del holder[last]
+    else:
+        holder[last] = value
+    return json.dumps(v)
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("", "not JSON"),
+        ('{"schema": ', "not JSON"),
+        ("[" * 100_000, "nested too deeply"),
+        ('{"seed": NaN}', "NaN"),
+        ('{"seed": 1, "seed": 2}', "twice"),
+        ("[]", "the whole file is no object"),
+        ("{}", "schema is 'not given'"),
+        (broken("schema", "bondsight.verdict/2"), "bondsight.verdict/2"),
+        (broken("verdict", "guilty"), "'guilty' is none of"),
+        (broken("verdict", "explained"), "a verdict explained has no findings"),
+        (broken("findings", []), "has findings"),
+        (broken("recording.sha256"), "recording.sha256 is missing"),
+        (broken("recording.samples", 1.5), "recording.samples is not a whole number"),
+        (broken("recording.channels", ["x", 3]), "recording.channels[1] is not a text"),
+        (broken("seed", True), "seed is not a whole number"),
+        (broken("findings.0.confidence", 1.5), "findings[0].confidence is not between"),
+        (broken("findings.0.location.element"), "findings[0].location.element is missing"),
+        (broken("findings.0.parameters.0.ci95", [1]), "parameters[0].ci95 does not have two ends"),
+        (broken("findings.0.parameters.0.value", "1"), "parameters[0].value is not a number"),
+        (broken("fit.nominal.test_rmse.x", -1.0), "fit.nominal.test_rmse.x is negative"),
+        (broken("fit.repaired", []), "fit.repaired is no object"),
+        (broken("nuisances.0.within_bounds", 1), "within_bounds is not a true or false"),
+        (broken("advice"), "advice is missing"),
+        (broken("notes", "text"), "notes is not a list"),
+    ],
+)
+def test_refusals_say_what_is_wrong(
+    text: str, complaint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "verdict.json"
+    file.write_text(text, encoding="utf-8")
+    assert main(["explain", str(file)]) == 2
+    out, error = capsys.readouterr()
+    assert out == ""
+    assert error.count("\n") == 1
+    assert complaint in error
+    assert "verdict.json" in error
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    with pytest.raises(UnusableInput, match="cannot read"):
+        read_verdict(tmp_path / "absent.json")
+    with pytest.raises(UnusableInput, match="is a folder"):
+        read_verdict(tmp_path)
+    (tmp_path / "picture").write_bytes(b"\xff\xd8\xff\x00")
+    with pytest.raises(UnusableInput, match="not a text file"):
+        read_verdict(tmp_path / "picture")
+
+
+def test_the_command_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "verdict.json"
+    extended = {**verdict(), "a_later_key": [1, 2]}
+    file.write_text(json.dumps(extended), encoding="utf-8")
+    assert main(["explain", str(file)]) == 0
+    assert capsys.readouterr().out.startswith("What was found\n  stack leaves out one effect")

@@ -1,0 +1,115 @@
+"""The experiment that would tell two rivals apart: computed, and right when it is then made."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.errors import UnusableInput
+from bondgraph.laws import Coulomb, Polynomial
+from bondgraph.signals import Split
+from bondgraph.simulate import simulate
+from identification.design.limits import Envelope
+from identification.diagnosis.candidate_inputs import candidate_inputs
+from identification.diagnosis.next_experiment import next_experiments
+from identification.fit import Fit, fit
+from identification.levenberg_marquardt import minimise
+from identification.problem import Data, Problem
+from identification.stack import stack_of
+
+N, DT, NOISE = 1500, 0.01, 1e-3
+TIME = DT * np.arange(N)
+NAMES = ("coulomb at d", "cubic at k")
+
+
+def spring() -> BondGraph:
+    with BondGraph("spring") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
+        v >> R("d", 2.0, unit="N*s/m")
+        v >> C("k", stiffness=200.0, unit="N/m")
+        v >> Dq("x", unit="m")
+    return g
+
+
+def rubbing() -> BondGraph:
+    return spring().with_element("d", law=Coulomb(0.1))
+
+
+def stiffening() -> BondGraph:
+    return spring().with_element("k", law=Polynomial(0.0, 0.1, 2.0, orders=(3,)))
+
+
+def force() -> np.ndarray:
+    rng = np.random.default_rng(0)
+    tones = [np.sin(2 * np.pi * (f * TIME + rng.random())) for f in (1.1, 1.7, 2.3, 3.1)]
+    return np.asarray(2.0 * np.sum(tones, axis=0))
+
+
+def recorded(u: np.ndarray, seed: int) -> Data:
+    x = np.asarray(simulate(rubbing(), TIME, {"F": u}, accuracy=1e-6)["x"])
+    x = x + NOISE * np.random.default_rng(seed).standard_normal(N)
+    split = Split(slice(0, N - 100), slice(N - 100, N), "the end")
+    return Data("run", TIME, {"F": u}, x[:, None], ("x",), np.array([NOISE]), split)
+
+
+@cache
+def rivals() -> tuple[Fit, Fit]:
+    data = recorded(force(), 1)
+    return fit(Problem(rubbing(), data)), fit(Problem(stiffening(), data))
+
+
+def misfit(problem: Problem, *further: Data) -> float:
+    """Sum of squares of one model on all records together, with one set of values."""
+    stack = stack_of((problem, *(Problem(problem.graph, d) for d in further)))
+    made = minimise(stack, stack.start())
+    return float(sum(e.residual @ e.residual for e in made.evaluations))
+
+
+@pytest.mark.parametrize("kind", ["repeat", "hold"])
+def test_the_expected_separation_is_what_the_experiment_gives(kind: str) -> None:
+    found = {e.kind: e for e in next_experiments(rivals(), NAMES)}
+    courses = candidate_inputs(rivals()[0].problem.data, {"F": "N"})
+    made = recorded(next(c.commands["F"] for c in courses if c.kind == kind), 2)
+    right, wrong = (misfit(f.problem, made) for f in rivals())
+    assert 0.5 * np.sqrt(wrong - right) == pytest.approx(found[kind].expected_z, rel=0.25)
+
+
+def test_ranking_and_words() -> None:
+    found = next_experiments(rivals(), NAMES)
+    z = [e.expected_z for e in found]
+    assert z == sorted(z, reverse=True)
+    assert len({e.words for e in found}) == len(found)
+    assert all(e.expected_z >= e.now_z > 0 for e in found)
+    best = found[0]
+    assert best.expected_z > next(e.expected_z for e in found if e.kind == "repeat")
+    assert best.rivals == NAMES
+    assert best.sentence.startswith(best.words)
+    assert "coulomb at d from cubic at k" in best.sentence
+    assert any(e.kind == "sensor" and "f_v" in e.words for e in found)
+    assert not any(e.kind == "sensor" for e in next_experiments(rivals(), NAMES, sensors=False))
+
+
+def test_candidates_keep_the_envelope() -> None:
+    data = rivals()[0].problem.data
+    top = float(np.abs(data.commands["F"]).max())
+    alone = candidate_inputs(data, {"F": "N"})
+    assert {c.kind for c in alone} >= {"repeat", "weaker", "triangle", "hold", "sine", "sweep"}
+    assert all(np.abs(c.commands["F"]).max() <= top * 1.0001 for c in alone)
+    assert all(c.commands["F"].shape == (N,) for c in alone)
+    assert not any(c.kind == "stronger" for c in alone)
+    wide = candidate_inputs(data, {"F": "N"}, {"F": Envelope(-1.5 * top, 1.5 * top)})
+    (stronger,) = (c for c in wide if c.kind == "stronger")
+    assert np.abs(stronger.commands["F"]).max() <= 1.5 * top * 1.0001
+    slow = candidate_inputs(data, {"F": "N"}, {"F": Envelope(-top, top, slew=5.0)})
+    assert all(np.abs(np.diff(c.commands["F"])).max() <= 5.0 * DT for c in slow if c.kind != "hold")
+
+
+def test_one_model_is_no_rivalry() -> None:
+    with pytest.raises(UnusableInput, match="two or more rivals"):
+        next_experiments(rivals()[:1], NAMES[:1])
+    with pytest.raises(UnusableInput, match="one label for each"):
+        next_experiments(rivals(), NAMES[:1])
