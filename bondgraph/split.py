@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +24,7 @@ class Split:
 
     Parameters
     ----------
-    train, test : slice
+    train, test : slice or tuple of slice
         Samples scored in the fit and held out of it.
     rule : str
         The rule in words.
@@ -33,11 +34,48 @@ class Split:
         First sample to score; a simulation may start before it to settle.
     """
 
-    train: slice
-    test: slice
+    train: slice | tuple[slice, ...]
+    test: slice | tuple[slice, ...]
     rule: str
     rest: slice | None = None
     score_from: int = 0
+
+
+def stretches(part: slice | tuple[slice, ...]) -> tuple[slice, ...]:
+    """Return the stretches of one part of a split."""
+    return part if isinstance(part, tuple) else (part,)
+
+
+def whole(part: slice | tuple[slice, ...]) -> slice:
+    """Return the samples from the first to the last stretch of one part, gaps included.
+
+    Examples
+    --------
+    >>> whole((slice(0, 2), slice(4, 6)))
+    slice(0, 6, None)
+    """
+    parts = stretches(part)
+    return slice(parts[0].start, parts[-1].stop) if parts else slice(0, 0)
+
+
+def interleaved(start: int, stop: int, blocks: int = 30, every: int = 3) -> Split:
+    """Hold out every third of short stretches: both parts see every level, band and time.
+
+    Parameters
+    ----------
+    start, stop : int
+        Samples to divide.
+    blocks : int
+        Number of stretches.
+    every : int
+        One of so many is held out.
+    """
+    edges = np.linspace(start, stop, blocks + 1).astype(int)
+    parts = [slice(int(a), int(b)) for a, b in pairwise(edges) if b > a]
+    test = tuple(p for i, p in enumerate(parts) if i % every == every - 1)
+    train = tuple(p for i, p in enumerate(parts) if i % every != every - 1)
+    rule = f"one in {every} of {len(parts)} stretches held out"
+    return Split(train, test, rule)
 
 
 def default_split(

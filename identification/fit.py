@@ -69,7 +69,7 @@ class Fit:
     @property
     def values(self) -> dict[str, float]:
         """All model parameters by name, declared delays (s) included."""
-        names = self.problem.compiled.parameter_names
+        names = self.problem.engine.parameter_names
         found = dict(
             zip(names, map(float, parameters_at(self.problem, self.point.theta)), strict=True)
         )

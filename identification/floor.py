@@ -34,12 +34,24 @@ def noise_floor(
         y = np.asarray(recording[n])
         if again is not None:
             sigma = _repeat_level(y, *again)
-        elif split.rest is not None and split.rest.stop - (split.rest.start or 0) >= 200:
+        elif split.rest is not None and split.rest.stop - (split.rest.start or 0) >= REST:
             sigma = _rest_level(y[split.rest])
         else:
             sigma = _white_level(y)
         found[n] = max(sigma, _rounding(y), RELATIVE_LEAST * float(y.std()), 1e-300)
     return found
+
+
+def measured(recording: Recording, split: Split, commands: tuple[str, ...]) -> bool:
+    """Whether the floor is read off the noise itself: from repeats or a rest, not the spectrum."""
+    moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
+    rest = split.rest
+    long = rest is not None and rest.stop - (rest.start or 0) >= REST
+    return long or (bool(moving) and repeats(moving) is not None)
+
+
+REST = 200
+"""Samples of a rest that tell the noise."""
 
 
 def repeats(commands: Sequence[Array]) -> tuple[int, list[slice]] | None:

@@ -46,10 +46,8 @@ def joined(recordings: Sequence[Recording]) -> tuple[Recording, tuple[int, ...]]
                 f"{first.units[wrong[0]]} in {first.name}; correct a header"
             )
     edges = np.cumsum([r.n for r in recordings])
-    channels = {
-        f"{c}[{first.units[c]}]" if first.units[c] else c: np.concatenate([r[c] for r in recordings])
-        for c in first.channels
-    }
+    headers = {c: f"{c}[{first.units[c]}]" if first.units[c] else c for c in first.channels}
+    channels = {headers[c]: np.concatenate([r[c] for r in recordings]) for c in headers}
     name = " + ".join(r.name for r in recordings)
     both = Recording.from_arrays(name, channels, fs=1.0 / step)
     return both, tuple(int(e) for e in edges[:-1])

@@ -13,6 +13,7 @@ from bondgraph.elements import Modulated, Parameter, Sensor, Source
 from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split
+from bondgraph.split import stretches
 from bondgraph.units import parse_unit
 from identification.engine import Engine, ExactEngine, engine_of
 
@@ -41,6 +42,8 @@ class Data:
         First samples of further recordings: every recording starts from a state of its own.
     resolution : dict of str to float
         Unit of a sensor's converter, SI, where it is known: rounding to it is no finding.
+    floor_measured : bool
+        `floor` was read off the noise itself, not estimated from the spectrum.
     """
 
     name: str
@@ -53,6 +56,7 @@ class Data:
     hold: str = "linear"
     breaks: tuple[int, ...] = ()
     resolution: Mapping[str, float] = field(default_factory=dict)
+    floor_measured: bool = False
 
     @property
     def n(self) -> int:
@@ -67,7 +71,8 @@ class Data:
     def mask(self, part: str) -> Array:
         """Boolean mask of the samples of ``train`` or ``test``."""
         m = np.zeros(self.n, bool)
-        m[self.split.train if part == "train" else self.split.test] = True
+        for s in stretches(self.split.train if part == "train" else self.split.test):
+            m[s] = True
         return m
 
     def first(self, count: int) -> Data:
@@ -86,8 +91,11 @@ class Data:
         if factor == 1:
             return self
 
-        def part(s: slice) -> slice:
+        def fewer(s: slice) -> slice:
             return slice(-(-(s.start or 0) // factor), -(-(s.stop or self.n) // factor))
+
+        def part(s: slice | tuple[slice, ...]) -> slice | tuple[slice, ...]:
+            return tuple(map(fewer, s)) if isinstance(s, tuple) else fewer(s)
 
         split = replace(self.split, train=part(self.split.train), test=part(self.split.test))
         return replace(

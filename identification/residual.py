@@ -19,6 +19,7 @@ from scipy.signal import lfilter
 from bondgraph.shift import delayed, delayed_values, delayed_within, warped
 from bondgraph.shift_within import warped_within
 from bondgraph.simulate import Run
+from bondgraph.split import stretches
 from identification.problem import Problem
 
 Array = np.ndarray
@@ -87,7 +88,8 @@ def windows(problem: Problem) -> list[slice]:
     if problem.window is None:
         return [slice(a, b) for a, b in pairwise(ends)]
     found = []
-    for part in (problem.data.split.train, problem.data.split.test):
+    split = problem.data.split
+    for part in (*stretches(split.train), *stretches(split.test)):
         first, last = part.start or 0, part.stop if part.stop is not None else n
         inner = [first, *(b for b in problem.data.breaks if first < b < last), last]
         for start, stop in pairwise(inner):
@@ -203,7 +205,7 @@ def time_memories(problem: Problem, first: int) -> dict[str, tuple[float, ...]] 
     for e in problem.graph.elements.values():
         drive = getattr(e, "drive", None)
         for law in (getattr(e, "law", None), None if drive is None else drive.law):
-            if getattr(law, "counts_time", False):
+            if law is not None and law.counts_time:
                 found[e.name] = begun
     return found or None
 

@@ -103,7 +103,7 @@ plt.show()
 # One call: noise floor, nominal fit, every effect at every port, decision, repair.
 
 # %%
-d = diagnose(graph, recording, split, options=Options(keep=3, screen_iterations=10))
+d = diagnose(graph, recording, split, options=Options(keep=3, more=2, effects=1))
 print(sentence(d))
 v = verdict(d)
 assert v["verdict"] == "missing_physics"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 from pathlib import Path
 from typing import Any
@@ -25,3 +26,26 @@ def test_the_first_block_alone_is_a_model_file() -> None:
     names: dict[str, Any] = {}
     exec(BLOCKS[0], names)
     assert names["model"]().name == "positioner"
+
+
+def test_the_table_of_effects_is_the_catalogue() -> None:
+    from identification.command_line.effects import catalogue_table
+
+    text = README.read_text(encoding="utf-8")
+    found = re.findall(r"<!-- effects -->\n(.*?)\n<!-- /effects -->", text, re.S)
+    # when it fails: put the output of `bondsight effects` there
+    assert found == [catalogue_table()]
+
+
+def test_the_commands_of_the_readme_exist() -> None:
+    from identification.command_line.main import _parser
+
+    text = README.read_text(encoding="utf-8")
+    used = set(re.findall(r"^    bondsight ([a-z]+)", text, re.M))
+    assert used, "no command found"
+    assert used <= set(_verbs(_parser()))
+
+
+def _verbs(parser: argparse.ArgumentParser) -> list[str]:
+    (verbs,) = (a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
+    return list(verbs.choices)

@@ -38,13 +38,18 @@ class Law(ABC):
     """`solve` is a formula to be differentiated; otherwise the deviation has a slope at the root
     and the implicit function theorem gives the derivatives."""
 
+    counts_time: ClassVar[bool] = False
+    """The memory begins with the time since the start of the record, s: a window that begins later
+    is given it."""
+
     starts: ClassVar[tuple[str, ...]] = ()
     """Fields that no equation uses: where a fit starts, typical sizes, units."""
 
     @property
     def structure(self) -> Hashable:
         """Everything the equations depend on but the parameters: equal ones share a kernel."""
-        kept = tuple((f.name, getattr(self, f.name)) for f in fields(self) if f.name not in self.starts)
+        names = (f.name for f in fields(self) if f.name not in self.starts)
+        kept = tuple((n, getattr(self, n)) for n in names)
         return type(self), kept
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

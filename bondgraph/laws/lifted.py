@@ -8,61 +8,91 @@ from typing import Any, ClassVar
 
 from bondgraph.backend import Ops
 from bondgraph.elements import Parameter
+from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.laws.law import Law
 
 
 @dataclass(frozen=True)
 class Lifted(Law):
-    """`law` with the numbers in its fields `lifted` as fixed parameters.
+    """`inner` with the numbers in its fields `lifted` as fixed parameters.
 
     A diagnosis chooses thresholds and ranges anew for every recording; written into the equations
     they would ask for another kernel each time. Fields may hold one number or a tuple of numbers.
 
     Parameters
     ----------
-    law : Law
+    inner : Law
         A law that is solved by Newton's method (not `closed`).
     lifted : tuple of str
         Names of its fields.
+
+    Raises
+    ------
+    UnusableInput
+        If the law is solved in closed form, or a field holds something else than numbers.
+    UnknownName
+        If the law has no such field.
     """
 
-    law: Law
+    inner: Law
     lifted: tuple[str, ...]
     name: ClassVar[str] = "lifted"
+
+    def __post_init__(self) -> None:
+        """Refuse fields that are no numbers, and laws that are not solved by Newton's method."""
+        if self.inner.closed:
+            raise UnusableInput(
+                f"{self.inner.name} is solved in closed form; its numbers stay in it"
+            )
+        known = [f.name for f in fields(self.inner)]
+        for name in self.lifted:
+            if name not in known:
+                raise unknown_name("field", name, f"the law {self.inner.name!r}", known)
+            held = getattr(self.inner, name)
+            for v in held if isinstance(held, tuple) else (held,):
+                if isinstance(v, bool) or not isinstance(v, int | float):
+                    raise UnusableInput(
+                        f"field {name!r} of {self.inner.name} holds {v!r}; numbers can be lifted"
+                    )
 
     @property
     def energy(self) -> str:  # type: ignore[override]
         """Claim of the law itself."""
-        return self.law.energy
+        return self.inner.energy
 
     @property
     def structure(self) -> Hashable:
         """Without the values of the lifted fields."""
         kept = tuple(
-            (f.name, getattr(self.law, f.name))
-            for f in fields(self.law)
-            if f.name not in (*self.lifted, *self.law.starts)
+            (f.name, getattr(self.inner, f.name))
+            for f in fields(self.inner)
+            if f.name not in (*self.lifted, *self.inner.starts)
         )
-        return Lifted, type(self.law), kept, tuple(len(v) for v in self._values)
+        return Lifted, type(self.inner), kept, tuple(len(v) for v in self._values)
 
     @property
     def slope(self) -> float | None:
         """Slope of the law itself."""
-        return self.law.slope
+        return self.inner.slope
 
     @property
     def timed(self) -> bool:
         """As the law itself."""
-        return self.law.timed
+        return self.inner.timed
+
+    @property
+    def counts_time(self) -> bool:  # type: ignore[override]
+        """As the law itself."""
+        return self.inner.counts_time
 
     @property
     def n_memory(self) -> int:
         """As the law itself."""
-        return self.law.n_memory
+        return self.inner.n_memory
 
     @property
     def _values(self) -> tuple[tuple[float, ...], ...]:
-        found = (getattr(self.law, n) for n in self.lifted)
+        found = (getattr(self.inner, n) for n in self.lifted)
         return tuple(v if isinstance(v, tuple) else (float(v),) for v in found)
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
@@ -72,15 +102,15 @@ class Lifted(Law):
             for name, values in zip(self.lifted, self._values, strict=True)
             for i, v in enumerate(values, start=1)
         ]
-        return (*self.law.parameters(element), *constants)
+        return (*self.inner.parameters(element), *constants)
 
     def initial_memory(self, s: float) -> tuple[float, ...]:
         """As the law itself."""
-        return self.law.initial_memory(s)
+        return self.inner.initial_memory(s)
 
     def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
         """As the law itself."""
-        return self.law.memory_sensitivity(s)
+        return self.inner.memory_sensitivity(s)
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Deviation with the constants of `p`."""
@@ -93,12 +123,12 @@ class Lifted(Law):
         return law.advance(ops, s, memory, own)
 
     def _at(self, p: Sequence[Any]) -> tuple[Law, Sequence[Any]]:
-        own = len(self.law.parameters("x"))
+        own = len(self.inner.parameters("x"))
         changes: dict[str, Any] = {}
         at = own
         for name, values in zip(self.lifted, self._values, strict=True):
             numbers = tuple(p[at : at + len(values)])
             at += len(values)
-            changes[name] = numbers if isinstance(getattr(self.law, name), tuple) else numbers[0]
+            changes[name] = numbers if isinstance(getattr(self.inner, name), tuple) else numbers[0]
         rest = p[at:]
-        return replace(self.law, **changes), (*p[:own], *rest)
+        return replace(self.inner, **changes), (*p[:own], *rest)

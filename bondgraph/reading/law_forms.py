@@ -21,6 +21,7 @@ from bondgraph.laws import (
     Hats,
     Hysteretic,
     Law,
+    Lifted,
     LuGre,
     Polynomial,
     QuadraticDrag,
@@ -34,6 +35,7 @@ from bondgraph.laws import (
     Table,
     Viscous,
 )
+from bondgraph.reading.effect_law_forms import EFFECT_LAWS
 from bondgraph.reading.json_fields import (
     FLAG,
     NAME,
@@ -155,6 +157,17 @@ def _apart(value: Any, place: str) -> Any:
 
 _NONZERO = Form(lambda v, place, _: _apart(v, place), lambda v, place, _: _apart(v, place))
 
+
+def _inner() -> dict[str, LawForm]:
+    """Laws that another one may lift: itself excepted, so that files cannot nest without end."""
+    return {n: form for n, form in laws_by_name().items() if form.law is not Lifted}
+
+
+_LIFTED_LAW = Form(
+    lambda v, place, symbols: law_form(_inner()).read(v, place, symbols),
+    lambda v, place, symbols: law_form(_inner()).write(v, place, symbols),
+)
+
 LAWS: tuple[LawForm, ...] = (
     LawForm(Coulomb, {"force": NON_NEGATIVE} | _UNITS),
     LawForm(Stribeck, _FRICTION | _UNITS),
@@ -191,6 +204,8 @@ LAWS: tuple[LawForm, ...] = (
         }
         | _UNITS,
     ),
+    *(LawForm(law, forms) for law, forms in EFFECT_LAWS),
+    LawForm(Lifted, {"inner": _LIFTED_LAW, "lifted": listed(NAME, 1)}),
 )
 """The laws of `bondgraph.laws`; a law of your own is given beside them."""
 

@@ -16,19 +16,20 @@ from bondgraph.equations import derive
 from bondgraph.errors import UnusableInput, unknown_name
 from bondgraph.laws import StopSum
 from bondgraph.simulate import equilibrium, inputs_of, run_record
+from identification.command_line.bench_diagnosis import diagnosis
 from identification.command_line.bench_fit import bench_fit
 from identification.command_line.bench_graphs import graphs
 from identification.command_line.bench_operators import operators
 
 
-def bench(names: Sequence[str]) -> int:
-    """Run the named measurements, or all."""
+def bench(names: Sequence[str], quick: bool = False) -> int:
+    """Run the named measurements, or all; `quick` shortens those that can be."""
     for n in names:
         if n not in MEASUREMENTS:
             raise UnusableInput(str(unknown_name("measurement", n, "bench", MEASUREMENTS)))
     for n in names or MEASUREMENTS:
         print(f"== {n}")
-        MEASUREMENTS[n]()
+        (QUICK.get(n, MEASUREMENTS[n]) if quick else MEASUREMENTS[n])()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
     print(f"peak memory: this process {peak:.0f} MiB, largest child {children:.0f} MiB")
@@ -89,8 +90,8 @@ def _simulate(samples: int, operators: int) -> None:
     )
 
 
-def diagnosis() -> None:
-    """Return the bench recording, and the 50,001-sample piezo recording when it is here."""
+def demonstration() -> None:
+    """Diagnose one draw of the virtual bench."""
     from hardware.simulators import draw_truth, record
     from identification.command_line.demo import run
 
@@ -106,7 +107,7 @@ def diagnosis() -> None:
 
 
 def piezo() -> None:
-    """Return the 50,001-sample piezo recording when it is here."""
+    """Diagnose the 50,001-sample piezo recording when it is here."""
     from identification.command_line.recordings import match_by_unit
     from identification.data import available, load
     from identification.diagnosis.diagnose import diagnose
@@ -135,7 +136,10 @@ MEASUREMENTS: dict[str, Callable[[], None]] = {
     "simulation": simulation,
     "operators": operators,
     "graphs": graphs,
+    "demo": demonstration,
     "diagnosis": diagnosis,
     "piezo": piezo,
     "fit": fits,
 }
+
+QUICK: dict[str, Callable[[], None]] = {"diagnosis": lambda: diagnosis(quick=True)}

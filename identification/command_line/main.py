@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -15,6 +14,8 @@ from identification.command_line.arguments import jobs, nonnegative
 from identification.command_line.blind import add_blind_command
 from identification.command_line.conformance import add_conformance_command
 from identification.command_line.coverage import add_coverage_command
+from identification.command_line.diagnose import add_diagnose_command
+from identification.command_line.effects import add_effects_command
 from identification.command_line.equations import NOTATIONS as EQUATIONS
 from identification.command_line.explain import add_explain_command
 from identification.command_line.export import add_export_command
@@ -65,18 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     verbs = parser.add_subparsers(title="commands", metavar="COMMAND")
 
-    p = verbs.add_parser("diagnose", help="locate, name and repair a mismatch")
-    p.add_argument("recording", help="a .csv, .npz or .mat file, or a known recording")
-    p.add_argument(
-        "--model", required=True, help="catalogue name, package.module:factory or file.py"
-    )
-    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
-    p.add_argument("--out", type=Path, default=Path("bondsight-out"), help="folder for the results")
-    p.add_argument("--json", action="store_true", help="print the verdict as JSON")
-    p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None)
-    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
-    p.add_argument("--seed", type=nonnegative, default=0)
-    p.set_defaults(run=_diagnose)
+    add_diagnose_command(verbs)
 
     p = verbs.add_parser("demo", help="conceal an effect on a virtual bench and find it")
     p.add_argument(
@@ -107,9 +97,11 @@ def _parser() -> argparse.ArgumentParser:
 
     p = verbs.add_parser("bench", help="measure times and memory")
     p.add_argument("what", nargs="*", help="names of measurements (default: all)")
+    p.add_argument("--quick", action="store_true", help="shorten those that can be (diagnosis)")
     p.set_defaults(run=_bench)
 
     add_explain_command(verbs)
+    add_effects_command(verbs)
     add_blind_command(verbs)
     add_export_command(verbs)
     add_conformance_command(verbs)
@@ -120,36 +112,6 @@ def _parser() -> argparse.ArgumentParser:
     add_published_command(verbs)
     add_recordings_command(verbs)
     return parser
-
-
-def _diagnose(options: argparse.Namespace) -> int:
-    from identification.command_line.models import load_model
-    from identification.command_line.progress import Bar
-    from identification.command_line.recordings import load_recording
-    from identification.diagnosis.diagnose import diagnose
-    from identification.diagnosis.report import write_report
-    from identification.diagnosis.search import Options
-    from identification.diagnosis.verdict import verdict, write_verdict
-
-    graph = load_model(options.model)
-    graph.require_sound()
-    recording, split, said = load_recording(options.recording, options.maps, graph)
-    writable(options.out)
-    with Bar(quiet=not sys.stderr.isatty()) as bar:
-        result = diagnose(
-            graph, recording, split, model=options.model, hold=options.hold,
-            options=Options(jobs=options.jobs), progress=bar, seed=options.seed,
-        )  # fmt: skip
-    path = write_verdict(result, options.out)
-    report = write_report(result, options.out)
-    if options.json:
-        print(json.dumps(verdict(result), indent=2, allow_nan=False))
-    else:
-        from identification.command_line.words import in_words
-
-        print(in_words(result, said))
-        print(f"verdict: {path}\nreport:  {report}")
-    return 0
 
 
 def _demo(options: argparse.Namespace) -> int:
@@ -200,7 +162,7 @@ def _draw(options: argparse.Namespace) -> int:
 def _bench(options: argparse.Namespace) -> int:
     from identification.command_line.bench import bench
 
-    return bench(options.what)
+    return bench(options.what, options.quick)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from bondgraph.elements import Sensor, Source
 from bondgraph.errors import UnusableInput, unknown_name
@@ -28,7 +31,7 @@ def load_recording(
     mapping = _mapping(maps)
     split = None
     if text and (Path(text).exists() or Path(text).suffix):
-        recording = Recording.read(Path(text), map=mapping or None)
+        recording = _read(Path(text), mapping)
     elif text in names() or any(text in k.aliases for k in KNOWN.values()):
         recording, split = load(text)
         if mapping:
@@ -39,6 +42,33 @@ def load_recording(
         raise UnusableInput(f"{error}; nor is there a file of that name")
     recording, said = match_by_unit(recording, graph)
     return recording, split, said
+
+
+def _read(path: Path, mapping: dict[str, str]) -> Recording:
+    """Read a file with all its channels, those of `mapping` under their new names.
+
+    Where some other column cannot be read (no unit, no number), only the mapped ones are taken.
+    """
+    if not mapping:
+        return Recording.read(path)
+    mapped = Recording.read(path, map=mapping)
+    try:
+        every = Recording.read(path)
+    except UnusableInput:
+        return mapped
+    if not np.array_equal(every.time, mapped.time):
+        return mapped
+    others = [
+        n
+        for n in every.channels
+        if n not in mapped.channels
+        and not any(np.array_equal(every[n], v) for v in mapped.channels.values())
+    ]
+    return replace(
+        mapped,
+        channels={**mapped.channels, **{n: every[n] for n in others}},
+        units={**mapped.units, **{n: every.units[n] for n in others}},
+    )
 
 
 def _mapping(maps: Sequence[str]) -> dict[str, str]:

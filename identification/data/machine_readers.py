@@ -9,6 +9,7 @@ import numpy as np
 
 from bondgraph.errors import UnusableInput
 from bondgraph.signals import Recording, default_split
+from bondgraph.split import whole
 from identification.data import loaders
 from identification.data.public_set import Parts, changed, cut
 
@@ -41,8 +42,7 @@ def piezo_actuator(paths: tuple[Path, ...]) -> Parts:
     """Piezo actuator: V (V), x (m); whole periods."""
     read = loaders.piezo(paths[0])
     split = default_split(read, 1.0 / 3.0, drive="V")
-    train = cut(read, split.train.start, split.train.stop)
-    test = cut(read, split.test.start, split.test.stop)
+    train, test = (cut(read, s.start, s.stop) for s in (whole(split.train), whole(split.test)))
     return Parts({"periods": train}, {"last_periods": test})
 
 

@@ -110,7 +110,12 @@ def blind_relations(
     Returns
     -------
     tuple of BlindRelation
-        Empty where there is none; `no_relation` says why.
+        Empty where there is none; `no_relation` says why. Also empty if the fit is broken.
+
+    Notes
+    -----
+    A refit is local. On three identical masses it found single sites with a nominal misfit up
+    to 50 dB above the floor; grosser ones may stop short of it, and then no port is compatible.
     """
     probed = probed if probed is not None else probes(fit)
     if no_relation(fit, probed):

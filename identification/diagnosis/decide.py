@@ -35,8 +35,16 @@ class Thresholds:
         A richer law must remove this part of what a simpler one leaves.
     rival : float
         Another effect within this factor of the best one's remaining excess is a rival.
-    leftover : float
-        Standard errors by which something must remain to count as unexplained.
+    pattern : float
+        Part of the remaining misfit that a pattern must explain to count as one.
+    pattern_z : float
+        Standard errors by which a pattern must show.
+    least, clean : float
+        Where no pattern is left, a share of `least` of the excess over the floor counts as `clean`.
+    strange : float
+        Standard errors from which a pattern that no effect explains is physics, not noise.
+    certain : float
+        Robust misfit over a measured floor that is no noise, even if nothing explains it.
     confidence : float
         Least confidence of a name.
     """
@@ -48,7 +56,12 @@ class Thresholds:
     floor: float = 1.15
     simpler: float = 0.3
     rival: float = 1.25
-    leftover: float = 4.0
+    pattern: float = 0.05
+    pattern_z: float = 2.5
+    least: float = 0.5
+    clean: float = 0.95
+    strange: float = 3.5
+    certain: float = 1.5
     confidence: float = 0.6
 
 
@@ -77,6 +90,8 @@ class Decision:
         All that was fitted for this decision.
     nominal : float
         Held-out mean square over the floor before this decision.
+    complete : bool
+        `chosen` explains enough for a name; only its rivals may forbid one.
     """
 
     kind: str
@@ -90,6 +105,7 @@ class Decision:
     left: Leftover | None = None
     trials: tuple[Trial, ...] = ()
     nominal: float = float("nan")
+    complete: bool = False
 
 
 Remaining = Callable[[Trial], Leftover]
@@ -102,8 +118,8 @@ def decide(
     limits: Thresholds | None = None,
     *,
     declared: float = np.inf,
-    nominal_train: float = float("nan"),
     before: Leftover | None = None,
+    certain: float = 0.0,
     remaining: Remaining | None = None,
     classes: Structure | None = None,
 ) -> Decision:
@@ -113,50 +129,64 @@ def decide(
     ----------
     declared : float
         Held-out mean square with the declared parameters: a repair must beat that too.
-    nominal_train : float
-        Training mean square of the nominal fit.
     before : Leftover, optional
         What the screening finds in the nominal residual.
+    certain : float
+        Robust mean square of the nominal residual over a floor that was measured; 0 where the floor
+        is only an estimate.
     remaining : callable, optional
         Screens the residual of a trial once more.
     classes : Structure, optional
         Ports that a residual alone cannot separate.
     """
     t = limits or Thresholds()
-    named = [x for x in trials if x.effect != UNNAMED.name and x.home and present(x)]
+    named = [x for x in trials if x.effect != UNNAMED.name and x.home]
     quiet = Decision("explained", None, (), (), 0.0, 0.0, (), nominal=nominal, trials=tuple(trials))
     if not named:
-        return _without_name(quiet, nominal, before, t, "no effect of the catalogue is present")
-    best = _simplest(min(named, key=lambda x: x.test), named, t)
-    away = [x for x in trials if x.effect != UNNAMED.name and not x.home and present(x)]
+        return _without_name(
+            quiet, nominal, before, certain, t, "no effect of the catalogue is present"
+        )
+    level = min(1.0, *(x.test for x in trials))
+    best = _simplest(min(named, key=lambda x: x.test), named, level, t)
+    away = [x for x in trials if x.effect != UNNAMED.name and not x.home]
     for x in sorted(away, key=lambda x: x.test):
-        if x.test - 1 < (1 - t.simpler) * (best.test - 1) and paired_z(best.blocks, x.blocks) > t.z:
+        if (
+            x.test - level < (1 - t.simpler) * (best.test - level)
+            and paired_z(best.blocks, x.blocks) > t.z
+        ):
             best = x
             break
     gain = paired_z(nominal_blocks, best.blocks)
     drop = (nominal - best.test) / nominal
-    if gain < t.z or drop < t.drop or nominal < t.mismatch:
+    if gain < t.z or drop < t.drop or nominal < t.mismatch * level:
         reason = (
             f"no effect of the catalogue improves the held-out part clearly ({best.label}: "
             f"z {gain:.1f}, {100 * drop:.1f} %)"
         )
-        return _without_name(quiet, nominal, before, t, reason)
+        return _without_name(quiet, nominal, before, certain, t, reason)
     if declared < 1.02 * best.test:
         reason = (
             "the declared parameters already explain the held-out part as well as any effect does"
         )
         return _replaced(quiet, reasons=(reason,))
     left = remaining(best) if remaining else None
-    share = explained_share(nominal, nominal_train, best, left, t)
-    same, rivals = _alike(best, trials, t)
-    same = tuple(dict.fromkeys((*same, *_same_class(best, trials, nominal, share, classes))))
+    share = explained_share(nominal, best, left, level, t)
+    same, rivals = _alike(best, trials, level, t)
+    same = tuple(dict.fromkeys((*same, *_same_class(best, trials, nominal, level, share, classes))))
     reasons = [
         f"{best.label} lowers the held-out mean square from {nominal:.4g} to "
         f"{best.test:.4g} times the floor (z {gain:.1f})"
     ]
-    if left is not None and left.z > t.leftover:
+    if left is not None and left.share > t.pattern:
         reasons.append(left.words())
     enough = share >= t.share
+    bare = _better_without_name(best, trials, t)
+    if enough and bare is not None:
+        enough = False
+        reasons.append(
+            f"an unnamed curve at {bare.element} describes the held-out part better "
+            f"({bare.test:.4g} times the floor): the law is another one"
+        )
     if not enough:
         reasons.append(
             f"it explains {100 * share:.0f} % of what can be explained, {100 * t.share:.0f} % are "
@@ -176,7 +206,7 @@ def decide(
         reasons.append("not needed but not excluded: " + ", ".join(r.label for r in richer))
     return Decision(
         kind, best, same, rivals, min(share, 1.0), confidence, tuple(reasons), richer, left,
-        tuple(trials), nominal,
+        tuple(trials), nominal, enough,
     )  # fmt: skip
 
 
@@ -187,72 +217,74 @@ def _replaced(d: Decision, **changes: object) -> Decision:
 
 
 def _without_name(
-    quiet: Decision, nominal: float, before: Leftover | None, t: Thresholds, reason: str
+    quiet: Decision,
+    nominal: float,
+    before: Leftover | None,
+    certain: float,
+    t: Thresholds,
+    reason: str,
 ) -> Decision:
     """Nothing of the catalogue helps: noise, or physics outside of it."""
-    strange = before is not None and before.z > t.leftover + 1 and before.share > 0.1
-    if strange and nominal > 1.5:
+    strange = before is not None and before.z > t.strange and before.share > 0.05
+    if strange and nominal > 1.3:
         assert before is not None
         return _replaced(
             quiet, kind="unknown_physics", reasons=(reason, before.words()), left=before
         )
+    if certain > t.certain:
+        above = f"the misfit is {certain:.3g} times a floor that was measured"
+        return _replaced(quiet, kind="unknown_physics", reasons=(reason, above), left=before)
     return _replaced(quiet, reasons=(reason,))
 
 
 def explained_share(
-    nominal: float, nominal_train: float, best: Trial, left: Leftover | None, t: Thresholds
+    nominal: float, best: Trial, left: Leftover | None, level: float, t: Thresholds
 ) -> float:
     """Part of the excess that `best` explains.
 
-    The excess counts from the floor, or from what is left when nothing in it can be explained any
-    more: coloured noise lies above a floor that was read from the top of the spectrum.
+    The excess counts from the floor (from `level`, if something comes below it), or from what is
+    left when no pattern shows in it any more: coloured noise lies above a floor that was read from
+    the top of the spectrum.
     """
-    over_floor = (nominal - best.test) / max(nominal - 1.0, 1e-12)
-    if best.test < t.floor:
-        over_floor = max(over_floor, t.share)
-    if left is None or not np.isfinite(nominal_train):
-        return over_floor
-    gain = nominal_train - best.train
-    rest = left.share * best.train if left.z > t.leftover else 0.0
-    explicable = gain / (gain + rest) if gain + rest > 0 else 0.0
-    # nothing is left to explain: the remaining misfit is noise, whatever the floor says
-    return (
-        min(max(over_floor, 0.95), explicable) if over_floor > 0.5 else min(over_floor, explicable)
-    )
+    share = (nominal - best.test) / max(nominal - level, 1e-12)
+    if left is not None and left.share < t.pattern and share > t.least:
+        share = max(share, t.clean)
+    return share
 
 
-def present(x: Trial) -> bool:
-    """Whether the effect's strength differs from zero at 95 %."""
-    found = {e.name: e for e in x.fit.estimates}
-    for n in x.insertion.strengths:
-        e = found.get(n)
-        if e is None or e.ci95[0] > 0 or e.ci95[1] < 0:
-            return True
-    return False
+def _better_without_name(best: Trial, trials: Sequence[Trial], t: Thresholds) -> Trial | None:
+    """Return the unnamed curve that beats the best law clearly, if there is one."""
+    for x in trials:
+        gap = best.test - x.test
+        ahead = x.effect == UNNAMED.name and gap > t.simpler * max(best.test - 1.0, 0.02)
+        if ahead and paired_z(best.blocks, x.blocks) > t.z:
+            return x
+    return None
 
 
-def _simplest(best: Trial, named: Sequence[Trial], t: Thresholds) -> Trial:
+def _simplest(best: Trial, named: Sequence[Trial], level: float, t: Thresholds) -> Trial:
     """Return a simpler effect at the same place when the richer one adds little."""
     for name in best.insertion.simpler:
         for x in named:
             if x.effect == name and x.element == best.element:
                 if (x.test - best.test) < t.simpler * max(
-                    x.test - 1.0, 0.0
+                    x.test - level, 0.0
                 ) or x.test < best.test * 1.02:
                     return x
     return best
 
 
 def _alike(
-    best: Trial, trials: Sequence[Trial], t: Thresholds
+    best: Trial, trials: Sequence[Trial], level: float, t: Thresholds
 ) -> tuple[tuple[Trial, ...], tuple[Trial, ...]]:
     same, rivals = [], []
     nested = richer_names(best, trials)
     for x in trials:
-        if x is best or not present(x):
+        if x is best:
             continue
-        close = paired_z(x.blocks, best.blocks) < t.z or (x.test - 1) < t.rival * (best.test - 1)
-        close = close and (x.test - 1) < 2.0 * max(best.test - 1, 0.05)
+        above, own = x.test - level, best.test - level
+        close = paired_z(x.blocks, best.blocks) < t.z or above < t.rival * own
+        close = close and above < 2.0 * max(own, 0.05 * level)
         if not close:
             continue
         if x.effect == best.effect:
@@ -279,14 +311,19 @@ def _richer(best: Trial, trials: Sequence[Trial]) -> tuple[Trial, ...]:
 
 
 def _same_class(
-    best: Trial, trials: Sequence[Trial], nominal: float, share: float, classes: Structure | None
+    best: Trial,
+    trials: Sequence[Trial],
+    nominal: float,
+    level: float,
+    share: float,
+    classes: Structure | None,
 ) -> tuple[Trial, ...]:
     """Return the effect at other ports of the class, where it explains practically as much.
 
     Within a class only the shape of the law speaks; a percent or two of the misfit is no evidence
     for a place.
     """
-    if classes is None or nominal <= 1:
+    if classes is None or nominal <= level:
         return ()
     group = classes.class_of(best.element)
     return tuple(
@@ -295,7 +332,7 @@ def _same_class(
         if x.effect == best.effect
         and x.element != best.element
         and x.element in group
-        and (nominal - x.test) / (nominal - 1) > max(0.9, share - 0.02)
+        and (nominal - x.test) / (nominal - level) > max(0.9, share - 0.02)
     )
 
 

@@ -14,6 +14,7 @@ from bondgraph.elements import Sensor
 from bondgraph.errors import UnusableInput
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split, default_split
+from bondgraph.split import interleaved
 from identification.diagnosis.decide import Decision, Thresholds
 from identification.diagnosis.nominal import nominal_fit
 from identification.diagnosis.regions import Region, regions
@@ -24,7 +25,7 @@ from identification.diagnosis.search import Options, Trial
 from identification.diagnosis.steps import Step, steps
 from identification.diagnosis.structure import Structure, excited_frequencies, structure
 from identification.fit import Fit, Status
-from identification.floor import noise_floor
+from identification.floor import measured, noise_floor
 from identification.joined import joined, split_of
 from identification.problem import Data, Problem, data_for, drives
 
@@ -128,6 +129,8 @@ def diagnose(
     """
     begin = time.perf_counter()
     options, limits = options or Options(), limits or Thresholds()
+    if hold:
+        options = replace(options, holds=(hold,))
     say = progress or _silent
     graph.require_sound()
     if not graph.of_type(Sensor):
@@ -149,7 +152,8 @@ def diagnose(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
         )
     floor = noise_floor(recording, split, sensors, tuple(commands))
-    data = replace(data, floor=np.array([floor[n] for n in sensors]))
+    sure = measured(recording, split, tuple(commands))
+    data = replace(data, floor=np.array([floor[n] for n in sensors]), floor_measured=sure)
     if reason := _nothing_moves(data):
         return replace(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
@@ -170,7 +174,7 @@ def diagnose(
         classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
         made = steps(base, options, limits, declared.chi2("test"), classes, say)
         say("fitting the repaired model on all samples", 0.95)
-        decisions = on_full_data(made.decisions, template)
+        decisions = on_full_data(made.decisions, template, options.holds)
     kind = _kind(made, declared, nominal)
     result = replace(
         result, kind=kind, data=data, declared=declared, nominal=nominal, scene=made.scene,
@@ -203,8 +207,20 @@ def _silent(text: str, fraction: float) -> None:
 
 
 def _split(recording: Recording, commands: list[str]) -> Split:
+    """Leading rest aside, every third of thirty stretches is held out.
+
+    Levels, bands and slow changes then show in both parts, whatever the excitation.
+    """
     moving = [c for c in commands if c in recording.channels and np.ptp(recording[c]) > 0]
-    return default_split(recording, drive=moving[0] if moving else None)
+    plain = default_split(recording, drive=moving[0] if moving else None)
+    begin = plain.rest.stop if plain.rest is not None else 0
+    if recording.n - begin < LEAST_TO_INTERLEAVE:
+        return plain
+    return replace(interleaved(begin, recording.n), rest=plain.rest)
+
+
+LEAST_TO_INTERLEAVE = 600
+"""Samples from which stretches of a thirtieth say something."""
 
 
 def _insufficient(graph: BondGraph, data: Data) -> str:

@@ -47,8 +47,8 @@ def leftover(fit: Fit, catalogue: Sequence[Effect]) -> tuple[Leftover, list[Scre
     return strongest(ranked), ranked
 
 
-def strongest(ranked: Sequence[Screened], sure: float = 4.0) -> Leftover:
-    """Return the pattern with the largest share among those that show clearly, else the surest."""
+def strongest(ranked: Sequence[Screened], sure: float = 2.5) -> Leftover:
+    """Return the pattern with the largest share among those that show at all, else the surest."""
     known = [s for s in ranked if s.hint is not None]
     if not known:
         return Leftover(0.0, 0.0, "nothing")

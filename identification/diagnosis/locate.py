@@ -6,11 +6,11 @@ from identification.diagnosis.decide import Decision
 from identification.diagnosis.search import Trial
 from identification.diagnosis.structure import Structure
 
-AS_GOOD = 0.9
+AS_GOOD = 0.85
 """Part of the best one's improvement that makes a place as good."""
 MOST = 5
 """More places than this are no answer."""
-LEAST = 0.3
+LEAST = 0.5
 """Part of the misfit that the best description must remove before its place means anything."""
 
 

@@ -136,7 +136,9 @@ def next_experiments(
 
     Notes
     -----
-    Start from rest is assumed. Models that integrate are compared window by window, less a
+    Parameters move to first order only: where a rival would have to move far, the real separation
+    can be several times the expected one. Start from rest is assumed. Models that integrate are
+    compared window by window, less a
     straight line in each: where a free run has drifted to tells nothing.
     """
     if len(fits) < 2 or len(labels) != len(fits):

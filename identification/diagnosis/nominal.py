@@ -97,7 +97,8 @@ def _first_fit(base: Problem) -> Fit:
     if base.window is not None or not base.engine.exact_step or fits[0].cost < GOOD:
         return fits[0]
     length = max(24, 8 * base.engine.n_x)
-    begin, end, _ = base.data.split.train.indices(base.data.n)
+    inside = np.flatnonzero(base.data.mask("train"))
+    begin, end = int(inside[0]), int(inside[-1]) + 1
     few = slice(begin, min(end, begin + FEW))
     short = replace(base.data.split, train=few, test=slice(few.stop, few.stop))
     data = replace(base.data, split=short)

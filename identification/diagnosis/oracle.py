@@ -26,6 +26,7 @@ from identification.diagnosis.search import (
     go_on,
     paired_z,
 )
+from identification.problem import drives
 
 Array = np.ndarray
 
@@ -79,6 +80,8 @@ def _oracle(
 ) -> OracleResult | None:
     assert d.nominal is not None
     fit, trial = d.nominal, None
+    source = next((s.name for s in drives(d.graph)), "")
+    truths = [(effect, source if place == "clock" else place) for effect, place in truths]
     for effect, element in truths:
         trial = _told(fit, effect, element, options)
         if trial is None:

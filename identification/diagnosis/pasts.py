@@ -115,14 +115,14 @@ def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> 
     problem = nominal.problem
     known = {n: v for n, v in nominal.values.items() if n in problem.with_offsets.parameters}
     graph = problem.with_offsets.with_values(known)
-    names: list[str] = []
+    sensed: dict[str, str] = {}
     for name, (argument, output) in watched.items():
         try:
             wider, added = _with_sensors(graph, graph[name], argument, output)
             engine_of(wider)
         except BondsightError:
             continue
-        graph, names = wider, [*names, *added]
+        graph, sensed = wider, {**sensed, **added}
     engine = engine_of(graph)
     values = {n: v for n, v in nominal.values.items() if n in engine.parameters}
     ready = engine.prepare(engine.vector(values), problem.data.dt, problem.n_sub, [], False)
@@ -138,28 +138,31 @@ def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> 
         fine = engine.fine_inputs(u[w], problem.n_sub, problem.data.hold)
         trace[w] = engine.run(ready, u[w], start, fine).y[:, : len(sensors)]
     trace = _filled(trace)
-    found = {n: trace[:, sensors.index(f"past_{n}")] for n in names}
-    return found
+    return {signal: trace[:, sensors.index(sensor)] for signal, sensor in sensed.items()}
 
 
 def _with_sensors(
     graph: BondGraph, e: Element, argument: str, output: str
-) -> tuple[BondGraph, list[str]]:
-    """Return the graph with sensors for the two variables of a port, and their names."""
+) -> tuple[BondGraph, dict[str, str]]:
+    """Return the graph with sensors for the two variables of a port, and their names by signal.
+
+    They are named after the element: elements of one junction share a signal.
+    """
+    names = {n: f"past_{e.name}_{n}" for n in (argument, output)}
     if isinstance(e, TwoPort):
         ends = _ends(graph, e)
         if ends is None:
             raise BondsightError(f"{e.name} has no two ends")
-        graph = _measured(graph, ends[0], One, Df(f"past_{output}"))
+        graph = _measured(graph, ends[0], One, Df(names[output]))
         ends = _ends(graph, e)
         assert ends is not None
         node, sensor = (Zero, De) if isinstance(e, TF) else (One, Df)
-        return _measured(graph, ends[1], node, sensor(f"past_{argument}")), [argument, output]
+        return _measured(graph, ends[1], node, sensor(names[argument])), names
     (bond,) = graph.bonds_of(e.name)
-    first = Dq(f"past_{argument}") if isinstance(e, C) else Df(f"past_{argument}")
+    first = (Dq if isinstance(e, C) else Df)(names[argument])
     graph = _measured(graph, bond, One, first)
     (bond,) = graph.bonds_of(e.name)
-    return _measured(graph, bond, Zero, De(f"past_{output}")), [argument, output]
+    return _measured(graph, bond, Zero, De(names[output])), names
 
 
 def _measured(graph: BondGraph, bond: Bond, kind: type[One | Zero], sensor: Sensor) -> BondGraph:
@@ -175,4 +178,4 @@ def _filled(trace: Array) -> Array:
         good = np.isfinite(trace[:, c])
         if good.any() and not good.all():
             out[:, c] = np.interp(index, index[good], trace[good, c])
-    return np.nan_to_num(out)
+    return np.asarray(np.nan_to_num(out))

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from bondgraph.elements import GY, TF, C, Element, I, One, R, Se, Sensor, Sf, Source, TwoPort, Zero
-from bondgraph.errors import BondsightError
+from bondgraph.elements import Sensor
 from bondgraph.graph import BondGraph
 from bondgraph.shift import delayed_values
 from bondgraph.simulate import Run
+from identification.diagnosis.probing import probed_graph
 from identification.engine import Engine, engine_of
 from identification.fit import Fit
 from identification.problem import Problem, drives
@@ -176,7 +176,7 @@ class Probes:
                 out[w, c] += irfft(both, size, axis=0)[EARLY : EARLY + n]
 
     def _answers(self, at: int) -> Array:
-        """Outputs after one input of 1 at sample `EARLY`, shape (N + EARLY, n_y)."""
+        """Return the outputs after one input of 1 at sample `EARLY`, shape (N + EARLY, n_y)."""
         if at not in self._known:
             problem = self.problem
             longest = max(w.stop - w.start for w in windows(problem))
@@ -208,86 +208,19 @@ class Probes:
             if not np.isfinite(size) or size <= 0 or SMALL / 30 < share * size < 30 * SMALL:
                 break
             share = SMALL / size
-        return np.nan_to_num(change, posinf=0.0, neginf=0.0)
+        return np.asarray(np.nan_to_num(change, posinf=0.0, neginf=0.0))
 
 
-def probes(fit: Fit) -> Probes:
-    """Probe the fitted model at every storage, resistor, inertia and two-port."""
-    problem = fit.problem
-    known = {n: v for n, v in fit.values.items() if n in problem.with_offsets.parameters}
-    graph = problem.with_offsets.with_values(known)
-    everything = tuple(e for e in graph.elements.values() if isinstance(e, C | R | I | TF | GY))
-    try:
-        return _probed(fit, graph, everything)
-    except BondsightError:
-        pass
-    # a port that cannot be probed must not take the others along
-    kept: tuple[Element, ...] = ()
-    for e in everything:
-        try:
-            _probed(fit, graph, (*kept, e))
-        except BondsightError:
-            continue
-        kept = (*kept, e)
-    return _probed(fit, graph, kept)
+def probes(fit: Fit, plain: BondGraph | None = None) -> Probes:
+    """Probe the fitted model at every storage, resistor, inertia and two-port.
 
-
-def _probed(fit: Fit, graph: BondGraph, elements: Sequence[Element]) -> Probes:
-    ports: dict[str, tuple[str, float]] = {}
-    flows: dict[str, tuple[str, float]] = {}
-    probed = graph
-    for e in elements:
-        if isinstance(e, TwoPort):
-            probed = _probe_two_port(probed, e, fit, ports, flows)
-            continue
-        name = f"probe_{e.name}"
-        (bond,) = probed.bonds_of(e.name)
-        # a source pushes effort into the loop; the law takes it out
-        sign = -1.0 if bond.head == e.name else 1.0
-        node = One(f"{name}_1")
-        probed = _with_source(probed.with_inserted(bond, node), node, Se(name))
-        ports[e.name] = (name, sign)
-    return Probes(fit, engine_of(probed), ports, flows)
-
-
-def _probe_two_port(
-    graph: BondGraph,
-    e: TwoPort,
-    fit: Fit,
-    ports: dict[str, tuple[str, float]],
-    flows: dict[str, tuple[str, float]],
-) -> BondGraph:
-    into = [b for b in graph.bonds_of(e.name) if b.head == e.name]
-    out = [b for b in graph.bonds_of(e.name) if b.tail == e.name]
-    if len(into) != 1 or len(out) != 1:
-        return graph
-    ratio = _ratio(graph, e)
-    first = One(f"probe_{e.name}_1")
-    graph = graph.with_inserted(into[0], first)
-    graph = _with_source(graph, first, Se(f"probe_{e.name}"))
-    ports[e.name] = (f"probe_{e.name}", -ratio)
-    (second_bond,) = [b for b in graph.bonds_of(e.name) if b.tail == e.name]
-    if isinstance(e, TF):
-        second: One | Zero = Zero(f"probe_{e.name}_2")
-        graph = graph.with_inserted(second_bond, second)
-        graph = _with_source(graph, second, Sf(f"probe_{e.name}_f"))
-    else:
-        second = One(f"probe_{e.name}_2")
-        graph = graph.with_inserted(second_bond, second)
-        graph = _with_source(graph, second, Se(f"probe_{e.name}_f"))
-    flows[e.name] = (f"probe_{e.name}_f", ratio)
-    return graph
-
-
-def _with_source(graph: BondGraph, node: One | Zero, source: Source) -> BondGraph:
-    """Return the graph with a source whose half arrow points at `node`."""
-    g = graph.copy()
-    g.add(source)
-    g.bond(source, g[node.name])
-    return g
-
-
-def _ratio(graph: BondGraph, e: TwoPort) -> float:
-    expression = graph.coefficient(e)
-    values = {p.symbol: p.value for p in graph.parameters.values()}
-    return float(expression.subs(values))
+    Parameters
+    ----------
+    plain : BondGraph, optional
+        Probe this graph with the fitted values instead: the model before effects were inserted,
+        which is linear where the repaired one is not, and near enough to rank what is left.
+    """
+    graph = fit.problem.with_offsets if plain is None else plain
+    known = {n: v for n, v in fit.values.items() if n in graph.parameters}
+    probed = probed_graph(graph.with_values(known))
+    return Probes(fit, engine_of(probed.graph), dict(probed.ports), dict(probed.flows))

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.simulate import HOLDS
 from identification.diagnosis.decide import Decision
 from identification.diagnosis.search import Options, Trial, thinning, trial_of
 from identification.fit import Fit, Status, fit
@@ -68,7 +67,9 @@ def _lags_scaled(f: Fit, problem: Problem, factor: float) -> Point:
     return Point(theta, f.point.states)
 
 
-def on_full_data(decisions: Sequence[Decision], template: Problem) -> tuple[Decision, ...]:
+def on_full_data(
+    decisions: Sequence[Decision], template: Problem, holds: Sequence[str]
+) -> tuple[Decision, ...]:
     """Refit the last named effect on all samples, and with what the commands do between them.
 
     The behaviour between samples is chosen again here: beside a large misfit it does not show.
@@ -81,15 +82,15 @@ def on_full_data(decisions: Sequence[Decision], template: Problem) -> tuple[Deci
     chosen = decisions[last].chosen
     assert chosen is not None
     made = list(decisions)
-    made[last] = replace(decisions[last], chosen=_refitted(chosen, template))
+    made[last] = replace(decisions[last], chosen=_refitted(chosen, template, holds))
     return tuple(made)
 
 
-def _refitted(chosen: Trial, template: Problem) -> Trial:
+def _refitted(chosen: Trial, template: Problem, holds: Sequence[str]) -> Trial:
     old = chosen.fit
     factor = max(1, round(template.data.n / old.problem.data.n))
     fits = [old] if factor == 1 else []
-    for hold in dict.fromkeys((template.data.hold, *HOLDS)):
+    for hold in dict.fromkeys((template.data.hold, *holds)):
         if factor == 1 and hold == old.problem.data.hold:
             continue
         n_sub = max(old.problem.n_sub // factor, 4 if hold == "band-limited" else 1)

@@ -51,7 +51,7 @@ class Past:
     @cached_property
     def rate(self) -> Array:
         """Rate of the argument, SI, shape (N,)."""
-        return np.gradient(self.argument, self.dt)
+        return np.asarray(np.gradient(self.argument, self.dt))
 
     @property
     def centre(self) -> float:

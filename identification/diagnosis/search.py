@@ -105,16 +105,19 @@ class Options:
         Effects that may not be named.
     extra : tuple of Effect
         Effects of the user beside the catalogue.
+    holds : tuple of str
+        Behaviours of the commands between samples that may be chosen; one where it is known.
     """
 
     jobs: int = -1
-    keep: int = 10
-    more: int = 6
+    keep: int = 8
+    more: int = 4
     final_iterations: int = 30
     samples: int = 12000
     effects: int = 3
     without: tuple[str, ...] = ()
     extra: tuple[Effect, ...] = ()
+    holds: tuple[str, ...] = tuple(HOLDS)
 
     @property
     def catalogue(self) -> tuple[Effect, ...]:
@@ -148,11 +151,15 @@ def search(
     return sorted(trials, key=lambda t: t.test)
 
 
+COSTLY = 4
+"""Place in the ranking up to which costly effects are fitted."""
+
+
 def _selection(ranked: Sequence[Screened], keep: int) -> list[Screened]:
     """Best ones, not more than four of a kind, and the best unnamed curve."""
     chosen: list[Screened] = []
-    for s in ranked:
-        if s.effect.name == UNNAMED.name or s.hint is None:
+    for place, s in enumerate(ranked):
+        if s.effect.name == UNNAMED.name or s.hint is None or (s.effect.costly and place >= COSTLY):
             continue
         if sum(c.effect.name == s.effect.name for c in chosen) < 4:
             chosen.append(s)
@@ -165,13 +172,15 @@ def _selection(ranked: Sequence[Screened], keep: int) -> list[Screened]:
 def _rivals(
     best: Trial, ranked: Sequence[Screened], done: set[tuple[str, str]], more: int
 ) -> list[Screened]:
-    """What is known to be confused with the best one, and the same effect elsewhere."""
+    """Return what is known to be confused with the best, and the same effect elsewhere."""
     alike = _alike(best, ranked)
     top = max((s.share for s in ranked), default=0.0)
     left = [
         s
         for s in ranked
-        if (s.effect.name, s.element.name) not in done and s.effect.name != UNNAMED.name
+        if (s.effect.name, s.element.name) not in done
+        and s.effect.name != UNNAMED.name
+        and not s.effect.costly
     ]
     here = [s for s in left if s.effect.name in alike and s.element.name == best.element]
     same = [s for s in left if s.effect.name == best.effect and s.share > 0.5 * top]
@@ -207,7 +216,8 @@ def _fitted(
             made = s.effect.insert(scene, s.element, s.hint)
         except BondsightError:
             continue
-        tasks.append((made, s.home, replace(template, graph=made.graph, built=None)))
+        problem = replace(template, graph=made.graph, built=None)
+        tasks.append((made, s.home, problem, scene.nominal.chi2("train") > FAR))
     alive = _round(attempt, tasks, options, progress, begin, begin + 0.5 * (end - begin))
     done: list[Trial] = []
     for number, iterations in enumerate(ROUNDS, start=1):
@@ -225,7 +235,7 @@ def _fitted(
 
 ROUNDS = (8, 14)
 """Further steps of the fits that go on after the first short ones."""
-HOPELESS = (30.0, 6.0)
+HOPELESS = (10.0, 4.0)
 """Training misfit, over the best one's, from which a candidate is not followed."""
 
 
@@ -256,14 +266,19 @@ def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
         return work(*arguments)
 
 
-def attempt(insertion: Insertion, home: bool, problem: Problem) -> tuple[str, Trial | None]:
-    """Fit one insertion a few steps from its best starts; None when it cannot be simulated."""
+def attempt(
+    insertion: Insertion, home: bool, problem: Problem, far: bool = True
+) -> tuple[str, Trial | None]:
+    """Fit one insertion a few steps from its best starts; None when it cannot be simulated.
+
+    `far`: the nominal fit may be bent so much that the declared values are tried as well.
+    """
     short: list[Fit] = []
     try:
         problem = replace(problem, built=problem.engine)
     except BondsightError:
         return insertion.label, None
-    for candidate in promising(problem, insertion.starts):
+    for candidate in promising(problem, insertion.starts, far):
         try:
             short.append(fit(candidate, max_iterations=FIRST))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
@@ -276,6 +291,8 @@ def attempt(insertion: Insertion, home: bool, problem: Problem) -> tuple[str, Tr
 
 FIRST = 4
 """Steps of the first round."""
+FAR = 10.0
+"""Nominal misfit from which its parameter values mean little."""
 
 
 def go_on(trial: Trial, iterations: int) -> tuple[str, Trial | None]:
@@ -299,7 +316,7 @@ def _sound(r: Fit) -> bool:
     return r.status is not Status.BROKEN and bool(np.isfinite(r.cost))
 
 
-def finish(trial: Trial, iterations: int) -> Trial:
+def finish(trial: Trial, iterations: int, holds: Sequence[str] = tuple(HOLDS)) -> Trial:
     """Go on from where the search stopped."""
     try:
         result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
@@ -307,17 +324,17 @@ def finish(trial: Trial, iterations: int) -> Trial:
         return trial
     if result.status is Status.BROKEN or not result.cost <= trial.fit.cost * 1.001:
         return trial
-    return trial_of(trial.insertion, trial.home, with_best_hold(result, iterations))
+    return trial_of(trial.insertion, trial.home, with_best_hold(result, iterations, holds))
 
 
-def with_best_hold(result: Fit, iterations: int) -> Fit:
+def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
     """Return the fit under the behaviour of the commands between samples that suits it best.
 
     A missing lag or delay makes the plain model prefer the wrong behaviour, so every serious
     candidate chooses again; where the behaviour does not show, nothing is refitted.
     """
     best = result
-    for hold in HOLDS:
+    for hold in holds:
         if hold == result.problem.data.hold:
             continue
         n_sub = max(result.problem.n_sub, 4 if hold == "band-limited" else 1)
@@ -333,7 +350,7 @@ def with_best_hold(result: Fit, iterations: int) -> Fit:
 
 
 def promising(
-    problem: Problem, starts: tuple[Mapping[str, float], ...], keep: int = 2
+    problem: Problem, starts: tuple[Mapping[str, float], ...], far: bool = True
 ) -> list[Problem]:
     """Return the best starts with the nominal fit's values, and one with the declared ones.
 
@@ -346,7 +363,8 @@ def promising(
     }
     chosen: list[Problem] = []
     fitted = dict(problem.starts)
-    for base, count in ((fitted, keep), ({**fitted, **declared}, 1)):
+    groups = [(fitted, 2 if far else 1)] + ([({**fitted, **declared}, 1)] if far else [])
+    for base, count in groups:
         group = [replace(problem, starts={**base, **s}) for s in starts]
         costs = []
         for c in group:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
+from bondgraph.graph import BondGraph
 from identification.diagnosis.decide import Decision, Thresholds, decide
 from identification.diagnosis.effects import UNNAMED, Effect
 from identification.diagnosis.leftover import Leftover, strongest
@@ -32,15 +35,15 @@ class Step:
 class _Screenings:
     """Screenings made so far: what is left beside a repair is where the next step begins."""
 
-    def __init__(self, catalogue: tuple[Effect, ...]) -> None:
-        self.catalogue = catalogue
+    def __init__(self, catalogue: tuple[Effect, ...], plain: BondGraph) -> None:
+        self.catalogue, self.plain = catalogue, plain
         self.known: dict[int, tuple[Fit, Scene, list[Screened]]] = {}
 
     def of(self, fit: Fit) -> tuple[Scene, list[Screened]]:
         """Scene and ranking of one fit."""
         if id(fit) not in self.known:
             seen = scene(fit)
-            self.known[id(fit)] = (fit, seen, screen(seen, probes(fit), self.catalogue))
+            self.known[id(fit)] = (fit, seen, screen(seen, probes(fit, self.plain), self.catalogue))
         return self.known[id(fit)][1:]
 
 
@@ -54,7 +57,7 @@ def steps(
 ) -> Step:
     """Look for one effect after another until nothing more shows."""
     decisions: list[Decision] = []
-    done = _Screenings((*options.catalogue, UNNAMED))
+    done = _Screenings((*options.catalogue, UNNAMED), base.fit.problem.with_offsets)
     first: tuple[Scene, tuple[Screened, ...]] | None = None
     for number in range(max(1, options.effects)):
         low = 0.12 + 0.8 * number / max(1, options.effects)
@@ -62,7 +65,7 @@ def steps(
         seen, ranked = done.of(base.fit)
         if first is None:
             first = seen, tuple(ranked)
-        decision = _step(base, done, options, limits, declared, classes, say, low)
+        decision = _step(base, done, options, limits, declared, classes, say, low, number)
         decisions.append(decision)
         if decision.kind != "missing_physics" or decision.chosen is None:
             break
@@ -81,17 +84,24 @@ def _step(
     classes: Structure,
     say: Progress,
     low: float,
+    number: int,
 ) -> Decision:
     seen, ranked = done.of(base.fit)
     nominal = base.fit.chi2("test")
-    before = strongest(ranked, limits.leftover)
+    before = strongest(ranked, limits.pattern_z)
     span = 0.8 / max(1, options.effects)
 
     def tell(text: str, fraction: float) -> None:
         say(text, low + span * fraction)
 
     # without a pattern there is nothing to explain: what is left is noise
-    if (before.z < limits.z and before.share < 0.2) or before.share < 0.5 * limits.drop:
+    certain = robust_misfit(base.fit) if base.fit.problem.data.floor_measured else 0.0
+    # after a repair only a clear rest is worth another search
+    little = number > 0 and (before.share < limits.pattern or before.z < limits.z)
+    faint = (
+        little or (before.z < limits.z and before.share < 0.2) or before.share < 0.5 * limits.drop
+    )
+    if faint and certain < limits.certain:
         return Decision(
             "explained", None, (), (), 0.0, 0.0,
             (f"held-out misfit {nominal:.3g} times the floor, no pattern in the residual",),
@@ -101,13 +111,19 @@ def _step(
     trials = _finished(trials, options)
 
     def remaining(trial: Trial) -> Leftover:
-        return strongest(done.of(trial.fit)[1], limits.leftover)
+        return strongest(done.of(trial.fit)[1], limits.pattern_z)
 
     return decide(
         nominal, blocks_of(base.fit), trials, limits, declared=declared,
-        nominal_train=base.fit.chi2("train"), before=before, remaining=remaining,
+        before=before, certain=certain, remaining=remaining,
         classes=classes,
     )  # fmt: skip
+
+
+def robust_misfit(fit: Fit) -> float:
+    """Mean square over the floor as the median tells it: a few outliers are no misfit."""
+    r = fit.residuals("test") / fit.problem.data.floor
+    return float((np.median(np.abs(r)) / 0.6745) ** 2)
 
 
 def _finished(trials: list[Trial], options: Options) -> list[Trial]:
@@ -116,6 +132,6 @@ def _finished(trials: list[Trial], options: Options) -> list[Trial]:
         return trials
     best = min(t.train for t in trials)
     close = [t for t in trials if t.train < 1.5 * best][:4]
-    done = [finish(t, options.final_iterations) for t in close]
+    done = [finish(t, options.final_iterations, options.holds) for t in close]
     rest = [t for t in trials if not any(t is c for c in close)]
     return sorted([*done, *rest], key=lambda t: t.test)

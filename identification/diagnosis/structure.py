@@ -14,13 +14,12 @@ from dataclasses import dataclass
 import networkx as nx
 import numpy as np
 
-from bondgraph.compiled import compile_model
 from bondgraph.discrete import blocks
-from bondgraph.elements import C, De, Df, One, R, Sensor, Source, Zero
-from bondgraph.equations import StateSpace
+from bondgraph.elements import De, Df, One, Sensor, Source, Zero
 from bondgraph.errors import BondsightError
 from bondgraph.graph import BondGraph
-from bondgraph.laws import Polynomial
+from bondgraph.simulate import exact_form
+from identification.diagnosis.probing import probed_graph
 
 Array = np.ndarray
 PARALLEL = 1e-6
@@ -61,33 +60,47 @@ def structure(graph: BondGraph, frequencies: Array) -> Structure:
 
 
 def latent_columns(graph: BondGraph, frequencies: Array) -> tuple[list[str], Array]:
-    """Transfer of a latent signal at each port, shape (n_f, n_y, n_ports)."""
-    probed = graph
-    ports: list[str] = []
-    for e in graph.of_type(C, R):
-        if e.law is None:
-            probed = probed.with_element(e.name, law=Polynomial(orders=()))
-            ports.append(e.name)
-    compiled = compile_model(probed)
-    parts = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float))
-    space: StateSpace = compiled.space
-    w_of = {port.element: compiled.n_u + j for j, port in enumerate(space.laws)}
-    u_of = {n: j for j, n in enumerate(space.input_names)}
-    sources = [s.name for s in graph.of_type(Source)]
-    sensors = list(space.output_names)
-    picked = [w_of[n] for n in ports] + [u_of[n] for n in sources]
+    """Transfer of a latent signal at each port, shape (n_f, n_y, n_ports).
+
+    A latent effort at storages, resistors, inertias and the primary side of two-ports, an addition
+    to the command of sources and to the reading of sensors.
+    """
+    probed = probed_graph(graph)
+    a, b, c, d, inputs = _linear_part(probed.graph)
+    ports = [n for n, (source, _) in probed.ports.items() if source in inputs]
+    sources = [s.name for s in graph.of_type(Source) if s.name in inputs]
+    sensors = [s.name for s in graph.of_type(Sensor)]
+    picked = [inputs.index(probed.ports[n][0]) for n in ports] + [inputs.index(n) for n in sources]
     out = np.zeros((frequencies.size, len(sensors), len(picked) + len(sensors)), complex)
     scale = np.sqrt(
-        np.maximum(np.abs(parts.a).sum(axis=0), 1e-300)
-        / np.maximum(np.abs(parts.a).sum(axis=1), 1e-300)
+        np.maximum(np.abs(a).sum(axis=0), 1e-300) / np.maximum(np.abs(a).sum(axis=1), 1e-300)
     )
-    a = parts.a * scale[None, :] / scale[:, None]
-    b, cy = parts.b / scale[:, None], parts.cy * scale[None, :]
+    a, b, c = a * scale[None, :] / scale[:, None], b / scale[:, None], c * scale[None, :]
     for f, w in enumerate(frequencies):
         x = np.linalg.lstsq(1j * w * np.eye(a.shape[0]) - a, b[:, picked], rcond=None)[0]
-        out[f, :, : len(picked)] = cy @ x + parts.dy[:, picked]
+        out[f, :, : len(picked)] = c @ x + d[:, picked]
         out[f, :, len(picked) :] = np.eye(len(sensors))
     return [*ports, *sources, *sensors], out
+
+
+def _linear_part(graph: BondGraph) -> tuple[Array, Array, Array, Array, list[str]]:
+    """Return A, B, C, D and the inputs; of models that are not linear about rest."""
+    compiled = exact_form(graph)
+    if compiled is not None:
+        parts = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float))
+        inputs = [str(u) for u in compiled.space.input_names]
+        n = len(inputs)
+        return parts.a, parts.b[:, :n], parts.cy, parts.dy[:, :n], inputs
+    from bondgraph.deriving import system
+
+    model = system(graph)
+    about = model.linearise()
+    values = {p.symbol: p.value for p in model.parameters.values()}
+    matrices = [
+        np.array(m.subs(values).tolist(), float).reshape(m.shape)
+        for m in (about.a, about.b, about.c, about.d)
+    ]
+    return matrices[0], matrices[1], matrices[2], matrices[3], list(about.inputs)
 
 
 def _parallel(a: Array, b: Array) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from bondgraph.elements import Source
 from bondgraph.exchange import regular_target
 from identification.diagnosis.decide import Decision
 from identification.diagnosis.diagnose import Diagnosis
@@ -63,7 +64,10 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
     chosen = step.chosen
     assert chosen is not None
     return {
-        "location": _location(chosen.element, [t.element for t in step.same_place], d),
+        "location": _location(
+            chosen.element, [t.element for t in step.same_place], d, chosen.effect
+        ),
+        "answer": "exact",
         "effect": chosen.effect,
         "family": chosen.insertion.family,
         "law": chosen.insertion.law,
@@ -80,10 +84,17 @@ def _unknown(d: Diagnosis) -> dict[str, Any]:
     chosen = step.chosen if step else None
     possible = [*([chosen] if chosen else []), *(step.rivals if step else ())]
     families = {t.insertion.family for t in possible}
+    # a family or a set of look-alikes is an answer only if its members explain the misfit
+    explains = step is not None and step.complete
+    kind = "unknown"
+    if explains and possible:
+        alike = {t.effect for t in possible}
+        kind = "look_alikes" if len(alike) > 1 else "family"
     return {
         "location": unresolved_place(d),
+        "answer": kind,
         "effect": "unknown",
-        "family": families.pop() if len(families) == 1 else "outside",
+        "family": families.pop() if explains and len(families) == 1 else "outside",
         "law": "none",
         "confidence": 0.0,
         "parameters": [],
@@ -96,13 +107,18 @@ def unresolved_place(d: Diagnosis) -> dict[str, Any]:
     """Place of an unnamed mismatch, with all that are as good; empty where they are too many."""
     from identification.diagnosis.locate import places_of
 
-    found = places_of(d.decision, d.structure) if d.decision else ()
+    step = d.decision
+    found = places_of(step, d.structure) if step else ()
     if not found:
         return {"element": "", "kind": "junction", "indistinguishable_from": []}
-    return _location(found[0], list(found[1:]), d)
+    effect = step.chosen.effect if step and step.chosen else ""
+    return _location(found[0], list(found[1:]), d, effect)
 
 
-def _location(element: str, same: list[str], d: Diagnosis) -> dict[str, Any]:
+def _location(element: str, same: list[str], d: Diagnosis, effect: str = "") -> dict[str, Any]:
+    if effect == "clock_skew" and isinstance(d.graph[element], Source):
+        # the clock that all readings share is no element of the graph
+        return {"element": "clock", "kind": "clock", "indistinguishable_from": sorted(set(same))}
     return {
         "element": element,
         "kind": element_kind(d.graph, element),

@@ -41,6 +41,10 @@ def admit_recordings(recordings: Sequence[object]) -> None:
 def admit_split(split: Split, recording: Recording) -> Split:
     """Return the split with plain sample numbers; refuse samples that do not exist."""
     where = f"split of {recording.name!r}"
+    if isinstance(split.train, tuple) or isinstance(split.test, tuple):
+        raise UnusableInput(
+            f"{where}: a study takes one stretch to fit and one to judge; give two slices"
+        )
     train = _plain(split.train, recording.n, f"{where}, train")
     test = _plain(split.test, recording.n, f"{where}, test")
     if train.stop <= train.start:

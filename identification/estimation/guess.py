@@ -18,6 +18,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from bondgraph.signals import Split
+from bondgraph.split import whole
 from identification.engine import ExactEngine
 from identification.estimation.guessing.law_trials import law_trials
 from identification.estimation.guessing.matching import Matching, matched
@@ -150,8 +151,9 @@ def _shortened(study: Study) -> Study:
     """Return the study over so many training samples of each record, nothing held out."""
     records, splits = [], []
     for r, split in zip(study.recordings, study.splits, strict=True):
-        start = split.train.start or 0
-        stop = min(split.train.stop or r.n, start + SAMPLES)
+        train = whole(split.train)
+        start = train.start or 0
+        stop = min(train.stop or r.n, start + SAMPLES)
         records.append(r.slice(0, stop))
         splits.append(Split(slice(start, stop), slice(stop, stop), "start values"))
     noise = study.noise if not isinstance(study.noise, str) else "white"
@@ -225,7 +227,8 @@ def _good(stack: Stack, made: Descent) -> bool:
 def _through_windows(brief: Study, stack: Stack, theta: Array, words: list[str]) -> Descent:
     """Fit short windows with states of their own, longer ones next, at last the free run."""
     study = brief.starting(_values(stack, theta))
-    span = min((s.train.stop - (s.train.start or 0)) for s in brief.splits)
+    trains = [whole(s.train) for s in brief.splits]
+    span = min(t.stop - (t.start or 0) for t in trains)
     length = max(24, 8 * max(p.engine.n_x for p in stack.problems))
     while length < min(span // 3, 1000):
         windowed = study.changed(window=length)

@@ -20,6 +20,7 @@ from bondgraph.laws import (
     Hats,
     Hysteretic,
     Law,
+    Lifted,
     LuGre,
     Polynomial,
     QuadraticDrag,
@@ -33,6 +34,8 @@ from bondgraph.laws import (
     Table,
     Viscous,
 )
+from tests.bondgraph.test_effect_laws import LAWS as EFFECT_LAWS
+from tests.bondgraph.test_laws_in_time_and_way import LAWS as TIMED_LAWS
 
 LAWS: dict[str, Law] = {
     "Coulomb": Coulomb(0.8),
@@ -50,8 +53,15 @@ LAWS: dict[str, Law] = {
     "Rounding": Rounding(0.31, 0.05, 0.8),
     "SlewLimit": SlewLimit(0.02, 0.01),
     "StopSum": StopSum((0.2, 0.5, 0.9), 0.6),
+    "Lifted": Lifted(StopSum((0.2, 0.5, 0.9), 0.6), ("thresholds",)),
     "Hysteretic": Hysteretic(MaxwellResistiveCapacitor((1.0, 0.5), (0.3, 0.6))),
     "Hysteretic PI": Hysteretic(PrandtlIshlinskii((0.0, 0.4), (1.0, 0.8))),
+}
+# their back ends, solutions and energy are tested where their tables stand
+EVERY: dict[str, Law] = {
+    **LAWS,
+    **EFFECT_LAWS,
+    **{f"{type(law).__name__} {i}": law for i, law in enumerate(TIMED_LAWS)},
 }
 FRICTION = {"Coulomb", "Stribeck", "QuadraticDrag", "Viscous"}
 PRESLIDING = {"LuGre", "Sliding"}
@@ -72,12 +82,12 @@ def walk(n: int, seed: int = 3) -> Any:
 def test_no_law_is_left_out() -> None:
     every = {n: getattr(bondgraph.laws, n) for n in dir(bondgraph.laws)}
     known = {n for n, c in every.items() if isinstance(c, type) and issubclass(c, Law)} - {"Law"}
-    assert known == {type(law).__name__ for law in LAWS.values()}
+    assert known == {type(law).__name__ for law in EVERY.values()}
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", EVERY)
 def test_parameters_and_memory_are_declared(name: str) -> None:
-    law = LAWS[name]
+    law = EVERY[name]
     parameters = law.parameters("spring")
     assert all(q.name.endswith("_spring") for q in parameters)
     assert len({q.name for q in parameters}) == len(parameters)
@@ -86,13 +96,13 @@ def test_parameters_and_memory_are_declared(name: str) -> None:
     memory = law.initial_memory(0.3)
     assert len(memory) == law.n_memory == len(law.memory_sensitivity(0.3))
     assert len(law.advance(NUMPY, 0.4, memory, numbers(law))) == law.n_memory
-    assert law == LAWS[name]
-    assert hash(law) == hash(LAWS[name])  # kernels are shared by equal laws
+    assert law == EVERY[name]
+    assert hash(law) == hash(EVERY[name])  # kernels are shared by equal laws
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", EVERY)
 def test_memory_round_trip(name: str) -> None:
-    law = LAWS[name]
+    law = EVERY[name]
     memory = law.initial_memory(0.3)
     for value in walk(20):
         memory = law.advance(NUMPY, float(value), memory, numbers(law))
@@ -108,9 +118,9 @@ def test_memory_round_trip(name: str) -> None:
             law.memory_to_dict((float("nan"), *memory[1:]))
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", EVERY)
 def test_memory_sensitivity(name: str) -> None:
-    law, h = LAWS[name], 1e-6
+    law, h = EVERY[name], 1e-6
     for s in (0.05, 0.37, -1.3):
         upper, lower = law.initial_memory(s + h), law.initial_memory(s - h)
         central = [(a - b) / (2 * h) for a, b in zip(upper, lower, strict=True)]

@@ -14,6 +14,8 @@ import pytest
 from actuators.catalogue import MODELS
 from identification import data
 from identification.command_line.main import main
+from identification.command_line.models import load_model
+from identification.command_line.recordings import load_recording
 
 VERDICTS = {
     "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data",
@@ -311,6 +313,9 @@ def test_unusable_demo(
         (("diagnose", "run.csv", "--model", "resonator", "--jobs", "many"), "many"),
         (("diagnose", "run.csv", "--model", "resonator", "--jobs", "0"), "--jobs"),
         (("diagnose", "run.csv", "--model", "resonator", "--moddel", "x"), "--moddel"),
+        (("diagnose", "--model", "resonator"), "RECORDING"),
+        (("diagnose", "run.csv", "--model", "resonator", "--effects", "0"), "--effects"),
+        (("diagnose", "run.csv", "--model", "resonator", "--without", "dilay"), "'delay'"),
         (("bench", "derivationn"), "derivation"),
         (("equations", "resonatr"), "resonator"), (("check", "resonatr"), "resonator"),
     ],
@@ -358,6 +363,39 @@ def test_too_little_to_go_on(
     assert sorted(p.name for p in out.iterdir()) == ["report.html", "verdict.json"]
 
 
+def test_a_map_keeps_the_channels_that_need_none(model: Path, tmp_path: Path) -> None:
+    graph = load_model(str(model))
+    run = table(tmp_path, (HEAD + ROWS).replace("x[mm]", "place_mm"))
+    recording, _, said = load_recording(str(run), ["x=place_mm"], graph)
+    assert sorted(recording.channels) == ["F", "x"]
+    assert said == ()
+    without_unit = table(tmp_path, (HEAD + ROWS).replace("F[N],x[mm]", "F,place_mm"), "bare.csv")
+    recording, _, _ = load_recording(str(without_unit), ["x=place_mm"], graph)
+    assert sorted(recording.channels) == ["x"]
+
+
+def test_several_recordings_are_diagnosed_together(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one, two = (table(tmp_path, carriage(8, "few"), f"{name}.csv") for name in ("one", "two"))
+    out = tmp_path / "out"
+    arguments = ["diagnose", str(one), str(two), "--model", str(model), "--out", str(out)]
+    assert main([*arguments, "--json", "--jobs", "1", "--without", "delay", "--effects", "1"]) == 0
+    written = json.loads(capsys.readouterr().out)
+    assert written["verdict"] == "insufficient_data"
+    assert written["recording"]["name"] == "one + two"
+    assert written["recording"]["samples"] == 16
+
+
+def test_several_recordings_need_the_same_channels(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one = table(tmp_path, HEAD + ROWS, "one.csv")
+    two = table(tmp_path, (HEAD + ROWS).replace("x[mm]", "y[kg]"), "two.csv")
+    said = refused(capsys, tmp_path / "o", "diagnose", str(one), str(two), "--model", str(model))
+    assert "two has no channel x" in said
+
+
 # -- the contract of verdict.json -------------------------------------------------------------
 def contract(v: dict[str, Any]) -> None:
     """Keys, types and vocabulary of ``bondsight.verdict/1``."""
@@ -388,9 +426,10 @@ def contract(v: dict[str, Any]) -> None:
         assert v["findings"]
     for f in v["findings"]:
         assert set(f) == {
-            "location", "effect", "family", "law", "confidence", "parameters", "also_possible",
-            "share_of_misfit_explained",
+            "location", "answer", "effect", "family", "law", "confidence", "parameters",
+            "also_possible", "share_of_misfit_explained",
         }  # fmt: skip
+        assert f["answer"] in {"exact", "family", "look_alikes", "unknown"}
         assert set(f["location"]) == {"element", "kind", "indistinguishable_from"}
         assert f["location"]["kind"] in KINDS
         assert f["location"]["element"] not in f["location"]["indistinguishable_from"]
@@ -412,7 +451,6 @@ def test_a_finished_diagnosis_keeps_the_contract(
     from bondgraph.laws import Coulomb
     from bondgraph.signals import Recording
     from bondgraph.simulate import simulate
-    from identification.command_line.models import load_model
     from identification.diagnosis.effects import CATALOGUE
 
     few = [e for e in CATALOGUE if e.name in ("coulomb_friction", "delay", "quadratic_drag")]

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from identification.diagnosis.decide import Thresholds, decide
+from identification.diagnosis.decide import Decision, Thresholds, decide
 from identification.diagnosis.effects import by_name
 from identification.diagnosis.effects.effect import Insertion
+from identification.diagnosis.leftover import Leftover
 from identification.diagnosis.search import Trial, paired_z
 from identification.diagnosis.structure import Structure
 
@@ -20,20 +20,14 @@ def blocks(test: float, seed: int = 1, spread: float = 0.05) -> np.ndarray:
     return np.asarray(test * shape / shape.mean())
 
 
-def trial(
-    effect: str,
-    element: str,
-    test: float,
-    *,
-    home: bool = True,
-    present: bool = True,
-    seed: int = 2,
-) -> Trial:
-    ci = (0.5, 1.5) if present else (-1.0, 1.0)
-    fit: Any = SimpleNamespace(estimates=(SimpleNamespace(name="s", ci95=ci),))
+def trial(effect: str, element: str, test: float, *, home: bool = True, seed: int = 2) -> Trial:
     e = by_name(effect)
-    insertion = Insertion(effect, e.family, e.law, element, cast(Any, None), ({},), ("s",))
-    return Trial(insertion, home, fit, test, test, blocks(test, seed))
+    graph: Any = None  # the decision looks at scores alone
+    insertion = Insertion(
+        effect, e.family, e.law, element, graph, ({},), ("s",), e.simpler, e.confused_with,
+        e.sentence,
+    )  # fmt: skip
+    return Trial(insertion, home, cast(Any, None), test, test, blocks(test, seed))
 
 
 def kind(nominal: float, *trials: Trial, **more: Any) -> str:
@@ -41,8 +35,8 @@ def kind(nominal: float, *trials: Trial, **more: Any) -> str:
 
 
 def test_at_the_floor_nothing_is_missing() -> None:
-    assert kind(1.05, trial("hysteresis", "k", 1.0)) == "explained"
-    assert kind(50.0) == "explained" or kind(50.0) == "unknown_physics"
+    assert kind(1.04, trial("hysteresis", "k", 1.0)) == "explained"
+    assert kind(50.0) == "explained"
 
 
 def test_a_clear_winner_is_named() -> None:
@@ -86,9 +80,29 @@ def test_class_counts_as_one_place_unless_the_law_speaks() -> None:
     assert len(decide(50.0, blocks(50.0), trials).same_place) == 0
 
 
-@pytest.mark.parametrize(("nominal", "answer"), [(1.3, "explained"), (50.0, "unknown_physics")])
-def test_no_effect_that_helps(nominal: float, answer: str) -> None:
-    assert kind(nominal, trial("hysteresis", "k", 0.98 * nominal)) == answer
+@pytest.mark.parametrize("nominal", [1.02, 1.6, 50.0])
+def test_no_effect_that_helps_and_no_pattern_is_noise(nominal: float) -> None:
+    nothing = trial("hysteresis", "k", 0.995 * nominal)
+    assert kind(nominal, nothing) == "explained"
+    assert kind(nominal, nothing, before=Leftover(0.5, 1.0, "creep at k")) == "explained"
+
+
+@pytest.mark.parametrize(("nominal", "answer"), [(1.02, "explained"), (50.0, "unknown_physics")])
+def test_a_clear_pattern_that_no_effect_explains_is_unknown(nominal: float, answer: str) -> None:
+    pattern = Leftover(0.5, 9.0, "a curve at k")
+    d = decide(
+        nominal, blocks(nominal), [trial("hysteresis", "k", 0.995 * nominal)], before=pattern
+    )
+    assert d.kind == answer
+    if answer == "unknown_physics":
+        assert d.left is pattern
+        assert any("a curve at k" in r for r in d.reasons)
+
+
+def test_far_above_a_measured_floor_is_no_noise() -> None:
+    nothing = trial("hysteresis", "k", 49.8)
+    assert kind(50.0, nothing, certain=40.0) == "unknown_physics"
+    assert kind(50.0, nothing, certain=1.1) == "explained"
 
 
 def test_part_of_the_misfit_is_no_name() -> None:
@@ -98,13 +112,18 @@ def test_part_of_the_misfit_is_no_name() -> None:
     assert any("50 %" in r for r in d.reasons)
 
 
-def test_an_effect_of_zero_strength_is_absent() -> None:
-    d = decide(
-        50.0, blocks(50.0), [trial("hysteresis", "k", 1.1, present=False), trial("creep", "k", 1.2)]
-    )
-    assert d.chosen is not None
-    assert d.chosen.effect == "creep"
-    assert d.rivals == ()
+def test_what_a_second_screening_finds_forbids_a_name() -> None:
+    best = trial("hysteresis", "k", 4.0)
+
+    def after(z: float) -> Decision:
+        left = Leftover(0.9, z, "creep at k")
+        return decide(50.0, blocks(50.0), [best], nominal_train=50.0, remaining=lambda _: left)
+
+    rest, none = after(8.0), after(0.5)
+    assert rest.share < 0.94
+    assert any("creep at k" in r for r in rest.reasons)
+    assert none.share > rest.share
+    assert none.kind == "missing_physics"
 
 
 def test_declared_parameters_beat_a_repair() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,9 +12,14 @@ from typing import Any
 import pytest
 
 from hardware.simulators import draw_truth
+from hardware.simulators.draw import Truth
 from identification.command_line import demo as module
 from identification.command_line.demo import Outcome, describe, judge, summary
 from identification.command_line.main import main
+from identification.diagnosis.effects import CATALOGUE
+
+FEW = ("quadratic_drag", "coulomb_friction", "hysteresis", "creep", "nonlinear_stiffness", "delay")
+"""Effects that the cheaper demonstration may name."""
 
 
 def played(effect: str, seed: int, out: Path, capsys: pytest.CaptureFixture[str]) -> str:
@@ -31,7 +37,11 @@ def played(effect: str, seed: int, out: Path, capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.slow
-def test_drag_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_drag_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    few = [e for e in CATALOGUE if e.name in FEW]
+    monkeypatch.setattr("identification.diagnosis.search.CATALOGUE", tuple(few))
     text = played("quadratic_drag", 11, tmp_path, capsys)
     assert "the verdict is: right" in text
     v = json.loads((tmp_path / "verdict.json").read_text(encoding="utf-8"))
@@ -50,6 +60,11 @@ def test_nothing_is_found_where_nothing_is(
     assert v["findings"] == []
 
 
+@cache
+def drawn(effect: str) -> Truth:
+    return draw_truth(3, effect=effect)
+
+
 # -- judge ------------------------------------------------------------------------------------
 def judged(
     monkeypatch: pytest.MonkeyPatch, hidden: str, kind: str, named: str = "", place: str = "",
@@ -64,7 +79,7 @@ def judged(
     ] if kind in ("missing_physics", "unknown_physics") else []  # fmt: skip
     monkeypatch.setattr(module, "verdict", lambda _: {"verdict": kind, "findings": findings})
     d: Any = SimpleNamespace(nominal=None, repaired=None, seconds=1.0)
-    return judge(draw_truth(3, effect=hidden), d)
+    return judge(drawn(hidden), d)
 
 
 @pytest.mark.parametrize(
@@ -98,8 +113,8 @@ def test_judge_accepts_the_class_and_reports_look_alikes(monkeypatch: pytest.Mon
 
 
 def test_words(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert describe(draw_truth(3, effect="none")) == "nothing was concealed"
-    assert describe(draw_truth(3, effect="quadratic_drag")).endswith("quadratic_drag at R_nl")
+    assert describe(drawn("none")) == "nothing was concealed"
+    assert describe(drawn("quadratic_drag")).endswith("quadratic_drag at R_nl")
     right = judged(monkeypatch, "none", "explained")
     text = summary([right, judged(monkeypatch, "quadratic_drag", "explained")], 2.0)
     assert "right 1" in text

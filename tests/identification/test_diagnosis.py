@@ -51,7 +51,7 @@ def judged(
     truth: BondGraph, model: BondGraph, seed: int = 1, extra: np.ndarray | float = 0.0,
     parameters: dict[str, float] | None = None,
 ) -> Diagnosis:  # fmt: skip
-    options = Options(jobs=1, keep=4, screen_iterations=10, final_iterations=20)
+    options = Options(jobs=1, keep=4, more=2, effects=2)
     return diagnose(
         model, recorded(truth, seed, extra, parameters or {}), options=options, seed=seed
     )

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from actuators.stack_bond_graph import stack_bond_graph
 from actuators.textbook import mass_with_viscous_friction, resonator, thermal_lag
+from bondgraph.split import whole
 from identification.blind.real.case import Folder, Published, RealCase, Truth
 from identification.blind.real.preparing import boundary_split, thinned
 from identification.data import Loaded, load
@@ -31,7 +32,7 @@ def _piezo(folder: Folder) -> Loaded:
 
 def _silverbox(folder: Folder) -> Loaded:
     recording, split = load("silverbox", folder)
-    boundary = split.test.start
+    boundary = whole(split.test).start
     kept = recording.slice(boundary - BEFORE, boundary + AFTER)
     rule = f"the official boundary; {BEFORE} samples before it train, {AFTER} after it judge"
     return Loaded(kept, boundary_split(kept, BEFORE, rule))
@@ -47,7 +48,7 @@ def _thinned(loaded: Loaded, factor: int) -> Loaded:
     return Loaded(
         thinned(loaded.recording, factor),
         replace(
-            split, train=moved(split.train), test=moved(split.test),
+            split, train=moved(whole(split.train)), test=moved(whole(split.test)),
             rest=None if split.rest is None else moved(split.rest),
             score_from=split.score_from // factor,
         ),

@@ -107,6 +107,8 @@ class Effect(ABC):
     separated_by: ClassVar[str] = ""
     simpler: ClassVar[tuple[str, ...]] = ()
     source: ClassVar[str] = ""
+    costly: ClassVar[bool] = False
+    """Leaves the exact engine: fitted only where the screening puts it among the first."""
 
     @abstractmethod
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
@@ -117,7 +119,7 @@ class Effect(ABC):
         return True
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
-        """What a weak effect of this kind would add at `element`, for several shapes.
+        """Return what a weak effect of this kind adds at `element`, for several shapes.
 
         An empty tuple exempts the effect from the screening: it is always fitted.
         """
@@ -164,9 +166,9 @@ def sources(graph: BondGraph) -> tuple[Element, ...]:
 
 
 def sensors(graph: BondGraph) -> tuple[Element, ...]:
-    """Sensors without a law, lag, delay or drift."""
+    """Sensors without a law, lag, delay, drift or clock of their own."""
     return tuple(
         e
         for e in graph.of_type(Sensor)
-        if e.law is None and e.lag is None and e.delay is None and not e.drift
+        if e.law is None and e.lag is None and e.delay is None and e.clock is None and not e.drift
     )

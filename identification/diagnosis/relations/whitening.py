@@ -123,7 +123,13 @@ def _scan(a: Array, drive: Array) -> Array:
 
 
 def blind_filter(model: Sampled, size: Array) -> Blind:
-    """Filter that is blind to latent signals of standard deviation `size`, shape (k,)."""
+    """Filter that is blind to latent signals of standard deviation `size`, shape (k,).
+
+    Raises
+    ------
+    LinAlgError
+        No stable filter was found: model and floor are too far apart for the arithmetic.
+    """
     n, k = model.gamma.shape
     a = np.zeros((n + k, n + k))
     a[:n, :n], a[:n, n:] = model.phi, model.gamma * size
@@ -133,8 +139,11 @@ def blind_filter(model: Sampled, size: Array) -> Blind:
     p = _riccati(a, c, np.diag(np.concatenate([own, np.ones(k)])))
     s = c @ p @ c.T + np.eye(c.shape[0])
     gain = np.linalg.solve(s, c @ p @ a.T).T
+    closed = (a - gain @ c)[:n, :n]
+    if not np.isfinite(closed).all() or np.abs(np.linalg.eigvals(closed)).max(initial=0.0) >= 1:
+        raise np.linalg.LinAlgError("the blind filter is not stable")
     # the latent sample itself cannot be predicted: its state stays zero and is left out
-    return Blind((a - gain @ c)[:n, :n], gain[:n], c[:, :n], np.linalg.cholesky(0.5 * (s + s.T)))
+    return Blind(closed, gain[:n], c[:, :n], np.linalg.cholesky(0.5 * (s + s.T)))
 
 
 def _riccati(a: Array, c: Array, q: Array) -> Array:

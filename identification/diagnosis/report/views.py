@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.split import stretches
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report.found import after_of
 from identification.diagnosis.report.style import AFTER, BEFORE
@@ -49,9 +50,9 @@ def unit_of(d: Diagnosis, name: str) -> str:
     return "" if found in (None, "1") else str(found)
 
 
-def bounds(part: slice, n: int) -> tuple[int, int]:
-    """First sample and end of a part of a record of `n` samples."""
-    start, stop, _ = part.indices(n)
+def bounds(part: slice | tuple[slice, ...], n: int) -> tuple[int, int]:
+    """First sample and end of a part of a record of `n` samples; of its last stretch."""
+    start, stop, _ = stretches(part)[-1].indices(n)
     return start, stop
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bondgraph.errors import UnusableInput
 from bondgraph.signals import Recording
+from bondgraph.split import whole
 from identification.frequency.bla import response_of_periods
 from identification.frequency.local import local_fit
 from identification.frequency.periods import cut
@@ -67,11 +68,10 @@ def measured_response(problem: Problem, points: int = 60) -> Measured | None:
     neither leakage nor an integrating plant that drifts away does harm.
     """
     data = problem.data
-    train, test = data.split.train, data.split.test
+    train = whole(data.split.train)
     stop = train.stop or data.n
     # what comes before training is not scored, but a step there is what the readings answer to
-    held = np.zeros(data.n, bool)
-    held[test] = True
+    held = data.mask("test")
     train = slice((train.start or 0) if held[:stop].any() else 0, stop)
     moving = [n for n, v in data.commands.items() if np.ptp(v[train]) > 0.0]
     if not moving or train.stop - train.start < 64:

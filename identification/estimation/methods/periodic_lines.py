@@ -11,6 +11,7 @@ from scipy.ndimage import uniform_filter1d
 
 from bondgraph.errors import UnusableInput
 from bondgraph.signals import Recording
+from bondgraph.split import whole
 from identification.engine import ExactEngine
 from identification.frequency.periods import Periods, cut, run_in
 from identification.problem import Problem
@@ -105,7 +106,8 @@ def lines_of(problem: Problem) -> Lines:
         If the commands do not repeat, or nothing moves.
     """
     data = problem.data
-    train = slice(data.split.train.start or 0, data.split.train.stop or data.n)
+    scored = whole(data.split.train)
+    train = slice(scored.start or 0, scored.stop or data.n)
     moving = [n for n, v in data.commands.items() if np.ptp(v[train]) > 0.0]
     if not moving:
         raise UnusableInput(f"frequency_domain: no command of {data.name} moves; {OTHER}")

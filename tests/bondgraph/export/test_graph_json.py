@@ -24,22 +24,37 @@ from bondgraph.elements import Element
 from bondgraph.errors import UnusableInput
 from bondgraph.export.graph_json import graph_schema, to_json
 from bondgraph.laws import (
+    Ageing,
+    AsymmetricDamping,
+    Backlash,
+    Bilinear,
+    Bristle,
+    ContactLoss,
     Coulomb,
     DeadZone,
+    EndStop,
     Hats,
     Hysteretic,
     Law,
+    Lifted,
     LuGre,
+    NonlinearResistance,
+    Odometer,
+    Onset,
+    Overflow,
+    Periodic,
     Polynomial,
     QuadraticDrag,
     Rectifier,
     Rounding,
     Saturation,
+    SelfHeating,
     SlewLimit,
     Sliding,
     StopSum,
     Stribeck,
     Table,
+    Tone,
     Viscous,
 )
 from bondgraph.modulation import TIME, displacement, effort, external, port_variables
@@ -68,6 +83,29 @@ LAW_EXAMPLES: dict[str, Law] = {
     "prandtl_ishlinskii": StopSum((0.1, 1.0), 0.2, 3.0, -1.0),
     "table": Table((0.0, 1.0, 3.0), (0.0, 2.0, 2.5), "pchip", False, True, 0.7, "V"),
     "operator": Hysteretic(EXAMPLES["cascade of all"]),
+    "backlash": Backlash(
+        stiffness=3.0,
+        inverse=True,
+        stiffness_unit="m/N",
+        width=0.2,
+        centre=-0.1,
+        size=2.0,
+        unit="rad",
+    ),
+    "bilinear": Bilinear(0.3, -0.2, 5.0, 2.0, "rad", "N*m/rad"),
+    "contact_loss": ContactLoss(stiffness=2.0, depth=0.1, size=3.0, edge=1.0, side=-1.0),
+    "end_stop": EndStop(20.0, -0.3, 0.4, "low", 0.5, "rad", "N*m/rad"),
+    "overflow": Overflow(inverse=True, depth=0.3, size=0.2, top=2.0),
+    "periodic_force": Periodic(0.3, 2.0, 4.0, "N*m", "rad"),
+    "odometer": Odometer(),
+    "dahl": Bristle(0.4, 2e-3, "N*m", "rad"),
+    "asymmetric_damping": AsymmetricDamping(-0.2, 3.0, "N*m*s/rad"),
+    "nonlinear_resistance": NonlinearResistance(0.3, 2.0, "Pa", "m3/s"),
+    "self_heating": SelfHeating(-0.1, 3.0, 0.2),
+    "tone": Tone(7.0, 0.05, 3.0, "V", False),
+    "onset": Onset(2.0, 0.1, 0.3, 4.0, "V", True, False),
+    "ageing": Ageing(30.0, 0.2, "N/m"),
+    "lifted": Lifted(Polynomial(0.1, 1.5, 2.0), ("centre", "half")),
 }
 
 
@@ -166,6 +204,7 @@ def test_tables_hold_every_element_and_law() -> None:
         assert set(p) == {"kind"} | {f.name for f in fields(ELEMENTS[p["kind"]["const"]])}
     named = [e["properties"] for e in defs["law"]["oneOf"][:-1]]
     assert [set(p) for p in named] == [{"law"} | set(form.fields) for form in LAWS]
+    assert set(LAW_EXAMPLES) == {form.law.name for form in LAWS}
 
 
 @pytest.mark.parametrize("name", LAW_EXAMPLES)
@@ -177,6 +216,36 @@ def test_laws(name: str) -> None:
         el.Se("V", drive=Drive(law=law))
         el.De("y", law=law)
     assert_round_trip(g)
+
+
+def test_a_shared_coefficient_stays_one_parameter() -> None:
+    with BondGraph("shared") as g:
+        el.C("k", stiffness=3.0, unit="N/m", law=Backlash(coefficient="k", stiffness=3.0))
+    assert_round_trip(g)
+    assert list(g.parameters) == ["k", "gap_k", "centre_k"]
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ({"law": "coulomb"}, "closed form"),
+        ({"law": "polynomial", "orders": [3]}, "no field 'knots'"),
+        ({"law": "lifted", "inner": {"law": "polynomial"}, "lifted": ["half"]}, "no law 'lifted'"),
+        ({"law": "unnamed_curve"}, None),
+    ],
+)
+def test_lifted_laws_are_checked(law: dict[str, Any], message: str | None) -> None:
+    with BondGraph("lifted") as g:
+        el.C("C_1", 1.0, law=Lifted(Hats((-1.0, 0.5, 1.0)), ("knots",)))
+    data = json.loads(to_json(g))
+    (element,) = data["elements"]
+    element["law"]["inner"] = law
+    if message is None:
+        assert isinstance(from_json(json.dumps(data)).elements["C_1"], el.C)
+        return
+    with pytest.raises(UnusableInput, match=message) as caught:
+        from_json(json.dumps(data))
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

@@ -26,7 +26,7 @@ from identification.fit import Fit, fit
 from identification.problem import Data, Problem
 from identification.threads import single_threaded
 
-N, DT, NOISE = 1500, 0.01, 1e-4
+N, DT, NOISE = 1200, 0.01, 1e-4
 MASS, STIFFNESS, DAMPING = 1.0, 400.0, 1.5
 
 
@@ -78,7 +78,7 @@ def fitted(cubic_k2: float = 0.0, friction_b1: float = 0.0, cubic_x2: float = 0.
     force, x = course(cubic_k2, friction_b1)
     seen = x + NOISE * np.random.default_rng(1).standard_normal(x.shape)
     seen[:, 1] += cubic_x2 * x[:, 1] ** 3
-    split = Split(slice(0, 1000), slice(1000, N), "last third")
+    split = Split(slice(0, 800), slice(800, N), "last third")
     names = ("x1", "x2", "x3")
     data = Data("run", DT * np.arange(N), {"F": force}, seen, names, np.full(3, NOISE), split)
     return fit(Problem(chain(1.2 * MASS, 0.85 * STIFFNESS, 0.8 * DAMPING), data))
@@ -129,7 +129,7 @@ def test_two_sites_leave_every_relation_above_the_floor() -> None:
 
 def test_one_sensor_makes_no_relation() -> None:
     force, x = course(0.0, 0.0)
-    split = Split(slice(0, 1000), slice(1000, N), "last third")
+    split = Split(slice(0, 800), slice(800, N), "last third")
     data = Data("run", DT * np.arange(N), {"F": force}, x[:, :1], ("x1",), np.array([NOISE]), split)
     f = fit(Problem(chain(MASS, STIFFNESS, DAMPING, sensors=1), data), max_iterations=2)
     assert relations(f) == ()

@@ -108,11 +108,15 @@ long simulate(int plant, const double *c, int ne, const double *effects, const d
     for (int o = 0; o < over; o++) {
       for (int m = 0; m < sub; m++) {
         double t = k * dt + (o * sub + m) * h, end = t + h * (1 - 1e-5);
+        if (m == 0) {
+          /* converters read before the command changes */
+          slope(plant, &s, c, &in, !hold && k && !o ? t - 1e-6 * dt : t, x, k1);
+          read_out(plant, &s, x, y + (k * over + o) * ny);
+        }
         s.commit = 1;
         slope(plant, &s, c, &in, t, x, k1);
         s.commit = 0;
         if (m == 0) {
-          read_out(plant, &s, x, y + (k * over + o) * ny);
           if (o == 0)
             for (int j = 0; j < MAX_SLOTS; j++)
               for (int a = 0; a < 2; a++) {

@@ -75,7 +75,7 @@ class Hysteresis(Effect):
             graph = scene.graph.with_element(element.name, drive=Drive(law=law))
         else:
             graph = scene.graph.with_element(element.name, law=law)
-        names = tuple(p.name for p in law.law.parameters(element.name))
+        names = tuple(p.name for p in law.inner.parameters(element.name))
         starts: dict[str, float] = {}
         if hint is not None:
             # a height at its lower bound of zero would stay there

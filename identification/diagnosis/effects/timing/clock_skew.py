@@ -1,13 +1,13 @@
-"""A sensor sampled by another clock than the command."""
+"""Readings sampled by another clock than the command."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.elements import Element, Parameter
+from bondgraph.elements import Element, Parameter, Sensor, Source
 from bondgraph.graph import BondGraph
 from bondgraph.shift_within import at_clock
-from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature, sensors
+from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature, sources
 from identification.diagnosis.effects.signal_traces import weighed
 from identification.diagnosis.scene import Scene
 
@@ -21,7 +21,9 @@ LARGEST = 0.02
 
 
 class ClockSkew(Effect):
-    """The clock of a sensor runs faster or slower than the clock of the command.
+    """The clock of one sensor, or of all, runs at another rate than the clock of the command.
+
+    At a source it means the clock that all readings share.
 
     Where a record is longer than many periods of its fastest motion the misfit is found only if one
     of the tried ones comes within a quarter of that period at its end.
@@ -37,8 +39,11 @@ class ClockSkew(Effect):
     source = "two converters with oscillators of their own, ratio constant"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sensors."""
-        return tuple(e for e in sensors(graph) if getattr(e, "clock", None) is None)
+        """The first source, for all readings together; single sensors where there are several."""
+        free = tuple(e for e in graph.of_type(Sensor) if e.clock is None and e.delay is None)
+        if not free or len(free) < len(graph.of_type(Sensor)):
+            return ()
+        return (*sources(graph)[:1], *(free if len(free) > 1 else ()))
 
     def signatures(self, scene: Scene, element: Element) -> tuple[Signature, ...]:
         """Return what another rate changes, for several misfits at the end of the record."""
@@ -54,7 +59,10 @@ class ClockSkew(Effect):
         ratio = Parameter(
             f"clock_{element.name}", 0.0, positive=False, lower=-LARGEST, upper=LARGEST, scale=1e-4
         )
-        graph = scene.graph.with_parameters([ratio]).with_element(element.name, clock=ratio.name)
+        graph = scene.graph.with_parameters([ratio])
+        late = graph.of_type(Sensor) if isinstance(element, Source) else (element,)
+        for sensor in late:
+            graph = graph.with_element(sensor.name, clock=ratio.name)
         n = max(p.size for p in _parts(scene, element))
         if hint is None:
             starts = [*_ratios(n), -_ratios(n)[0]]

@@ -27,6 +27,7 @@ class NonlinearRatio(Effect):
     ``z = f / span``.
     """
 
+    costly = True
     name = "nonlinear_ratio"
     family = "transduction"
     law = "modulated_ratio"

@@ -1,0 +1,146 @@
+"""The catalogue against the vocabulary of the verdict: every effect, once, complete."""
+
+from __future__ import annotations
+
+import sys
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from actuators.catalogue import stack_with_payload
+from bondgraph.elements import Sensor
+from bondgraph.errors import UnknownName
+from bondgraph.graph import BondGraph
+from bondgraph.signals import Split
+from bondgraph.simulate import simulate
+from identification.blind.vocabulary import FAMILIES
+from identification.diagnosis.effects import CATALOGUE, UNNAMED, Effect, by_name, family_of
+from identification.diagnosis.pasts import scene
+from identification.diagnosis.scene import Past, Scene
+from identification.fit import fit
+from identification.problem import Data, Problem, drives
+
+VOCABULARY = {
+    "memory": ("hysteresis", "creep"),
+    "friction": (
+        "coulomb_friction", "stribeck_friction", "presliding_friction", "quadratic_drag",
+        "asymmetric_damping",
+    ),
+    "restoring": (
+        "nonlinear_stiffness", "bilinear_stiffness", "end_stop", "backlash", "contact_loss",
+    ),
+    "transduction": ("nonlinear_ratio", "position_periodic_force"),
+    "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
+    "storage": ("leakage", "overflow", "added_mode", "self_heating"),
+    "flow": ("square_root_flow", "nonlinear_resistance"),
+    "measurement": (
+        "sensor_lag", "sensor_offset", "sensor_drift", "sensor_nonlinearity",
+        "sensor_rectification", "periodic_error", "quantisation",
+    ),
+    "time": ("delay", "clock_skew"),
+    "outside": ("external_disturbance", "time_varying_parameter"),
+}  # fmt: skip
+EVERY = (*CATALOGUE, UNNAMED)
+NAMES = [e.name for e in EVERY]
+
+
+def test_the_vocabulary_is_complete_and_in_order() -> None:
+    wanted = [(n, family) for family, names in VOCABULARY.items() for n in names]
+    assert [(e.name, e.family) for e in CATALOGUE] == wanted
+    assert (UNNAMED.name, UNNAMED.family) == ("unknown", "outside")
+    trial = {f: tuple(n for n in names if n != "unknown") for f, names in FAMILIES.items()}
+    assert trial == VOCABULARY
+
+
+def test_one_file_each() -> None:
+    files = [sys.modules[type(e).__module__].__file__ for e in EVERY]
+    assert len(set(files)) == len(EVERY)
+
+
+@pytest.mark.parametrize("effect", EVERY, ids=NAMES)
+def test_every_word_is_there(effect: Effect) -> None:
+    cls = type(effect)
+    for attribute in ("name", "family", "law", "sentence", "looks", "separated_by", "source"):
+        text = getattr(cls, attribute)
+        assert isinstance(text, str), attribute
+        assert text.strip() == text != "", attribute
+    assert not effect.sentence.endswith(".")
+    known = {e.name for e in CATALOGUE}
+    assert set(effect.simpler) <= known - {effect.name}
+    assert set(effect.confused_with) <= known - {effect.name}
+    assert len(set(effect.confused_with)) == len(effect.confused_with)
+    assert effect.confused_with or effect is UNNAMED
+    assert by_name(effect.name) is effect
+    assert family_of(effect.name) == effect.family
+
+
+def test_no_effect_contains_itself_on_the_way() -> None:
+    contained = nx.DiGraph((e.name, s) for e in CATALOGUE for s in e.simpler)
+    assert nx.is_directed_acyclic_graph(contained)
+
+
+def test_an_unknown_name_gets_the_nearest() -> None:
+    with pytest.raises(UnknownName, match="Did you mean 'hysteresis'"):
+        by_name("hysteris")
+    with pytest.raises(UnknownName, match="no effect 'gremlin'"):
+        family_of("gremlin")
+
+
+# -- at every place of the stack actuator ------------------------------------------------------
+N, DT = 300, 2e-4
+
+
+def recorded(graph: BondGraph) -> Data:
+    t = np.asarray(DT * np.arange(N), np.float64)
+    u = 40 * np.sin(2 * np.pi * 30 * t) + 20 * np.sin(2 * np.pi * 71 * t)
+    run = simulate(graph, t, {"V_in": u})
+    names = tuple(s.name for s in graph.of_type(Sensor))
+    y = np.stack([np.asarray(run[n]) for n in names], axis=1)
+    split = Split(slice(0, 200), slice(200, N), "first two thirds")
+    return Data("run", t, {"V_in": u}, y, names, 1e-3 * y.std(axis=0), split)
+
+
+@pytest.fixture(scope="module")
+def stack() -> Scene:
+    graph = stack_with_payload()
+    return scene(fit(Problem(graph, recorded(graph)), max_iterations=2))
+
+
+def test_scene_knows_every_port(stack: Scene) -> None:
+    for effect in CATALOGUE:
+        assert {e.name for e in effect.places(stack.graph)} <= set(stack.past), effect.name
+    for past in stack.past.values():
+        assert past.argument.shape == past.output.shape == (N,)
+        assert np.isfinite(past.argument).all()
+        assert np.isfinite(past.output).all()
+
+
+@pytest.mark.parametrize("effect", EVERY, ids=NAMES)
+def test_rewriting_keeps_the_graph_sound(effect: Effect, stack: Scene) -> None:
+    before = dict(stack.graph.elements)
+    for place in effect.places(stack.graph):
+        i = effect.insert(stack, place)
+        assert (i.effect, i.family, i.law) == (effect.name, effect.family, effect.law)
+        assert i.label == f"{effect.name} at {place.name}"
+        assert i.graph.check() == (), i.label
+        assert [s.name for s in i.graph.of_type(Sensor)] == list(stack.data.names)
+        assert [s.name for s in drives(i.graph)] == ["V_in"], i.label
+        known = set(i.graph.parameters)
+        assert i.strengths
+        assert set(i.strengths) <= known, i.label
+        assert i.starts
+        for start in i.starts:
+            assert set(start) <= known, i.label
+            assert all(np.isfinite(v) for v in start.values())
+        for s in effect.signatures(stack, place):
+            assert s.columns.shape[0] == N
+            assert np.isfinite(s.columns).all(), i.label
+    assert stack.graph.elements == before
+
+
+def test_past_of_a_port() -> None:
+    p = Past(np.array([-1.0, 3.0]), np.array([0.0, 4.0]))
+    assert (p.centre, p.half, p.swing, p.slope) == (1.0, 2.0, 2.0, 1.0)
+    still = Past(np.zeros(3), np.zeros(3))
+    assert still.half == still.swing == still.rms == 1.0

@@ -1,0 +1,87 @@
+"""Several recordings of one system, taken together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bondgraph.errors import UnusableInput
+from bondgraph.laws import Polynomial
+from bondgraph.signals import Recording
+from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.search import Options
+from identification.joined import joined, split_of
+from tests.identification.estimation.plants import force, moved, spring
+
+FS, NOISE = 100.0, 1e-5
+
+
+def run(name: str, level: float, seed: int, n: int = 600, cubic: float = 0.0) -> Recording:
+    graph = spring()
+    if cubic:
+        law = Polynomial(0.0, 0.1, 2.0, (3,))
+        graph = graph.with_element("k", law=law)
+        graph = graph.with_values({p.name: cubic for p in law.parameters("k")})
+    u = level * force(n, FS, seed)
+    x = moved(u, FS, graph) + NOISE * np.random.default_rng(seed).standard_normal(n)
+    return Recording.from_arrays(name, {"F[N]": u, "x[m]": x}, fs=FS)
+
+
+def plain(name: str = "one", fs: float = 10.0, **channels: Any) -> Recording:
+    made = {"F[N]": np.arange(5.0), "x[m]": np.arange(5.0)} if not channels else channels
+    return Recording.from_arrays(name, made, fs=fs)
+
+
+def test_one_behind_the_other() -> None:
+    one, two = plain("one"), plain("two")
+    both, breaks = joined([one, two])
+    assert (both.n, breaks, both.name) == (10, (5,), "one + two")
+    assert np.array_equal(both["F"], np.concatenate([one["F"], two["F"]]))
+    assert both.units == one.units
+    assert np.allclose(np.diff(both.time), 0.1)
+    assert joined([one]) == (one, ())
+
+
+@pytest.mark.parametrize(("count", "held"), [(2, 1), (3, 1), (6, 2)])
+def test_the_last_third_is_held_out(count: int, held: int) -> None:
+    split = split_of([plain()] * count)
+    edge = 5 * (count - held)
+    assert (split.train, split.test) == (slice(0, edge), slice(edge, 5 * count))
+    assert f"last {held} of {count}" in split.rule
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        (plain("two", fs=20.0), "two is sampled every 0.05 s, one every 0.1 s"),
+        (plain("two", **{"F[N]": np.ones(5), "x[kg]": np.ones(5)}), "x is in kg in two"),
+        (plain("two", **{"F[N]": np.ones(5)}), "two has no channel x"),
+    ],
+)
+def test_unequal_recordings_are_refused_in_one_line(other: Recording, message: str) -> None:
+    with pytest.raises(UnusableInput, match=message) as caught:
+        joined([plain("one"), other])
+    assert "\n" not in str(caught.value)
+    with pytest.raises(UnusableInput, match="no recording"):
+        joined([])
+
+
+def test_a_diagnosis_uses_them_all_and_holds_one_out() -> None:
+    """Gentle recordings alone would not show the cubic spring."""
+    options = Options(jobs=1, keep=3, more=1, effects=1)
+    parts = [run("gentle", 0.05, 1, cubic=30.0), run("loud", 1.0, 2, cubic=30.0)]
+    parts.append(run("loud again", 0.9, 3, cubic=30.0))
+    d = diagnose(spring(), parts, options=options)
+    assert d.recording.n == 1800
+    assert d.data is not None
+    assert d.data.breaks == (600, 1200)
+    assert d.data.split.test == slice(1200, 1800)
+    assert d.kind == "missing_physics"
+    assert d.decision is not None
+    assert d.decision.chosen is not None
+    assert d.decision.chosen.label == "nonlinear_stiffness at k"
+    assert d.repaired is not None
+    assert d.repaired.point.states.shape[0] == 3
+    assert d.repaired.chi2("test") == pytest.approx(1.0, abs=0.2)
