@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.signal import welch
@@ -18,6 +20,7 @@ def noise_floor(
     split: Split,
     sensors: tuple[str, ...],
     commands: tuple[str, ...] = (),
+    breaks: tuple[int, ...] = (),
 ) -> dict[str, float]:
     """Return standard deviation of the noise of each sensor, SI.
 
@@ -26,7 +29,24 @@ def noise_floor(
     Otherwise it is taken as white at the level of the highest fifth of the spectrum, where plants
     answer least.
     Never less than the rounding of the converter or 1e-5 of the spread.
+
+    Parameters
+    ----------
+    breaks : tuple of int
+        Where further recordings begin: the jumps between them are no noise, so each is read alone
+        and the mean square counts.
     """
+    if breaks:
+        ends = (0, *breaks, recording.n)
+        levels = [
+            noise_floor(recording.slice(a, b), _within(split, a), sensors, commands)
+            for a, b in pairwise(ends)
+        ]
+        sizes = np.diff(ends) / recording.n
+        return {
+            n: float(np.sqrt(sum(w * f[n] ** 2 for w, f in zip(sizes, levels, strict=True))))
+            for n in sensors
+        }
     found = {}
     moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
     again = repeats(moving) if moving else None
@@ -42,8 +62,23 @@ def noise_floor(
     return found
 
 
-def measured(recording: Recording, split: Split, commands: tuple[str, ...]) -> bool:
+def _within(split: Split, first: int) -> Split:
+    """Return the split without its rest beyond the first recording."""
+    return split if not first else replace(split, rest=None)
+
+
+def measured(
+    recording: Recording,
+    split: Split,
+    commands: tuple[str, ...],
+    breaks: tuple[int, ...] = (),
+) -> bool:
     """Whether the floor is read off the noise itself: from repeats or a rest, not the spectrum."""
+    if breaks:
+        ends = (0, *breaks, recording.n)
+        return all(
+            measured(recording.slice(a, b), _within(split, a), commands) for a, b in pairwise(ends)
+        )
     moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
     rest = split.rest
     long = rest is not None and rest.stop - (rest.start or 0) >= REST

@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import spearmanr
 
 from identification.diagnosis.effects import UNNAMED
 from identification.diagnosis.leftover import Leftover
 from identification.diagnosis.search import Trial, paired_z
 from identification.diagnosis.structure import Structure
+from identification.fit import Fit
 
 Array = np.ndarray
 
@@ -29,18 +31,20 @@ class Thresholds:
         Least part of the held-out misfit that an effect must remove.
     share : float
         Part of the explicable excess that a named effect must explain.
-    floor : float
-        Held-out mean square that counts as the floor.
     simpler : float
         A richer law must remove this part of what a simpler one leaves.
     rival : float
         Another effect within this factor of the best one's remaining excess is a rival.
-    pattern : float
-        Part of the remaining misfit that a pattern must explain to count as one.
-    pattern_z : float
-        Standard errors by which a pattern must show.
+    pattern, pattern_z : float
+        Part of the remaining misfit and standard errors from which a pattern is looked at.
+    exact, exact_z : float
+        The same from which a pattern beside a repair says that the law is another one.
     least, clean : float
-        Where no pattern is left, a share of `least` of the excess over the floor counts as `clean`.
+        Where only noise is left, a share of `least` of the excess over the floor counts as `clean`.
+    active : float
+        Standard errors by which what is left may follow the motion and still be noise.
+    again : float
+        Least part of the held-out misfit that a further effect must remove.
     strange : float
         Standard errors from which a pattern that no effect explains is physics, not noise.
     certain : float
@@ -52,14 +56,17 @@ class Thresholds:
     mismatch: float = 1.05
     z: float = 3.0
     drop: float = 0.02
-    share: float = 0.9
-    floor: float = 1.15
+    share: float = 0.85
     simpler: float = 0.3
     rival: float = 1.25
     pattern: float = 0.05
     pattern_z: float = 2.5
+    exact: float = 0.02
+    exact_z: float = 3.5
     least: float = 0.5
     clean: float = 0.95
+    active: float = 2.5
+    again: float = 0.1
     strange: float = 3.5
     certain: float = 1.5
     confidence: float = 0.6
@@ -120,6 +127,7 @@ def decide(
     declared: float = np.inf,
     before: Leftover | None = None,
     certain: float = 0.0,
+    further: bool = False,
     remaining: Remaining | None = None,
     classes: Structure | None = None,
 ) -> Decision:
@@ -134,6 +142,8 @@ def decide(
     certain : float
         Robust mean square of the nominal residual over a floor that was measured; 0 where the floor
         is only an estimate.
+    further : bool
+        Effects have been named before this one.
     remaining : callable, optional
         Screens the residual of a trial once more.
     classes : Structure, optional
@@ -158,7 +168,8 @@ def decide(
             break
     gain = paired_z(nominal_blocks, best.blocks)
     drop = (nominal - best.test) / nominal
-    if gain < t.z or drop < t.drop or nominal < t.mismatch * level:
+    least = t.again if further else t.drop
+    if gain < t.z or drop < least or nominal < t.mismatch * level:
         reason = (
             f"no effect of the catalogue improves the held-out part clearly ({best.label}: "
             f"z {gain:.1f}, {100 * drop:.1f} %)"
@@ -180,6 +191,9 @@ def decide(
     if left is not None and left.share > t.pattern:
         reasons.append(left.words())
     enough = share >= t.share
+    if enough and left is not None and left.share > t.exact and left.z > t.exact_z:
+        enough = False
+        reasons.append("what is left follows a pattern: the law is another one, or not the only")
     bare = _better_without_name(best, trials, t)
     if enough and bare is not None:
         enough = False
@@ -247,9 +261,35 @@ def explained_share(
     the top of the spectrum.
     """
     share = (nominal - best.test) / max(nominal - level, 1e-12)
-    if left is not None and left.share < t.pattern and share > t.least:
+    noise = left is not None and left.share < t.exact and not best.fit.problem.data.floor_measured
+    if noise and share > t.least and activity(best.fit) < t.active:
         share = max(share, t.clean)
     return share
+
+
+def activity(fit: Fit) -> float:
+    """Return the standard errors by which the misfit is larger where more moves.
+
+    Noise does not know what the model does; physics left out mostly follows it.
+    """
+    data = fit.problem.data
+    inside = data.mask("train") | data.mask("test")
+    r = ((data.readings - fit.simulated)[inside] / data.floor) ** 2
+    found = []
+    for c in range(r.shape[1]):
+        y = fit.simulated[inside, c]
+        stretches = [s for s in np.array_split(np.arange(y.size), ACTIVITY) if s.size > 4]
+        misfit = np.array([np.log(np.mean(r[s, c]) + 1e-300) for s in stretches])
+        for signal in (y - np.mean(y), np.gradient(y)):
+            motion = np.array([np.mean(signal[s] ** 2) for s in stretches])
+            if np.ptp(motion) > 0:
+                rho = float(spearmanr(motion, misfit).statistic)
+                found.append(rho * np.sqrt(len(stretches) - 1))
+    return max(found, default=0.0)
+
+
+ACTIVITY = 40
+"""Stretches in which motion and misfit are compared."""
 
 
 def _better_without_name(best: Trial, trials: Sequence[Trial], t: Thresholds) -> Trial | None:

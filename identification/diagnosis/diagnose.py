@@ -151,8 +151,8 @@ def diagnose(
         return replace(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
         )
-    floor = noise_floor(recording, split, sensors, tuple(commands))
-    sure = measured(recording, split, tuple(commands))
+    floor = noise_floor(recording, split, sensors, tuple(commands), breaks)
+    sure = measured(recording, split, tuple(commands), breaks)
     data = replace(data, floor=np.array([floor[n] for n in sensors]), floor_measured=sure)
     if reason := _nothing_moves(data):
         return replace(

@@ -118,4 +118,8 @@ def _told(fit: object, effect: str, element: str, options: Options) -> Trial | N
         return None
     problem = replace(base_of(fit).template, graph=made.graph)
     _, trial = attempt(made, True, problem)
-    return None if trial is None else finish(go_on(trial, 20)[1] or trial, options.final_iterations)
+    return (
+        None
+        if trial is None
+        else finish(go_on(trial, 20)[1] or trial, options.final_iterations, (problem.data.hold,))
+    )

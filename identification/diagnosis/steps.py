@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,12 +67,46 @@ def steps(
             first = seen, tuple(ranked)
         decision = _step(base, done, options, limits, declared, classes, say, low, number)
         decisions.append(decision)
-        if decision.kind != "missing_physics" or decision.chosen is None:
+        if decision.chosen is None or not (
+            decision.kind == "missing_physics" or _promising(decision, number, options)
+        ):
             break
         base = base_of(decision.chosen.fit)
         declared = float("inf")
     assert first is not None
-    return Step(tuple(decisions), *first)
+    return Step(_together(decisions, limits), *first)
+
+
+def _promising(decision: Decision, number: int, options: Options) -> bool:
+    """Whether one of two effects may have been found: a clear lead, but not enough alone."""
+    alone = decision.kind == "unknown_physics" and not decision.rivals and decision.share > HALF
+    return number == 0 and alone and options.effects > 1
+
+
+HALF = 0.3
+"""Part of the excess that the stronger one of two effects explains at least."""
+
+
+def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, ...]:
+    """Name the first effect after all if a second one explains the rest of the misfit."""
+    first = decisions[0]
+    if first.kind == "missing_physics" or len(decisions) < 2:
+        return tuple(decisions)
+    named = [d for d in decisions[1:] if d.kind == "missing_physics" and d.chosen is not None]
+    if not named or len(named) < len([d for d in decisions[1:] if d.kind != "explained"]):
+        return (first,)
+    last = named[-1].chosen
+    assert last is not None
+    level = min(1.0, *(t.test for d in decisions for t in d.trials))
+    share = (first.nominal - last.test) / max(first.nominal - level, 1e-12)
+    if share < limits.share:
+        return (first,)
+    sure = replace(
+        first, kind="missing_physics", confidence=0.9 * min(d.confidence for d in named),
+        reasons=(*first.reasons, f"together with {last.label} it explains {100 * share:.0f} %"),
+        complete=True,
+    )  # fmt: skip
+    return (sure, *decisions[1:])
 
 
 def _step(
@@ -115,7 +149,7 @@ def _step(
 
     return decide(
         nominal, blocks_of(base.fit), trials, limits, declared=declared,
-        before=before, certain=certain, remaining=remaining,
+        before=before, certain=certain, further=number > 0, remaining=remaining,
         classes=classes,
     )  # fmt: skip
 

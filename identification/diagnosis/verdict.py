@@ -18,6 +18,8 @@ from identification.diagnosis.places import element_kind
 from identification.diagnosis.search import Trial
 from identification.fit import Estimate, Fit
 
+MOST = 3
+"""More effects than this are no set of look-alikes but nothing known."""
 SCHEMA = "bondsight.verdict/1"
 
 
@@ -89,12 +91,12 @@ def _unknown(d: Diagnosis) -> dict[str, Any]:
     kind = "unknown"
     if explains and possible:
         alike = {t.effect for t in possible}
-        kind = "look_alikes" if len(alike) > 1 else "family"
+        kind = "family" if len(alike) == 1 else "look_alikes" if len(alike) <= MOST else "unknown"
     return {
         "location": unresolved_place(d),
         "answer": kind,
         "effect": "unknown",
-        "family": families.pop() if explains and len(families) == 1 else "outside",
+        "family": families.pop() if kind != "unknown" and len(families) == 1 else "outside",
         "law": "none",
         "confidence": 0.0,
         "parameters": [],

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bondgraph.errors import BondsightError, UnknownName, UnusableInput
 from bondgraph.signals import Channel, Recording, Split, default_split
-from bondgraph.split import whole
+from bondgraph.split import interleaved, stretches, whole
 
 
 def put(folder: Path, text: str | bytes, name: str = "a.csv") -> Path:
@@ -437,3 +437,31 @@ def test_split_refuses() -> None:
     with pytest.raises(UnusableInput, match="shape"):
         default_split(demo(), drive=np.zeros(3))
     assert Split(slice(0, 1), slice(1, 2), "r") == Split(slice(0, 1), slice(1, 2), "r")
+
+
+# --- stretches ------------------------------------------------------------------------------
+
+
+@given(st.integers(0, 50), st.integers(30, 4000), st.integers(3, 40), st.integers(2, 5))
+def test_interleaved_stretches_cover_all_once(first: int, n: int, blocks: int, every: int) -> None:
+    split = interleaved(first, first + n, blocks, every)
+    count = np.zeros(first + n, int)
+    for s in (*stretches(split.train), *stretches(split.test)):
+        count[s] += 1
+    assert not count[:first].any()
+    assert (count[first:] == 1).all()
+    if n >= 10 * blocks >= 10 * every:
+        held = sum(s.stop - s.start for s in stretches(split.test))
+        assert abs(held - n / every) <= 2 * n / blocks
+    # both parts reach over the whole record
+    if blocks >= 3 * every and n >= blocks:
+        assert whole(split.test).stop - whole(split.test).start > 0.5 * n
+
+
+def test_stretches_of_a_plain_split() -> None:
+    split = interleaved(0, 90)
+    assert stretches(slice(2, 5)) == (slice(2, 5),)
+    assert whole(slice(2, 5)) == slice(2, 5)
+    assert whole(()) == slice(0, 0)
+    assert split.test == tuple(slice(9 * i + 6, 9 * i + 9) for i in range(10))
+    assert "in 3 of 30 stretches" in split.rule

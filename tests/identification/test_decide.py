@@ -113,14 +113,13 @@ def test_part_of_the_misfit_is_no_name() -> None:
 
 
 def test_what_a_second_screening_finds_forbids_a_name() -> None:
-    best = trial("hysteresis", "k", 4.0)
+    best = trial("hysteresis", "k", 8.0)  # over a floor that coloured noise exceeds
 
-    def after(z: float) -> Decision:
-        left = Leftover(0.9, z, "creep at k")
-        return decide(50.0, blocks(50.0), [best], nominal_train=50.0, remaining=lambda _: left)
+    def after(left: Leftover) -> Decision:
+        return decide(50.0, blocks(50.0), [best], remaining=lambda _: left)
 
-    rest, none = after(8.0), after(0.5)
-    assert rest.share < 0.94
+    rest, none = after(Leftover(0.8, 9.0, "creep at k")), after(Leftover(0.0, 0.2, "nothing"))
+    assert rest.kind == "unknown_physics"
     assert any("creep at k" in r for r in rest.reasons)
     assert none.share > rest.share
     assert none.kind == "missing_physics"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -12,6 +10,7 @@ from bondgraph.laws import Polynomial
 from bondgraph.signals import Recording
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search import Options
+from identification.floor import noise_floor
 from identification.joined import joined, split_of
 from tests.identification.estimation.plants import force, moved, spring
 
@@ -29,9 +28,10 @@ def run(name: str, level: float, seed: int, n: int = 600, cubic: float = 0.0) ->
     return Recording.from_arrays(name, {"F[N]": u, "x[m]": x}, fs=FS)
 
 
-def plain(name: str = "one", fs: float = 10.0, **channels: Any) -> Recording:
-    made = {"F[N]": np.arange(5.0), "x[m]": np.arange(5.0)} if not channels else channels
-    return Recording.from_arrays(name, made, fs=fs)
+def plain(
+    name: str = "one", fs: float = 10.0, headers: tuple[str, ...] = ("F[N]", "x[m]")
+) -> Recording:
+    return Recording.from_arrays(name, {h: np.arange(5.0) for h in headers}, fs=fs)
 
 
 def test_one_behind_the_other() -> None:
@@ -56,8 +56,8 @@ def test_the_last_third_is_held_out(count: int, held: int) -> None:
     ("other", "message"),
     [
         (plain("two", fs=20.0), "two is sampled every 0.05 s, one every 0.1 s"),
-        (plain("two", **{"F[N]": np.ones(5), "x[kg]": np.ones(5)}), "x is in kg in two"),
-        (plain("two", **{"F[N]": np.ones(5)}), "two has no channel x"),
+        (plain("two", headers=("F[N]", "x[kg]")), "x is in kg in two"),
+        (plain("two", headers=("F[N]",)), "two has no channel x"),
     ],
 )
 def test_unequal_recordings_are_refused_in_one_line(other: Recording, message: str) -> None:
@@ -84,4 +84,13 @@ def test_a_diagnosis_uses_them_all_and_holds_one_out() -> None:
     assert d.decision.chosen.label == "nonlinear_stiffness at k"
     assert d.repaired is not None
     assert d.repaired.point.states.shape[0] == 3
-    assert d.repaired.chi2("test") == pytest.approx(1.0, abs=0.2)
+    assert d.repaired.chi2("test") == pytest.approx((NOISE / d.data.floor[0]) ** 2, rel=0.3)
+    assert d.data.floor[0] == pytest.approx(NOISE, rel=0.4)
+
+
+def test_the_jump_between_recordings_is_no_noise() -> None:
+    parts = [run("gentle", 0.05, 1), run("loud", 1.0, 2)]
+    both, breaks = joined(parts)
+    floor = noise_floor(both, split_of(parts), ("x",), ("F",), breaks)
+    assert floor["x"] == pytest.approx(NOISE, rel=0.4)
+    assert noise_floor(both, split_of(parts), ("x",), ("F",))["x"] > 5 * NOISE

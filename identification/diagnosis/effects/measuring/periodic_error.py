@@ -8,6 +8,7 @@ from bondgraph.elements import Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws.periodic import Periodic
 from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature, sensors
+from identification.diagnosis.effects.measuring.grid_step import quantisation_step
 from identification.diagnosis.effects.signal_traces import (
     reading_without_offset,
     unit_of,
@@ -22,6 +23,8 @@ TRIED = 10
 """Periods that become signatures."""
 FEWEST, MOST = 1.5, 400.0
 """Cycles over the range of the reading between which periods are sought."""
+GRIDS = 4.0
+"""Steps of a converter that a period must span."""
 FINE = 4096
 """Bins of the range."""
 RESOLUTION = 4
@@ -56,8 +59,13 @@ class PeriodicError(Effect):
         y = reading_without_offset(scene, element)
         left = scene.residual[:, scene.data.names.index(element.name)]
         span = 2 * Past(y, y).half
+        # rounding to a grid is periodic too, and no error of an encoder
+        readings = scene.data.readings[:, scene.data.names.index(element.name)]
+        grid = quantisation_step(readings) or 0.0
         found = []
         for cycles in promising_cycles(y, left, TRIED):
+            if span / float(cycles) < GRIDS * grid:
+                continue
             turn = 2 * np.pi * cycles / span * y
             found.append(weighed((np.sin(turn), np.cos(turn)), period=span / float(cycles)))
         return tuple(found) or (Signature(np.zeros((y.size, 2)), shape={"period": span}),)

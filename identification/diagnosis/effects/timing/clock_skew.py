@@ -39,7 +39,7 @@ class ClockSkew(Effect):
     source = "two converters with oscillators of their own, ratio constant"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """The first source, for all readings together; single sensors where there are several."""
+        """First source, for all readings together; single sensors where there are several."""
         free = tuple(e for e in graph.of_type(Sensor) if e.clock is None and e.delay is None)
         if not free or len(free) < len(graph.of_type(Sensor)):
             return ()
