@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.command_line.arguments import jobs, nonnegative
+from identification.command_line.blind_real import add_real_command
 
 __all__ = ["add_blind_command"]
 
@@ -37,6 +38,7 @@ def add_blind_command(verbs: Any) -> None:
             s.add_argument("--count", type=_positive, default=None, help="of development only")
         if name != "score":
             s.add_argument("--seed", type=nonnegative, default=None)
+    add_real_command(steps)
 
 
 def _positive(text: str) -> int:

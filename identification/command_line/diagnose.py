@@ -58,7 +58,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     from identification.command_line.models import load_model
     from identification.command_line.progress import Bar
     from identification.command_line.words import in_words
-    from identification.diagnosis.diagnose import diagnose
+    from identification.diagnosis.diagnose import characterised, diagnose
     from identification.diagnosis.report import write_report
     from identification.diagnosis.search import Options
     from identification.diagnosis.verdict import verdict, write_verdict
@@ -77,7 +77,7 @@ def _diagnose(options: argparse.Namespace) -> int:
             options=Options(**settings), progress=bar, seed=options.seed,
         )  # fmt: skip
     path = write_verdict(result, options.out)
-    report = write_report(result, options.out)
+    report = write_report(characterised(result), options.out)
     if options.json:
         print(json.dumps(verdict(result), indent=2, allow_nan=False))
     else:

@@ -43,13 +43,7 @@ def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
                 f"record what {name} really puts out beside its command: it separates "
                 f"{chosen.element} from {name}"
             )
-    effects = sorted({t.effect for t in d.decision.rivals})
-    if effects:
-        lines.append(
-            f"to separate {chosen.effect} from {', '.join(effects)}: record the same "
-            "command at half the "
-            "amplitude and at a third of the speed"
-        )
+    lines += [e.sentence for e in d.experiments[:2]]
     return tuple(lines)
 
 

@@ -43,6 +43,8 @@ class Thresholds:
         Where only noise is left, a share of `least` of the excess over the floor counts as `clean`.
     active : float
         Standard errors by which what is left may follow the motion and still be noise.
+    loud : float
+        Standard errors from which a misfit that follows the motion is physics.
     again : float
         Least part of the held-out misfit that a further effect must remove.
     strange : float
@@ -66,6 +68,7 @@ class Thresholds:
     least: float = 0.5
     clean: float = 0.95
     active: float = 2.5
+    loud: float = 3.5
     again: float = 0.1
     strange: float = 3.5
     certain: float = 1.5
@@ -246,7 +249,7 @@ def _without_name(
             quiet, kind="unknown_physics", reasons=(reason, before.words()), left=before
         )
     if certain > t.certain:
-        above = f"the misfit is {certain:.3g} times a floor that was measured"
+        above = f"the misfit of {certain:.3g} times the floor is no noise"
         return _replaced(quiet, kind="unknown_physics", reasons=(reason, above), left=before)
     return _replaced(quiet, reasons=(reason,))
 

@@ -5,18 +5,25 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from bondgraph.elements import Sensor
-from bondgraph.errors import UnusableInput
+from bondgraph.errors import BondsightError, UnusableInput
 from bondgraph.graph import BondGraph
 from bondgraph.signals import Recording, Split, default_split
 from bondgraph.split import interleaved
+from identification.diagnosis.blind_relations import BlindRelation, blind_relations
+from identification.diagnosis.characterise import Character, characterise
 from identification.diagnosis.decide import Decision, Thresholds
+from identification.diagnosis.freedom import freedom
+from identification.diagnosis.latent import Latent, latent
+from identification.diagnosis.next_experiment import Experiment, next_experiments
 from identification.diagnosis.nominal import nominal_fit
+from identification.diagnosis.probes import probes
 from identification.diagnosis.regions import Region, regions
 from identification.diagnosis.repair import declared_fit, on_full_data, thinned
 from identification.diagnosis.scene import Scene
@@ -28,6 +35,7 @@ from identification.fit import Fit, Status
 from identification.floor import measured, noise_floor
 from identification.joined import joined, split_of
 from identification.problem import Data, Problem, data_for, drives
+from identification.residual import windows
 
 Array = np.ndarray
 Progress = Callable[[str, float], None]
@@ -52,6 +60,12 @@ class Diagnosis:
         All effects at all places of the first step, best held-out score first.
     ranking : tuple of Screened
         The linear screening of the first step.
+    relations : tuple of BlindRelation
+        Where nothing could be named: relations blind to one class of ports each.
+    experiments : tuple of Experiment
+        What would separate the effects that are still possible, the best first.
+    traits : dict of str to (Character, Latent)
+        What the missing signal looks like at the likeliest ports; made by `characterised`.
     """
 
     kind: str
@@ -67,6 +81,9 @@ class Diagnosis:
     ranking: tuple[Screened, ...] = ()
     regions: tuple[Region, ...] = ()
     structure: Structure | None = None
+    relations: tuple[BlindRelation, ...] = ()
+    experiments: tuple[Experiment, ...] = ()
+    traits: Mapping[str, tuple[Character, Latent]] = field(default_factory=dict)
     advice: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     seconds: float = 0.0
@@ -175,11 +192,16 @@ def diagnose(
         made = steps(base, options, limits, declared.chi2("test"), classes, say)
         say("fitting the repaired model on all samples", 0.95)
         decisions = on_full_data(made.decisions, template, options.holds)
+        open_question = not any(d.kind == "missing_physics" for d in decisions)
+        unknown = open_question and decisions[0].kind == "unknown_physics"
+        relations = _relations(base.fit, classes) if unknown else ()
+        experiments = _experiments(decisions[0]) if unknown else ()
     kind = _kind(made, declared, nominal)
     result = replace(
         result, kind=kind, data=data, declared=declared, nominal=nominal, scene=made.scene,
         steps=decisions, trials=made.decisions[0].trials if made.decisions else (),
-        ranking=made.ranking, regions=regions(nominal), structure=classes,
+        ranking=made.ranking, regions=regions(nominal, made.scene), structure=classes,
+        relations=relations, experiments=experiments,
         notes=(*recording.notes, *_notes(template)),
     )  # fmt: skip
     from identification.diagnosis.advice import advice
@@ -187,6 +209,50 @@ def diagnose(
     result = replace(result, advice=advice(result, frequencies))
     say("done", 1.0)
     return replace(result, seconds=time.perf_counter() - begin)
+
+
+def _relations(f: Fit, classes: Structure) -> tuple[BlindRelation, ...]:
+    try:
+        return blind_relations(f, classes)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return ()  # models that are not linear up to laws have none
+
+
+def _experiments(decision: Decision) -> tuple[Experiment, ...]:
+    """Experiments that separate the best description from its rivals."""
+    rivals = [t for t in decision.rivals if t.effect != "unknown"]
+    if decision.chosen is None or not rivals:
+        return ()
+    asked = [decision.chosen, rivals[0]]
+    try:
+        return next_experiments([t.fit for t in asked], [t.label for t in asked])
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return ()
+
+
+def characterised(d: Diagnosis, ports: int = 2) -> Diagnosis:
+    """Return the diagnosis with what the missing signal looks like at its likeliest ports.
+
+    The signal is rebuilt from the residual of the nominal fit by smoothing, no law assumed.
+    """
+    if d.scene is None or d.nominal is None or d.kind not in ("missing_physics", "unknown_physics"):
+        return d
+    step = d.findings[0] if d.findings else d.decision
+    if step is None:
+        return d
+    names = list(dict.fromkeys(t.element for t in sorted(step.trials, key=lambda t: t.test)))
+    probed, found = probes(d.scene.nominal), {}
+    for name in [n for n in names if probed.knows(n)][:ports]:
+        try:
+            signal = latent(
+                partial(probed.respond, name), d.scene.residual,
+                d.scene.data.floor, d.scene.data.dt, tangents=freedom(d.scene.nominal),
+                windows=windows(d.scene.nominal.problem),
+            )  # fmt: skip
+            found[name] = (characterise(d.scene.past[name], signal.signal), signal)
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            continue
+    return replace(d, traits=found)
 
 
 def _kind(made: Step, declared: Fit, nominal: Fit) -> str:

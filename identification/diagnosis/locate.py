@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from identification.diagnosis.blind_relations import BlindRelation
 from identification.diagnosis.decide import Decision
 from identification.diagnosis.search import Trial
 from identification.diagnosis.structure import Structure
@@ -14,8 +17,22 @@ LEAST = 0.5
 """Part of the misfit that the best description must remove before its place means anything."""
 
 
-def places_of(decision: Decision, classes: Structure | None) -> tuple[str, ...]:
-    """Elements that explain the mismatch about equally well, best first; empty if unresolved."""
+CLEAR = 8.0
+"""Standard errors by which a relation must fail for its ports to be ruled out."""
+
+
+def places_of(
+    decision: Decision, classes: Structure | None, relations: Sequence[BlindRelation] = ()
+) -> tuple[str, ...]:
+    """Elements that explain the mismatch about equally well, best first; empty if unresolved.
+
+    Where exactly one relation is at the floor and all others clearly are not, its ports are the
+    answer whatever was fitted.
+    """
+    at_floor = [r for r in relations if r.compatible]
+    if len(at_floor) == 1 and all(r.z > CLEAR for r in relations if not r.compatible):
+        if len(relations) > 1:
+            return at_floor[0].ports
     best_at: dict[str, Trial] = {}
     for t in decision.trials:
         if t.element not in best_at or t.test < best_at[t.element].test:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import eig
 
 from bondgraph.discrete import blocks
 from bondgraph.errors import BondsightError
@@ -18,27 +19,42 @@ Array = np.ndarray
 
 
 def integrates(graph: BondGraph) -> bool:
-    """Whether a constant command makes an output run away (an eigenvalue at zero)."""
-    values, size = _eigenvalues(graph)
-    return bool((np.abs(values) < 1e-9 * size).any()) if values.size else False
+    """Whether a constant command makes a reading run away: an eigenvalue at zero that both reach.
+
+    Springs in a ring leave a combination of displacements that nothing moves; it does no harm.
+    """
+    a, b, c = _state_space(graph)
+    if not a.size or not np.isfinite(a).all():
+        return False
+    values, left, right = eig(a, left=True, right=True)
+    size = max(float(np.abs(values).max()), float(np.sqrt(np.abs(a).max())) or 1.0)
+    for i in np.flatnonzero(np.abs(values) < 1e-9 * size):
+        driven = np.abs(left[:, i].conj() @ b) > 1e-9 * np.linalg.norm(b, axis=0)
+        seen = np.abs(c @ right[:, i]) > 1e-9 * np.linalg.norm(c, axis=1)
+        if driven.any() and seen.any():
+            return True
+    return False
 
 
-def _eigenvalues(graph: BondGraph) -> tuple[Array, float]:
-    """Eigenvalues of the linear part (about rest) and the size that zero is measured by."""
+def _state_space(graph: BondGraph) -> tuple[Array, Array, Array]:
+    """Return A, B and C of the linear part (about rest)."""
     compiled = exact_form(graph)
     if compiled is not None:
-        a = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float)).a
-        values = np.linalg.eigvals(a) if a.size else np.zeros(0)
-        least = np.sqrt(np.abs(a).max(initial=0.0)) or 1.0
-        return values, max(float(np.abs(values).max(initial=0.0)), float(least))
-    from bondgraph.analysis.linear import eigenvalues
+        parts = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float))
+        return parts.a, parts.b, parts.cy
     from bondgraph.deriving import system
 
     try:
-        values = np.asarray(eigenvalues(system(graph)), complex)
-    except BondsightError:
-        return np.zeros(0), 1.0
-    return values, max(float(np.abs(values).max(initial=0.0)), 1e-12)
+        model = system(graph)
+        about = model.linearise()
+        values = {p.symbol: p.value for p in model.parameters.values()}
+        a, b, c = (
+            np.array(m.subs(values).tolist(), float).reshape(m.shape)
+            for m in (about.a, about.b, about.c)
+        )
+    except (BondsightError, TypeError):
+        return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
+    return a, b, c
 
 
 def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[Problem, Fit]:

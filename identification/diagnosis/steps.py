@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bondgraph.graph import BondGraph
-from identification.diagnosis.decide import Decision, Thresholds, decide
+from identification.diagnosis.decide import Decision, Thresholds, activity, decide
 from identification.diagnosis.effects import UNNAMED, Effect
 from identification.diagnosis.leftover import Leftover, strongest
 from identification.diagnosis.pasts import scene
@@ -130,6 +130,8 @@ def _step(
 
     # without a pattern there is nothing to explain: what is left is noise
     certain = robust_misfit(base.fit) if base.fit.problem.data.floor_measured else 0.0
+    if nominal > limits.certain and activity(base.fit) > limits.loud:
+        certain = max(certain, nominal)
     # after a repair only a clear rest is worth another search
     little = number > 0 and (before.share < limits.pattern or before.z < limits.z)
     faint = (

@@ -110,7 +110,7 @@ def unresolved_place(d: Diagnosis) -> dict[str, Any]:
     from identification.diagnosis.locate import places_of
 
     step = d.decision
-    found = places_of(step, d.structure) if step else ()
+    found = places_of(step, d.structure, d.relations) if step else ()
     if not found:
         return {"element": "", "kind": "junction", "indistinguishable_from": []}
     effect = step.chosen.effect if step and step.chosen else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,12 +22,12 @@ def blocks(test: float, seed: int = 1, spread: float = 0.05) -> np.ndarray:
 
 def trial(effect: str, element: str, test: float, *, home: bool = True, seed: int = 2) -> Trial:
     e = by_name(effect)
-    graph: Any = None  # the decision looks at scores alone
+    graph: Any = None  # the decision looks at scores, and whether the floor was measured
     insertion = Insertion(
         effect, e.family, e.law, element, graph, ({},), ("s",), e.simpler, e.confused_with,
         e.sentence,
     )  # fmt: skip
-    return Trial(insertion, home, cast(Any, None), test, test, blocks(test, seed))
+    return Trial(insertion, home, noisy(), test, test, blocks(test, seed))
 
 
 def kind(nominal: float, *trials: Trial, **more: Any) -> str:

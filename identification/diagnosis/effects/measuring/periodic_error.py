@@ -43,7 +43,7 @@ class PeriodicError(Effect):
     law = "sinusoid_of_reading"
     sentence = "its reading errs periodically along the way"
     looks = "a ripple over the reading, always at the same places, whatever the speed"
-    confused_with = ("position_periodic_force", "sensor_nonlinearity")
+    confused_with = ("position_periodic_force", "sensor_nonlinearity", "quantisation")
     separated_by = (
         "the same way at two speeds: an error of the reading keeps its size, a force is filtered "
         "by the mass"
