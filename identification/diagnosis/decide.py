@@ -38,7 +38,10 @@ class Thresholds:
     pattern, pattern_z : float
         Part of the remaining misfit and standard errors from which a pattern is looked at.
     exact, exact_z : float
-        The same from which a pattern beside a repair says that the law is another one.
+        A pattern beside a repair says that the law is another one, if it would remove this part of
+        what the repair has removed, and shows by so many standard errors.
+    still : float
+        Part of the remaining misfit below which nothing is left but noise.
     least, clean : float
         Where only noise is left, a share of `least` of the excess over the floor counts as `clean`.
     active : float
@@ -63,8 +66,9 @@ class Thresholds:
     rival: float = 1.25
     pattern: float = 0.05
     pattern_z: float = 2.5
-    exact: float = 0.02
+    exact: float = 0.03
     exact_z: float = 3.5
+    still: float = 0.02
     least: float = 0.5
     clean: float = 0.95
     active: float = 2.5
@@ -194,7 +198,8 @@ def decide(
     if left is not None and left.share > t.pattern:
         reasons.append(left.words())
     enough = share >= t.share
-    if enough and left is not None and left.share > t.exact and left.z > t.exact_z:
+    beside = 0.0 if left is None or left.z < t.exact_z else left.share * best.test
+    if enough and beside > t.exact * (nominal - best.test):
         enough = False
         reasons.append("what is left follows a pattern: the law is another one, or not the only")
     bare = _better_without_name(best, trials, t)
@@ -264,7 +269,7 @@ def explained_share(
     the top of the spectrum.
     """
     share = (nominal - best.test) / max(nominal - level, 1e-12)
-    noise = left is not None and left.share < t.exact and not best.fit.problem.data.floor_measured
+    noise = left is not None and left.share < t.still and not best.fit.problem.data.floor_measured
     if noise and share > t.least and activity(best.fit) < t.active:
         share = max(share, t.clean)
     return share

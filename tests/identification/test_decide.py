@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
+from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from bondgraph.signals import Split
 from identification.diagnosis.decide import Decision, Thresholds, decide
 from identification.diagnosis.effects import by_name
 from identification.diagnosis.effects.effect import Insertion
 from identification.diagnosis.leftover import Leftover
 from identification.diagnosis.search import Trial, paired_z
 from identification.diagnosis.structure import Structure
+from identification.problem import Data
 
 
 def blocks(test: float, seed: int = 1, spread: float = 0.05) -> np.ndarray:
     shape = np.exp(spread * np.random.default_rng(seed).standard_normal(40))
     return np.asarray(test * shape / shape.mean())
+
+
+@cache
+def noisy() -> Any:
+    """Return what a decision reads of a fit: motion that swells and noise that does not."""
+    t = np.linspace(0.0, 1.0, 2000)
+    moved = ((1 + t) * np.sin(50 * t))[:, None]
+    noise = np.random.default_rng(0).standard_normal(moved.shape)
+    split = Split(slice(0, 1300), slice(1300, 2000), "first part")
+    data = Data("run", t, {}, moved + noise, ("x",), np.ones(1), split)
+    return SimpleNamespace(problem=SimpleNamespace(data=data), simulated=moved)
 
 
 def trial(effect: str, element: str, test: float, *, home: bool = True, seed: int = 2) -> Trial:
