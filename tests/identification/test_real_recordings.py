@@ -78,6 +78,7 @@ def test_emps_has_coulomb_friction(emps: Found) -> None:
     assert "offset_F" in {n["name"] for n in v["nuisances"]}
 
 
+@pytest.mark.long
 def test_silverbox_has_a_cubic_spring(silverbox: Found) -> None:
     _, v = silverbox
     assert v["verdict"] == "missing_physics"
