@@ -168,6 +168,7 @@ def said(effect: str, element: str, *same: str, **more: Any) -> dict[str, Any]:
         (
             said(
                 "unknown", "c", family="outside",
+                answer="look_alikes",
                 also_possible=[{"effect": "creep"}, {"effect": "coulomb_friction"}],
             ),
             "look-alike set",
