@@ -23,6 +23,8 @@ from identification.diagnosis.freedom import freedom
 from identification.diagnosis.latent import Latent, latent
 from identification.diagnosis.next_experiment import Experiment, next_experiments
 from identification.diagnosis.nominal import nominal_fit
+from identification.diagnosis.pasts import scene
+from identification.diagnosis.precheck import Mixup, mixups, moved, stuck
 from identification.diagnosis.probes import probes
 from identification.diagnosis.regions import Region, regions
 from identification.diagnosis.repair import declared_fit, on_full_data, thinned
@@ -186,6 +188,9 @@ def diagnose(
                 "finite; check parameter values, signs and units"
             )
         declared = declared_fit(template, nominal)
+        result = replace(result, data=data, declared=declared, nominal=nominal)
+        if mistakes := mixups(graph, nominal):
+            return replace(_mistaken(result, mistakes), seconds=time.perf_counter() - begin)
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
@@ -198,17 +203,32 @@ def diagnose(
         experiments = _experiments(decisions[0]) if unknown else ()
     kind = _kind(made, declared, nominal)
     result = replace(
-        result, kind=kind, data=data, declared=declared, nominal=nominal, scene=made.scene,
+        result, kind=kind, scene=made.scene,
         steps=decisions, trials=made.decisions[0].trials if made.decisions else (),
         ranking=made.ranking, regions=regions(nominal, made.scene), structure=classes,
         relations=relations, experiments=experiments,
-        notes=(*recording.notes, *_notes(template)),
+        notes=(*recording.notes, *_notes(template), *stuck(data), *moved(nominal)),
     )  # fmt: skip
     from identification.diagnosis.advice import advice
 
     result = replace(result, advice=advice(result, frequencies))
     say("done", 1.0)
     return replace(result, seconds=time.perf_counter() - begin)
+
+
+def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
+    """Report a recording that looks mixed up; no physics is tried on it."""
+    assert result.nominal is not None
+    reasons = tuple(m.sentence for m in mistakes)
+    step = Decision(
+        "unknown_physics", None, (), (), 0.0, 0.0, reasons, nominal=result.nominal.chi2("test")
+    )
+    either = " or ".join(m.claim for m in mistakes)
+    return replace(
+        result, kind="unknown_physics", scene=scene(result.nominal), steps=(step,),
+        regions=regions(result.nominal), notes=(*result.recording.notes, *reasons),
+        advice=(f"{either}: correct the recording and diagnose again",),
+    )  # fmt: skip
 
 
 def _relations(f: Fit, classes: Structure) -> tuple[BlindRelation, ...]:

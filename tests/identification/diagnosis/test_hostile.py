@@ -1,0 +1,113 @@
+"""Recordings that are mixed up: told as such, never as physics; and models that cannot be run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph
+from bondgraph.errors import BondsightError
+from bondgraph.signals import Recording
+from identification.blind.generator import draw
+from identification.blind.generator.making import record
+from identification.blind.models import blind_model
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.search import Options
+from identification.diagnosis.verdict import verdict
+
+Array = np.ndarray
+Channels = dict[str, Array]
+OPTIONS = Options(jobs=1, keep=4, more=2)
+
+
+@pytest.fixture(scope="module")
+def plain() -> tuple[BondGraph, Channels]:
+    """Two masses of a chain driven by a multisine, nothing concealed."""
+    case = next(
+        c
+        for c in draw("development", 3, 120)
+        if c.plant == "chain" and c.cell == "control" and c.control_kind == "plain"
+    )
+    made, _ = record(case)
+    kept = {"F": made["F"], **{n: made[n] for n in case.sensors}}
+    channels = {n: np.asarray(v, float)[:2000] for n, v in kept.items()}
+    channels["time"] = np.asarray(made["time"], float)[:2000]
+    return blind_model("chain", case.sensors), channels
+
+
+def diagnosed(graph: BondGraph, channels: Channels) -> Diagnosis:
+    step = float(channels["time"][1] - channels["time"][0])
+    named = {n: v for n, v in channels.items() if n != "time"}
+    return diagnose(graph, Recording.from_arrays("hostile", named, fs=1.0 / step), options=OPTIONS)
+
+
+def exchanged(c: Channels) -> Channels:
+    a, b = [n for n in c if n.startswith("x_")][:2]
+    return {**c, a: c[b], b: c[a]}
+
+
+def turned(c: Channels) -> Channels:
+    last = [n for n in c if n.startswith("x_")][-1]
+    return {**c, last: -c[last]}
+
+
+def thousandfold(c: Channels) -> Channels:
+    first = next(n for n in c if n.startswith("x_"))
+    return {**c, first: 1000.0 * c[first]}
+
+
+@pytest.mark.parametrize(
+    ("mistake", "word"),
+    [(exchanged, "exchanged"), (turned, "wrong sign"), (thousandfold, "times too large")],
+)
+def test_a_mixed_up_recording_is_told_as_such(
+    plain: tuple[BondGraph, Channels], mistake: Callable[[Channels], Channels], word: str
+) -> None:
+    graph, channels = plain
+    d = diagnosed(graph, mistake(channels))
+    assert d.kind == "unknown_physics"
+    assert word in d.advice[0]
+    v = verdict(d)
+    assert [f["effect"] for f in v["findings"]] == ["unknown"]
+    assert v["findings"][0]["location"]["element"] == ""
+
+
+def test_the_same_recording_unharmed_is_explained(plain: tuple[BondGraph, Channels]) -> None:
+    assert diagnosed(*plain).kind in ("explained", "parameters_only")
+
+
+def test_a_reading_that_stands_still_is_told(plain: tuple[BondGraph, Channels]) -> None:
+    graph, channels = plain
+    first = next(n for n in channels if n.startswith("x_"))
+    d = diagnosed(graph, {**channels, first: np.full(2000, 1e-3)})
+    assert d.kind != "missing_physics"
+    assert any("constant" in n for n in (*d.notes, *d.advice))
+
+
+def test_a_recording_of_another_system_gets_no_name(plain: tuple[BondGraph, Channels]) -> None:
+    graph, channels = plain
+    rng = np.random.default_rng(2)
+    foreign = {
+        n: v if n in ("F", "time") else np.cumsum(rng.standard_normal(2000)) * 1e-4
+        for n, v in channels.items()
+    }
+    assert diagnosed(graph, foreign).kind != "missing_physics"
+
+
+def test_three_samples_are_too_few(plain: tuple[BondGraph, Channels]) -> None:
+    graph, channels = plain
+    d = diagnosed(graph, {n: v[:3] for n, v in channels.items()})
+    assert d.kind == "insufficient_data"
+    assert "too few" in d.advice[0]
+
+
+def test_a_gap_in_a_reading_is_refused_in_one_line(plain: tuple[BondGraph, Channels]) -> None:
+    graph, channels = plain
+    first = next(n for n in channels if n.startswith("x_"))
+    holes = channels[first].copy()
+    holes[100:120] = np.nan
+    with pytest.raises(BondsightError, match=first) as refused:
+        diagnosed(graph, {**channels, first: holes})
+    assert "\n" not in str(refused.value)
