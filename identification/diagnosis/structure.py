@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
+from scipy.linalg import matrix_balance
 
 from bondgraph.discrete import blocks
 from bondgraph.elements import De, Df, One, Sensor, Source, Zero
@@ -72,13 +73,16 @@ def latent_columns(graph: BondGraph, frequencies: Array) -> tuple[list[str], Arr
     sensors = [s.name for s in graph.of_type(Sensor)]
     picked = [inputs.index(probed.ports[n][0]) for n in ports] + [inputs.index(n) for n in sources]
     out = np.zeros((frequencies.size, len(sensors), len(picked) + len(sensors)), complex)
-    scale = np.sqrt(
-        np.maximum(np.abs(a).sum(axis=0), 1e-300) / np.maximum(np.abs(a).sum(axis=1), 1e-300)
-    )
-    a, b, c = a * scale[None, :] / scale[:, None], b / scale[:, None], c * scale[None, :]
+    # charges and momenta differ by many decades: balance before solving
+    balanced, (scale, order) = matrix_balance(a, separate=True)
+    put = np.empty(a.shape[0], int)
+    put[np.arange(a.shape[0])] = order
+    rows = b[put][:, picked] / scale[:, None] if a.size else b[:, picked]
+    reads = c[:, put] * scale[None, :] if a.size else c
     for f, w in enumerate(frequencies):
-        x = np.linalg.lstsq(1j * w * np.eye(a.shape[0]) - a, b[:, picked], rcond=None)[0]
-        out[f, :, : len(picked)] = c @ x + d[:, picked]
+        left = 1j * w * np.eye(a.shape[0]) - balanced
+        x = np.linalg.lstsq(left, rows, rcond=1e-15)[0]
+        out[f, :, : len(picked)] = reads @ x + d[:, picked]
         out[f, :, len(picked) :] = np.eye(len(sensors))
     return [*ports, *sources, *sensors], out
 

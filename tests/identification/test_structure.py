@@ -28,16 +28,16 @@ def spring() -> BondGraph:
 
 def test_one_reading_alone_tells_no_port_apart() -> None:
     s = structure(spring(), W)
-    assert set(s.class_of("k")) == {"d", "k", "F", "x"}
+    assert set(s.class_of("k")) == {"d", "k", "m", "F", "x"}
     assert s.class_of("nothing") == ("nothing",)
 
 
 def test_two_readings_tell_sensors_from_ports() -> None:
     s = structure(spring().with_branch("v", [Df("u", unit="m/s")]), W)
-    assert set(s.class_of("k")) == {"d", "k", "F"}
+    assert set(s.class_of("k")) == {"d", "k", "m", "F"}
     assert s.class_of("x") == ("x",)
     assert s.class_of("u") == ("u",)
-    assert sorted(n for c in s.classes for n in c) == ["F", "d", "k", "u", "x"]
+    assert sorted(n for c in s.classes for n in c) == ["F", "d", "k", "m", "u", "x"]
 
 
 def test_latent_effort_acts_like_the_transfer_function() -> None:

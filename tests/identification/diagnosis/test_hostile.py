@@ -19,7 +19,8 @@ from identification.diagnosis.verdict import verdict
 
 Array = np.ndarray
 Channels = dict[str, Array]
-OPTIONS = Options(jobs=1, keep=4, more=2)
+SAMPLES = 1200
+OPTIONS = Options(jobs=1, keep=2, more=0, effects=1)
 
 
 @pytest.fixture(scope="module")
@@ -32,14 +33,15 @@ def plain() -> tuple[BondGraph, Channels]:
     )
     made, _ = record(case)
     kept = {"F": made["F"], **{n: made[n] for n in case.sensors}}
-    channels = {n: np.asarray(v, float)[:2000] for n, v in kept.items()}
-    channels["time"] = np.asarray(made["time"], float)[:2000]
+    channels = {n: np.asarray(v, float)[:SAMPLES] for n, v in kept.items()}
+    channels["time"] = np.asarray(made["time"], float)[:SAMPLES]
     return blind_model("chain", case.sensors), channels
 
 
 def diagnosed(graph: BondGraph, channels: Channels) -> Diagnosis:
     step = float(channels["time"][1] - channels["time"][0])
-    named = {n: v for n, v in channels.items() if n != "time"}
+    units = {"F": "N"}
+    named = {f"{n}[{units.get(n, 'm')}]": v for n, v in channels.items() if n != "time"}
     return diagnose(graph, Recording.from_arrays("hostile", named, fs=1.0 / step), options=OPTIONS)
 
 
@@ -78,19 +80,21 @@ def test_the_same_recording_unharmed_is_explained(plain: tuple[BondGraph, Channe
     assert diagnosed(*plain).kind in ("explained", "parameters_only")
 
 
+@pytest.mark.long
 def test_a_reading_that_stands_still_is_told(plain: tuple[BondGraph, Channels]) -> None:
     graph, channels = plain
     first = next(n for n in channels if n.startswith("x_"))
-    d = diagnosed(graph, {**channels, first: np.full(2000, 1e-3)})
+    d = diagnosed(graph, {**channels, first: np.full(SAMPLES, 1e-3)})
     assert d.kind != "missing_physics"
     assert any("constant" in n for n in (*d.notes, *d.advice))
 
 
+@pytest.mark.long
 def test_a_recording_of_another_system_gets_no_name(plain: tuple[BondGraph, Channels]) -> None:
     graph, channels = plain
     rng = np.random.default_rng(2)
     foreign = {
-        n: v if n in ("F", "time") else np.cumsum(rng.standard_normal(2000)) * 1e-4
+        n: v if n in ("F", "time") else np.cumsum(rng.standard_normal(SAMPLES)) * 1e-4
         for n, v in channels.items()
     }
     assert diagnosed(graph, foreign).kind != "missing_physics"
