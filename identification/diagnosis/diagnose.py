@@ -205,7 +205,7 @@ def diagnose(
     result = replace(
         result, kind=kind, scene=made.scene,
         steps=decisions, trials=made.decisions[0].trials if made.decisions else (),
-        ranking=made.ranking, regions=regions(nominal, made.scene), structure=classes,
+        ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
         relations=relations, experiments=experiments,
         notes=(*recording.notes, *_notes(template), *stuck(data), *moved(nominal)),
     )  # fmt: skip

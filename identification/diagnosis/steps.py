@@ -12,6 +12,7 @@ from identification.diagnosis.decide import Decision, Thresholds, activity, deci
 from identification.diagnosis.effects import UNNAMED, Effect
 from identification.diagnosis.leftover import Leftover, strongest
 from identification.diagnosis.pasts import scene
+from identification.diagnosis.precheck import gross
 from identification.diagnosis.probes import probes
 from identification.diagnosis.repair import Base, base_of
 from identification.diagnosis.scene import Scene
@@ -130,7 +131,7 @@ def _step(
 
     # without a pattern there is nothing to explain: what is left is noise
     certain = robust_misfit(base.fit) if base.fit.problem.data.floor_measured else 0.0
-    if nominal > limits.certain and activity(base.fit) > limits.loud:
+    if nominal > limits.certain and (activity(base.fit) > limits.loud or gross(base.fit)):
         certain = max(certain, nominal)
     # after a repair only a clear rest is worth another search
     little = number > 0 and (before.share < limits.pattern or before.z < limits.z)
