@@ -48,8 +48,9 @@ class Thresholds:
         Standard errors by which what is left may follow the motion and still be noise.
     loud : float
         Standard errors from which a misfit that follows the motion is physics.
-    again : float
-        Least part of the held-out misfit that a further effect must remove.
+    again, part : float
+        Least part of the held-out misfit, and of that before any effect, that a further one must
+        remove: laws of real things are never quite those of the catalogue.
     strange : float
         Standard errors from which a pattern that no effect explains is physics, not noise.
     certain : float
@@ -74,6 +75,7 @@ class Thresholds:
     active: float = 2.5
     loud: float = 3.5
     again: float = 0.1
+    part: float = 0.01
     strange: float = 3.5
     certain: float = 1.5
     confidence: float = 0.6
@@ -135,6 +137,7 @@ def decide(
     before: Leftover | None = None,
     certain: float = 0.0,
     further: bool = False,
+    whole: float = 0.0,
     remaining: Remaining | None = None,
     classes: Structure | None = None,
 ) -> Decision:
@@ -151,6 +154,8 @@ def decide(
         is only an estimate.
     further : bool
         Effects have been named before this one.
+    whole : float
+        Held-out mean square before any of them.
     remaining : callable, optional
         Screens the residual of a trial once more.
     classes : Structure, optional
@@ -175,8 +180,10 @@ def decide(
             break
     gain = paired_z(nominal_blocks, best.blocks)
     drop = (nominal - best.test) / nominal
-    least = t.again if further else t.drop
-    if gain < t.z or drop < least or nominal < t.mismatch * level:
+    little = nominal - best.test < t.part * (whole - level) if further else drop < t.drop
+    if further and drop < t.again:
+        little = True
+    if gain < t.z or little or nominal < t.mismatch * level:
         reason = (
             f"no effect of the catalogue improves the held-out part clearly ({best.label}: "
             f"z {gain:.1f}, {100 * drop:.1f} %)"

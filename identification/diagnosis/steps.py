@@ -60,13 +60,14 @@ def steps(
     decisions: list[Decision] = []
     done = _Screenings((*options.catalogue, UNNAMED), base.fit.problem.with_offsets)
     first: tuple[Scene, tuple[Screened, ...]] | None = None
+    whole = base.fit.chi2("test")
     for number in range(max(1, options.effects)):
         low = 0.12 + 0.8 * number / max(1, options.effects)
         say("screening every effect at every port", low)
         seen, ranked = done.of(base.fit)
         if first is None:
             first = seen, tuple(ranked)
-        decision = _step(base, done, options, limits, declared, classes, say, low, number)
+        decision = _step(base, done, options, limits, declared, classes, say, low, number, whole)
         decisions.append(decision)
         if decision.chosen is None or not (
             decision.kind == "missing_physics" or _promising(decision, number, options)
@@ -120,6 +121,7 @@ def _step(
     say: Progress,
     low: float,
     number: int,
+    whole: float,
 ) -> Decision:
     seen, ranked = done.of(base.fit)
     nominal = base.fit.chi2("test")
@@ -152,7 +154,7 @@ def _step(
 
     return decide(
         nominal, blocks_of(base.fit), trials, limits, declared=declared,
-        before=before, certain=certain, further=number > 0, remaining=remaining,
+        before=before, certain=certain, further=number > 0, whole=whole, remaining=remaining,
         classes=classes,
     )  # fmt: skip
 
