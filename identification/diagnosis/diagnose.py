@@ -166,7 +166,7 @@ def diagnose(
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     known = recording.meta.get("resolution") or {}
     data = replace(data, breaks=breaks, resolution=known if isinstance(known, Mapping) else {})
-    if reason := _insufficient(graph, data):
+    if reason := _insufficient(graph, data) or "; ".join(stuck(data)):
         return replace(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
         )
@@ -207,7 +207,7 @@ def diagnose(
         steps=decisions, trials=made.decisions[0].trials if made.decisions else (),
         ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
         relations=relations, experiments=experiments,
-        notes=(*recording.notes, *_notes(template), *stuck(data), *moved(nominal)),
+        notes=(*recording.notes, *_notes(template), *moved(nominal)),
     )  # fmt: skip
     from identification.diagnosis.advice import advice
 
