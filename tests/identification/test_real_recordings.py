@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from actuators.catalogue import MODELS
 from identification import data
+from identification.blind.real.running import run_cases
 from identification.command_line.recordings import match_by_unit
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search import Options
@@ -48,6 +51,7 @@ def hair_dryer() -> Found:
     return judged("hair_dryer", "thermal_lag")
 
 
+@pytest.mark.long
 def test_piezo_has_hysteresis_in_its_polarisation(piezo: Found) -> None:
     d, v = piezo
     assert v["verdict"] == "missing_physics"
@@ -86,6 +90,16 @@ def test_silverbox_has_a_cubic_spring(silverbox: Found) -> None:
     assert finding["effect"] == "nonlinear_stiffness"
     assert finding["location"]["element"] == "k"
     assert v["fit"]["repaired"]["test_rmse"]["y"] < 1e-3
+
+
+def test_mr_damper_yields_before_it_slides(tmp_path: Path) -> None:
+    if not data.set_available("mr_damper"):
+        pytest.skip(f"mr-damper: set {data.FOLDER_VARIABLE} to the folder of the recordings")
+    (outcome,) = run_cases(tmp_path, ("mr_damper",), jobs=1)
+    assert outcome.outcome == "right", outcome
+    found = json.loads((tmp_path / "mr_damper" / "verdict.json").read_text(encoding="utf-8"))
+    assert [f["effect"] for f in found["findings"]] == ["presliding_friction"]
+    assert found["findings"][0]["location"]["element"] == "c"
 
 
 def test_hair_dryer_has_nothing_but_dead_time(hair_dryer: Found) -> None:
