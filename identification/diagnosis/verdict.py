@@ -12,7 +12,7 @@ import numpy as np
 
 from bondgraph.elements import Source
 from bondgraph.exchange import regular_target
-from identification.diagnosis.decide import Decision
+from identification.diagnosis.decide import Decision, Thresholds
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.places import element_kind
 from identification.diagnosis.search import Trial
@@ -86,12 +86,14 @@ def _unknown(d: Diagnosis) -> dict[str, Any]:
     chosen = step.chosen if step else None
     possible = [*([chosen] if chosen else []), *(step.rivals if step else ())]
     families = {t.insertion.family for t in possible}
-    # a family or a set of look-alikes is an answer only if its members explain the misfit
-    explains = step is not None and step.complete
+    # a family or a set of look-alikes is an answer only if its members explain the misfit; where
+    # the exact law is another one, at most the family is
+    alike = {t.effect for t in possible}
     kind = "unknown"
-    if explains and possible:
-        alike = {t.effect for t in possible}
+    if step is not None and step.complete and possible:
         kind = "family" if len(alike) == 1 else "look_alikes" if len(alike) <= MOST else "unknown"
+    elif step is not None and step.share >= Thresholds().share and len(families) == 1:
+        kind = "family"
     return {
         "location": unresolved_place(d),
         "answer": kind,
