@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 
 from bondgraph.backend import Ops
 from bondgraph.elements import Parameter
-from bondgraph.laws.law import Law
+from bondgraph.laws.clocked import Clocked
 
 
 @dataclass(frozen=True)
-class Ageing(Law):
+class Ageing(Clocked):
     """``s (a t / T + b (t / T)^2)``, `t` from the start of the run.
 
     Parameters
@@ -28,7 +28,6 @@ class Ageing(Law):
     unit: str = "1"
     starts: ClassVar[tuple[str, ...]] = ("duration", "size", "unit")
     name: ClassVar[str] = "ageing"
-    counts_time: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Linear and quadratic change over the record, duration of the record."""
@@ -37,24 +36,6 @@ class Ageing(Law):
             Parameter(f"b_t_{element}", 0.0, self.unit, positive=False, scale=self.size),
             Parameter(f"T_{element}", self.duration, "s", fixed=True),
         )
-
-    @property
-    def timed(self) -> bool:
-        """The slope depends on time."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Time since the start, s."""
-        return 1
-
-    def initial_memory(self, s: float) -> tuple[float, ...]:
-        """At the start."""
-        return (0.0,)
-
-    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
-        """Time goes on."""
-        return (memory[0] + p[-1],)
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Change of the slope at the end of the step, times `s`."""

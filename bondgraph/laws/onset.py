@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 
 from bondgraph.backend import Ops
 from bondgraph.elements import Parameter
-from bondgraph.laws.law import Law
+from bondgraph.laws.clocked import Clocked
 
 
 @dataclass(frozen=True)
-class Onset(Law):
+class Onset(Clocked):
     """``h (1 + tanh((t - t_0) / width)) / 2``, or its integral over time, whatever `s` is.
 
     Parameters
@@ -40,7 +40,6 @@ class Onset(Law):
     free_standing: bool = True
     starts: ClassVar[tuple[str, ...]] = ("time", "width", "margin", "size", "unit")
     name: ClassVar[str] = "onset"
-    counts_time: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Height, time, rise time."""
@@ -64,24 +63,6 @@ class Onset(Law):
     def slope(self) -> float | None:
         """None of its own if free standing."""
         return 0.0 if self.free_standing else None
-
-    @property
-    def timed(self) -> bool:
-        """Time is all that matters."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Time since the start, s."""
-        return 1
-
-    def initial_memory(self, s: float) -> tuple[float, ...]:
-        """At the start."""
-        return (0.0,)
-
-    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
-        """Time goes on."""
-        return (memory[0] + p[-1],)
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Value at the end of the step."""

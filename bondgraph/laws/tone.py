@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 
 from bondgraph.backend import Ops
 from bondgraph.elements import Parameter
-from bondgraph.laws.law import Law
+from bondgraph.laws.clocked import Clocked
 from bondgraph.laws.trigonometry import cosine, sine
 
 
 @dataclass(frozen=True)
-class Tone(Law):
+class Tone(Clocked):
     """``a sin(2 pi f t) + b cos(2 pi f t)``, `t` from the start of the run, whatever `s` is.
 
     Parameters
@@ -36,7 +36,6 @@ class Tone(Law):
     free_standing: bool = True
     starts: ClassVar[tuple[str, ...]] = ("frequency", "resolution", "size", "unit")
     name: ClassVar[str] = "tone"
-    counts_time: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Sine and cosine amplitude, frequency."""
@@ -54,24 +53,6 @@ class Tone(Law):
     def slope(self) -> float | None:
         """None of its own if free standing."""
         return 0.0 if self.free_standing else None
-
-    @property
-    def timed(self) -> bool:
-        """Time is all that matters."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Time since the start, s."""
-        return 1
-
-    def initial_memory(self, s: float) -> tuple[float, ...]:
-        """At the start."""
-        return (0.0,)
-
-    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
-        """Time goes on."""
-        return (memory[0] + p[-1],)
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Value at the end of the step."""

@@ -23,6 +23,11 @@ def add_blind_command(verbs: Any) -> None:
     for name, run, text in (
         ("generate", _generate, "draw the truths, make the recordings, commit to both"),
         ("run", _run, "diagnose every recording that has no answer yet"),
+        (
+            "interim",
+            _interim,
+            "count the gates over the answers so far; publishes no truth",
+        ),
         ("score", _score, "open the seal, ask the oracle, count, write RESULTS.md"),
         ("withheld", _withheld, "diagnose again without the true law and every law around it"),
     ):
@@ -36,7 +41,7 @@ def add_blind_command(verbs: Any) -> None:
                 help="a trial takes its salt from the operating system",
             )  # fmt: skip
             s.add_argument("--count", type=_positive, default=None, help="of development only")
-        if name != "score":
+        if name not in ("score", "interim"):
             s.add_argument("--seed", type=nonnegative, default=None)
     add_real_command(steps)
 
@@ -83,6 +88,23 @@ def _run(options: argparse.Namespace) -> int:
             layout, public, layout.answers, jobs=options.jobs, seed=options.seed or 0, progress=bar
         )
     print(f"{done} recordings diagnosed, {len(public) - done} were there: {layout.answers}")
+    return 0
+
+
+def _interim(options: argparse.Namespace) -> int:
+    from identification.blind.answers import read_answers
+    from identification.blind.gates import gates
+    from identification.blind.layout import Layout
+    from identification.blind.matching import judge
+    from identification.blind.summary import gate_lines
+    from identification.blind.truths import read_public, read_truths
+
+    layout = Layout(options.folder)
+    truths = read_truths(json.loads(layout.truths.read_text(encoding="utf-8")))
+    answers = read_answers(layout.answers)
+    outcomes = [judge(truths[i], answers[i]) for i in sorted(answers)]
+    print(f"answers counted: {len(outcomes)} of {len(read_public(layout.public))}, no oracle asked")
+    print(gate_lines(gates(outcomes)))
     return 0
 
 

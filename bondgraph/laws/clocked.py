@@ -1,0 +1,34 @@
+"""Laws of time: their memory is the time since the start."""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+from bondgraph.backend import Ops
+from bondgraph.laws.law import Law
+
+
+class Clocked(Law, ABC):
+    """A law that depends on the time since the start; abstract."""
+
+    counts_time: ClassVar[bool] = True
+
+    @property
+    def timed(self) -> bool:
+        """Time matters."""
+        return True
+
+    @property
+    def n_memory(self) -> int:
+        """Time since the start, s."""
+        return 1
+
+    def initial_memory(self, s: float) -> tuple[float, ...]:
+        """At the start."""
+        return (0.0,)
+
+    def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
+        """Time goes on."""
+        return (memory[0] + p[-1],)
