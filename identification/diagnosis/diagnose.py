@@ -238,10 +238,14 @@ def _relations(f: Fit, classes: Structure) -> tuple[BlindRelation, ...]:
         return ()  # models that are not linear up to laws have none
 
 
+WORTH = 0.5
+"""Share of the excess that rivals must explain before telling them apart means anything."""
+
+
 def _experiments(decision: Decision) -> tuple[Experiment, ...]:
     """Experiments that separate the best description from its rivals."""
     rivals = [t for t in decision.rivals if t.effect != "unknown"]
-    if decision.chosen is None or not rivals:
+    if decision.chosen is None or not rivals or decision.share < WORTH:
         return ()
     asked = [decision.chosen, rivals[0]]
     try:

@@ -40,8 +40,8 @@ def places_of(d: Diagnosis) -> tuple[dict[str, str], tuple[str, ...]]:
 
 
 def confidence_of(d: Diagnosis) -> dict[str, float]:
-    """Confidence of each element as a place, empty where nothing is missing."""
-    if d.kind not in NAMED:
+    """Confidence of each element as a place, empty where nothing is missing or nothing placed."""
+    if d.kind not in NAMED or (d.kind == "unknown_physics" and not unresolved_place(d)["element"]):
         return {}
     found = confidence_of_places(d.findings, d.trials)
     return {n: p for n, p in found.items() if n in d.graph.elements}
