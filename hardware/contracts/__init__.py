@@ -1,0 +1,22 @@
+"""What the parts of a bench promise each other: clocks, chunks, outputs, acquisitions, links."""
+
+from hardware.contracts.acquisition import Acquisition, Air, Identity
+from hardware.contracts.chunk import Chunk, Flag
+from hardware.contracts.clock import Clock, WallClock
+from hardware.contracts.output import RawOutput, VoltageOut, WaveOut, Written
+from hardware.contracts.transport import Transport
+
+__all__ = [
+    "Acquisition",
+    "Air",
+    "Chunk",
+    "Clock",
+    "Flag",
+    "Identity",
+    "RawOutput",
+    "Transport",
+    "VoltageOut",
+    "WallClock",
+    "WaveOut",
+    "Written",
+]
