@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Motion", "Plant"]
+__all__ = ["Motion", "Moved", "Plant", "Rewindable"]
 
 Array = NDArray[np.float64]
+
+
+class Moved(Protocol):
+    """Readings at the ends of steps, by whatever class."""
+
+    @property
+    def x(self) -> Array:
+        """Displacement (m), ``(n,)``."""
+        ...
+
+    @property
+    def i(self) -> Array:
+        """Current (A), ``(n,)``; NaN if the plant has none."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,6 +54,19 @@ class Plant(Protocol):
         """Step (s): small against everything that happens in the plant."""
         ...
 
-    def advance(self, volts: Array) -> Motion:
+    def advance(self, volts: Array) -> Moved:
         """Go on by one step per voltage (V, constant within the step), ``(n,)``."""
+        ...
+
+
+@runtime_checkable
+class Rewindable(Protocol):
+    """A plant that can look ahead: its state is taken, advanced for a look, and put back."""
+
+    def snapshot(self) -> Any:
+        """Return a copy of the whole state."""
+        ...
+
+    def restore(self, state: Any) -> None:
+        """Put a state back."""
         ...

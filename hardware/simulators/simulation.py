@@ -75,7 +75,10 @@ def simulate(
     nodes = _nodes(command, effect, substeps, at_x, at_i)
     drive = _drive(command, effect, nodes)
     path = march(
-        _system(plant, effect, float(drive[0])), np.diff(nodes) / SAMPLE_RATE, drive, energy=energy
+        make_system(plant, effect, float(drive[0])),
+        np.diff(nodes) / SAMPLE_RATE,
+        drive,
+        energy=energy,
     )
     x = path.x[np.searchsorted(nodes, at_x)]
     i = path.i[np.searchsorted(nodes, at_i)]
@@ -139,7 +142,11 @@ def _drive(command: Array, effect: HiddenEffect, nodes: Array) -> Array:
     instants = np.arange(command.size, dtype=float)
     if (effect.name, effect.place) == ("delay", "V_in"):
         return np.asarray(np.interp(nodes - effect.value("samples"), instants, command))
-    u = np.interp(nodes, instants, command)
+    return static_drive(np.interp(nodes, instants, command), effect)
+
+
+def static_drive(u: Array, effect: HiddenEffect) -> Array:
+    """Apply the static curve of the amplifier (V), if the effect is one."""
     if effect.name == "saturation":
         held = np.clip(u, effect.value("bottom"), effect.value("top"))
         return np.asarray(held + effect.value("slope") * (u - held))
@@ -149,8 +156,8 @@ def _drive(command: Array, effect: HiddenEffect, nodes: Array) -> Array:
     return np.asarray(u)
 
 
-def _system(plant: PlantParameters, effect: HiddenEffect, u: float) -> System:
-    """Equations of the plant with the effect in its place."""
+def make_system(plant: PlantParameters, effect: HiddenEffect, u: float) -> System:
+    """Give the equations of the plant with the effect in its place, at rest at `u` (V)."""
     match effect.name:
         case "hysteresis":
             return MaxwellSlipPlant(

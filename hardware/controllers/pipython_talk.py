@@ -1,0 +1,278 @@
+"""The same conversation by PI's own PIPython, with its faults wrapped.
+
+What PIPython 2.11 does, and what is made of it here:
+
+- A late answer meets the next question: ``ValueError`` from the formatting of its own message. Here
+  both sides get back in step, then `OutOfStep` (a `ProtocolFault`) is raised.
+- A closed socket is reported as time-out -7. Here the link is tried; `LinkLost` if it is gone.
+- Its ``PISocket.flush`` never returns on a closed socket, ``close`` raises on one and leaves it
+  open, connecting has no time-out. The first is never called, the second is completed; the third
+  does not concern the default, which lets PIPython speak over our own transport.
+- An error within ``ReadGCSCommand`` leaves its error check switched off. Here it is restored.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar, final
+
+from hardware.contracts import Transport
+from hardware.controllers.gcs_errors import device_error
+from hardware.controllers.gcs_step import InStep, OutOfStep
+from hardware.controllers.gcs_talk import CODEPAGE, checked_identity
+from hardware.errors import DriverMissing, HardwareError, LinkLost, TimedOut
+
+__all__ = ["PIPythonTalk", "TransportGateway"]
+
+_T = TypeVar("_T")
+_COM_TIMEOUT = -7
+_UNEXPECTED = -1004
+_LOOK = 0.002
+
+
+@final
+class PIPythonTalk:
+    """A conversation by PIPython.
+
+    Parameters
+    ----------
+    gateway : Transport or callable
+        A transport of ours; or what makes one of PIPython's connected gateways, for example
+        ``lambda: PISocket(host)`` or one of its USB or DLL gateways.
+    timeout : float
+        Longest silence in an answer (s, real time).
+    patience : float, optional
+        Longest time to get back in step (s); by default three time-outs.
+    address : str
+        For messages, where the gateway is PIPython's.
+    """
+
+    def __init__(
+        self,
+        gateway: Transport | Callable[[], Any],
+        timeout: float = 1.0,
+        patience: float | None = None,
+        address: str = "",
+    ) -> None:
+        make = TransportGateway(gateway).connected_self if _is_transport(gateway) else gateway
+        assert callable(make)
+        self._make = make
+        self._timeout = timeout
+        self._patience = 3.0 * timeout if patience is None else patience
+        self._address = gateway.address if _is_transport(gateway) else address or "PIPython gateway"
+        self._device: Any = None
+        self._gateway: Any = None
+        self._step: InStep | None = None
+
+    @property
+    def address(self) -> str:
+        """With whom."""
+        return self._address
+
+    def open(self) -> str:
+        """Connect; return the answer to ``*IDN?``."""
+        if self._device is not None:
+            self.close()
+        try:
+            from pipython.pidevice import GCS2Device
+        except ImportError as error:
+            raise DriverMissing(
+                f"{self._address}: needs PIPython; pip install 'bondsight[bench]'"
+            ) from error
+        try:
+            self._gateway = self._make()
+            self._gateway.settimeout(int(1e3 * self._timeout))
+            self._device = GCS2Device(gateway=self._gateway)
+        except OSError as error:
+            self.close()
+            raise LinkLost(f"{self._address}: cannot connect ({error}); check cable") from error
+        wire = GatewayWire(self._gateway, self._address, self.close)
+        self._step = InStep(wire, self._timeout, self._patience)
+        wire.drain()
+        try:
+            answer = self._wrapped("*IDN?", lambda: self._unchecked("*IDN?"))
+            identity = checked_identity(answer.encode(CODEPAGE, "replace"), self._address)
+            self._wrapped("ERR?", lambda: self._unchecked("ERR?"))
+        except HardwareError:
+            self.close()
+            raise
+        self._step.identity = answer.encode(CODEPAGE, "replace").strip()
+        return identity
+
+    def send(self, command: str) -> None:
+        """Send a command and ask for its error."""
+        self._run(command, lambda: self._device.send(command))
+
+    def ask(self, query: str) -> str:
+        """Return the answer to a question; lines without their ends, joined by LF."""
+        answer = str(self._run(query, lambda: self._device.read(query)))
+        return "\n".join(line.strip("\r ") for line in answer.rstrip("\n").split("\n"))
+
+    def code(self, number: int, answered: bool = True) -> str:
+        """Send one of the single characters (5, 7, 9, 24), which act at once."""
+        if answered:
+            return self._run(f"#{number}", lambda: self._unchecked(chr(number))).strip()
+        self._run(f"#{number}", lambda: self._gateway.send(chr(number)))
+        return ""
+
+    def close(self) -> None:
+        """Hang up; never raises and never hangs."""
+        gateway, self._gateway, self._device = self._gateway, None, None
+        if gateway is None:
+            return
+        try:
+            gateway.close()
+        except Exception:  # whatever it raises, the link is to be closed
+            pass
+        socket = getattr(gateway, "_socket", None)
+        if socket is not None:
+            socket.close()
+
+    def _unchecked(self, query: str) -> str:
+        device = self._device
+        try:
+            return str(device.ReadGCSCommand(query))
+        finally:
+            device.errcheck = True
+
+    def _run(self, command: str, exchange: Callable[[], _T]) -> _T:
+        if self._device is None or self._step is None:
+            raise LinkLost(f"{self._address}: not open; call open() first")
+        return self._step.run(command, lambda: self._wrapped(command, exchange))
+
+    def _wrapped(self, command: str, exchange: Callable[[], _T]) -> _T:
+        """Do it, and turn what PIPython raises into our errors."""
+        from pipython import GCSError
+
+        try:
+            return exchange()
+        except GCSError as error:
+            raise self._translated(error, command) from error
+        except BlockingIOError as error:
+            raise TimedOut(f"{self._address}: {command[:40]!r} not taken by the link") from error
+        except OSError as error:
+            self.close()
+            raise LinkLost(f"{self._address}: link lost ({error})") from error
+        except (ValueError, TypeError, IndexError, KeyError) as error:
+            raise OutOfStep(
+                f"{self._address}: PIPython got an answer to {command[:40]!r} that it cannot read "
+                f"({type(error).__name__}: {error})"
+            ) from error
+
+    def _translated(self, error: Any, command: str) -> HardwareError:
+        number = int(error.val)
+        if number == _COM_TIMEOUT:
+            return TimedOut(
+                f"{self._address}: no whole answer to {command[:40]!r} within {self._timeout:g} s"
+            )
+        if number == _UNEXPECTED:
+            return OutOfStep(f"{self._address}: {error}")
+        if number < 0:
+            self.close()
+            return LinkLost(f"{self._address}: PIPython lost the link ({error})")
+        return device_error(number, command, self._address)
+
+
+@final
+class TransportGateway:
+    """A gateway as PIPython wants it, over a transport of ours."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport = transport
+        self._milliseconds = 1000
+        self.connected = False
+        self.connectionid = 0
+
+    def connected_self(self) -> TransportGateway:
+        """Connect."""
+        self._transport.open()
+        self.connected = True
+        return self
+
+    @property
+    def timeout(self) -> int:
+        """Time-out (ms)."""
+        return self._milliseconds
+
+    def settimeout(self, value: int) -> None:
+        """Set the time-out (ms)."""
+        self._milliseconds = value
+
+    def send(self, msg: str) -> None:
+        """Send."""
+        self._transport.write(msg.encode(CODEPAGE))
+
+    def read(self) -> str:
+        """Return what is there; waits for a moment, since PIPython asks in a tight loop."""
+        try:
+            data = self._transport.read_until(b"\n", _LOOK)
+        except TimedOut:
+            data = self._transport.drain()
+        return data.decode(CODEPAGE, "ignore")
+
+    def flush(self) -> None:
+        """Forget what waits."""
+        self._transport.drain()
+
+    def close(self) -> None:
+        """Disconnect."""
+        self.connected = False
+        self._transport.close()
+
+    def unload(self) -> None:
+        """Disconnect."""
+        self.close()
+
+
+@final
+class GatewayWire:
+    """Lines over a gateway of PIPython, for getting back in step."""
+
+    def __init__(self, gateway: Any, address: str, close: Callable[[], None]) -> None:
+        self._gateway = gateway
+        self._address = address
+        self._close = close
+        self._waiting = b""
+
+    @property
+    def address(self) -> str:
+        """Where it leads."""
+        return self._address
+
+    def send_line(self, line: str) -> None:
+        """Send a line."""
+        try:
+            self._gateway.send(f"{line}\n")
+        except OSError as error:
+            self._close()
+            raise LinkLost(f"{self._address}: link lost ({error})") from error
+
+    def line(self, seconds: float) -> bytes | None:
+        """Return the next line; None if none comes in time."""
+        deadline = time.monotonic() + seconds
+        while b"\n" not in self._waiting:
+            piece = self._gateway.read()
+            if not piece:
+                if time.monotonic() >= deadline:
+                    return None
+                # the answers of the wire are in real time, also on a virtual bench
+                time.sleep(_LOOK / 4.0)
+            self._waiting += piece.encode(CODEPAGE, "replace")
+        line, _, self._waiting = self._waiting.partition(b"\n")
+        return line + b"\n"
+
+    def drain(self) -> None:
+        """Forget what waits; its own flush would not come back from a closed socket."""
+        self._waiting = b""
+        for _ in range(1000):
+            if not self._gateway.read():
+                return
+
+    def close(self) -> None:
+        """Close it."""
+        self._close()
+
+
+def _is_transport(gateway: Any) -> bool:
+    return hasattr(gateway, "read_until")

@@ -1,0 +1,35 @@
+"""Converter cards: Humusoft MF624 and MF634 by their registers, NI by its driver."""
+
+from hardware.daq.card import MF624, MF634, Card, RegisterMap
+from hardware.daq.channels import CardChannel, CardInputs
+from hardware.daq.codes import dac_codes, dac_volts, input_volts
+from hardware.daq.mapped import MappedRegisters, MemoryRegisters
+from hardware.daq.registers import Access, Kind, Registers
+from hardware.daq.schedule import Schedule
+from hardware.daq.socket_registers import SocketRegisters
+from hardware.daq.uio import PciRegisters, UioRegisters
+from hardware.daq.wave import SampleClock, SoftwareTimedWave, Wiring
+
+__all__ = [
+    "MF624",
+    "MF634",
+    "Access",
+    "Card",
+    "CardChannel",
+    "CardInputs",
+    "Kind",
+    "MappedRegisters",
+    "MemoryRegisters",
+    "PciRegisters",
+    "RegisterMap",
+    "Registers",
+    "SampleClock",
+    "Schedule",
+    "SocketRegisters",
+    "SoftwareTimedWave",
+    "UioRegisters",
+    "Wiring",
+    "dac_codes",
+    "dac_volts",
+    "input_volts",
+]

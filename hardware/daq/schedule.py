@@ -1,0 +1,74 @@
+"""When the samples of a software-timed waveform are due."""
+
+from __future__ import annotations
+
+import time
+from typing import final
+
+from hardware.contracts import Clock, WallClock
+
+__all__ = ["Schedule"]
+
+_SPIN = 200e-6
+_TOLERANCE = 1e-9
+
+
+@final
+class Schedule:
+    """Instants ``start + k period``, none of which moves because another one was late.
+
+    After a stall the samples that are due are not written in one burst, which would be a step for
+    the actuator: two samples are never closer than ``period / haste``, so the schedule is caught up
+    gradually and the waveform's slew exceeds the planned one by ``haste`` at most.
+
+    Parameters
+    ----------
+    clock : Clock
+        On a `WallClock` the last 200 us before an instant are waited for in a loop, because the
+        system wakes a sleeper late.
+    period : float
+        s.
+    haste : float
+        How much faster than planned samples may follow each other, >= 1.
+    """
+
+    def __init__(self, clock: Clock, period: float, haste: float = 1.1) -> None:
+        self._clock = clock
+        self._spins = isinstance(clock, WallClock)
+        self._period = period
+        self._closest = period / haste
+        self._start = 0.0
+        self._last = float("-inf")
+
+    @property
+    def start(self) -> float:
+        """Instant of sample 0 (s)."""
+        return self._start
+
+    def begin(self, lead: float) -> None:
+        """Plan sample 0 for `lead` seconds from now."""
+        self._start = self._clock.now() + lead
+        self._last = float("-inf")
+
+    def wait(self, k: int) -> tuple[float, float]:
+        """Wait for sample `k`; return how late (s) it is and the present instant (s)."""
+        due = self._start + k * self._period
+        now = self._until(max(due, self._last + self._closest))
+        self._last = now
+        return now - due, now
+
+    def _until(self, instant: float) -> float:
+        now = self._clock.now()
+        if self._spins:
+            if instant - now > _SPIN:
+                time.sleep(instant - now - _SPIN)
+            # the clock's own function, without the way through the object
+            read = time.perf_counter
+            now = read()
+            while now < instant:
+                now = read()
+            return now
+        while now < instant - _TOLERANCE:
+            self._clock.sleep(instant - now)
+            now = self._clock.now()
+        return now

@@ -1,0 +1,119 @@
+"""Registers at the other end of a TCP connection: those of a simulated card.
+
+A request is the number of accesses (16 bits) and 8 bytes for each: kind, BAR, offset (16 bits),
+value (32 bits); the answer is the number again and one 32 bit word for each. All little-endian.
+"""
+
+from __future__ import annotations
+
+import socket
+import struct
+from collections.abc import Sequence
+from typing import final
+
+from hardware.daq.registers import Access, Kind
+from hardware.errors import LinkLost, ProtocolFault, TimedOut
+
+__all__ = ["SocketRegisters"]
+
+_HEAD = struct.Struct("<H")
+_ACCESS = struct.Struct("<BBHI")
+
+
+@final
+class SocketRegisters:
+    """Registers by TCP.
+
+    Parameters
+    ----------
+    address : str
+        ``"host:port"``.
+    timeout : float
+        Longest wait for an answer (s).
+
+    Raises
+    ------
+    LinkLost
+        Nobody is there.
+    """
+
+    def __init__(self, address: str, timeout: float = 1.0) -> None:
+        self._address = f"registers at {address}"
+        self._timeout = timeout
+        host, _, port = address.rpartition(":")
+        try:
+            self._socket: socket.socket | None = socket.create_connection(
+                (host, int(port)), timeout=timeout
+            )
+        except (OSError, ValueError) as error:
+            raise LinkLost(
+                f"{self._address}: no connection ({error}); is `bondsight bench serve` running?"
+            ) from error
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    @property
+    def address(self) -> str:
+        """Where they are."""
+        return self._address
+
+    def read16(self, bar: int, offset: int) -> int:
+        """Read 16 bits."""
+        return self.batch((Access(Kind.READ16, bar, offset),))[0]
+
+    def write16(self, bar: int, offset: int, value: int) -> None:
+        """Write 16 bits."""
+        self.batch((Access(Kind.WRITE16, bar, offset, value),))
+
+    def read32(self, bar: int, offset: int) -> int:
+        """Read 32 bits."""
+        return self.batch((Access(Kind.READ32, bar, offset),))[0]
+
+    def write32(self, bar: int, offset: int, value: int) -> None:
+        """Write 32 bits."""
+        self.batch((Access(Kind.WRITE32, bar, offset, value),))
+
+    def batch(self, accesses: Sequence[Access]) -> list[int]:
+        """Do several in one message; return what was read, 0 for a write.
+
+        Raises
+        ------
+        TimedOut
+            No answer; the link is closed, because what would come later belongs to nothing.
+        LinkLost
+            The other side is gone.
+        """
+        count = len(accesses)
+        request = _HEAD.pack(count) + b"".join([_ACCESS.pack(*a) for a in accesses])
+        answer = self._exchange(request, 2 + 4 * count)
+        if _HEAD.unpack_from(answer)[0] != count:
+            self.close()
+            raise ProtocolFault(f"{self._address}: answer to another request; the link is closed")
+        return list(struct.unpack_from(f"<{count}I", answer, 2))
+
+    def close(self) -> None:
+        """Disconnect."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def _exchange(self, request: bytes, length: int) -> bytes:
+        link = self._socket
+        if link is None:
+            raise LinkLost(f"{self._address}: the link is closed; open it again")
+        try:
+            link.sendall(request)
+            answer = b""
+            while len(answer) < length:
+                piece = link.recv(length - len(answer))
+                if not piece:
+                    raise ConnectionResetError("closed by the other side")
+                answer += piece
+            return answer
+        except TimeoutError as error:
+            self.close()
+            raise TimedOut(
+                f"{self._address}: no answer within {self._timeout:g} s; the link is closed"
+            ) from error
+        except OSError as error:
+            self.close()
+            raise LinkLost(f"{self._address}: link lost ({error})") from error

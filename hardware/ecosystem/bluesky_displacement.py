@@ -1,0 +1,109 @@
+"""A displacement sensor as a Bluesky detector; satisfies the protocols without importing it."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, final, runtime_checkable
+
+from hardware.contracts import Flag, Identity
+from hardware.ecosystem.documents import number_key, readings, source_of
+from hardware.ecosystem.status import ActionStatus
+from hardware.errors import BeamLost
+
+__all__ = ["BlueskyDisplacement", "DisplacementSource"]
+
+
+@runtime_checkable
+class DisplacementSource(Protocol):
+    """A sensor that can be asked for single values."""
+
+    @property
+    def identity(self) -> Identity:
+        """The device."""
+        ...
+
+    def zero(self) -> None:
+        """Set the displacement to zero here; clears a lost beam."""
+        ...
+
+    def length(self) -> tuple[float, Flag]:
+        """Return the displacement now (m) and what is known against it."""
+        ...
+
+
+@final
+class BlueskyDisplacement:
+    """Readable, Triggerable and Stageable.
+
+    Parameters
+    ----------
+    source : DisplacementSource
+        The interferometer.
+    name : str
+        Of the field in the events; ``<name>_flags`` stands beside it.
+    zero_on_stage : bool
+        Set to zero when a run begins.
+    """
+
+    parent: None = None
+
+    def __init__(
+        self, source: DisplacementSource, name: str = "displacement", *, zero_on_stage: bool = True
+    ) -> None:
+        self._source = source
+        self._name = name
+        self._zero_on_stage = zero_on_stage
+        self._last: tuple[float, Flag] | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the field."""
+        return self._name
+
+    @property
+    def hints(self) -> dict[str, Any]:
+        """What to plot."""
+        return {"fields": [self._name]}
+
+    def trigger(self) -> ActionStatus:
+        """Take one value.
+
+        A lost beam fails it: every later value would be off by unknown fringes.
+        """
+        return ActionStatus.run(f"read {self._name}", self._take)
+
+    def _take(self) -> None:
+        self._last = self._source.length()
+        value, flags = self._last
+        if flags & (Flag.BEAM_LOST | Flag.MISCOUNT):
+            raise BeamLost(
+                f"{self._name}: {value:g} m is off by unknown fringes ({flags!r}); align, then zero",
+                partial=self._last,
+            )
+
+    def read(self) -> dict[str, dict[str, Any]]:
+        """Return the value of the last trigger (m) and its flags; without one, take it now."""
+        if self._last is None:
+            self._take()
+        assert self._last is not None
+        value, flags = self._last
+        return readings({self._name: value, f"{self._name}_flags": int(flags)})
+
+    def describe(self) -> dict[str, dict[str, Any]]:
+        """Return unit and source."""
+        source = source_of(self._source.identity)
+        return {
+            self._name: number_key(source, "m", precision=12),
+            f"{self._name}_flags": {"source": source, "dtype": "integer", "shape": []},
+        }
+
+    def stage(self) -> ActionStatus:
+        """Forget the last value, and set to zero if asked for."""
+        self._last = None
+        if not self._zero_on_stage:
+            return ActionStatus.finished(f"stage {self._name}")
+        return ActionStatus.run(f"zero {self._name}", self._source.zero)
+
+    def unstage(self) -> ActionStatus:
+        """Forget the last value."""
+        self._last = None
+        return ActionStatus.finished(f"unstage {self._name}")

@@ -1,0 +1,148 @@
+"""A guarded voltage as a Bluesky motor; satisfies the protocols without importing Bluesky."""
+
+from __future__ import annotations
+
+from typing import Any, final
+
+from hardware.ecosystem.documents import number_key, readings, source_of
+from hardware.ecosystem.status import ActionStatus
+from hardware.envelope import GuardedOutput, OutputState, check_ramp
+
+__all__ = ["BlueskyVoltage"]
+
+
+@final
+class BlueskyVoltage:
+    """Movable, Locatable, Checkable, Readable, Stageable, Pausable and Stoppable.
+
+    Every move is a ramp. Staging powers the output up if it is unknown; unstaging, a pause and a
+    stop of the run park it. After a pause the plan goes back to its last checkpoint and moves
+    again.
+
+    Parameters
+    ----------
+    output : GuardedOutput
+        The only way to the actuator.
+    name : str
+        Of the field in the events.
+    rate : float, optional
+        Of the ramps (V/s); by default the envelope's gentle one.
+    readback : bool
+        Whether a second field holds what the device measures.
+    """
+
+    parent: None = None
+
+    def __init__(
+        self,
+        output: GuardedOutput,
+        name: str = "voltage",
+        *,
+        rate: float | None = None,
+        readback: bool = False,
+    ) -> None:
+        self._output = output
+        self._name = name
+        self._rate = rate
+        self._readback = readback
+        self._setpoint: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the field."""
+        return self._name
+
+    @property
+    def hints(self) -> dict[str, Any]:
+        """What to plot."""
+        return {"fields": [self._name]}
+
+    @property
+    def position(self) -> float:
+        """Voltage last commanded (V); NaN while unknown."""
+        present = self._output.present
+        return float("nan") if present is None else present
+
+    def check_value(self, value: float) -> None:
+        """Refuse a voltage (V) that no ramp from the safe value may reach; nothing is sent.
+
+        Raises
+        ------
+        LimitViolation
+            Which limit.
+        """
+        envelope = self._output.envelope
+        check_ramp(envelope, envelope.safe, value, self._rate, converter=self._output.converter)
+
+    def set(self, value: float) -> ActionStatus:
+        """Ramp to a voltage (V); refused at once if it is outside of the envelope."""
+        self.check_value(value)
+        self._setpoint = float(value)
+        return ActionStatus.run(
+            f"{self._name} to {value:g} V", lambda: self._output.ramp(value, self._rate)
+        )
+
+    def locate(self) -> dict[str, float]:
+        """Return where it should be and where it is (V)."""
+        target = self.position if self._setpoint is None else self._setpoint
+        return {"setpoint": target, "readback": self.position}
+
+    def read(self) -> dict[str, dict[str, Any]]:
+        """Return the voltage last commanded (V), and the measured one if asked for."""
+        values = {self._name: self.position}
+        if self._readback:
+            measured = self._output.read()
+            values[f"{self._name}_readback"] = float("nan") if measured is None else measured
+        return readings(values)
+
+    def describe(self) -> dict[str, dict[str, Any]]:
+        """Return units and source of the fields."""
+        source = source_of(self._output.identity)
+        envelope = self._output.envelope
+        key = number_key(source, "V")
+        key["limits"] = {"control": {"low": envelope.v_min, "high": envelope.v_max}}
+        keys = {self._name: key}
+        if self._readback:
+            keys[f"{self._name}_readback"] = number_key(source, "V")
+        return keys
+
+    def read_configuration(self) -> dict[str, dict[str, Any]]:
+        """Return limits and watchdog."""
+        envelope, rate = self._output.envelope, self._rate
+        return readings(
+            {
+                f"{self._name}_envelope": envelope.describe(),
+                f"{self._name}_ramp_rate": envelope.ramp_rate if rate is None else rate,
+                f"{self._name}_has_watchdog": self._output.status.has_watchdog,
+            }
+        )
+
+    def describe_configuration(self) -> dict[str, dict[str, Any]]:
+        """Return the keys of `read_configuration`."""
+        source = source_of(self._output.identity)
+        return {
+            f"{self._name}_envelope": {"source": source, "dtype": "string", "shape": []},
+            f"{self._name}_ramp_rate": number_key(source, "V/s"),
+            f"{self._name}_has_watchdog": {"source": source, "dtype": "boolean", "shape": []},
+        }
+
+    def stage(self) -> ActionStatus:
+        """Power the output up if nobody knows its voltage."""
+        if self._output.state is OutputState.UNKNOWN:
+            return ActionStatus.run(f"power up {self._name}", self._output.power_up)
+        return ActionStatus.finished(f"stage {self._name}")
+
+    def unstage(self) -> ActionStatus:
+        """Park."""
+        return ActionStatus.run(f"park {self._name}", self._output.stop)
+
+    def stop(self, success: bool = True) -> None:
+        """Park, and wait for it: nothing in a run is more urgent."""
+        self._output.stop()
+
+    def pause(self) -> None:
+        """Park while the run is paused."""
+        self._output.stop()
+
+    def resume(self) -> None:
+        """Do nothing: the plan moves again from its last checkpoint."""

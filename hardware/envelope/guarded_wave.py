@@ -1,0 +1,262 @@
+"""Waveforms through the same envelope, and the way down when one is broken off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol, final, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hardware.contracts import Chunk, Flag, Written
+from hardware.envelope.guard import GuardedOutput
+from hardware.envelope.plain_numbers import finite_number, finite_wave
+from hardware.envelope.runs import trail
+from hardware.envelope.wave import check_join, check_wave
+from hardware.errors import LimitViolation, ProtocolFault
+
+__all__ = ["GuardedWave", "RawWave"]
+
+Array = NDArray[np.float64]
+
+
+@runtime_checkable
+class RawWave(Protocol):
+    """A player of waveforms without protection, on the same device as a raw output.
+
+    If the device plays on by itself between two reports, give the player an attribute
+    ``position``: how many samples were really put out, valid after `abort`.
+    """
+
+    def load(self, volts: Array, rate: float) -> None:
+        """Transfer a waveform (V at the actuator, (n,)) and its rate (Hz); nothing moves."""
+        ...
+
+    def play(self) -> Iterator[Written]:
+        """Play what was loaded; yields about every 20 ms, and at the end."""
+        ...
+
+    def abort(self) -> None:
+        """End playing at once: no further sample is put out. Never raises."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Prepared:
+    volts: Array
+    rate: float
+    cut: NDArray[np.bool_]
+    loaded: bool
+
+
+@final
+class GuardedWave:
+    """A `WaveOut`.
+
+    Parameters
+    ----------
+    output : GuardedOutput
+        Guard of the same device; its envelope, converter and clamping hold here too.
+    raw : RawWave
+        Handed over for good.
+    """
+
+    __slots__ = ("_output", "_prepared", "_raw", "_samples")
+
+    def __init__(self, output: GuardedOutput, raw: RawWave) -> None:
+        self._output = output
+        self._raw = raw
+        self._prepared: _Prepared | None = None
+        self._samples = 0
+
+    @property
+    def rate(self) -> float:
+        """Nominal rate of the prepared waveform (Hz)."""
+        return self._require("rate").rate
+
+    @property
+    def samples(self) -> int:
+        """Samples reported as put out since the start of the last waveform."""
+        return self._samples
+
+    def prepare(self, volts: ArrayLike, rate: float) -> None:
+        """Check a waveform (V, (n,)) at a rate (Hz) against the envelope and load a copy of it.
+
+        The step from the present voltage into it is judged by `play`, so that a ramp to its first
+        sample can come in between. An output that is not powered up is loaded by `play`.
+
+        Raises
+        ------
+        LimitViolation
+            Before a byte is sent.
+        HardwareError
+            Of the device.
+        """
+        output, line = self._output, self._output._line
+        self._prepared = None
+        wave = finite_wave(volts, "wave")
+        low, high = output.limits
+        cut = (wave < low) | (wave > high)
+        rounding = (wave >= low - line.envelope.slack) & (wave <= high + line.envelope.slack)
+        if output.clamp or rounding.all():
+            wave = np.clip(wave, low, high)
+            wave.setflags(write=False)
+        check_wave(line.envelope, wave, rate, converter=output.converter)
+        with line.lock:
+            if line.halt is not None:
+                raise LimitViolation("prepare: a waveform is playing; end it with stop() first")
+            known = output.present is not None
+            self._prepared = _Prepared(wave, finite_number(rate, "wave"), cut & ~rounding, False)
+            if known:
+                self._load()
+
+    def play(self) -> Iterator[Written]:
+        """Play the prepared waveform; the last voltage stays.
+
+        Any error, also of the one who iterates, ends it with a ramp to the safe value; so close
+        the iterator (or use `parked`) when you leave it early.
+
+        Raises
+        ------
+        LimitViolation
+            The step into it or the time beyond a level is not allowed; nothing moved.
+        HardwareError
+            Of the device.
+        """
+        output, line = self._output, self._output._line
+        prepared = self._require("play")
+        with line.lock:
+            output._ready("play")
+            envelope, present = line.envelope, line.present
+            check_join(envelope, present, float(prepared.volts[0]), prepared.rate, "entry")
+            held = line.dwelling.held(line.clock.now())
+            if any(held):
+                check_wave(envelope, prepared.volts, prepared.rate, held=held)
+            if not prepared.loaded:
+                self._load()
+        return self._run(self._require("play"))
+
+    def abort(self) -> None:
+        """Stop playing; never raises. The output stays where it is."""
+        line = self._output._line
+        with line.lock:
+            if line.halt is None:
+                self._raw.abort()
+            else:
+                line.new_epoch()
+                line.end_wave()
+
+    def _run(self, prepared: _Prepared) -> Iterator[Written]:
+        line = self._output._line
+        with line.lock:
+            self._output._ready("play")
+            check_join(
+                line.envelope, line.present, float(prepared.volts[0]), prepared.rate, "entry"
+            )
+            line.settle()
+            epoch = line.new_epoch()
+            self._samples = 0
+            line.halt = self._halted
+        error: BaseException | None = None
+        try:
+            source = self._raw.play()
+            while (written := self._next(source, epoch)) is not None:
+                yield _marked(written, prepared.cut)
+            if self._samples != prepared.volts.size:
+                raise ProtocolFault(
+                    f"play: ended after {self._samples} of {prepared.volts.size} samples without "
+                    "an error; see whether the device has stopped itself"
+                )
+            self._ended(prepared)
+        except BaseException as caught:
+            error = caught
+            raise
+        finally:
+            if error is not None and epoch == line.epoch:
+                self._rescue(error)
+
+    def _next(self, source: Iterator[Written], epoch: int) -> Written | None:
+        """Return the next report; None at the end."""
+        line = self._output._line
+        with line.lock:
+            if epoch != line.epoch:
+                raise LimitViolation("play: the waveform was ended by another command")
+        try:
+            written = next(source, None)
+        except Exception as error:
+            line.lose(error, "play")
+            raise
+        with line.lock:
+            if written is None or epoch != line.epoch:
+                return written
+            self._samples = written.samples
+            if written.samples > 0:
+                prepared = self._require("play")
+                k = min(written.samples, prepared.volts.size) - 1
+                line.reached(float(prepared.volts[k]), "playing a waveform")
+            line.beat()
+        return written
+
+    def _ended(self, prepared: _Prepared) -> None:
+        """Note the regular end: the last voltage stays, and the time beyond levels counts on."""
+        line, envelope = self._output._line, self._output.envelope
+        trailing: list[float | None] = []
+        for dwell in envelope.dwell:
+            above = dwell.level > envelope.safe
+            beyond = prepared.volts > dwell.level if above else prepared.volts < dwell.level
+            trailing.append(None if beyond.all() else trail(beyond) / prepared.rate)
+        with line.lock:
+            line.halt = None
+            line.dwelling.after_wave(trailing, line.clock.now())
+            line.reached(float(prepared.volts[-1]), "end of a waveform")
+
+    def _halted(self) -> float | None:
+        """Abort, and return where the output stands (V), None if nobody can tell."""
+        self._raw.abort()
+        prepared = self._prepared
+        if prepared is None:
+            return None
+        count = getattr(self._raw, "position", self._samples)
+        if not 0 <= count <= prepared.volts.size:
+            return None
+        return float(prepared.volts[count - 1]) if count else self._output._line.present
+
+    def _rescue(self, error: BaseException) -> None:
+        """Ramp down after `error`, which goes on; a failure of the ramp becomes its note."""
+        try:
+            self._output.stop()
+        except Exception as second:
+            error.add_note(f"the way down failed too: {second}; {self._output.status}")
+
+    def _load(self) -> None:
+        prepared = self._require("load")
+        try:
+            self._raw.load(prepared.volts, prepared.rate)
+        except Exception as error:
+            self._prepared = None
+            self._output._line.lose(error, "loading a waveform")
+            raise
+        self._prepared = replace(prepared, loaded=True)
+
+    def _require(self, what: str) -> _Prepared:
+        if self._prepared is None:
+            raise LimitViolation(f"{what}: no waveform is prepared; call prepare(volts, rate)")
+        return self._prepared
+
+
+def _marked(written: Written, cut: NDArray[np.bool_]) -> Written:
+    """Return the report with the samples flagged that were cut to the limits."""
+    if not cut.any():
+        return written
+    return replace(written, chunks=_flagged(written.chunks, cut))
+
+
+def _flagged(chunks: Sequence[Chunk], cut: NDArray[np.bool_]) -> tuple[Chunk, ...]:
+    marked = []
+    for chunk in chunks:
+        flags = chunk.flags.copy()
+        here = cut[chunk.first : chunk.first + chunk.n]
+        flags[: here.size][here] |= np.uint16(Flag.CLAMPED)
+        marked.append(replace(chunk, flags=flags))
+    return tuple(marked)

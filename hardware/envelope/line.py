@@ -1,0 +1,222 @@
+"""The wire behind the guard: the only code that writes to a raw output, and what is known of it."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from typing import final
+
+from hardware.contracts import Clock, RawOutput
+from hardware.envelope.dwelling import Dwelling
+from hardware.envelope.limits import Converter, Envelope
+from hardware.envelope.plain_numbers import engineering
+from hardware.envelope.state import OutputState
+from hardware.envelope.watchdog import Heartbeat
+from hardware.errors import LimitViolation, ProtocolFault
+
+__all__ = ["Line"]
+
+TICK = 2e-3
+"""Longest time between two steps of a ramp (s)."""
+PLAUSIBLE = 0.05
+"""Share of the range by which a read-back may differ from what was set."""
+
+
+@final
+class Line:
+    """A raw output together with all that is known about its voltage.
+
+    Its methods expect commands that were judged before; only `write` has a gate of its own, as
+    the last barrier. Callers hold `lock`, except around `walk` and `park`, which take it for each
+    step so that a stop from another thread comes in between.
+
+    Parameters
+    ----------
+    raw : RawOutput
+    envelope : Envelope
+    clock : Clock
+    converter : Converter or None
+    """
+
+    def __init__(
+        self, raw: RawOutput, envelope: Envelope, clock: Clock, converter: Converter | None
+    ) -> None:
+        self.raw = raw
+        self.envelope = envelope
+        self.clock = clock
+        self.rest = float(getattr(raw, "rest", 0.0))
+        self.low, self.high = envelope.v_min, envelope.v_max
+        if converter is not None:
+            self.low, self.high = max(self.low, converter.v_min), min(self.high, converter.v_max)
+        self.lock = threading.RLock()
+        self.epoch = 0
+        self.touched = False
+        self.state = OutputState.UNKNOWN
+        self.reason = "not powered up"
+        self.present = envelope.safe
+        self.interrupted = False
+        self.last: float | None = None
+        self.dwelling = Dwelling(envelope)
+        self.heart = Heartbeat(raw)
+        self.halt: Callable[[], float | None] | None = None
+        self.faults: list[str] = []
+
+    def new_epoch(self) -> int:
+        """Begin a command that overrules those before; return its number."""
+        self.epoch += 1
+        return self.epoch
+
+    def forget(self, reason: str) -> None:
+        """Declare the voltage unknown."""
+        self.state = OutputState.UNKNOWN
+        self.reason = reason
+        self.faults.append(reason)
+
+    def lose(self, error: BaseException, what: str) -> None:
+        """Declare the voltage unknown after an error of the device."""
+        self.forget(f"{what} at {self.present:g} V failed: {type(error).__name__}: {error}")
+
+    def judge_silence(self) -> None:
+        """Declare the voltage unknown if the device's watchdog must have acted."""
+        if self.heart.timeout is None or self.state is not OutputState.DRIVEN:
+            return
+        if self.heart.bitten(self.clock.now()):
+            self.forget(
+                f"silent for more than the {engineering(self.heart.timeout, 's')} of its watchdog"
+            )
+
+    def write(self, volts: float, what: str) -> None:
+        """Send one voltage (V).
+
+        Raises
+        ------
+        LimitViolation
+            The last barrier: not within the limits, or NaN.
+        """
+        if not self.low - self.envelope.slack <= volts <= self.high + self.envelope.slack:
+            raise LimitViolation(
+                f"{what}: {volts!r} V lies outside {self.low:g} .. {self.high:g} V; not sent"
+            )
+        volts = min(max(volts, self.low), self.high)
+        try:
+            self.raw.write(volts)
+        except Exception as error:
+            self.lose(error, what)
+            raise
+        except BaseException:
+            # Ctrl-C inside the transfer: the device has this voltage or the one before
+            self.interrupted = True
+            self.reached(volts, what)
+            raise
+        self.interrupted = False
+        self.reached(volts, what)
+
+    def reached(self, volts: float, what: str) -> None:
+        """Note that the output stands at a voltage (V) from now on."""
+        now = self.clock.now()
+        self.present = volts
+        self.last = now
+        self.dwelling.moved(volts, now)
+        parked = volts == self.envelope.safe
+        self.state = OutputState.PARKED if parked else OutputState.DRIVEN
+        self.reason = what
+
+    def settle(self) -> None:
+        """Send the last voltage again if an interrupt left open whether it had arrived."""
+        if self.interrupted:
+            self.write(self.present, "repeat")
+            self.clock.sleep(self.envelope.update_period)
+
+    def beat(self) -> None:
+        """Feed the watchdog if it is due."""
+        if self.heart.timeout is None:
+            return
+        try:
+            self.heart.beat(self.clock.now())
+        except Exception as error:
+            self.lose(error, "feeding the watchdog")
+            raise
+
+    def walk(self, target: float, speed: float, epoch: int, what: str) -> bool:
+        """Go to a voltage (V) at a speed (V/s) in small steps; False if overruled on the way."""
+        with self.lock:
+            if epoch != self.epoch:
+                return False
+            self.settle()
+            start = self.present
+        period = self.envelope.update_period
+        span = target - start
+        # half of what a single command may do: room for a read-back that is a little off
+        step = min(speed * max(TICK, period), 0.5 * self.envelope.fastest(start, target) * period)
+        count = math.ceil(abs(span) / step) if span else 0
+        for k in range(1, count + 1):
+            self.clock.sleep(max(abs(span) / count / speed, period))
+            with self.lock:
+                if epoch != self.epoch:
+                    return False
+                self.write(target if k == count else start + span * (k / count), what)
+                self.beat()
+        return True
+
+    def power_up(self) -> None:
+        """Let the device come up and compare what it tells with where it should be."""
+        self.touched = True
+        self.forget_quietly("power-up did not end")
+        try:
+            self.raw.power_up()
+            reading = self.raw.read()
+            self.heart.reset(self.clock.now())
+        except Exception as error:
+            self.lose(error, "power-up")
+            raise
+        allowed = PLAUSIBLE * (self.envelope.v_max - self.envelope.v_min)
+        if reading is not None and not abs(reading - self.rest) <= allowed:
+            self.forget(f"after power-up it reads {reading:g} V instead of {self.rest:g} V")
+            raise ProtocolFault(
+                f"power_up: the device reads {reading:g} V instead of {self.rest:g} V; check gain, "
+                "offset and the wire of the monitor before anything else"
+            )
+        self.interrupted = False
+        self.reached(self.rest, "powered up")
+
+    def forget_quietly(self, reason: str) -> None:
+        """Declare the voltage unknown without counting a fault."""
+        self.state = OutputState.UNKNOWN
+        self.reason = reason
+
+    def find(self) -> None:
+        """Learn where an unknown output stands: by its read-back, else by powering it up anew."""
+        try:
+            reading = self.raw.read()
+        except Exception:
+            reading = None
+        margin = 0.5 * self.envelope.largest_step(self.low, self.high)
+        if reading is None or not self.low - margin <= reading <= self.high + margin:
+            self.power_up()
+            return
+        self.interrupted = False
+        self.reached(min(max(float(reading), self.low), self.high), "found by its read-back")
+
+    def park(self, epoch: int) -> None:
+        """Go to the safe value from wherever the output is; nothing if overruled."""
+        with self.lock:
+            if epoch != self.epoch:
+                return
+            self.judge_silence()
+            if self.state is OutputState.UNKNOWN:
+                self.find()
+        self.walk(self.envelope.safe, self.envelope.ramp_rate, epoch, "stop")
+
+    def end_wave(self) -> None:
+        """Stop the waveform that plays, if one does."""
+        halt, self.halt = self.halt, None
+        if halt is None:
+            return
+        volts = halt()
+        if self.state is OutputState.UNKNOWN:
+            return
+        if volts is None:
+            self.forget_quietly("a waveform was ended and the device cannot tell where")
+        else:
+            self.reached(volts, "waveform ended early")

@@ -1,0 +1,98 @@
+"""What counts as a voltage: one finite real number, or a row of them; nothing else is sent."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hardware.errors import LimitViolation
+
+__all__ = ["engineering", "finite_number", "finite_wave"]
+
+_PREFIXES = {-4: "p", -3: "n", -2: "u", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}
+
+
+def finite_number(value: object, what: str) -> float:
+    """Return `value` as a float.
+
+    NumPy's scalars count as numbers; truth values, texts, complex numbers and arrays do not, even
+    where Python would convert them.
+
+    Raises
+    ------
+    LimitViolation
+        It is not one finite real number.
+
+    Examples
+    --------
+    >>> finite_number(np.float32(2.5), "set")
+    2.5
+    """
+    if type(value) is float and math.isfinite(value):
+        return value
+    if isinstance(value, numbers.Real) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if math.isfinite(number):
+            return number
+    raise LimitViolation(
+        f"{what}: {_shown(value)} is not one finite real number; nothing was sent, give a float"
+    )
+
+
+def finite_wave(volts: Any, what: str) -> NDArray[np.float64]:
+    """Return a waveform as a read-only copy of its own, ``(n,)`` float64.
+
+    Raises
+    ------
+    LimitViolation
+        It is empty, not a row, not real, masked in places, or not finite.
+    """
+    if isinstance(volts, np.ma.MaskedArray) and np.ma.is_masked(volts):
+        raise LimitViolation(f"{what}: some samples are masked; fill them first")
+    try:
+        raw = np.asarray(volts)
+    except ValueError as error:
+        raise LimitViolation(f"{what}: not a row of numbers ({error})") from error
+    if raw.dtype.kind not in "fiu" or raw.ndim != 1 or raw.size == 0:
+        raise LimitViolation(
+            f"{what}: needs a row (n,) of real numbers with n >= 1, not {raw.dtype} {raw.shape}"
+        )
+    with np.errstate(over="ignore"):
+        wave = np.array(raw, dtype=np.float64)
+    good = np.isfinite(wave)
+    if not good.all():
+        first = int(np.argmin(good))
+        raise LimitViolation(
+            f"{what}: sample {first} is {wave[first]} and {wave.size - int(good.sum())} of "
+            f"{wave.size} are not finite; nothing was sent, look where the waveform was computed"
+        )
+    wave.setflags(write=False)
+    return wave
+
+
+def engineering(value: float, unit: str) -> str:
+    """Return a number with a prefix, three digits.
+
+    Examples
+    --------
+    >>> engineering(1.33e5, "V/s"), engineering(2e-4, "s")
+    ('133 kV/s', '200 us')
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g} {unit}"
+    # rounded first, so that 999.9 becomes 1 k and not 1e+03
+    rounded = float(f"{value:.3g}")
+    power = max(min(math.floor(math.log10(abs(rounded)) / 3.0 + 1e-12), 3), -4)
+    return f"{rounded / 1000.0**power:.3g} {_PREFIXES[power]}{unit}"
+
+
+def _shown(value: object) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."

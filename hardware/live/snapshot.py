@@ -1,0 +1,129 @@
+"""The live view as a picture, rewritten whole every second."""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from bondgraph.atomic import regular_target, replacing
+from bondgraph.errors import BondsightError, UnusableInput
+from hardware.live.state import LiveState
+from hardware.live.text import one_line
+
+__all__ = ["Snapshot"]
+
+_SHOWN = ("x", "V", "V_mon", "i")
+_MAX_PANELS = 4
+
+
+@final
+class Snapshot:
+    """Draws the newest state into a PNG file, in a thread beside the acquisition.
+
+    A viewer that reloads the file never sees half a picture. States that come while one is being
+    drawn are skipped.
+
+    Parameters
+    ----------
+    path : path
+        The file, ending in .png.
+    every : float
+        s of real time from picture to picture.
+
+    Raises
+    ------
+    UnusableInput
+        The ending is another, the folder is not there, or the place is taken by no regular file.
+    """
+
+    def __init__(self, path: str | Path, every: float = 1.0) -> None:
+        self._path = Path(path)
+        if self._path.suffix.lower() != ".png":
+            raise UnusableInput(f"{path}: the live picture is a .png; give such a name")
+        if not self._path.parent.is_dir():
+            raise UnusableInput(f"{self._path.parent}: there is no such folder; make it first")
+        regular_target(self._path)
+        self._every = every
+        self._newest: LiveState | None = None
+        self._wake = threading.Event()
+        self._ended = threading.Event()
+        self._next = 0.0
+        self.error = ""
+        """Why the last picture was not written; empty if it was."""
+        self._thread = threading.Thread(target=self._run, name="live-picture", daemon=True)
+        self._thread.start()
+
+    @property
+    def due(self) -> bool:
+        """Whether it is time for the next picture."""
+        return time.monotonic() >= self._next
+
+    def show(self, state: LiveState) -> None:
+        """Hand over a state; costs nothing unless it is time."""
+        if self.due or state.ended:
+            self._next = time.monotonic() + self._every
+            self._newest = state
+            self._wake.set()
+
+    def close(self, timeout: float = 10.0) -> None:
+        """Draw the last state handed over and end; any number of times, never hangs."""
+        self._ended.set()
+        self._wake.set()
+        self._thread.join(timeout)
+
+    def _run(self) -> None:
+        ended = False
+        while not ended:
+            self._wake.wait()
+            self._wake.clear()
+            ended = self._ended.is_set()
+            state, self._newest = self._newest, None
+            if state is None:
+                continue
+            try:
+                draw(state, self._path)
+                self.error = ""
+            except (BondsightError, OSError, ValueError, RuntimeError) as error:
+                # a picture is never worth a measurement
+                self.error = str(error)
+
+
+def draw(state: LiveState, path: Path) -> None:
+    """Draw a state into a PNG file, all or nothing.
+
+    Raises
+    ------
+    UnusableInput
+        The file cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    found = [(s, c) for s in state.streams for c in s.channels]
+    shown = sorted((f for f in found if f[1].name in _SHOWN), key=lambda f: _order(f[1].name))
+    shown = (shown or found)[:_MAX_PANELS]
+    figure = Figure(figsize=(8.0, 1.0 + 1.8 * max(1, len(shown))), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels: Any = figure.subplots(max(1, len(shown)), 1, squeeze=False)[:, 0]
+    for panel, (s, c) in zip(panels, shown, strict=False):
+        panel.plot(np.arange(c.recent.size) - c.recent.size + 1, c.recent, linewidth=1.0)
+        panel.set_ylabel(f"{c.name} [{c.unit}]")
+        panel.set_title(f"{s.name}: {s.samples} samples", fontsize=8, loc="left")
+        panel.grid(alpha=0.3)
+        panel.tick_params(labelbottom=False)
+    warnings = [f"! {w}" for w in state.warnings[-3:]]
+    text = "\n".join(part[:110] for part in [*warnings, one_line(state)])
+    # names and warnings are no formulas
+    figure.suptitle(
+        text.replace("$", r"\$"), fontsize=9, color="firebrick" if warnings else "black"
+    )
+    with replacing(path) as stream:
+        figure.savefig(stream, format="png", dpi=90)
+
+
+def _order(name: str) -> int:
+    return _SHOWN.index(name)

@@ -1,0 +1,205 @@
+"""Drive a waveform and write down everything that arrives while it lasts.
+
+One loop without threads: the output plays in slices of about 20 ms, between them every sensor is
+drained into the journal. Whatever ends the loop, what had arrived is in the journal and the output
+goes to its safe value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Protocol
+
+from hardware.contracts import Acquisition, Chunk, Flag, Written
+from hardware.errors import BeamLost, HardwareError, LinkLost, TimedOut
+from hardware.recorder.plan import Plan
+from hardware.recorder.station import Station
+
+__all__ = ["Notebook", "Progress", "take"]
+
+POLL = 0.01
+"""Pause between polls when the wave is over and a sensor is not (s)."""
+
+
+class Notebook(Protocol):
+    """Where chunks and events are written as they come."""
+
+    def append(self, chunk: Chunk) -> None:
+        """Write a chunk."""
+        ...
+
+    def note(self, event: Mapping[str, Any]) -> None:
+        """Write an event."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """State of a running take, for those who watch.
+
+    Parameters
+    ----------
+    phase : str
+        ``"prepare"``, ``"play"``, ``"drain"`` or ``"end"``.
+    seconds : float
+        Since the start of the wave, by the program's clock.
+    written, total : int
+        Samples of the output.
+    late : int
+        Samples of the output that came late.
+    chunks : sequence of Chunk
+        What arrived since the last report.
+    """
+
+    phase: str
+    seconds: float
+    written: int
+    total: int
+    late: int = 0
+    chunks: Sequence[Chunk] = ()
+
+
+Watch = Callable[[Progress], None]
+
+
+def take(station: Station, plan: Plan, journal: Notebook, watch: Watch | None = None) -> None:
+    """Record one take.
+
+    Parameters
+    ----------
+    station : Station
+        The bench.
+    plan : Plan
+        What to do; its waveform is checked against the envelope before anything is sent.
+    journal : Notebook
+        Receives every chunk as it arrives, and events: air, zero, trigger, errors.
+    watch : callable, optional
+        Told of the progress.
+
+    Raises
+    ------
+    LimitViolation
+        The waveform leaves the envelope; nothing was sent.
+    HardwareError
+        Something failed on the way; what had arrived is in the journal, the output was ramped to
+        its safe value or is declared unknown.
+    """
+    say = watch or _silent
+    station.wave.prepare(plan.volts, plan.rate)
+    with station.safety:
+        try:
+            _prepare(station, plan, journal, say)
+            _run(station, plan, journal, say)
+        except BaseException as error:
+            _keep(journal, error)
+            raise
+        finally:
+            for sensor in station.sensors:
+                sensor.abort()
+    journal.note({"event": "output", **station.output.provenance()})
+    say(Progress("end", plan.seconds, plan.volts.size, plan.volts.size))
+
+
+def _prepare(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
+    """Power up, go to the first voltage, zero, read the air."""
+    say(Progress("prepare", 0.0, 0, plan.volts.size))
+    if station.output.present is None:
+        station.output.power_up()
+    station.output.ramp(float(plan.volts[0]))
+    station.clock.sleep(plan.settle)
+    station.preparation.zero()
+    journal.note({"event": "zero", "instant": station.clock.now()})
+    _air(station, journal, "start")
+
+
+def _run(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
+    begin = station.clock.now()
+    last = {s.stream: begin for s in station.sensors}
+    for sensor in station.sensors:
+        sensor.kickoff()
+    journal.note({"event": "start", "instant": begin})
+    state = Written(0, plan.volts.size)
+    for state in station.wave.play():
+        chunks = [*_write(journal, state.chunks), *_poll(station, journal, last)]
+        say(Progress("play", station.clock.now() - begin, state.samples, state.total,
+                     state.late, chunks))  # fmt: skip
+        _check_silence(station, plan, last, waiting=False)
+    while not all(s.done for s in station.sensors):
+        chunks = _poll(station, journal, last)
+        say(Progress("drain", station.clock.now() - begin, state.samples, state.total,
+                     state.late, chunks))  # fmt: skip
+        if plan.synchronisation != "start" and not chunks:
+            break
+        _check_silence(station, plan, last, waiting=True)
+        station.clock.sleep(POLL)
+    for sensor in station.sensors:
+        _write(journal, sensor.finish())
+    _air(station, journal, "end")
+
+
+def _write(journal: Notebook, chunks: Iterable[Chunk]) -> list[Chunk]:
+    written = []
+    for chunk in chunks:
+        journal.append(chunk)
+        written.append(chunk)
+    return written
+
+
+def _poll(station: Station, journal: Notebook, last: dict[str, float]) -> list[Chunk]:
+    """Drain every sensor; remember when each of them last spoke."""
+    arrived = []
+    for sensor in station.sensors:
+        chunks = _write(journal, sensor.poll())
+        if chunks or sensor.done:
+            last[sensor.stream] = station.clock.now()
+        arrived += chunks
+    return arrived
+
+
+def _check_silence(station: Station, plan: Plan, last: Mapping[str, float], waiting: bool) -> None:
+    """Give up on a sensor that has been silent for too long.
+
+    A block arrives at once at its end, so during the wave only streams that have spoken count.
+    """
+    now = station.clock.now()
+    for sensor in station.sensors:
+        silence = now - last[sensor.stream]
+        allowed = plan.patience + (0.0 if waiting else plan.seconds)
+        if not sensor.done and silence > allowed:
+            raise TimedOut(
+                f"{sensor.stream}: nothing came for {silence:.3g} s; check the trigger line and "
+                "the beam, or give more patience"
+            )
+
+
+def _air(station: Station, journal: Notebook, when: str) -> None:
+    air = station.preparation.air()
+    journal.note({"event": "air", "when": when, **({} if air is None else asdict(air))})
+
+
+def _keep(journal: Notebook, error: BaseException) -> None:
+    """Write what an error carries, and the error."""
+    if isinstance(error, HardwareError):
+        for chunk in _chunks(error.partial):
+            journal.append(chunk)
+    kind = type(error).__name__
+    flags = Flag.BEAM_LOST if isinstance(error, BeamLost | LinkLost) else Flag.GOOD
+    journal.note({"event": "error", "kind": kind, "message": str(error), "flag": int(flags)})
+
+
+def _chunks(partial: object) -> list[Chunk]:
+    if isinstance(partial, Chunk):
+        return [partial]
+    if isinstance(partial, list | tuple):
+        return [c for c in partial if isinstance(c, Chunk)]
+    return []
+
+
+def _silent(progress: Progress) -> None:
+    """Watch nothing."""
+
+
+def streams(sensors: Iterable[Acquisition]) -> tuple[str, ...]:
+    """Return the names of the streams."""
+    return tuple(s.stream for s in sensors)

@@ -1,0 +1,100 @@
+"""From the plant's part of a configuration to what stands on the bench."""
+
+from __future__ import annotations
+
+import math
+import secrets
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hardware.simulators.bench_server.config import AirConfig, BenchConfig, PlantConfig
+from hardware.simulators.draw import draw_truth
+from hardware.simulators.plant_contract import Plant
+from hardware.simulators.plants import (
+    AirPath,
+    Creeping,
+    Disturbance,
+    Disturbed,
+    Hysteretic,
+    SensorNoise,
+    StackPlant,
+    Vibration,
+)
+
+__all__ = ["PlantMaker", "Stand", "stand_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class Stand:
+    """A plant, and the truth about it.
+
+    Parameters
+    ----------
+    plant : Plant
+        The plant, without disturbances.
+    truth : mapping
+        Plain values for JSON.
+    noise_x, noise_i : float
+        White noise of the readings (m, A); that of the displacement is left to the devices.
+    """
+
+    plant: Plant
+    truth: Mapping[str, Any] = field(default_factory=dict)
+    noise_x: float = 0.0
+    noise_i: float = 0.0
+
+
+PlantMaker = Callable[[PlantConfig], Stand]
+"""Makes a plant that this package does not know, for the one who starts the server."""
+
+
+def stand_of(config: BenchConfig, others: Mapping[str, PlantMaker] | None = None) -> Stand:
+    """Return what stands on the bench, with its disturbances.
+
+    Raises
+    ------
+    ValueError
+        In one line, if the plant or its effect is unknown.
+    """
+    p = config.plant
+    makers: dict[str, PlantMaker] = {"stack": _stack, **(others or {})}
+    if p.name not in makers:
+        raise ValueError(f"bench: unknown plant {p.name!r}; known: {', '.join(sorted(makers))}")
+    bare = makers[p.name](p)
+    plant = bare.plant
+    if p.play_radii:
+        plant = Hysteretic(plant, p.play_radii, p.play_gains)
+    if p.creep_ratios:
+        plant = Creeping(plant, p.creep_ratios, p.creep_times)
+    x = bare.noise_x if math.isnan(p.noise_x) else p.noise_x
+    i = bare.noise_i if math.isnan(p.noise_i) else p.noise_i
+    disturbances = _disturbances(p, config.air)
+    if i:
+        disturbances.append(SensorNoise(0.0, i, p.noise_seed))
+    if disturbances:
+        plant = Disturbed(plant, *disturbances)
+    return Stand(plant, bare.truth, x, i)
+
+
+def _disturbances(p: PlantConfig, air: AirConfig) -> list[Disturbance]:
+    found: list[Disturbance] = []
+    # what the sensors of the air see is the interferometer's business; this is what they miss
+    if air.stir or air.swing:
+        found.append(
+            AirPath(air.dead_path, 0.0, air.swing, air.period, air.stir, seed=p.noise_seed)
+        )
+    if p.vibration:
+        found.append(Vibration(p.vibration, p.noise_seed))
+    return found
+
+
+def _stack(p: PlantConfig) -> Stand:
+    seed = secrets.randbits(62) if p.seed is None else p.seed
+    effect = None if p.effect == "drawn" else p.effect
+    try:
+        truth = draw_truth(seed, effect, p.place or None, p.strength or None)
+    except (KeyError, ValueError) as error:
+        raise ValueError(f"bench: {error.args[0]}") from None
+    plant = StackPlant(truth, span=p.drift_span)
+    return Stand(plant, truth.as_dict(), truth.noise.x_rms, truth.noise.i_rms)

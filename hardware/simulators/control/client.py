@@ -1,0 +1,153 @@
+"""The program's side: a clock whose waiting makes the time of the bench pass."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+from typing import final
+
+from hardware.simulators.noise import white
+from hardware.simulators.rig import Rig
+
+__all__ = ["BenchClock", "LocalClock", "ask"]
+
+
+@final
+class BenchClock:
+    """Time of a program in front of a virtual bench.
+
+    It may run at a rate of its own: a program that waits 1 s of its time lets ``1 + ppm / 1e6`` s
+    of true time pass. A card that the program paces has the same error.
+
+    Parameters
+    ----------
+    address : str
+        ``host:port`` of the bench's control front.
+    ppm : float
+        Rate error (millionths).
+    jitter : float
+        Standard deviation of the end of a wait (s); waits become longer only.
+    seed : int
+        Of the jitter.
+    timeout : float
+        Longest real time (s) that an answer may take; raises TimeoutError behind it.
+
+    Raises
+    ------
+    ConnectionError
+        If there is no bench, or it is gone.
+    """
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        ppm: float = 0.0,
+        jitter: float = 0.0,
+        seed: int = 0,
+        timeout: float = 30.0,
+    ) -> None:
+        self._rate = 1.0 + 1e-6 * ppm
+        self._jitter = jitter
+        self._seed = seed
+        self._waits = 0
+        self._lock = threading.Lock()
+        self._address = address
+        self._waiting = b""
+        host, _, port = address.rpartition(":")
+        try:
+            self._socket = socket.create_connection((host, int(port)), timeout=timeout)
+        except (OSError, ValueError) as error:
+            raise ConnectionError(f"no virtual bench at {address}: {error}") from None
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def now(self) -> float:
+        """Present time of the program (s)."""
+        return float(self.ask("NOW")) / self._rate
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass (s of the program); nothing for zero and less."""
+        if seconds <= 0.0:
+            return
+        true = seconds * self._rate
+        if self._jitter:
+            true += self._jitter * abs(float(white(self._seed, self._waits, 1)[0]))
+        self._waits += 1
+        self.ask(f"WAIT {true!r}")
+
+    def edge(self) -> float:
+        """Put an edge on the trigger line; returns its true instant (s)."""
+        return float(self.ask("EDGE"))
+
+    def ask(self, line: str) -> str:
+        """Send one line and return its answer.
+
+        Raises
+        ------
+        ValueError
+            If the bench refuses it; the message is the bench's.
+        ConnectionError
+            If the bench is gone.
+        """
+        with self._lock:
+            try:
+                self._socket.sendall(line.encode("ascii") + b"\n")
+                while b"\n" not in self._waiting:
+                    data = self._socket.recv(4096)
+                    if not data:
+                        raise ConnectionError("it closed the connection")
+                    self._waiting += data
+            except TimeoutError:
+                raise TimeoutError(
+                    f"the virtual bench at {self._address} did not answer {line!r} in time"
+                ) from None
+            except OSError as error:
+                raise ConnectionError(
+                    f"the virtual bench at {self._address} is gone: {error}"
+                ) from None
+            text, _, self._waiting = self._waiting.partition(b"\n")
+        word, _, rest = text.decode("ascii").partition(" ")
+        if word != "OK":
+            raise ValueError(f"virtual bench: {rest}")
+        return rest
+
+    def close(self) -> None:
+        """Leave; never raises."""
+        with contextlib.suppress(OSError):
+            self._socket.close()
+
+
+@final
+class LocalClock:
+    """The same for a program in the process of the bench; no connection is made.
+
+    Parameters
+    ----------
+    rig : Rig
+        The bench, on virtual time.
+    ppm : float
+        Rate error (millionths), see `BenchClock`.
+    """
+
+    def __init__(self, rig: Rig, ppm: float = 0.0) -> None:
+        self._rig = rig
+        self._rate = 1.0 + 1e-6 * ppm
+
+    def now(self) -> float:
+        """Present time of the program (s)."""
+        return self._rig.now / self._rate
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass (s of the program); nothing for zero and less."""
+        if seconds > 0.0:
+            self._rig.wait(seconds * self._rate)
+
+
+def ask(address: str, line: str, timeout: float = 10.0) -> str:
+    """Ask a bench one line over a connection of its own; see `BenchClock.ask`."""
+    clock = BenchClock(address, timeout=timeout)
+    try:
+        return clock.ask(line)
+    finally:
+        clock.close()

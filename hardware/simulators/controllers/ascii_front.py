@@ -1,0 +1,42 @@
+"""A simulated ASCII controller on a pseudo-terminal."""
+
+from __future__ import annotations
+
+from typing import final
+
+from hardware.simulators.controllers.ascii_devices import ASCII_DEVICES, AsciiDevice
+from hardware.simulators.controllers.faults import FaultQueue
+from hardware.simulators.controllers.serving import PtyDoorway, Serving
+from hardware.simulators.rig import Rig
+
+__all__ = ["AsciiFront"]
+
+
+@final
+class AsciiFront:
+    """A controller that speaks its ASCII dialect over a pseudo-terminal.
+
+    Parameters
+    ----------
+    rig : Rig
+        The bench.
+    device : str or AsciiDevice
+        Name in `ASCII_DEVICES`, or a device in front of the same bench.
+    faults : FaultQueue, optional
+        What happens to its answers.
+    """
+
+    def __init__(
+        self, rig: Rig, device: str | AsciiDevice = "nv200", faults: FaultQueue | None = None
+    ) -> None:
+        self.device = ASCII_DEVICES[device](rig) if isinstance(device, str) else device
+        self.faults = faults or FaultQueue()
+        self._serving = Serving(self.device, PtyDoorway(), self.faults)
+
+    def start(self) -> str:
+        """Make the pseudo-terminal; return its path."""
+        return self._serving.start()
+
+    def stop(self) -> None:
+        """Cut the line and end."""
+        self._serving.stop()

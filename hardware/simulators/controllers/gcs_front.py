@@ -1,0 +1,56 @@
+"""The simulated GCS controller on the loopback."""
+
+from __future__ import annotations
+
+from typing import final
+
+from hardware.simulators.controllers.faults import FaultQueue
+from hardware.simulators.controllers.gcs_device import GcsDevice
+from hardware.simulators.controllers.gcs_model import GcsModel
+from hardware.simulators.controllers.serving import Serving, TcpDoorway
+from hardware.simulators.rig import DeviceClock, Rig
+
+__all__ = ["GcsFront"]
+
+
+@final
+class GcsFront:
+    """A digital controller that speaks GCS 2 over TCP.
+
+    The first line of its digital outputs leads to the trigger line of the bench. Time is that of
+    the bench; only the faults of the wire are in real time.
+
+    Parameters
+    ----------
+    rig : Rig
+        The bench.
+    clock : DeviceClock, optional
+        The controller's own clock.
+    model : GcsModel, optional
+        What it is.
+    faults : FaultQueue, optional
+        What happens to its answers.
+    host, port : str, int
+        Where it listens; port 0 takes any.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        clock: DeviceClock | None = None,
+        model: GcsModel | None = None,
+        faults: FaultQueue | None = None,
+        host: str = "127.0.0.1",
+        port: int = 0,
+    ) -> None:
+        self.device = GcsDevice(rig, clock or DeviceClock(), model or GcsModel())
+        self.faults = faults or FaultQueue()
+        self._serving = Serving(self.device, TcpDoorway(host, port), self.faults)
+
+    def start(self) -> str:
+        """Listen; return host:port."""
+        return self._serving.start()
+
+    def stop(self) -> None:
+        """Cut the link and end."""
+        self._serving.stop()

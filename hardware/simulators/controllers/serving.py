@@ -1,0 +1,260 @@
+"""Serving one client at a time, in a thread, over TCP or a pseudo-terminal, with faults."""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from typing import Protocol, final
+
+from hardware.simulators.controllers.faults import Fault, FaultQueue
+
+__all__ = ["Device", "Doorway", "PtyDoorway", "Serving", "TcpDoorway"]
+
+
+class Device(Protocol):
+    """What answers."""
+
+    @property
+    def terminator(self) -> bytes:
+        """End of an answer."""
+        ...
+
+    def feed(self, data: bytes) -> Iterator[bytes]:
+        """Take bytes and give the answers to the commands that they complete."""
+        ...
+
+
+class Line(Protocol):
+    """One connected client."""
+
+    def fileno(self) -> int: ...
+    def receive(self) -> bytes: ...
+    def send(self, data: bytes) -> None: ...
+    def close(self) -> None: ...
+
+
+class Doorway(Protocol):
+    """Where clients come in."""
+
+    def open(self) -> str:
+        """Open it; return the address."""
+        ...
+
+    def wait(self, stopped: Callable[[], bool], refuse: Callable[[], bool]) -> Line | None:
+        """Wait for a client for a moment."""
+        ...
+
+    def close(self) -> None:
+        """Let nobody in any more."""
+        ...
+
+
+@final
+class Serving:
+    """The thread that answers.
+
+    Parameters
+    ----------
+    device : Device
+        What answers.
+    doorway : Doorway
+        Where clients come in.
+    faults : FaultQueue
+        What happens to the answers.
+    """
+
+    def __init__(self, device: Device, doorway: Doorway, faults: FaultQueue) -> None:
+        self._device = device
+        self._doorway = doorway
+        self._faults = faults
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> str:
+        """Open the doorway, answer from now on and return the address."""
+        address = self._doorway.open()
+        self._stop.clear()
+        self._thread = threading.Thread(target=self._run, name=f"simulator {address}", daemon=True)
+        self._thread.start()
+        return address
+
+    def stop(self) -> None:
+        """Cut the link and end the thread."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join(timeout=5.0)
+            self._thread = None
+        self._doorway.close()
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            line = self._doorway.wait(self._stop.is_set, lambda: self._faults.refuse)
+            if line is None:
+                continue
+            try:
+                self._serve(line)
+            except OSError:
+                pass  # the client is gone; the next one may come
+            finally:
+                line.close()
+
+    def _serve(self, line: Line) -> None:
+        while not self._stop.is_set():
+            ready, _, _ = select.select([line.fileno()], [], [], _LOOK)
+            if not ready:
+                continue
+            data = line.receive()
+            if not data:
+                return
+            for answer in self._device.feed(data):
+                if not self._answer(line, answer):
+                    return
+
+    def _answer(self, line: Line, answer: bytes) -> bool:
+        """Send an answer as its fault will have it; False if the link was cut."""
+        fault = self._faults.take()
+        if fault.delay and self._stop.wait(fault.delay):
+            return False
+        if fault.silent:
+            return True
+        data = fault.garbage + _ended(answer, self._device.terminator, fault)
+        cut = fault.drop_after is not None and fault.drop_after < len(data)
+        data = data[: fault.drop_after] if cut else data
+        size = fault.chunk or max(len(data), 1)
+        for k in range(0, len(data), size):
+            if k and fault.pause and self._stop.wait(fault.pause):
+                return False
+            line.send(data[k : k + size])
+        return not cut
+
+
+_LOOK = 0.02
+"""How often the thread looks whether it is to stop (s)."""
+
+
+def _ended(answer: bytes, terminator: bytes, fault: Fault) -> bytes:
+    if fault.terminator is None or not answer.endswith(terminator):
+        return answer
+    return answer[: len(answer) - len(terminator)] + fault.terminator
+
+
+@final
+class TcpDoorway:
+    """A port on the loopback; one client at a time, as the controllers have it."""
+
+    def __init__(self, host: str = "127.0.0.1", port: int = 0) -> None:
+        self._place = (host, port)
+        self._listener: socket.socket | None = None
+
+    def open(self) -> str:
+        """Listen; return host:port."""
+        self._listener = socket.create_server(self._place, backlog=1)
+        self._place = self._listener.getsockname()[:2]
+        return f"{self._place[0]}:{self._place[1]}"
+
+    def wait(self, stopped: Callable[[], bool], refuse: Callable[[], bool]) -> Line | None:
+        """Wait for a client for a moment."""
+        if refuse() or self._listener is None:
+            self.close()
+            threading.Event().wait(_LOOK)
+            if not refuse() and not stopped():
+                self.open()
+            return None
+        ready, _, _ = select.select([self._listener], [], [], _LOOK)
+        return TcpLine(self._listener.accept()[0]) if ready else None
+
+    def close(self) -> None:
+        """Listen no more."""
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None
+
+
+@final
+class TcpLine:
+    """A client over TCP."""
+
+    def __init__(self, link: socket.socket) -> None:
+        self._link = link
+        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def fileno(self) -> int:
+        """Descriptor."""
+        return self._link.fileno()
+
+    def receive(self) -> bytes:
+        """Bytes that are there."""
+        return self._link.recv(1 << 16)
+
+    def send(self, data: bytes) -> None:
+        """Send all."""
+        self._link.sendall(data)
+
+    def close(self) -> None:
+        """Hang up."""
+        self._link.close()
+
+
+@final
+class PtyDoorway:
+    """A pseudo-terminal; whoever opens its other end is the client."""
+
+    def __init__(self) -> None:
+        self._ends: tuple[int, int] | None = None
+        self._taken = False
+
+    def open(self) -> str:
+        """Make it; return the path of the other end."""
+        import tty
+
+        near, far = os.openpty()
+        # raw, so that nothing is echoed or translated before the client sets it up
+        tty.setraw(far)
+        self._ends = (near, far)
+        self._taken = False
+        return os.ttyname(far)
+
+    def wait(self, stopped: Callable[[], bool], refuse: Callable[[], bool]) -> Line | None:
+        """Return the line once; a cut pseudo-terminal does not come back."""
+        if self._ends is None or self._taken:
+            threading.Event().wait(_LOOK)
+            return None
+        self._taken = True
+        return PtyLine(*self._ends)
+
+    def close(self) -> None:
+        """Forget it; the line closes both ends."""
+        if self._ends is not None and not self._taken:
+            for end in self._ends:
+                os.close(end)
+        self._ends = None
+
+
+@final
+class PtyLine:
+    """A client over a pseudo-terminal."""
+
+    def __init__(self, near: int, far: int) -> None:
+        self._near = near
+        self._far = far
+
+    def fileno(self) -> int:
+        """Descriptor."""
+        return self._near
+
+    def receive(self) -> bytes:
+        """Bytes that are there."""
+        return os.read(self._near, 1 << 12)
+
+    def send(self, data: bytes) -> None:
+        """Send all."""
+        while data:
+            data = data[os.write(self._near, data) :]
+
+    def close(self) -> None:
+        """Cut it."""
+        os.close(self._near)
+        os.close(self._far)

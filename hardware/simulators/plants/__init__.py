@@ -1,0 +1,22 @@
+"""Plants of the virtual bench, and what disturbs them."""
+
+from hardware.simulators.plants.disturbance import (
+    AirPath,
+    Disturbance,
+    Disturbed,
+    SensorNoise,
+    Vibration,
+)
+from hardware.simulators.plants.memory import Creeping, Hysteretic
+from hardware.simulators.plants.stack import StackPlant
+
+__all__ = [
+    "AirPath",
+    "Creeping",
+    "Disturbance",
+    "Disturbed",
+    "Hysteretic",
+    "SensorNoise",
+    "StackPlant",
+    "Vibration",
+]

@@ -1,0 +1,156 @@
+"""Hysteresis before a plant and creep behind it, for plants that have none."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hardware.simulators.plant_contract import Motion, Plant, Rewindable
+from hardware.simulators.plants.native import library, pointer
+
+__all__ = ["Creeping", "Hysteretic"]
+
+Array = NDArray[np.float64]
+
+
+def _rewindable(plant: Plant) -> Rewindable:
+    if not isinstance(plant, Rewindable):
+        raise TypeError(f"{type(plant).__name__}: it must offer snapshot and restore")
+    return plant
+
+
+@final
+class Hysteretic:
+    """A plant behind play operators in parallel, virgin at 0 V.
+
+    The plant gets ``direct V + sum g_j play(V; r_j)``.
+
+    Parameters
+    ----------
+    plant : Plant
+        What follows.
+    radii : sequence of float
+        Half widths of the plays (V), > 0.
+    gains : sequence of float
+        Their gains.
+    direct : float, optional
+        Gain of the voltage itself; by default what makes all gains sum to one.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        radii: Sequence[float],
+        gains: Sequence[float],
+        direct: float | None = None,
+    ) -> None:
+        if len(radii) != len(gains) or not all(r > 0.0 for r in radii):
+            raise ValueError("Hysteretic: give one gain for every radius, radii > 0")
+        self._plant, self._state = plant, _rewindable(plant)
+        self._radii, self._gains = np.array(radii, float), np.array(gains, float)
+        self._direct = 1.0 - float(self._gains.sum()) if direct is None else direct
+        self._memory = np.zeros(self._radii.size)
+
+    @property
+    def step(self) -> float:
+        """Step (s)."""
+        return self._plant.step
+
+    def advance(self, volts: Array) -> Motion:
+        """Go on by one step per voltage (V), ``(n,)``."""
+        moved = self._plant.advance(self._played(np.ascontiguousarray(volts, dtype=float)))
+        return Motion(moved.x, moved.i)
+
+    def snapshot(self) -> Any:
+        """Return a copy of the state."""
+        return self._memory.copy(), self._state.snapshot()
+
+    def restore(self, state: Any) -> None:
+        """Put a state back."""
+        self._memory[:] = state[0]
+        self._state.restore(state[1])
+
+    def _played(self, u: Array) -> Array:
+        out = np.empty(u.size)
+        if (code := library()) is not None:
+            code.play_advance(
+                ctypes.c_int(self._radii.size),
+                pointer(self._radii),
+                pointer(self._gains),
+                ctypes.c_double(self._direct),
+                pointer(self._memory),
+                ctypes.c_long(u.size),
+                pointer(u),
+                pointer(out),
+            )
+            return out
+        m = self._memory
+        for k, volts in enumerate(u.tolist()):
+            np.clip(m, volts - self._radii, volts + self._radii, out=m)
+            out[k] = self._direct * volts + float(self._gains @ m)
+        return out
+
+
+@final
+class Creeping:
+    """A plant whose displacement creeps on: ``tau_j z_j' = ratio_j x - z_j``, reading x + sum z_j.
+
+    Parameters
+    ----------
+    plant : Plant
+        The plant.
+    ratios : sequence of float
+        Final creep over the immediate answer.
+    taus : sequence of float
+        Time constants (s), > 0.
+    """
+
+    def __init__(self, plant: Plant, ratios: Sequence[float], taus: Sequence[float]) -> None:
+        if len(ratios) != len(taus) or not all(t > 0.0 for t in taus):
+            raise ValueError("Creeping: give one time constant for every ratio, > 0")
+        self._plant, self._state = plant, _rewindable(plant)
+        self._ratios = np.array(ratios, float)
+        self._decay = np.exp(-plant.step / np.array(taus, float))
+        self._z = np.zeros(self._ratios.size)
+
+    @property
+    def step(self) -> float:
+        """Step (s)."""
+        return self._plant.step
+
+    def advance(self, volts: Array) -> Motion:
+        """Go on by one step per voltage (V), ``(n,)``."""
+        moved = self._plant.advance(volts)
+        return Motion(self._crept(np.ascontiguousarray(moved.x)), moved.i)
+
+    def snapshot(self) -> Any:
+        """Return a copy of the state."""
+        return self._z.copy(), self._state.snapshot()
+
+    def restore(self, state: Any) -> None:
+        """Put a state back."""
+        self._z[:] = state[0]
+        self._state.restore(state[1])
+
+    def _crept(self, x: Array) -> Array:
+        out = np.empty(x.size)
+        if (code := library()) is not None:
+            code.creep_advance(
+                ctypes.c_int(self._z.size),
+                pointer(self._ratios),
+                pointer(self._decay),
+                pointer(self._z),
+                ctypes.c_long(x.size),
+                pointer(x),
+                pointer(out),
+            )
+            return out
+        for k, value in enumerate(x.tolist()):
+            goal = self._ratios * value
+            self._z[:] = goal + (self._z - goal) * self._decay
+            out[k] = value + float(self._z.sum())
+        return out

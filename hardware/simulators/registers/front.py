@@ -1,0 +1,163 @@
+"""A simulated card behind a TCP port, one message for several accesses.
+
+The wire is little-endian: a request is the number of accesses (16 bits), then 8 bytes each (kind 8,
+BAR 8, offset 16, value 32); the answer is the number and 32 bits each.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import final
+
+from hardware.simulators.registers.amplifier import AmplifierData
+from hardware.simulators.registers.model import CardFaults, Logged, RegisterModel, Wires
+from hardware.simulators.rig import DeviceClock, Rig
+
+__all__ = ["CardFront"]
+
+_HEAD = struct.Struct("<H")
+_ACCESS = struct.Struct("<BBHI")
+
+
+@final
+class CardFront:
+    """Serves the registers of a card.
+
+    Parameters
+    ----------
+    rig : Rig
+        The bench.
+    clock : DeviceClock, optional
+        Clock of the card, for the one who makes the program's clock; the card itself has none, the
+        program paces it.
+    model : str
+        ``"MF634"`` or ``"MF624"``.
+    amplifier : AmplifierData, optional
+        Between its output and the terminals.
+    wires : Wires, optional
+        What is connected.
+    port : int
+        0 takes a free one.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        clock: DeviceClock | None = None,
+        model: str = "MF634",
+        *,
+        amplifier: AmplifierData | None = None,
+        wires: Wires | None = None,
+        port: int = 0,
+    ) -> None:
+        self.clock = DeviceClock() if clock is None else clock
+        self.registers = RegisterModel(rig, model, amplifier, wires, self.clock)
+        self._port = port
+        self._listener: socket.socket | None = None
+        self._links: list[socket.socket] = []
+        self._threads: list[threading.Thread] = []
+        self._stopped = threading.Event()
+
+    @property
+    def log(self) -> deque[Logged]:
+        """Every access, the latest 200,000."""
+        return self.registers.log
+
+    @property
+    def faults(self) -> CardFaults:
+        """What is wrong with the card."""
+        return self.registers.faults
+
+    def injectors(self) -> dict[str, Callable[[Mapping[str, float | str]], None]]:
+        """Return what injects each fault by name, for a control port."""
+        return {
+            f"card_{name}": self._injector(name)
+            for name in ("gone", "endless", "looks", "delay", "cut")
+        }
+
+    def start(self) -> str:
+        """Listen on the loopback; returns ``host:port``."""
+        self._stopped.clear()
+        listener = socket.create_server(("127.0.0.1", self._port))
+        self._listener = listener
+        self._serve(lambda: self._accept(listener))
+        host, port = listener.getsockname()[:2]
+        return f"{host}:{port}"
+
+    def stop(self) -> None:
+        """End all connections; any number of times."""
+        self._stopped.set()
+        links = [*self._links, *([self._listener] if self._listener else [])]
+        self._listener = None
+        for link in links:
+            # closing alone does not wake a thread that waits for bytes
+            with contextlib.suppress(OSError):
+                link.shutdown(socket.SHUT_RDWR)
+            link.close()
+        for thread in self._threads:
+            if thread is not threading.current_thread():
+                thread.join(1.0)
+        self._links.clear()
+        self._threads.clear()
+
+    def _injector(self, name: str) -> Callable[[Mapping[str, float | str]], None]:
+        def inject(options: Mapping[str, float | str]) -> None:
+            unknown = set(options) - {"value"}
+            if unknown:
+                raise ValueError(f"card_{name} takes value=..., not {', '.join(sorted(unknown))}")
+            value = float(options.get("value", 1.0))
+            kind = type(getattr(self.faults, name))
+            setattr(self.faults, name, kind(value))
+
+        return inject
+
+    def _serve(self, work: Callable[[], None]) -> None:
+        thread = threading.Thread(target=work, daemon=True, name="card")
+        self._threads.append(thread)
+        thread.start()
+
+    def _accept(self, listener: socket.socket) -> None:
+        while not self._stopped.is_set():
+            try:
+                link, _ = listener.accept()
+            except OSError:
+                return
+            link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._links.append(link)
+            self._serve(lambda link=link: self._talk(link))  # type: ignore[misc]
+
+    def _talk(self, link: socket.socket) -> None:
+        with contextlib.suppress(OSError), link:
+            while True:
+                count = _HEAD.unpack(_exactly(link, 2))[0]
+                request = _exactly(link, 8 * count)
+                if self._cut(count):
+                    # half of an answer, as by a cable pulled in the middle of it
+                    link.sendall(_HEAD.pack(count))
+                    return
+                answers = self.registers.batch(_ACCESS.iter_unpack(request))
+                if self.faults.delay:
+                    self._stopped.wait(self.faults.delay)
+                link.sendall(struct.pack(f"<H{count}I", count, *answers))
+
+    def _cut(self, count: int) -> bool:
+        left = self.faults.cut
+        if left <= 0:
+            return False
+        self.faults.cut = max(left - count, 0)
+        return left <= count
+
+
+def _exactly(link: socket.socket, length: int) -> bytes:
+    data = b""
+    while len(data) < length:
+        piece = link.recv(length - len(data))
+        if not piece:
+            raise ConnectionResetError
+        data += piece
+    return data

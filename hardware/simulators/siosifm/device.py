@@ -1,0 +1,358 @@
+"""The simulated interferometer itself: what its electronics answer to the library."""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from typing import final
+
+import numpy as np
+
+from hardware.simulators.rig import DeviceClock, Rig
+from hardware.simulators.siosifm.counter import OVERFLOW_LIBRARY, Counter
+from hardware.simulators.siosifm.optics import VACUUM
+from hardware.simulators.siosifm.run import START, Edges, Run
+
+__all__ = ["SimulatedInterferometer"]
+
+Answer = tuple[int, bytes]
+
+CHANNEL, DATALEN, REQUEST, USB, NOT_IMPLEMENTED, TOO_FAST, PARAMETER = (
+    -2, -4, -11, -12, -100, -18, -22,
+)  # fmt: skip
+MEMORY = 32_768
+BASE = 50e6
+
+
+@final
+class SimulatedInterferometer:
+    """One device, one channel.
+
+    Parameters
+    ----------
+    rig : Rig
+        The bench.
+    clock : DeviceClock
+        The device's clock.
+    counter : Counter
+        Its beam.
+    serial : int
+        Number on the bus.
+    stream_limit, block_limit : float
+        Largest rates (Hz).
+    starts, clocks : callable
+        Edges on the start input and on the clock or event input.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        clock: DeviceClock,
+        counter: Counter,
+        *,
+        serial: int,
+        stream_limit: float,
+        block_limit: float,
+        starts: Edges,
+        clocks: Edges,
+    ) -> None:
+        self.counter = counter
+        self.requests: deque[str] = deque(maxlen=400)
+        self._rig, self._clock = rig, clock
+        self._serial = serial
+        self._limits = stream_limit, block_limit
+        self._starts, self._clocks = starts, clocks
+        self._trigger = 0
+        self._flags, self._rate = 0x0102, 1000.0
+        self._block = (0x0102, 0, 1000.0)
+        self._run: Run | None = None
+        self._length = 0
+        self._sent = 0
+        self._lost = 0
+        self._dead_path = self._preset = 0.0
+        self._air_asked = self._quality_asked = -1.0
+
+    def answer(self, line: str) -> Answer:
+        """Answer one request of the library."""
+        word, *rest = line.split()
+        if word not in ("FETCH", "READY", "STATUS"):
+            self.requests.append(line)
+        method = getattr(self, f"_do_{word.lower()}", None)
+        if method is None:
+            return NOT_IMPLEMENTED, b""
+        result: Answer | int = method(*rest)
+        return (result, b"") if isinstance(result, int) else result
+
+    # ---- identity
+
+    def _do_search(self) -> int:
+        return 1
+
+    def _do_usbserial(self, number: str) -> int:
+        return self._serial if number == "0" else USB
+
+    def _do_open(self, how: str, number: str) -> int:
+        self._run = None
+        return 0 if how != "USB" or number == "0" else USB
+
+    def _do_close(self) -> int:
+        self._run = None
+        return 0
+
+    def _do_firmware(self) -> int:
+        return 314
+
+    def _do_channels(self) -> int:
+        return 1
+
+    def _do_type(self) -> int:
+        return 2
+
+    def _do_property(self, number: str) -> int:
+        return int(number == "1")
+
+    def _do_text(self, number: str) -> Answer:
+        text = f"B{self._serial:06d}" if number == "32" else "3.14 simulated"
+        return 0, text.encode()
+
+    def _do_info(self, number: str, part: str) -> int:
+        now = self._rig.now
+        if self.counter.faults.stale_air and self.counter._stopped_at is not None:
+            now = self.counter._stopped_at
+        values = {
+            1: int(self._rate), 2: int(self._rate), 4: self._flags, 5: self._trigger,
+            8: 1, 9: self._serial, 11: 1, 22: 0, 23: 0,
+            24: int(self.counter.ellipse_fit), 30: int(now) + 1, 34: 0, 35: 0,
+        }  # fmt: skip
+        return values.get(int(number), REQUEST)
+
+    def _do_setinfo(self, number: str, value: str) -> int:
+        if number != "24":
+            return REQUEST
+        self.counter.ellipse_fit = value != "0"
+        return 0
+
+    def _do_number(self, number: str) -> Answer | int:
+        shape = self.counter.shape
+        values = {
+            14: self._rate, 21: self._rate,
+            25: shape.offset_cosine * shape.amplitude, 26: shape.offset_sine * shape.amplitude,
+            27: shape.phase, 28: shape.ratio, 29: shape.amplitude,
+        }  # fmt: skip
+        if int(number) not in values:
+            return REQUEST
+        return 0, struct.pack("<d", values[int(number)])
+
+    # ---- settings
+
+    def _do_trigger(self, mode: str) -> int:
+        self._trigger = int(mode)
+        return 0
+
+    def _do_filter(self, flags: str, first: str, second: str) -> int:
+        return 0 if int(first) >= 0 and int(second) >= 0 else PARAMETER
+
+    def _do_measure(self, flags: str, rate: str) -> int:
+        asked = float(rate)
+        if asked > self._limits[0] * (1.0 + 1e-9):
+            return TOO_FAST
+        if not asked > 0.0:
+            return PARAMETER
+        self._flags, self._rate, self._run = int(flags), _steps(asked), None
+        return 0
+
+    def _do_deadpath(self, channel: str, mm: str) -> int:
+        if channel != "0" or int(mm) < 0:
+            return CHANNEL if channel != "0" else PARAMETER
+        self.counter.settings.dead_path = 1e-3 * int(mm)
+        return 0
+
+    def _do_getdeadpath(self, channel: str) -> int:
+        return round(1e3 * self._dead_path)
+
+    def _do_preset(self, channel: str, nm: str) -> int:
+        self.counter.settings.preset = 1e-9 * float(nm)
+        return 0 if channel == "0" else CHANNEL
+
+    def _do_getpreset(self, channel: str) -> Answer:
+        return 0, struct.pack("<d", 1e9 * self._preset)
+
+    def _do_zero(self, mask: str) -> int:
+        self.counter.zero()
+        self._dead_path = self.counter.settings.dead_path
+        self._preset = self.counter.settings.preset
+        self._lost = 0
+        return 0
+
+    # ---- measuring
+
+    def _do_start(self) -> int:
+        self._arm(self._rate, self._trigger)
+        return 0
+
+    def _do_stop(self) -> int:
+        self._run = None
+        return 0
+
+    def _do_clear(self) -> int:
+        if self._run is not None:
+            missed = self._run.due(self._rig.now) - self._sent
+            self.counter.skip(missed)
+            self._sent += missed
+        return 0
+
+    def _do_fetch(self, room: str) -> Answer:
+        run = self._run
+        if run is None or self._length:
+            return 0, b""
+        due = run.due(self._rig.now)
+        count = min(due - self._sent, int(room))
+        data = self._rows(run, count)
+        dropped = due - self._sent
+        if dropped > 0:  # nobody fetched in time and the buffer of the library is full
+            self.counter.skip(dropped)
+            self.counter.status |= OVERFLOW_LIBRARY
+            self._sent += dropped
+            self._lost += dropped
+        return count, data
+
+    def _do_blockmode(self, flags: str, trigger: str, rate: str) -> int:
+        if float(rate) > self._limits[1]:
+            return TOO_FAST
+        if int(rate) <= 0:
+            return PARAMETER
+        self._block = int(flags), int(trigger), _steps(float(rate))
+        self._flags, self._rate, self._run = int(flags), self._block[2], None
+        return 0
+
+    def _do_block(self, length: str) -> int:
+        if not 0 < int(length) <= MEMORY:
+            return DATALEN
+        self._arm(self._block[2], self._block[1])
+        self._length = int(length)
+        return 0
+
+    def _do_ready(self) -> int:
+        run = self._run
+        if run is None or not self._length:
+            return 0
+        return int(run.due(self._rig.now) >= self._length)
+
+    def _do_take(self, room: str) -> Answer:
+        run = self._run
+        if run is None:
+            return 0, b""
+        data = self._rows(run, self._length)
+        self._run, self._length = None, 0
+        return 1, data
+
+    def _do_cancel(self) -> int:
+        self._run, self._length = None, 0
+        return 0
+
+    def _arm(self, rate: float, mode: int) -> None:
+        f = self.counter.faults
+        if f.no_trigger:
+            mode |= START
+        self._run = Run(
+            self._clock, rate, mode, self._rig.now,
+            (lambda first: ()) if f.no_trigger else self._starts,
+            self._clocks, f.late_samples / rate,
+        )  # fmt: skip
+        self._length = self._sent = 0
+
+    def _rows(self, run: Run, count: int) -> bytes:
+        """Take the next samples; those in an overrun are counted but do not arrive."""
+        if count <= 0:
+            return b""
+        first = self._sent
+        self._sent += count
+        instants = np.minimum(run.instants(first, count), self._rig.now)
+        if run.external:
+            own = (instants - run.armed) / (1.0 + 1e-6 * self._clock.ppm)
+        else:
+            own = (first + np.arange(count)) / run.rate
+        rows = self.counter.rows(instants, first, own)
+        f = self.counter.faults
+        if f.overrun_at is not None:
+            number = first + np.arange(count)
+            lost = (number >= f.overrun_at) & (number < f.overrun_at + f.overrun_samples)
+            self._lost += int(lost.sum())
+            rows = rows[~lost]
+        return rows.tobytes()
+
+    # ---- health and air
+
+    def _do_status(self) -> int:
+        return self.counter.status
+
+    def _do_quality(self, channel: str, select: str) -> int:
+        amplitude = round(self.counter.shape.amplitude * self.counter.level)
+        values = {0x10: amplitude, 0x20: 0, 0x40: amplitude, 0x80: 0, 0x200: 0, 0x400: 0}
+        return values.get(int(select), round(100.0 * self.counter.level))
+
+    def _do_newquality(self) -> int:
+        fresh = self._rig.now > self._quality_asked
+        self._quality_asked = self._rig.now
+        return int(fresh)
+
+    def _do_wasbreak(self, channel: str) -> int:
+        return int(bool(self.counter.status & 3))
+
+    def _do_waslost(self) -> int:
+        return int(self._lost > 0)
+
+    def _do_wasunstable(self, channel: str) -> int:
+        return int(bool(self.counter.status & 0x20))
+
+    def _do_newair(self) -> int:
+        now = float(np.floor(self._rig.now))
+        fresh = now > self._air_asked and not self.counter.faults.stale_air
+        self._air_asked = now
+        return int(fresh)
+
+    def _do_sensors(self) -> int:
+        return 3
+
+    def _do_airflags(self, channel: str, kind: str) -> int:
+        if kind in self.counter.settings.manual:
+            return 0x0400
+        number = "TPH".index(kind)
+        return number | 0x0100 | (0 if self.counter.faults.stale_air else 0x0200)
+
+    def _do_manual(self, channel: str) -> int:
+        bits = {"T": 2, "H": 4, "P": 8}
+        return sum(bits[k] for k in self.counter.settings.manual)
+
+    def _do_edlen(self, channel: str) -> int:
+        return int(self.counter.settings.edlen)
+
+    def _do_setedlen(self, channel: str, on: str) -> int:
+        self.counter.settings.edlen = on != "0"
+        return 0
+
+    def _do_setair(self, kind: str, channel: str, value: str) -> int:
+        self.counter.settings.manual[kind] = float(value)
+        return 0
+
+    def _do_resetair(self, channel: str, mask: str) -> int:
+        for kind, bit in {"T": 2, "H": 4, "P": 8}.items():
+            if int(mask) & bit:
+                self.counter.settings.manual.pop(kind, None)
+        return 0
+
+    def _do_air(self, kind: str, channel: str) -> Answer:
+        now = np.array([self._rig.now])
+        T, P, H = (float(v[0]) for v in self.counter.sensors(now))
+        n = float(self.counter.index(now)[0])
+        vapour = H / 100.0 * 611.2 * np.exp(17.62 * T / (243.12 + T))
+        value = {
+            "T": T, "P": P, "H": H, "F": vapour, "N": n, "L": 1e9 * VACUUM / n,
+            "V": 1e9 * VACUUM, "C": 632.83e-9 * n / VACUUM, "D": n - 1.0,
+        }[kind]  # fmt: skip
+        return 0, struct.pack("<d", value)
+
+
+def _steps(rate: float) -> float:
+    """Nearest rate that divides the device's base clock."""
+    return BASE / max(round(BASE / rate), 1)

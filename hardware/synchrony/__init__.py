@@ -1,0 +1,40 @@
+"""Two clocks: ratio and delay of drive and sensor, with how well they are known.
+
+>>> import numpy as np
+>>> drive_time = np.arange(4000) / 1000.0
+>>> drive = Stream.of(1000.0, V=50 - 50 * np.cos(2 * np.pi * 3.0 * drive_time))
+>>> late = Held(drive.channels["V"][:, None], 1e-3, lag=5e-4).at(np.arange(3900) / 1000.0 + 2e-3)
+>>> found = align(drive, Stream.of(1000.0, V_copy=late[0][:, 0]), Wiring(shared_clock=True))
+>>> print(f"{1e3 * found.map.delay:.3f} ms")
+2.000 ms
+"""
+
+from hardware.synchrony.align import align
+from hardware.synchrony.alignment import Alignment, Gap
+from hardware.synchrony.between import between
+from hardware.synchrony.budget import Budget, checked, false_width
+from hardware.synchrony.by_copy import align_by_copy
+from hardware.synchrony.by_length import align_by_length
+from hardware.synchrony.held import Held
+from hardware.synchrony.merge import Merged, merged
+from hardware.synchrony.stream import Stream
+from hardware.synchrony.time_map import TimeMap
+from hardware.synchrony.wiring import Wiring
+
+__all__ = [
+    "Alignment",
+    "Budget",
+    "Gap",
+    "Held",
+    "Merged",
+    "Stream",
+    "TimeMap",
+    "Wiring",
+    "align",
+    "align_by_copy",
+    "align_by_length",
+    "between",
+    "checked",
+    "false_width",
+    "merged",
+]

@@ -1,0 +1,172 @@
+"""Clocks from a copy of the voltage that was sampled together with the length."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hardware.synchrony.alignment import Alignment, How
+from hardware.synchrony.coarse import first_guess
+from hardware.synchrony.edges import by_edges
+from hardware.synchrony.fit import Fitted, Guess, Material, fit
+from hardware.synchrony.held import Held
+from hardware.synchrony.jitter import jitter_of
+from hardware.synchrony.spread import covariance_of, reach
+from hardware.synchrony.stream import Stream
+from hardware.synchrony.time_map import TimeMap
+from hardware.synchrony.wiring import Wiring
+
+__all__ = ["align_by_copy"]
+
+Array = NDArray[np.float64]
+FIRST_LAG = 0.4
+"""First guess of an unknown lag, in steps of the drive."""
+LAGS = (0.06, 0.25, 1.0, 4.0)
+"""Starts for an unknown lag, in steps: lag and delay make a valley with more than one hollow."""
+WIDE_LAG = 20.0
+FAST = 0.03
+"""Lag in steps of the drive below which only the edges, not the slopes, tell the time."""
+
+
+def align_by_copy(
+    drive: Stream,
+    sensor: Stream,
+    wiring: Wiring,
+    *,
+    command: str = "V",
+    copy: str = "V_copy",
+) -> Alignment:
+    """Fit ``copy(t) = gain V(s(t) - latency) + offset`` with the hold and the amplifier's lag.
+
+    Parameters
+    ----------
+    drive, sensor : Stream
+    wiring : Wiring
+    command, copy : str
+        Channels of drive and sensor.
+
+    Raises
+    ------
+    UnusableInput
+        If the drive does not move, or the copy does not follow it.
+    """
+    material = _material(drive, sensor, wiring, command, copy)
+    step = material.held.step
+    lag = wiring.lag if wiring.lag is not None else FIRST_LAG * step
+    smooth = max(lag, FIRST_LAG * step) if wiring.hold == "zero" else lag
+    far = 16.0 / sensor.rate if wiring.most_delay is None else wiring.most_delay
+    expected = wiring.delay - wiring.copy_latency
+    skew = wiring.most_skew if not wiring.shared_clock else 1e-9
+    coarse = first_guess(material, expected, max(far, 2.0 / sensor.rate), skew, smooth)
+    begun = replace(coarse.guess, lag=max(smooth, 1e-3 * step))
+    if wiring.shared_clock:
+        begun = Guess(TimeMap(begun.map.delay), begun.lag)
+    material = _declared(material, wiring)
+    fitted = _settled(material, begun, lag)
+    notes: tuple[str, ...] = ()
+    how: How = "copy"
+    if wiring.hold == "zero" and fitted.guess.lag < FAST * step:
+        guess, covariance = by_edges(material, fitted, wiring.shared_clock)
+        factor, how = reach(2), "copy, by its edges"
+        lag_error = wiring.lag_error if wiring.lag is not None else fitted.guess.lag
+        covariance = covariance + np.diag([fitted.guess.lag**2, 0.0, 0.0])
+    else:
+        covariance, lag_error = _covariance(material, fitted)
+        guess, factor = fitted.guess, reach(len(material.free))
+        if "lag" not in material.free:
+            lag_error = wiring.lag_error
+    if factor * covariance[0, 0] ** 0.5 > 0.1 * step and wiring.hold == "zero":
+        notes = (
+            "at these rates the copy shows which step is held but hardly since when: declare the "
+            "lag of the amplifier, put a low-pass of about one step before the actuator or the "
+            "copy, or take rates that do not divide each other",
+        )
+    jitter, jitter_error = jitter_of(fitted.rest, fitted.slope)
+    covariance[0, 0] += wiring.copy_latency_error**2
+    found = replace(guess.map, delay=guess.map.delay + wiring.copy_latency)
+    if coarse.others:
+        notes += (
+            "the record looks the same for delays of "
+            + ", ".join(f"{1e3 * (d + wiring.copy_latency):.4g}" for d in coarse.others[:4])
+            + " ms; the one nearest to the expected was taken",
+        )
+    known = factor * float(covariance[0, 0]) ** 0.5 < 1.0 / sensor.rate
+    return Alignment(
+        found, covariance, how, known, float(sensor.time[-1]), factor, wiring.hold,
+        guess.lag if how == "copy" else (wiring.lag or 0.0), lag_error, jitter, jitter_error,
+        float(fitted.coefficients[0]), float(fitted.coefficients[1]), fitted.rms,
+        (), tuple(d + wiring.copy_latency for d in coarse.others), notes,
+    )  # fmt: skip
+
+
+def _material(drive: Stream, sensor: Stream, wiring: Wiring, command: str, copy: str) -> Material:
+    volts = np.interp(np.arange(drive.numbers[0], drive.numbers[-1] + 1), drive.numbers,
+                      drive.channel(command))  # fmt: skip
+    usable = sensor.usable(copy)
+    time = sensor.time[usable]
+    held = Held(volts[:, None], 1.0 / drive.rate, wiring.hold)
+    return Material(held, time, sensor.channel(copy)[usable], np.ones((time.size, 1)))
+
+
+def _declared(material: Material, wiring: Wiring) -> Material:
+    """Return the material with what is free and what is believed of it."""
+    free = ("delay",) if wiring.shared_clock else ("delay", "skew")
+    if wiring.drifting:
+        free += ("drift",)
+    beliefs: tuple[tuple[str, float, float], ...] = ()
+    if wiring.lag is None or wiring.lag_error > 0.0:
+        free += ("lag",)
+    if wiring.lag is not None and wiring.lag_error > 0.0:
+        beliefs = (("lag", wiring.lag, wiring.lag_error),)
+    elif wiring.lag is None:
+        # keeps the covariance finite where lag and delay are one
+        beliefs = (("lag", 0.0, WIDE_LAG * material.held.step),)
+    return replace(material, free=free, beliefs=beliefs)
+
+
+def _settled(material: Material, begun: Guess, lag: float) -> Fitted:
+    """Fit, with a known lag approached from a smoother one and an unknown one from several."""
+    if "lag" not in material.free:
+        begun = replace(fit(material, begun, steps=10).guess, lag=lag)
+        return fit(material, begun)
+    few = material.part(_bunches(material.time.size))
+    tries = []
+    for share in LAGS:
+        start = share * material.held.step
+        later = replace(begun.map, delay=begun.map.delay + start - begun.lag)
+        tries.append(fit(few, Guess(later, start), steps=6))
+    best = fit(few, min(tries, key=lambda f: f.power).guess, steps=8)
+    for _ in range(4):
+        beside = [fit(few, g, steps=6) for g in _beside(best.guess, material.held.step)]
+        better = min(beside, key=lambda f: f.power)
+        if better.power >= best.power:
+            break
+        best = better
+    return fit(material, best.guess, steps=20)
+
+
+def _beside(guess: Guess, step: float) -> list[Guess]:
+    """Return guesses a whole step away: later with a longer lag looks much the same."""
+    return [
+        Guess(replace(guess.map, delay=guess.map.delay + k * step), max(lag, 0.02 * step))
+        for k in (-1, 1)
+        if (lag := guess.lag + k * step) > -0.7 * step
+    ]
+
+
+def _bunches(n: int, count: int = 8) -> NDArray[np.bool_]:
+    """Choose an eighth of the samples in runs all over the record."""
+    run = max(n // (8 * count), 64)
+    return np.asarray((np.arange(n) % max(n // count, 1)) < run)
+
+
+def _covariance(material: Material, fitted: Fitted) -> tuple[Array, float]:
+    """Covariance of delay, skew and drift, and the error of the lag."""
+    found = covariance_of(material, fitted)
+    whole = np.zeros((3, 3))
+    where = [("delay", "skew", "drift").index(n) for n in material.free if n != "lag"]
+    whole[np.ix_(where, where)] = found[: len(where), : len(where)]
+    lag = float(np.sqrt(found[-1, -1])) if "lag" in material.free else 0.0
+    return whole, lag

@@ -1,0 +1,228 @@
+"""Clocks from the length alone: what the actuator's answer tells, and what it cannot.
+
+Two ways. A periodic drive: the answer of a plant that does not change is periodic too, so its
+phase may not drift; that gives the ratio, never the delay. Any other drive: plays of the voltage
+(a rate-independent hysteresis) with creep; a delay moves all frequencies by a phase that grows
+with them, such a hysteresis does not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.errors import UnusableInput
+from bondgraph.hysteresis import PrandtlIshlinskii
+from hardware.synchrony.alignment import Alignment
+from hardware.synchrony.coarse import first_guess
+from hardware.synchrony.fit import Fitted, Guess, Material, fit
+from hardware.synchrony.held import Held
+from hardware.synchrony.jitter import jitter_of
+from hardware.synchrony.period import fundamental, one_loop
+from hardware.synchrony.spread import covariance_of, reach
+from hardware.synchrony.stream import Stream
+from hardware.synchrony.time_map import TimeMap
+from hardware.synchrony.wiring import Wiring
+
+__all__ = ["SEPARABLE", "align_by_length"]
+
+Array = NDArray[np.float64]
+HARMONICS = 9
+PLAYS = (12, 20)
+SEPARABLE = 0.3
+"""Least share of a shift in time that hysteresis and creep must not be able to imitate."""
+CREEP = (0.01, 0.1, 1.0, 10.0)
+"""Time constants of the creep allowed for (s)."""
+FIRST_LAG = 0.4
+
+
+def align_by_length(
+    drive: Stream,
+    sensor: Stream,
+    wiring: Wiring,
+    *,
+    command: str = "V",
+    length: str = "x",
+) -> Alignment:
+    """Estimate the clocks from drive and length.
+
+    The delay is given only if the drive is not one periodic tone, the record separates a delay
+    from hysteresis and creep, and ``wiring.plant_lag_error`` bounds the actuator's own lag, which
+    no record of this kind tells from a delay; or if the wiring itself knows it.
+
+    Raises
+    ------
+    UnusableInput
+        If the drive does not move, the length does not follow, or the record is too short.
+    """
+    volts = drive.channel(command)
+    if float(np.ptp(volts)) <= 1e-12 * float(np.abs(volts).max(initial=0.0)):
+        raise UnusableInput("clock: the drive is constant, so nothing marks the time; let it move")
+    tone = fundamental(volts, drive.rate)
+    if tone is not None and one_loop(volts, drive.rate, tone):
+        return _by_phase(drive, sensor, wiring, length, tone)
+    return _by_plays(drive, sensor, wiring, command, length)
+
+
+def _by_phase(drive: Stream, sensor: Stream, wiring: Wiring, length: str, tone: float) -> Alignment:
+    """Periodic drive: the ratio from the drift of fundamental and harmonics."""
+    step = 1.0 / drive.rate
+    t = sensor.time
+    usable = sensor.usable(length) & (t >= 1.0 / tone + wiring.delay)
+    t = t[usable]
+    if t.size < 64 or (t[-1] - t[0]) * tone < 2.0:
+        raise UnusableInput(
+            f"clock: fewer than 2 periods of {tone:.4g} Hz after the first; record at least 3"
+        )
+    orders = min(HARMONICS, max(int(0.45 * min(drive.rate, sensor.rate) / tone), 1))
+    first, last = int(drive.numbers[0]), int(drive.numbers[-1]) + 1
+    angle = 2.0 * np.pi * tone * step * np.arange(first, last)
+    waves = [f(h * angle) for h in range(1, orders + 1) for f in (np.cos, np.sin)]
+    lag = FIRST_LAG * step if wiring.lag is None else wiring.lag
+    held = Held(np.column_stack(waves), step, wiring.hold, lag)
+    free = ("delay", "skew", "drift") if wiring.drifting else ("delay", "skew")
+    # the delay is one phase with the coefficients; only the steps of the drive show a part of it
+    beliefs = (("delay", wiring.delay, step), ("skew", 0.0, wiring.most_skew))
+    if wiring.lag is None or wiring.lag_error > 0.0:
+        free += ("lag",)
+        beliefs += (("lag", lag, step if wiring.lag is None else wiring.lag_error),)
+    material = Material(held, t, sensor.channel(length)[usable], _trend(t, tone), free, beliefs)
+    start = Guess(TimeMap(wiring.delay), lag)
+    fitted = _widened(material, start, tone)
+    spread = covariance_of(material, fitted)
+    known = wiring.delay_error is not None
+    covariance = np.zeros((3, 3))
+    count = 3 if wiring.drifting else 2
+    covariance[1:count, 1:count] = spread[1:count, 1:count]
+    covariance[0, 0] = wiring.delay_error**2 if wiring.delay_error is not None else np.inf
+    found = replace(fitted.guess.map, delay=wiring.delay)
+    jitter, error = jitter_of(fitted.rest, fitted.slope)
+    return Alignment(
+        found, covariance, "phase", known, float(sensor.time[-1]), reach(len(free)), wiring.hold,
+        wiring.lag or 0.0, wiring.lag_error, jitter, error, rms=fitted.rms,
+        notes=(f"one tone of {tone:.6g} Hz: a delay and the lag of the loop are one phase",),
+    )  # fmt: skip
+
+
+def _widened(material: Material, start: Guess, tone: float) -> Fitted:
+    """Fit windows that double, so that a large ratio error does not skip a period."""
+    n = material.time.size
+    step = float(np.median(np.diff(material.time)))
+    size = int(np.clip(3.0 / (tone * step), 32 * (2 * HARMONICS + 8), n))
+    guess = start
+    while size < n:
+        part = replace(
+            material.part(slice(0, size)), free=("delay", "skew"), beliefs=material.beliefs[:2]
+        )
+        guess = fit(part, guess, steps=6).guess
+        size = min(4 * size, n)
+    return fit(material, guess)
+
+
+def _trend(t: Array, tone: float) -> Array:
+    """Offset and creep: what moves slowly besides the drive."""
+    u = (t - t[0]) / (t[-1] - t[0])
+    return np.column_stack([np.ones(t.size), u, np.log1p((t - t[0]) * tone)])
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    plays: int
+    creep: bool
+
+
+def _by_plays(
+    drive: Stream, sensor: Stream, wiring: Wiring, command: str, length: str
+) -> Alignment:
+    """Free drive: the map under which plays and creep explain the length best."""
+    step = 1.0 / drive.rate
+    usable = sensor.usable(length)
+    t = sensor.time[usable]
+    volts = np.interp(np.arange(drive.numbers[0], drive.numbers[-1] + 1), drive.numbers,
+                      drive.channel(command))  # fmt: skip
+    lag = FIRST_LAG * step if wiring.lag is None else wiring.lag
+    trend = np.ones((t.size, 1))
+    plain = Material(
+        Held(volts[:, None], step, wiring.hold, lag), t, sensor.channel(length)[usable], trend
+    )
+    far = 16.0 / sensor.rate if wiring.most_delay is None else wiring.most_delay
+    skew = 1e-9 if wiring.shared_clock else wiring.most_skew
+    guess = first_guess(plain, wiring.delay, far, skew, lag).guess
+    if wiring.shared_clock:
+        guess = Guess(TimeMap(guess.map.delay), lag)
+    free: tuple[str, ...] = ("delay",) if wiring.shared_clock else ("delay", "skew")
+    free += ("drift",) if wiring.drifting else ()
+    ways = [_Way(n, creep) for n in PLAYS for creep in (False, True)]
+    results = []
+    for way in ways:
+        columns = _columns(volts, step, way)
+        material = replace(plain, held=Held(columns, step, wiring.hold, lag), free=free)
+        fitted = fit(material, guess, steps=12)
+        results.append((material, fitted))
+        guess = fitted.guess
+    material, fitted = min(results, key=lambda r: r[1].rms)
+    spread = covariance_of(material, fitted)
+    # how far the answer hangs on the model of the plant
+    delays = np.array([r[1].guess.map.delay for r in results])
+    model = float(np.ptp(delays)) / 2.0
+    covariance = np.zeros((3, 3))
+    where = [("delay", "skew", "drift").index(n) for n in free]
+    covariance[np.ix_(where, where)] = spread
+    share = min(r[1].share for r in results)
+    return _judged(
+        fitted, covariance, model, share, sensor, wiring, reach(len(free))
+    )  # fmt: skip
+
+
+def _judged(
+    fitted: Fitted, covariance: Array, model: float, share: float,
+    sensor: Stream, wiring: Wiring, factor: float,
+) -> Alignment:  # fmt: skip
+    """Say whether the delay may be told."""
+    found = fitted.guess.map
+    less_lag = f"delay less the actuator's own lag is {1e6 * found.delay:.4g} us"
+    formal = factor * math.sqrt(float(covariance[0, 0]))
+    notes = [
+        f"{less_lag} (+- {1e6 * formal:.2g} by noise, +- {1e6 * model:.2g} by the model of "
+        f"hysteresis and creep, which can imitate {100 * (1 - share):.0f} % of a shift)"
+    ]
+    covariance[0, 0] += model**2
+    known = True
+    if wiring.delay_error is not None:
+        found = replace(found, delay=wiring.delay)
+        covariance[0] = covariance[:, 0] = 0.0
+        covariance[0, 0] = wiring.delay_error**2
+    elif share >= SEPARABLE and wiring.plant_lag_error is not None:
+        covariance[0, 0] += wiring.plant_lag_error**2
+    else:
+        known = False
+        found = replace(found, delay=wiring.delay)
+        covariance[0] = covariance[:, 0] = 0.0
+        covariance[0, 0] = np.inf
+        notes.append(
+            "state plant_lag_error, if the actuator's lag is known to be small"
+            if share >= SEPARABLE
+            else "drive with several frequencies or steps to tell a delay from hysteresis"
+        )
+    jitter, error = jitter_of(fitted.rest, fitted.slope)
+    return Alignment(
+        found, covariance, "length", known, float(sensor.time[-1]), factor, wiring.hold,
+        fitted.guess.lag, wiring.lag_error, jitter, error, rms=fitted.rms, notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _columns(volts: Array, step: float, way: _Way) -> Array:
+    """Return orthonormal plays, and their relaxations, over the drive's samples."""
+    r = 0.5 * float(np.ptp(volts)) * np.arange(way.plays + 1) / (way.plays + 1)
+    plays = PrandtlIshlinskii(tuple(r.tolist()), (1.0,) * r.size).regressors(volts)
+    plays = plays[:, np.ptp(plays, axis=0) > 1e-9 * float(np.ptp(volts))]
+    if way.creep:
+        base = plays[:, [0, plays.shape[1] // 2]]
+        slow = [Held(base, step, "zero", tau).at(step * np.arange(volts.size))[0] for tau in CREEP]
+        plays = np.column_stack([plays, *slow])
+    plays = plays - plays.mean(axis=0)
+    u, size, _ = np.linalg.svd(plays / np.linalg.norm(plays, axis=0), full_matrices=False)
+    return np.asarray(u[:, size > 1e-6 * size[0]])

@@ -1,0 +1,133 @@
+"""A first guess of delay and ratio, from a delay of many samples down to less than one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import fftconvolve
+
+from bondgraph.errors import UnusableInput
+from hardware.synchrony.fit import Guess, Material, fit
+from hardware.synchrony.time_map import TimeMap
+
+__all__ = ["Coarse", "first_guess"]
+
+Array = NDArray[np.float64]
+LEAST_CORRELATION = 0.5
+MOST_ALIKE = 6
+ALIKE = 4.0
+"""Standard errors by which the best delay must beat another to be the only one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Coarse:
+    """Start of the fine fit.
+
+    Attributes
+    ----------
+    guess : Guess
+    others : tuple of float
+        Delays (s) that explain the record as well: a periodic drive looks the same a period later.
+    """
+
+    guess: Guess
+    others: tuple[float, ...]
+
+
+def first_guess(
+    material: Material, expected: float, reach: float, skew: float, lag: float
+) -> Coarse:
+    """Find the delay by correlation at the start, then the ratio in windows that double.
+
+    Parameters
+    ----------
+    material : Material
+        Its first column is what is searched for; evenly sampled time.
+    expected, reach : float
+        Delay and how far from it to look (s).
+    skew : float
+        Largest ratio error thought possible.
+    lag : float
+        First guess of the lag (s).
+
+    Raises
+    ------
+    UnusableInput
+        If nothing in the record follows the drive.
+    """
+    step = float(np.median(np.diff(material.time)))
+    size = _first_window(material, step, skew)
+    early = slice(0, size)
+    delays = _correlated(material.part(early), expected, reach, step, lag)
+    begun = replace(material.part(early), free=("delay",), beliefs=())
+    tried = [fit(begun, Guess(TimeMap(d), lag), steps=8) for d in delays]
+    tried.sort(key=lambda f: f.power)
+    worse = 1.0 + ALIKE * np.sqrt(2.0 / size)
+    alike = [f.guess for f in tried if f.power <= worse * tried[0].power]
+    guess = min(alike, key=lambda g: abs(g.map.delay - expected))
+    others = tuple(
+        sorted({g.map.delay for g in alike if abs(g.map.delay - guess.map.delay) > 2.0 * step})
+    )
+    while True:
+        known = Material(
+            material.held, material.time[:size], material.values[:size], material.trend[:size],
+            ("delay", "skew"), (("skew", 0.0, skew),),
+        )  # fmt: skip
+        guess = fit(known, guess, steps=8).guess
+        if size >= material.time.size:
+            return Coarse(guess, others)
+        size = min(2 * size, material.time.size)
+
+
+def _first_window(material: Material, step: float, skew: float) -> int:
+    """Return how many samples to begin with: the drive has moved, the ratio does not matter yet."""
+    n = material.time.size
+    at = np.clip(material.time - material.time[0], 0.0, None)
+    v = np.interp(at, np.arange(material.held.columns.shape[0]) * material.held.step,
+                  material.held.columns[:, 0])  # fmt: skip
+    total = float(np.abs(np.diff(v)).sum())
+    if not total > 0.0:
+        raise UnusableInput("clock: the drive is constant, so nothing marks the time; let it move")
+    # the travel of two strokes at least, if there is as much
+    travel = np.cumsum(np.abs(np.diff(v)))
+    moved = int(np.searchsorted(travel, min(2.0 * float(np.ptp(v)), 0.5 * total))) + 1
+    calm = int(0.25 * step / max(skew, 1e-12) / step)
+    return int(np.clip(max(moved, min(calm, n // 16)), min(256, n), n))
+
+
+def _correlated(
+    part: Material, expected: float, reach: float, step: float, lag: float
+) -> list[float]:
+    """Return the best delay on the grid of the samples, and others that are hardly worse."""
+    y = part.values - part.values.mean()
+    n = y.size
+    most = max(int(np.ceil(reach / step)), 2)
+    held = part.held
+    grid = part.time[0] + expected + step * np.arange(-most, n + most)
+    knots = np.arange(held.columns.shape[0]) * held.step
+    late = lag + (0.5 * held.step if held.hold == "zero" else 0.0)
+    v = np.interp(grid - late, knots, held.columns[:, 0])
+    # least squares with offset and positive gain at every shift
+    ones = np.ones(n)
+    cross = fftconvolve(v, y[::-1], mode="valid")
+    first = fftconvolve(v, ones, mode="valid")
+    second = fftconvolve(v * v, ones, mode="valid")
+    spread = np.maximum(second - first**2 / n, 1e-9 * float(np.ptp(held.columns[:, 0])) ** 2)
+    likeness = cross / np.sqrt(spread * float(y @ y) + 1e-300)
+    best = float(likeness.max())
+    if not best >= LEAST_CORRELATION:
+        raise UnusableInput(
+            f"clock: nothing within {reach:g} s of the expected delay follows the drive "
+            f"(correlation {best:.2f}); check channels and wiring, or look further"
+        )
+    inner = np.flatnonzero(
+        (likeness[1:-1] >= likeness[:-2]) & (likeness[1:-1] >= likeness[2:])
+    ) + 1  # fmt: skip
+    # how much worse a shift of the grid alone can make a right delay look
+    margin = float(1.0 - best) + float(np.abs(np.diff(likeness)).max())
+    alike = inner[likeness[inner] >= best - margin] if inner.size else np.array([], int)
+    alike = alike[np.argsort(np.abs(alike - most))][:MOST_ALIKE]
+    alike = np.unique(np.append(alike, int(likeness.argmax())))
+    return [float(expected + step * (k - most)) for k in alike]

@@ -1,0 +1,200 @@
+"""Time map and lag under which held columns explain a record best.
+
+``y(t_n) = offsets + sum_j c_j L_lag[hold b_j](s(t_n))``: the coefficients are linear and projected
+out (Golub and Pereyra 1973, in Kaufman's form); map and lag follow by damped Gauss-Newton steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.errors import UnusableInput
+from hardware.synchrony.held import Held
+from hardware.synchrony.time_map import TimeMap
+
+__all__ = ["Fitted", "Guess", "Material", "fit"]
+
+Array = NDArray[np.float64]
+LEAST_GAIN = 1e-10
+LEAST_LAG = 1e-3
+"""Of a step of the drive: less is no lag."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Material:
+    """What is fitted.
+
+    Parameters
+    ----------
+    held : Held
+        Columns over the drive's time; its lag is the start if it is free.
+    time : ndarray
+        (n,), sensor times (s).
+    values : ndarray
+        (n,).
+    trend : ndarray
+        (n, q), columns over the sensor's time that are no drive: at least the offset.
+    free : tuple of str
+        Which of ``delay``, ``skew``, ``drift``, ``lag`` are fitted.
+    beliefs : tuple of (str, float, float)
+        Name, value and standard deviation of what is known beforehand of some of them.
+    """
+
+    held: Held
+    time: Array
+    values: Array
+    trend: Array
+    free: tuple[str, ...] = ("delay", "skew")
+    beliefs: tuple[tuple[str, float, float], ...] = ()
+
+    def part(self, chosen: slice | NDArray[np.bool_]) -> Material:
+        """Return the same with some of the samples."""
+        return replace(
+            self, time=self.time[chosen], values=self.values[chosen], trend=self.trend[chosen]
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """A time map and a lag (s)."""
+
+    map: TimeMap
+    lag: float = 0.0
+
+    def value(self, name: str) -> float:
+        """Return one of ``delay``, ``skew``, ``drift``, ``lag``."""
+        return self.lag if name == "lag" else float(getattr(self.map, name))
+
+    def moved(self, free: tuple[str, ...], by: Array, least_lag: float) -> Guess:
+        """Return the guess after a step; the lag stays positive."""
+        new = {n: self.value(n) + float(d) for n, d in zip(free, by, strict=True)}
+        lag = max(new.pop("lag", self.lag), least_lag if "lag" in free else 0.0)
+        return Guess(replace(self.map, **new), lag)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """Where the steps ended.
+
+    Attributes
+    ----------
+    guess : Guess
+    rest : ndarray
+        (n,), what is left.
+    jacobian : ndarray
+        (n, p), derivative of the model by the free numbers, the coefficients projected out.
+    slope : ndarray
+        (n,), derivative of the model by the drive's time.
+    coefficients : ndarray
+        (K + q,), of columns and trend.
+    share : float
+        Share of a shift in time that the coefficients cannot imitate, 0 to 1.
+    power : float
+        Sum of squares of the rest and of the disbeliefs.
+    """
+
+    guess: Guess
+    rest: Array
+    jacobian: Array
+    slope: Array
+    coefficients: Array
+    share: float
+    power: float
+
+    @property
+    def rms(self) -> float:
+        """Of what is left."""
+        return float(np.sqrt(np.mean(self.rest**2)))
+
+
+def fit(material: Material, start: Guess, noise: float | None = None, steps: int = 40) -> Fitted:
+    """Descend from a start that is right to a fraction of what the drive resolves.
+
+    Parameters
+    ----------
+    material : Material
+    start : Guess
+    noise : float, optional
+        Standard deviation of the values, against which beliefs are weighed; by default what is
+        left at each step.
+    steps : int
+        At most.
+
+    Raises
+    ------
+    UnusableInput
+        If the values are fewer than the unknowns.
+    """
+    if material.time.size < 4 * (material.held.columns.shape[1] + material.trend.shape[1] + 4):
+        raise UnusableInput(
+            f"clock: {material.time.size} usable samples are too few; record longer"
+        )
+    least = LEAST_LAG * material.held.step
+    best = _projected(material, start, noise)
+    damping = 1e-6
+    for _ in range(steps):
+        h, gradient = _normal(material, best, noise)
+        scale = np.diag(h)
+        for _ in range(12):
+            damped = h + np.diag(damping * scale + 1e-300)
+            move = np.linalg.lstsq(damped, gradient, rcond=1e-14)[0]
+            new = _projected(material, best.guess.moved(material.free, move, least), noise)
+            if new.power < best.power:
+                damping = max(damping / 10.0, 1e-9)
+                break
+            damping *= 10.0
+        else:
+            return best
+        gain = 1.0 - new.power / best.power
+        best = new
+        if gain < LEAST_GAIN:
+            return best
+    return best
+
+
+def _projected(material: Material, guess: Guess, noise: float | None) -> Fitted:
+    held = replace(material.held, lag=guess.lag)
+    t, y = material.time, material.values
+    at = guess.map.to_drive(t)
+    columns, slopes = held.at(at)
+    a = np.column_stack([columns, material.trend])
+    size = np.sqrt(np.einsum("ij,ij->j", a, a))
+    size[size == 0.0] = 1.0
+    a = a / size
+    gram = np.linalg.pinv(a.T @ a, rcond=1e-12, hermitian=True)
+    c = gram @ (a.T @ y)
+    rest = y - a @ c
+    c += gram @ (a.T @ rest)  # once more: the Gram matrix squares the rounding
+    rest = y - a @ c
+    weights = (c / size)[: columns.shape[1]]
+    slope = slopes @ weights
+    by = {"delay": slope, "skew": slope * t, "drift": 0.5 * slope * t * t}
+    if "lag" in material.free:
+        little = max(1e-3 * guess.lag, 1e-5 * held.step)
+        more, _ = replace(held, lag=guess.lag + little).at(at)
+        by["lag"] = (more - columns) @ weights / little
+    moved = np.column_stack([by[name] for name in material.free])
+    jacobian = moved - a @ (gram @ (a.T @ moved))
+    reach = float(np.linalg.norm(moved[:, 0]))
+    share = float(np.linalg.norm(jacobian[:, 0])) / reach if reach > 0.0 else 0.0
+    power = float(rest @ rest)
+    variance = power / rest.size if noise is None else noise**2
+    power += variance * sum(
+        ((guess.value(n) - value) / sd) ** 2 for n, value, sd in material.beliefs
+    )
+    return Fitted(guess, rest, jacobian, slope, c / size, share, power)
+
+
+def _normal(material: Material, now: Fitted, noise: float | None) -> tuple[Array, Array]:
+    """Return the matrix and the right side of a step."""
+    j = now.jacobian
+    variance = float(now.rest @ now.rest) / now.rest.size if noise is None else noise**2
+    h, gradient = j.T @ j, j.T @ now.rest
+    for name, value, sd in material.beliefs:
+        k = material.free.index(name)
+        h[k, k] += variance / sd**2
+        gradient[k] += variance * (value - now.guess.value(name)) / sd**2
+    return h, gradient

@@ -1,0 +1,56 @@
+"""Getting back in step with a device whose answer came late, in pieces or as garbage."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+__all__ = ["resynchronise"]
+
+
+def resynchronise(
+    ask: Callable[[], None],
+    receive: Callable[[float], bytes | None],
+    right: Callable[[bytes], bool],
+    patience: float,
+    tries: int = 3,
+    owed: int = 0,
+) -> bool:
+    """Ask for the identity until nothing older can still be on its way.
+
+    Devices answer in the order in which they are asked. So once every identity asked for has
+    come, each answer to an older query has come (and been thrown away) or never will.
+
+    Parameters
+    ----------
+    ask : callable
+        Send the identity query.
+    receive : callable
+        Return the next answer, or None if none comes within the given time (s).
+    right : callable
+        Whether an answer is the identity.
+    patience : float
+        Time for all tries together (s), real time.
+    tries : int
+        How often the query is sent while nothing comes.
+    owed : int
+        Identity queries sent before whose answers are still owed.
+
+    Returns
+    -------
+    bool
+        Whether the next answer will belong to the next query.
+    """
+    seen, sent = 0, 0
+    while sent < tries:
+        ask()
+        sent += 1
+        deadline = time.monotonic() + patience / tries
+        while (left := deadline - time.monotonic()) > 0.0:
+            answer = receive(left)
+            if answer is None:
+                break
+            seen += right(answer)
+            if seen >= sent + owed:
+                return True
+    return False

@@ -1,0 +1,388 @@
+"""Writing and reading journals: what is given back, what is refused, what is cut."""
+
+import errno
+import os
+import struct
+import subprocess
+import sys
+import time
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bondgraph.errors import BondsightError, UnknownName, UnusableInput
+from hardware.contracts import Chunk, Flag
+from hardware.errors import HardwareError
+from hardware.storage import Gap, Journal, JournalFailed, open_journal
+from hardware.storage import syncing as syncing_module
+from tests.hardware.storage.samples import chunk, expected_x
+
+
+def written(path, chunks, notes=(), close=True, header=None):
+    journal = Journal.create(path, header or {"name": "run"}, sync=None)
+    for c in chunks:
+        journal.append(c)
+    for note in notes:
+        journal.note(note)
+    if close:
+        journal.close()
+    return journal
+
+
+def test_everything_comes_back(tmp_path):
+    header = {"name": "run", "limits": (0.0, 100.0), "never": float("inf"), "n": None}
+    path = tmp_path / "a.journal"
+    journal = Journal.create(path, header, sync=None)
+    journal.append(chunk(n=8, flag=Flag.LEVEL_LOW))
+    journal.note({"event": "trigger", "at": 0.25})
+    journal.append(chunk("output", n=3))
+    journal.append(chunk(first=8, n=5))
+    journal.close()
+    found = open_journal(path)
+    assert (found.header, found.closed, found.live, found.cut) == (header, True, False, "")
+    assert found.size == path.stat().st_size == journal.size
+    assert list(found.streams) == ["interferometer", "output"]
+    data = found.read("interferometer")
+    assert np.array_equal(data.numbers, np.arange(13))
+    assert np.array_equal(data.channels["x"], expected_x(range(13)))
+    assert dict(data.layout.units) == {"x": "um", "instant": "s"}
+    assert np.array_equal(np.flatnonzero(data.flags), [4])
+    assert data.flags[4] == Flag.LEVEL_LOW
+    assert (data.gaps, data.lost, data.repeated) == ((), 0, 0)
+    assert found.notes[0].content == {"event": "trigger", "at": 0.25}
+    assert found.notes[0].samples == {"interferometer": 8}
+    with pytest.raises(UnknownName, match="output"):
+        found.read("outptu")
+
+
+def test_bits_that_arithmetic_would_change_come_back(tmp_path):
+    values = np.array([np.nan, -0.0, np.inf, 5e-324, np.nextafter(1.0, 2.0)])
+    written(tmp_path / "a.journal", [Chunk("s", 0, {"x": values}, {"x": "m"})])
+    back = open_journal(tmp_path / "a.journal").read("s").channels["x"]
+    assert back.tobytes() == values.tobytes()
+
+
+def test_gaps_are_found_and_not_closed(tmp_path):
+    parts = [chunk(first=2, n=4), chunk(first=9, n=1), chunk(first=10, n=2), chunk(first=40, n=1)]
+    written(tmp_path / "a.journal", parts)
+    data = open_journal(tmp_path / "a.journal").read("interferometer")
+    assert data.gaps == (Gap(0, 1), Gap(6, 8), Gap(12, 39))
+    assert data.lost == sum(g.n for g in data.gaps) == 33
+    assert np.array_equal(data.numbers, [2, 3, 4, 5, 9, 10, 11, 40])
+    assert np.array_equal(data.channels["x"], expected_x(data.numbers))
+
+
+def test_of_samples_that_come_twice_the_first_counts(tmp_path):
+    again = Chunk(
+        "interferometer", 4, {"x": np.full(8, 9.0), "instant": np.zeros(8)},
+        {"x": "um", "instant": "s"},
+    )  # fmt: skip
+    written(tmp_path / "a.journal", [chunk(n=8), again])
+    data = open_journal(tmp_path / "a.journal").read("interferometer")
+    assert data.repeated == 4
+    assert np.array_equal(data.numbers, np.arange(12))
+    assert np.array_equal(data.channels["x"], [*expected_x(range(8)), 9, 9, 9, 9])
+
+
+def test_channels_in_another_order_are_the_same_stream(tmp_path):
+    swapped = Chunk(
+        "interferometer", 8, {"instant": np.ones(2), "x": np.zeros(2)}, {"instant": "s", "x": "um"}
+    )
+    written(tmp_path / "a.journal", [chunk(n=8), swapped])
+    data = open_journal(tmp_path / "a.journal").read("interferometer")
+    assert np.array_equal(data.channels["instant"][8:], [1, 1])
+
+
+def test_refusals_leave_the_journal_intact(tmp_path):
+    path = tmp_path / "a.journal"
+    journal = Journal.create(path, {}, sync=None)
+    journal.append(chunk(n=8))
+    other = Chunk("interferometer", 8, {"x": np.zeros(1)}, {"x": "m"})
+    with pytest.raises(JournalFailed, match=r"interferometer began with x \[um\]") as caught:
+        journal.append(other)
+    assert caught.value.partial is other
+    with pytest.raises(JournalFailed, match="count from 0"):
+        journal.append(chunk(first=-1))
+    with pytest.raises(UnusableInput, match="array"):
+        journal.note({"x": np.zeros(3)})
+    journal.append(chunk(first=8, n=2))
+    journal.close()
+    journal.close()
+    with pytest.raises(JournalFailed, match="closed"):
+        journal.append(chunk(first=10))
+    assert open_journal(path).read("interferometer").n == 10
+
+
+def test_there_is_one_writer_of_a_new_file(tmp_path):
+    path = tmp_path / "a.journal"
+    with Journal.create(path, {}, sync=None) as journal:
+        with pytest.raises(JournalFailed, match="another program is writing it"):
+            Journal.create(path, {})
+        journal.append(chunk(n=3))
+        seen = open_journal(path)
+        assert (seen.live, seen.closed, seen.cut) == (True, False, "")
+        assert seen.read("interferometer").n == 3
+    before = path.read_bytes()
+    with pytest.raises(JournalFailed, match="never overwritten"):
+        Journal.create(path, {})
+    assert path.read_bytes() == before
+    assert not open_journal(path).live
+    assert issubclass(JournalFailed, HardwareError)
+
+
+def test_what_cannot_be_made_says_why(tmp_path):
+    with pytest.raises(JournalFailed, match="No such file"):
+        Journal.create(tmp_path / "no" / "a.journal", {})
+    with pytest.raises(UnusableInput, match="sync"):
+        Journal.create(tmp_path / "a.journal", {}, sync=0.0)
+    with pytest.raises(UnusableInput, match="store numbers"):
+        Journal.create(tmp_path / "a.journal", {"x": object()})
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write")
+def test_a_folder_without_permission(tmp_path):
+    tmp_path.chmod(0o500)
+    try:
+        with pytest.raises(JournalFailed, match="Permission denied"):
+            Journal.create(tmp_path / "a.journal", {})
+    finally:
+        tmp_path.chmod(0o700)
+
+
+FULL = """
+import resource, signal, sys
+from hardware.storage import Journal, JournalFailed, open_journal
+from tests.hardware.storage.samples import chunk
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+journal = Journal.create(sys.argv[1], {}, sync=None)
+n = 0
+try:
+    while True:
+        journal.append(chunk(first=n, n=16))
+        n += 16
+except JournalFailed as error:
+    print(error)
+    assert error.partial.first == n
+resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+found = open_journal(sys.argv[1])
+assert found.cut == "" and found.read("interferometer").n == n > 16, found
+journal.append(chunk("s", 0, 0))
+print("small ones fit")
+"""
+
+
+def test_a_full_disk_takes_back_what_did_not_fit(tmp_path):
+    pytest.importorskip("resource")
+    path = tmp_path / "a.journal"
+    run = subprocess.run(
+        [sys.executable, "-c", FULL, str(path)], capture_output=True, text=True, timeout=30
+    )
+    assert run.returncode == 0, run.stderr
+    assert "File too large; the" in run.stdout
+    assert "intact" in run.stdout
+    assert run.stdout.rstrip().endswith("small ones fit")
+    assert open_journal(path).cut == ""
+
+
+def test_a_short_write_and_a_signal_are_taken_back(tmp_path, monkeypatch):
+    path = tmp_path / "a.journal"
+    journal = Journal.create(path, {}, sync=None)
+    journal.append(chunk(n=4))
+    real = os.write
+
+    def part_then(error):
+        left = [1]
+
+        def write(handle, data):
+            if left[0]:
+                left[0] -= 1
+                return real(handle, bytes(data[:50]))
+            raise error
+
+        return write
+
+    for error in (OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()):
+        monkeypatch.setattr(os, "write", part_then(error))
+        with pytest.raises((JournalFailed, KeyboardInterrupt)):
+            journal.append(chunk("other", n=4))
+        monkeypatch.setattr(os, "write", real)
+    journal.append(chunk("other", n=2))
+    journal.close()
+    found = open_journal(path)
+    assert found.cut == ""
+    assert found.closed
+    assert [found.read(s).n for s in ("interferometer", "other")] == [4, 2]
+
+
+def test_a_signal_after_the_write_keeps_it(tmp_path, monkeypatch):
+    path = tmp_path / "a.journal"
+    journal = Journal.create(path, {}, sync=None)
+    real = os.write
+
+    def write(handle, data):
+        real(handle, data)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "write", write)
+    with pytest.raises(KeyboardInterrupt):
+        journal.append(chunk(n=4))
+    monkeypatch.setattr(os, "write", real)
+    journal.append(chunk(first=4, n=4))
+    journal.close()
+    found = open_journal(path)
+    assert (found.cut, found.closed) == ("", True)
+    assert found.read("interferometer").n == 8
+
+
+def test_the_disk_is_told_to_write_and_its_error_comes_out(tmp_path, monkeypatch):
+    calls = []
+
+    def failing(handle):
+        calls.append(handle)
+        raise OSError(errno.EIO, "Input/output error")
+
+    journal = Journal.create(tmp_path / "a.journal", {}, sync=0.005)
+    monkeypatch.setattr(syncing_module.os, "fsync", failing)
+    deadline = time.monotonic() + 5.0
+    while not calls and time.monotonic() < deadline:
+        time.sleep(0.005)
+    time.sleep(0.005)
+    with pytest.raises(JournalFailed, match="Input/output error"):
+        journal.append(chunk())
+    monkeypatch.undo()
+    time.sleep(0.01)
+    journal._syncing._error = None
+    journal.append(chunk())
+    journal.close()
+    assert open_journal(tmp_path / "a.journal").read("interferometer").n == 8
+
+
+def test_cut_at_every_byte(tmp_path):
+    path, cut = tmp_path / "a.journal", tmp_path / "cut.journal"
+    written(path, [chunk(n=4), chunk(first=4, n=3), chunk("output", n=2)], [{"event": "end"}])
+    data = path.read_bytes()
+    counts = []
+    for size in range(len(data)):
+        cut.write_bytes(data[:size])
+        try:
+            found = open_journal(cut)
+        except UnusableInput as error:
+            assert "\n" not in str(error)
+            assert not counts
+            continue
+        n = 0
+        for stream in found.streams:
+            part = found.read(stream)
+            assert np.array_equal(part.channels["x"], expected_x(part.numbers))
+            n += part.n
+        assert not found.closed
+        assert (found.size == size) == (found.cut == "")
+        counts.append(n)
+    assert counts == sorted(counts)
+    assert set(counts) == {0, 4, 7, 9}
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_flipped_bits_are_never_accepted(tmp_path_factory, data):
+    folder = tmp_path_factory.mktemp("flip")
+    path = folder / "a.journal"
+    written(path, [chunk(n=4), chunk(first=4, n=3), chunk("output", n=2)], [{"event": "end"}])
+    whole = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(whole) - 1))
+        whole[at] ^= data.draw(st.integers(1, 255))
+    path.write_bytes(whole)
+    try:
+        found = open_journal(path)
+        parts = [found.read(s) for s in found.streams]
+    except UnusableInput as error:
+        assert "\n" not in str(error)
+        return
+    for part in parts:
+        assert np.array_equal(part.channels["x"], expected_x(part.numbers))
+        assert not np.any(part.flags)
+    # flips may undo each other
+    assert found.cut or found.closed
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.binary(max_size=300), st.booleans())
+def test_foreign_bytes(tmp_path_factory, data, like_ours):
+    from hardware.storage.frames import MAGIC
+
+    path = tmp_path_factory.mktemp("foreign") / "a.journal"
+    path.write_bytes((MAGIC if like_ours else b"") + data)
+    with pytest.raises(UnusableInput):
+        open_journal(path)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.sampled_from([1, 2, 3, 4, 5]),
+    st.binary(max_size=60) | st.text('{}[]:,"$01na').map(str.encode),
+)
+def test_records_with_right_checksums_and_wrong_content(tmp_path_factory, kind, payload):
+    from hardware.storage.frames import head
+
+    path = tmp_path_factory.mktemp("wrong") / "a.journal"
+    journal = written(path, [chunk(n=4)], close=False)
+    journal._shut()
+    with open(path, "ab") as stream:
+        stream.write(head(kind, 3, payload) + payload)
+    found = open_journal(path)
+    assert found.read("interferometer").n == 4
+    assert found.cut or kind == 5
+
+
+def test_the_form_is_what_is_written_down(tmp_path):
+    """A reader of ten lines from the docstring of `frames` alone."""
+    path = tmp_path / "a.journal"
+    written(path, [chunk(n=3, flag=Flag.LATE)])
+    data = path.read_bytes()
+    assert data[:16] == b"\x89BSJOURNAL/1\r\n\x1a\n"
+    place, kinds = 16, []
+    while place < len(data):
+        mark, kind, number, size, crc = struct.unpack_from("<4sIQQI", data, place)
+        assert (mark, number) == (b"\xb5BSR", len(kinds))
+        assert zlib.crc32(data[place : place + 28]) == struct.unpack_from("<I", data, place + 28)[0]
+        payload = data[place + 32 : place + 32 + size]
+        assert zlib.crc32(payload) == crc
+        if kind == 3:
+            assert struct.unpack_from("<IIqQ", payload) == (0, 0, 0, 3)
+            assert struct.unpack_from("<3H", payload, 24) == (0, Flag.LATE, 0)
+            assert struct.unpack_from("<3d", payload, 30) == tuple(expected_x(range(3)))
+        kinds.append(kind)
+        place += 32 + size
+    assert kinds == [1, 2, 3, 5]
+
+
+def test_a_file_that_changes_after_opening(tmp_path):
+    path = tmp_path / "a.journal"
+    written(path, [chunk(n=4)])
+    found = open_journal(path)
+    data = bytearray(path.read_bytes())
+    data[-100] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(BondsightError, match="changed"):
+        found.read("interferometer")
+
+
+def test_a_block_is_stored_in_far_less_than_its_budget(tmp_path):
+    n = 32768
+    values = np.random.default_rng(0).normal(size=n)
+    units = {"x": "m", "V": "V", "i": "A"}
+    with Journal.create(tmp_path / "a.journal", {}) as journal:
+        times = []
+        for k in range(5):
+            block = Chunk("s", k * n, dict.fromkeys(units, values), units)
+            start = time.perf_counter()
+            journal.append(block)
+            times.append(time.perf_counter() - start)
+    assert min(times) < 0.05
+    assert open_journal(tmp_path / "a.journal").read("s").n == 5 * n
