@@ -55,15 +55,38 @@ class PIPythonTalk:
         patience: float | None = None,
         address: str = "",
     ) -> None:
-        make = TransportGateway(gateway).connected_self if _is_transport(gateway) else gateway
-        assert callable(make)
-        self._make = make
+        if isinstance(gateway, Transport):
+            self._make: Callable[[], Any] = TransportGateway(gateway).connected_self
+            self._address = gateway.address
+        else:
+            self._make = gateway
+            self._address = address or "PIPython gateway"
         self._timeout = timeout
         self._patience = 3.0 * timeout if patience is None else patience
-        self._address = gateway.address if _is_transport(gateway) else address or "PIPython gateway"
         self._device: Any = None
         self._gateway: Any = None
         self._step: InStep | None = None
+
+    @classmethod
+    def by_pisocket(
+        cls, host: str, port: int = 50000, timeout: float = 1.0, patience: float | None = None
+    ) -> PIPythonTalk:
+        """Return a conversation by PIPython's own socket; connecting may take minutes to fail."""
+
+        def connected() -> Any:
+            try:
+                from pipython.pidevice.interfaces.pisocket import PISocket
+            except ImportError as error:
+                raise _missing(f"PISocket {host}:{port}") from error
+            gateway = PISocket(host, port, autoconnect=False)
+            try:
+                gateway.ConnectTCPIP(host, port)
+            except OSError:
+                _close_socket(gateway)
+                raise
+            return gateway
+
+        return cls(connected, timeout, patience, f"PISocket {host}:{port}")
 
     @property
     def address(self) -> str:
@@ -77,9 +100,7 @@ class PIPythonTalk:
         try:
             from pipython.pidevice import GCS2Device
         except ImportError as error:
-            raise DriverMissing(
-                f"{self._address}: needs PIPython; pip install 'bondsight[bench]'"
-            ) from error
+            raise _missing(self._address) from error
         try:
             self._gateway = self._make()
             self._gateway.settimeout(int(1e3 * self._timeout))
@@ -125,9 +146,7 @@ class PIPythonTalk:
             gateway.close()
         except Exception:  # whatever it raises, the link is to be closed
             pass
-        socket = getattr(gateway, "_socket", None)
-        if socket is not None:
-            socket.close()
+        _close_socket(gateway)
 
     def _unchecked(self, query: str) -> str:
         device = self._device
@@ -274,5 +293,12 @@ class GatewayWire:
         self._close()
 
 
-def _is_transport(gateway: Any) -> bool:
-    return hasattr(gateway, "read_until")
+def _close_socket(gateway: Any) -> None:
+    """Close what PISocket leaves open when it fails."""
+    socket = getattr(gateway, "_socket", None)
+    if socket is not None:
+        socket.close()
+
+
+def _missing(address: str) -> DriverMissing:
+    return DriverMissing(f"{address}: needs PIPython; pip install 'bondsight[bench]'")

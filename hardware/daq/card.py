@@ -211,6 +211,11 @@ class Card(ABC):
                 f"{LOWEST:g} to {HIGHEST:g} V of its outputs; nothing was written"
             )
 
+    def forget(self) -> None:
+        """Take the outputs as unknown and the list of inputs as lost."""
+        self._ready = False
+        self._scan = ()
+
     def require_present(self, state: int) -> None:
         """Raise `LinkLost` if the control register read as all ones."""
         if state == ALL_ONES:

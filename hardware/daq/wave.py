@@ -7,83 +7,35 @@ program is the clock. Every sample keeps its measured instant, and late ones are
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from enum import Enum
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
 from hardware.amplifier.data import Amplifier
-from hardware.contracts import Chunk, Clock, Flag, Identity, Written
+from hardware.contracts import Chunk, Clock, Flag, Written
 from hardware.daq.card import Card
-from hardware.daq.codes import dac_codes, dac_volts
+from hardware.daq.card_wave import REPORT, CardWave, SampleClock, Wiring
 from hardware.daq.registers import Access
 from hardware.daq.schedule import Schedule
-from hardware.errors import HardwareError, ProtocolFault
+from hardware.errors import HardwareError
 
-__all__ = ["SampleClock", "SoftwareTimedWave", "Wiring"]
-
-REPORT = 0.02
-_UNITS = {"V": "V", "V_mon": "V", "i": "A", "instant": "s"}
-
-
-class SampleClock(Enum):
-    """What the clock line does with every sample."""
-
-    NONE = "none"
-    TOGGLE = "toggle"
-    """Changes its level: the receiver counts both edges."""
-    PULSE = "pulse"
-    """Rises with the sample and falls at once: the receiver counts rising edges."""
-
-
-@dataclass(frozen=True, slots=True)
-class Wiring:
-    """What is connected to the card.
-
-    Parameters
-    ----------
-    output : int
-        Analogue output to the amplifier.
-    monitors : tuple of int
-        Analogue inputs of the monitors, in the order of ``amplifier.monitors.channels()``; empty if
-        they are not connected.
-    trigger : int, optional
-        Digital output that rises with the first sample and falls after the last one.
-    clock : int, optional
-        Digital output of the sample clock.
-    clocking : SampleClock
-        What the clock line does.
-    """
-
-    output: int = 0
-    monitors: tuple[int, ...] = ()
-    trigger: int | None = None
-    clock: int | None = None
-    clocking: SampleClock = SampleClock.NONE
+__all__ = ["SoftwareTimedWave"]
 
 
 @final
-class SoftwareTimedWave:
-    """Plays waveforms through a card and an amplifier; unguarded.
+class SoftwareTimedWave(CardWave):
+    """Plays on any clock, in the thread of the one who iterates.
 
-    At every tick the inputs are sampled first and the new value is written right after, so a
-    monitor reading belongs to the voltage just before its own sample, settled since the last one.
+    What the iterating program does between two reports makes samples late; `CompiledWave` plays in
+    a thread of its own.
 
     Parameters
     ----------
-    card : Card
-        Powered up.
-    amplifier : Amplifier
-        Between volts at the actuator and volts of the card.
-    wiring : Wiring
-        What is connected.
+    card, amplifier, wiring, haste
+        See `CardWave`.
     clock : Clock, optional
         That of the card by default.
-    haste : float
-        See `Schedule`.
     """
 
     def __init__(
@@ -95,67 +47,24 @@ class SoftwareTimedWave:
         clock: Clock | None = None,
         haste: float = 1.1,
     ) -> None:
-        self._card = card
-        self._amplifier = amplifier
-        self._wiring = Wiring() if wiring is None else wiring
+        super().__init__(card, amplifier, wiring, haste=haste)
         self._clock = card.clock if clock is None else clock
-        self._haste = haste
-        self._names = amplifier.monitors.channels() if self._wiring.monitors else ()
-        if len(self._names) != len(self._wiring.monitors):
-            raise UnusableInput(
-                f"{amplifier.name} has monitors {amplifier.monitors.channels()}, the wiring has "
-                f"inputs {self._wiring.monitors}; name one input for each"
-            )
-        self._codes: NDArray[np.uint16] = np.zeros(0, np.uint16)
-        self._rate = 0.0
         self._playing = False
+        self._position = 0
 
     @property
-    def identity(self) -> Identity:
-        """The card."""
-        return self._card.identity
-
-    @property
-    def rate(self) -> float:
-        """Rate of the loaded waveform (Hz), by the program's clock."""
-        return self._rate
-
-    def load(self, volts: NDArray[np.float64], rate: float) -> None:
-        """Convert a waveform (V at the actuator, ``(n,)``) and keep it.
-
-        Raises
-        ------
-        LimitViolation
-            A sample is no number or outside the amplifier's limits.
-        UnusableInput
-            No samples, or no rate.
-        """
-        record = np.asarray(volts, float)
-        if record.ndim != 1 or record.size == 0 or not 0.0 < rate < 1e7:
-            raise UnusableInput(
-                f"waveform of shape {record.shape} at {rate} Hz; give (n,) samples and a rate > 0"
-            )
-        inputs = self._amplifier.input_record(record)
-        self._card.require_in_range(inputs)
-        self._codes = dac_codes(inputs)
-        self._rate = rate
-
-    def play(self) -> Iterator[Written]:
-        """Write all samples; yields about every 20 ms.
-
-        Raises
-        ------
-        HardwareError
-            With the chunks that were not reported yet as `partial`.
-        """
-        if self._codes.size == 0:
-            raise ProtocolFault("no waveform is loaded; call load() first")
-        self._card.require_ready()
-        return self._play()
+    def position(self) -> int:
+        """Samples of the last waveform that were really written."""
+        return self._position
 
     def abort(self) -> None:
         """Stop before the next sample."""
         self._playing = False
+
+    def _begin(self) -> Iterator[Written]:
+        self._playing = True
+        self._position = 0
+        return self._play()
 
     def _play(self) -> Iterator[Written]:
         total = self._codes.size
@@ -163,7 +72,6 @@ class SoftwareTimedWave:
         schedule = Schedule(self._clock, 1.0 / self._rate, self._haste)
         if self._names:
             self._card.select(self._wiring.monitors)
-        self._playing = True
         late = 0
         try:
             schedule.begin(min(1e-3, 10.0 / self._rate))
@@ -171,7 +79,7 @@ class SoftwareTimedWave:
                 count = min(block, total - first)
                 chunk = self._block(schedule, first, count)
                 late += int(np.count_nonzero(chunk.flags & Flag.LATE))
-                yield Written(first + chunk.n, total, late, (chunk,))
+                yield Written(first + chunk.n, total, late, (chunk,) if chunk.n else ())
                 if chunk.n < count:
                     return
         finally:
@@ -211,6 +119,7 @@ class SoftwareTimedWave:
             accesses.append(card.lines_access(lines & ~(1 << wiring.clock)))
         accesses.append(card.state_access())
         state = card.registers.batch(accesses)[-1]
+        self._position = k + 1
         if self._names:
             reading[:] = card.collect(state)
         else:
@@ -226,34 +135,3 @@ class SoftwareTimedWave:
             mask = 1 << wiring.clock
             lines = lines & ~mask if k % 2 else lines | mask
         return lines
-
-    def _lower_lines(self) -> None:
-        wiring = self._wiring
-        used = [b for b in (wiring.trigger, wiring.clock) if b is not None]
-        if not used or not self._card.ready:
-            return
-        lines = self._card.lines & ~sum(1 << b for b in set(used))
-        try:
-            self._card.registers.batch((self._card.lines_access(lines),))
-        except HardwareError:
-            # what stopped the playing is the error to tell
-            return
-
-    def _chunk(
-        self,
-        first: int,
-        instants: NDArray[np.float64],
-        lateness: NDArray[np.float64],
-        readings: NDArray[np.float64],
-    ) -> Chunk:
-        n = instants.size
-        written = dac_volts(self._codes[first : first + n])
-        channels = {"V": self._amplifier.output_record(written), "instant": instants}
-        flags = np.where(lateness > 0.5 / self._rate, int(Flag.LATE), 0)
-        for column, name in enumerate(self._names):
-            raw = readings[:, column]
-            channels[name] = self._amplifier.monitors.scaled(name, raw)
-            flags = flags | np.where(self._card.saturated(raw), int(Flag.SATURATED), 0)
-        return Chunk(
-            "output", first, channels, {k: _UNITS[k] for k in channels}, flags.astype(np.uint16)
-        )

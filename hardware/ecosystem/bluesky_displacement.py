@@ -76,7 +76,7 @@ class BlueskyDisplacement:
         value, flags = self._last
         if flags & (Flag.BEAM_LOST | Flag.MISCOUNT):
             raise BeamLost(
-                f"{self._name}: {value:g} m is off by unknown fringes ({flags!r}); align, then zero",
+                f"{self._name}: {value:g} m is off by unknown fringes; align, then set to zero",
                 partial=self._last,
             )
 

@@ -6,6 +6,7 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Self, final
 
 import numpy as np
@@ -52,9 +53,7 @@ class Capacitance:
                 f"capacitance: {len(volts)} voltages and {len(farads)} values; give as many, "
                 "at least one"
             )
-        if not all(map(math.isfinite, volts)) or any(
-            b <= a for a, b in zip(volts, volts[1:], strict=False)
-        ):
+        if not all(map(math.isfinite, volts)) or any(b <= a for a, b in pairwise(volts)):
             raise UnusableInput("capacitance: the voltages must be finite and rise; sort them")
         if not all(math.isfinite(c) and c > 0.0 for c in farads):
             raise UnusableInput("capacitance: every value must be finite and positive (F)")
@@ -87,7 +86,7 @@ class Capacitance:
         v, c = self.volts, self.farads
         k = bisect_right(v, volts)
         if k == 0 or k == len(v):
-            return c[min(k, len(v) - 1)] if k == 0 else c[-1]
+            return c[0] if k == 0 else c[-1]
         share = (volts - v[k - 1]) / (v[k] - v[k - 1])
         return c[k - 1] + share * (c[k] - c[k - 1])
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Protocol, final, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.errors import UnusableInput
 from hardware.contracts import Chunk, Flag, Written
 from hardware.envelope.guard import GuardedOutput
 from hardware.envelope.plain_numbers import finite_number, finite_wave
 from hardware.envelope.runs import trail
 from hardware.envelope.wave import check_join, check_wave
-from hardware.errors import LimitViolation, ProtocolFault
+from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault
 
 __all__ = ["GuardedWave", "RawWave"]
 
@@ -25,8 +27,9 @@ Array = NDArray[np.float64]
 class RawWave(Protocol):
     """A player of waveforms without protection, on the same device as a raw output.
 
-    If the device plays on by itself between two reports, give the player an attribute
-    ``position``: how many samples were really put out, valid after `abort`.
+    Give it an attribute ``position``, how many samples were really put out, valid after `abort`.
+    Without it a waveform that is broken off leaves the output unknown: it is looked for by its
+    read-back or, if the device has none, powered up anew.
     """
 
     def load(self, volts: Array, rate: float) -> None:
@@ -62,13 +65,14 @@ class GuardedWave:
         Handed over for good.
     """
 
-    __slots__ = ("_output", "_prepared", "_raw", "_samples")
+    __slots__ = ("_inside", "_output", "_prepared", "_raw", "_samples")
 
     def __init__(self, output: GuardedOutput, raw: RawWave) -> None:
         self._output = output
         self._raw = raw
         self._prepared: _Prepared | None = None
         self._samples = 0
+        self._inside = False
 
     @property
     def rate(self) -> float:
@@ -94,6 +98,8 @@ class GuardedWave:
             Of the device.
         """
         output, line = self._output, self._output._line
+        if line.halt is not None:
+            raise LimitViolation("prepare: a waveform is playing; end it with stop() first")
         self._prepared = None
         wave = finite_wave(volts, "wave")
         low, high = output.limits
@@ -104,8 +110,6 @@ class GuardedWave:
             wave.setflags(write=False)
         check_wave(line.envelope, wave, rate, converter=output.converter)
         with line.lock:
-            if line.halt is not None:
-                raise LimitViolation("prepare: a waveform is playing; end it with stop() first")
             known = output.present is not None
             self._prepared = _Prepared(wave, finite_number(rate, "wave"), cut & ~rounding, False)
             if known:
@@ -141,9 +145,7 @@ class GuardedWave:
         """Stop playing; never raises. The output stays where it is."""
         line = self._output._line
         with line.lock:
-            if line.halt is None:
-                self._raw.abort()
-            else:
+            if line.halt is not None:
                 line.new_epoch()
                 line.end_wave()
 
@@ -151,14 +153,19 @@ class GuardedWave:
         line = self._output._line
         with line.lock:
             self._output._ready("play")
+            if prepared is not self._prepared:
+                raise LimitViolation("play: another waveform was prepared since; call play() again")
             check_join(
                 line.envelope, line.present, float(prepared.volts[0]), prepared.rate, "entry"
             )
             line.settle()
             epoch = line.new_epoch()
             self._samples = 0
+            self._inside = False
+            line.dwelling.moved(float(prepared.volts[0]), line.clock.now())
             line.halt = self._halted
         error: BaseException | None = None
+        source: Iterator[Written] | None = None
         try:
             source = self._raw.play()
             while (written := self._next(source, epoch)) is not None:
@@ -175,21 +182,25 @@ class GuardedWave:
         finally:
             if error is not None and epoch == line.epoch:
                 self._rescue(error)
+            _close(source)
 
     def _next(self, source: Iterator[Written], epoch: int) -> Written | None:
         """Return the next report; None at the end."""
         line = self._output._line
         with line.lock:
-            if epoch != line.epoch:
-                raise LimitViolation("play: the waveform was ended by another command")
+            self._require_reign(epoch)
+        # stays set if an interrupt ends the transfer: then the last report is not the last sample
+        self._inside = True
         try:
             written = next(source, None)
         except Exception as error:
             line.lose(error, "play")
             raise
+        self._inside = False
         with line.lock:
-            if written is None or epoch != line.epoch:
-                return written
+            self._require_reign(epoch)
+            if written is None:
+                return None
             self._samples = written.samples
             if written.samples > 0:
                 prepared = self._require("play")
@@ -197,6 +208,10 @@ class GuardedWave:
                 line.reached(float(prepared.volts[k]), "playing a waveform")
             line.beat()
         return written
+
+    def _require_reign(self, epoch: int) -> None:
+        if epoch != self._output._line.epoch:
+            raise LimitViolation("play: the waveform was ended by another command")
 
     def _ended(self, prepared: _Prepared) -> None:
         """Note the regular end: the last voltage stays, and the time beyond levels counts on."""
@@ -214,13 +229,12 @@ class GuardedWave:
     def _halted(self) -> float | None:
         """Abort, and return where the output stands (V), None if nobody can tell."""
         self._raw.abort()
-        prepared = self._prepared
-        if prepared is None:
+        prepared, line = self._require("abort"), self._output._line
+        count = getattr(self._raw, "position", None)
+        if not isinstance(count, int) or not 0 <= count <= prepared.volts.size:
             return None
-        count = getattr(self._raw, "position", self._samples)
-        if not 0 <= count <= prepared.volts.size:
-            return None
-        return float(prepared.volts[count - 1]) if count else self._output._line.present
+        line.interrupted = self._inside
+        return float(prepared.volts[count - 1]) if count else line.present
 
     def _rescue(self, error: BaseException) -> None:
         """Ramp down after `error`, which goes on; a failure of the ramp becomes its note."""
@@ -233,6 +247,10 @@ class GuardedWave:
         prepared = self._require("load")
         try:
             self._raw.load(prepared.volts, prepared.rate)
+        except (LimitViolation, Overrun, UnusableInput):
+            # a refusal of the device's own, before anything moved
+            self._prepared = None
+            raise
         except Exception as error:
             self._prepared = None
             self._output._line.lose(error, "loading a waveform")
@@ -243,6 +261,13 @@ class GuardedWave:
         if self._prepared is None:
             raise LimitViolation(f"{what}: no waveform is prepared; call prepare(volts, rate)")
         return self._prepared
+
+
+def _close(source: Iterator[Written] | None) -> None:
+    """Let the player clean up; what had to be said was said by the error before."""
+    if isinstance(source, Generator):
+        with suppress(HardwareError):
+            source.close()
 
 
 def _marked(written: Written, cut: NDArray[np.bool_]) -> Written:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, final
@@ -258,5 +257,5 @@ class Envelope:
 
 
 def _require(condition: bool, message: str) -> None:
-    if not condition or math.isnan(condition):
+    if not condition:
         raise UnusableInput(message)

@@ -101,6 +101,9 @@ class Line:
         volts = min(max(volts, self.low), self.high)
         try:
             self.raw.write(volts)
+        except LimitViolation:
+            # the device's own refusal: nothing was sent
+            raise
         except Exception as error:
             self.lose(error, what)
             raise
@@ -127,6 +130,26 @@ class Line:
         if self.interrupted:
             self.write(self.present, "repeat")
             self.clock.sleep(self.envelope.update_period)
+
+    def wait_for_turn(self, now: float) -> None:
+        """Wait for the rest of the update period, from `now` (s) on.
+
+        Raises
+        ------
+        LimitViolation
+            The clock does not pass.
+        """
+        period = self.envelope.update_period
+        if self.last is None or now - self.last >= period:
+            return
+        # a clock that was set back must not make anybody wait for more than one period
+        self.clock.sleep(min(period - (now - self.last), period))
+        passed = self.clock.now() - max(self.last, now - period)
+        if 0.0 <= passed < period * (1.0 - 1e-6):
+            raise LimitViolation(
+                f"set: {engineering(passed, 's')} after the command before, allowed is "
+                f"{engineering(period, 's')}; the clock stands still, check it"
+            )
 
     def beat(self) -> None:
         """Feed the watchdog if it is due."""

@@ -6,7 +6,6 @@ import atexit
 import signal
 import threading
 import time
-from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any, Protocol, Self, final
 
@@ -31,7 +30,7 @@ class Parkable(Protocol):
 
 
 @final
-class parked:  # noqa: N801 - reads as a verb in a with statement
+class parked:
     """Context manager that parks outputs on leaving, by whatever way.
 
     Covers the end of the block, errors, Ctrl-C (also again during the way down, which is then
@@ -96,12 +95,11 @@ class parked:  # noqa: N801 - reads as a verb in a with statement
             signal.signal(number, handler)
         held, self._held = self._held, []
         self._leaving = False
-        if error is not None:
-            return
-        if failure is not None:
+        if failure is not None and error is None:
             raise failure
-        if held:
-            signal.raise_signal(signal.Signals(held[0]))
+        # whoever wants the program to end gets it, unless it is ending so already
+        if held and not isinstance(error, KeyboardInterrupt | SystemExit):
+            _act(held[0], previous[held[0]], None)
 
     def _park(self, error: BaseException | None) -> BaseException | None:
         """Park all; return the first failure, noted on `error` if there is one."""
@@ -127,15 +125,19 @@ class parked:  # noqa: N801 - reads as a verb in a with statement
             return
         if again:
             return
-        before: Callable[[int, FrameType | None], Any] | int = self._previous[number]
-        if callable(before):
-            before(number, frame)
-        elif number == signal.SIGINT:
-            raise KeyboardInterrupt
-        else:
-            raise SystemExit(128 + number)
+        _act(number, self._previous[number], frame)
 
     def _at_exit(self) -> None:
         """Park at the exit of the interpreter what was never left."""
         self._leaving = True
         self._park(None)
+
+
+def _act(number: int, before: Any, frame: FrameType | None) -> None:
+    """Do what the handler of before would; end the program in order where it would just die."""
+    if callable(before):
+        before(number, frame)
+    elif number == signal.SIGINT:
+        raise KeyboardInterrupt
+    else:
+        raise SystemExit(128 + number)

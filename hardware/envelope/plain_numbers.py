@@ -34,7 +34,7 @@ def finite_number(value: object, what: str) -> float:
     """
     if type(value) is float and math.isfinite(value):
         return value
-    if isinstance(value, numbers.Real) and not isinstance(value, bool):
+    if type(value) is not bool and isinstance(value, numbers.Real):
         try:
             number = float(value)
         except OverflowError:

@@ -46,8 +46,8 @@ def check_set(
     check_range(envelope, volts, "set", converter)
     if since_last is not None and not since_last >= envelope.update_period * (1.0 - ROUNDING):
         raise LimitViolation(
-            f"set({volts:g}): {engineering(since_last, 's')} after the command before, the shortest "
-            f"time is {engineering(envelope.update_period, 's')}; wait, or play a waveform"
+            f"set({volts:g}): {engineering(since_last, 's')} after the command before, allowed "
+            f"is {engineering(envelope.update_period, 's')}; wait, or play a waveform"
         )
     step = abs(volts - present)
     largest = envelope.largest_step(present, volts)
@@ -61,7 +61,7 @@ def check_set(
     for dwell, seconds in zip(envelope.dwell, held, strict=False):
         if seconds > dwell.seconds * (1.0 + ROUNDING) and envelope.is_beyond(dwell, volts):
             raise LimitViolation(
-                f"set({volts:g}): beyond {dwell.level:g} V for {engineering(seconds, 's')} already, "
+                f"set({volts:g}): beyond {dwell.level:g} V for {engineering(seconds, 's')}, "
                 f"allowed are {engineering(dwell.seconds, 's')}; go back behind {dwell.level:g} V"
             )
 

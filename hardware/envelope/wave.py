@@ -97,8 +97,8 @@ def _check_range(envelope: Envelope, wave: Array, rate: float, converter: Conver
         first = int(outside[0])
         excess = max(low - wave[first], wave[first] - high)
         raise LimitViolation(
-            f"wave: {wave[first]:g} V at {_where(first, rate)} is {excess:.3g} V outside the {whose} "
-            f"{low:g} .. {high:g} V ({outside.size} of {wave.size} samples are, the range is "
+            f"wave: {wave[first]:g} V at {_where(first, rate)} is {excess:.3g} V outside the "
+            f"{whose} {low:g} .. {high:g} V ({outside.size} of {wave.size} samples, range "
             f"{lowest:g} .. {highest:g} V); {_fitting(low, high, lowest, highest)}"
         )
     if converter is not None and 0.0 < highest - lowest < converter.resolution:

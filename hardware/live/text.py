@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import unicodedata
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hardware.live.state import ChannelState, LiveState, StreamState
 
-__all__ = ["bar", "engineering", "one_line", "render", "spark"]
+__all__ = ["bar", "engineering", "one_line", "printable", "render", "spark"]
 
 _BLOCKS = " \u2581\u2582\u2583\u2584\u2585\u2586\u2587\u2588"
 _PLAIN = " .:-=+*#@"
@@ -62,7 +63,14 @@ def one_line(state: LiveState) -> str:
         against = [f"{s.lost} LOST"] if s.lost else []
         against += [f"{n} {f}" for f, n in s.flags.items()]
         parts.append(f"{s.name} {s.samples}{of}" + (f" ({', '.join(against)})" if against else ""))
-    return "; ".join(parts)
+    return printable("; ".join(parts))
+
+
+def printable(line: str) -> str:
+    """Return a line of characters that take one column each and control no terminal."""
+    if line.isascii() and line.isprintable():
+        return line
+    return "".join(c if _one_column(c) else "?" for c in line)
 
 
 def bar(share: float, width: int, *, blocks: bool = True) -> str:
@@ -99,8 +107,10 @@ def spark(values: NDArray[np.float64], width: int, *, blocks: bool = True) -> st
     if not np.any(good):
         return " " * int(values.size)
     low, high = float(values[good].min()), float(values[good].max())
-    scale = (len(signs) - 2) / (high - low) if high > low else 0.0
-    level = np.where(good, 1 + np.rint((np.where(good, values, low) - low) * scale), 0)
+    # halved: the span of the largest numbers is none
+    span = 0.5 * high - 0.5 * low
+    share = (0.5 * np.where(good, values, low) - 0.5 * low) / (span if span > 0.0 else 1.0)
+    level = np.where(good, 1 + np.rint((len(signs) - 2) * share), 0)
     return "".join(signs[int(k)] for k in level)
 
 
@@ -115,7 +125,7 @@ def engineering(value: float, unit: str) -> str:
     if not math.isfinite(value):
         return f"- {unit}"
     power = math.floor(math.log10(abs(value)) / 3.0) if value else 0
-    if value and round(abs(value) / 1000.0**power, 1) >= 1000.0:
+    if power in _PREFIXES and round(abs(value) / 1000.0**power, 1) >= 1000.0:
         power += 1
     if power not in _PREFIXES or (len(unit) > 1 and not unit.isalpha()):
         return f"{value:.4g} {unit}"
@@ -124,12 +134,18 @@ def engineering(value: float, unit: str) -> str:
     return f"{number:.{digits}f} {_PREFIXES[power]}{unit}"
 
 
+def _one_column(c: str) -> bool:
+    wide = unicodedata.east_asian_width(c) in "WF" or unicodedata.combining(c)
+    return c.isprintable() and not wide
+
+
 def _title(state: LiveState) -> str:
     left = "" if state.left is None else f", {_time(state.left)} left"
     when = f"{_time(state.elapsed)}, ended" if state.ended else f"{_time(state.elapsed)} elapsed"
     output = f"   output: {state.output}" if state.output else ""
     stored = f"   {state.stored / 1e6:.1f} MB stored" if state.stored is not None else ""
-    return f"{state.name}  {when}{'' if state.ended else left}{output}{stored}"
+    phase = f" ({state.phase})" if state.phase and not state.ended else ""
+    return f"{state.name}{phase}  {when}{'' if state.ended else left}{output}{stored}"
 
 
 def _stream(s: StreamState, label: int, width: int, blocks: bool) -> list[str]:
@@ -157,6 +173,8 @@ def _channel(c: ChannelState, width: int, blocks: bool) -> str:
 
 
 def _time(seconds: float) -> str:
+    if not math.isfinite(seconds):
+        return "?"
     whole = max(0, math.floor(seconds + 0.5))
     minutes, rest = divmod(whole, 60)
     hours, minutes = divmod(minutes, 60)
@@ -164,5 +182,5 @@ def _time(seconds: float) -> str:
 
 
 def _cut(line: str, width: int) -> str:
-    line = "".join(c if c.isprintable() else "?" for c in line)
+    line = printable(line)
     return line if len(line) <= width else line[: width - 1] + "~"

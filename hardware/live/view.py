@@ -8,7 +8,7 @@ import time
 from typing import TextIO, final
 
 from hardware.live.state import LiveState
-from hardware.live.text import one_line, render
+from hardware.live.text import one_line, printable, render
 
 __all__ = ["LiveView"]
 
@@ -64,7 +64,7 @@ class LiveView:
             if self._terminal:
                 self._in_place(state)
             else:
-                text = [f"! {w}" for w in fresh] + [one_line(state)]
+                text = [f"! {printable(w)}" for w in fresh] + [one_line(state)]
                 self._stream.write("\n".join(text) + "\n")
             self._stream.flush()
         except (OSError, ValueError):

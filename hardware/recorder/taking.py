@@ -16,7 +16,7 @@ from hardware.errors import BeamLost, HardwareError, LinkLost, TimedOut
 from hardware.recorder.plan import Plan
 from hardware.recorder.station import Station
 
-__all__ = ["Notebook", "Progress", "take"]
+__all__ = ["Notebook", "Step", "take"]
 
 POLL = 0.01
 """Pause between polls when the wave is over and a sensor is not (s)."""
@@ -35,7 +35,7 @@ class Notebook(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class Step:
     """State of a running take, for those who watch.
 
     Parameters
@@ -60,7 +60,7 @@ class Progress:
     chunks: Sequence[Chunk] = ()
 
 
-Watch = Callable[[Progress], None]
+Watch = Callable[[Step], None]
 
 
 def take(station: Station, plan: Plan, journal: Notebook, watch: Watch | None = None) -> None:
@@ -98,12 +98,12 @@ def take(station: Station, plan: Plan, journal: Notebook, watch: Watch | None = 
             for sensor in station.sensors:
                 sensor.abort()
     journal.note({"event": "output", **station.output.provenance()})
-    say(Progress("end", plan.seconds, plan.volts.size, plan.volts.size))
+    say(Step("end", plan.seconds, plan.volts.size, plan.volts.size))
 
 
 def _prepare(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
     """Power up, go to the first voltage, zero, read the air."""
-    say(Progress("prepare", 0.0, 0, plan.volts.size))
+    say(Step("prepare", 0.0, 0, plan.volts.size))
     if station.output.present is None:
         station.output.power_up()
     station.output.ramp(float(plan.volts[0]))
@@ -122,12 +122,12 @@ def _run(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
     state = Written(0, plan.volts.size)
     for state in station.wave.play():
         chunks = [*_write(journal, state.chunks), *_poll(station, journal, last)]
-        say(Progress("play", station.clock.now() - begin, state.samples, state.total,
+        say(Step("play", station.clock.now() - begin, state.samples, state.total,
                      state.late, chunks))  # fmt: skip
         _check_silence(station, plan, last, waiting=False)
     while not all(s.done for s in station.sensors):
         chunks = _poll(station, journal, last)
-        say(Progress("drain", station.clock.now() - begin, state.samples, state.total,
+        say(Step("drain", station.clock.now() - begin, state.samples, state.total,
                      state.late, chunks))  # fmt: skip
         if plan.synchronisation != "start" and not chunks:
             break
@@ -196,7 +196,7 @@ def _chunks(partial: object) -> list[Chunk]:
     return []
 
 
-def _silent(progress: Progress) -> None:
+def _silent(progress: Step) -> None:
     """Watch nothing."""
 
 

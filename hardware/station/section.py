@@ -51,6 +51,7 @@ class Section:
 
     def optional(self, key: str) -> float | None:
         """Return a finite number, or None if the key is absent."""
+        self._asked.add(key)
         return self.number(key) if key in self else None
 
     def whole(self, key: str, default: int | None = None, least: int = 0) -> int:

@@ -55,7 +55,7 @@ FlagRun(stream='a', flag='LEVEL_LOW', first=1, last=3))
             if not flag & known:
                 continue
             known &= ~int(flag)
-            on = np.concatenate(([0], (words & flag).astype(bool).astype(np.int8), [0]))
+            on = np.concatenate(([0], (words & np.uint16(flag)).astype(bool).astype(np.int8), [0]))
             edges = np.flatnonzero(np.diff(on))
             runs += [
                 FlagRun(stream, str(flag.name), int(a), int(b) - 1)

@@ -44,7 +44,7 @@ from __future__ import annotations
 import json
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, BinaryIO
@@ -81,6 +81,7 @@ _CHECK = struct.Struct("<I")
 _CHUNK = struct.Struct("<IIqQ")
 MAX_NUMBER = 2**62
 """No sample has a higher number: 146,000 years at 1 MHz."""
+_BLOCK = 1 << 20
 HEAD_SIZE = _HEAD.size + _CHECK.size
 
 
@@ -135,7 +136,9 @@ def parse_head(data: bytes, start: int) -> Frame | None:
     return Frame(Kind(kind), number, start, size, crc)
 
 
-def frames(stream: BinaryIO, size: int) -> Iterator[tuple[Frame, bytes]]:
+def frames(
+    stream: BinaryIO, size: int, skipped: list[tuple[int, int]] | None = None
+) -> Iterator[tuple[Frame, bytes]]:
     """Yield records from the present place to the first that is not whole.
 
     The file stands behind the last whole record when it ends.
@@ -146,22 +149,51 @@ def frames(stream: BinaryIO, size: int) -> Iterator[tuple[Frame, bytes]]:
         At the head of a record.
     size : int
         Bytes of the file that count; more may be on their way.
+    skipped : list, optional
+        If given, what is not whole is stepped over, and its first byte and the one behind it are
+        entered here.
     """
-    number: int | None = None
+    number = 0
     while True:
         place = stream.tell()
         found = parse_head(stream.read(HEAD_SIZE), place + HEAD_SIZE)
-        whole = (
-            found is not None
-            and (number is None or found.number == number)
-            and found.start + found.size <= size
+        follows = found is not None and (
+            found.number == number or (skipped is not None and found.number > number)
         )
+        whole = follows and found is not None and found.start + found.size <= size
         payload = stream.read(found.size) if found is not None and whole else b""
-        if not whole or found is None or zlib.crc32(payload) != found.crc:
-            stream.seek(place)
+        if whole and found is not None and zlib.crc32(payload) == found.crc:
+            number = found.number + 1
+            yield found, payload
+            continue
+        behind = size if skipped is None else _next_head(stream, place + 1, size)
+        stream.seek(place if skipped is None else behind)
+        if skipped is not None and behind > place:
+            begin = skipped.pop()[0] if skipped and skipped[-1][1] == place else place
+            skipped.append((begin, behind))
+        if behind == size:
             return
-        number = found.number + 1
-        yield found, payload
+
+
+def _next_head(stream: BinaryIO, place: int, size: int) -> int:
+    """Offset of the next place that looks like the head of a record; the size if there is none."""
+    while place < size:
+        stream.seek(place)
+        block = stream.read(_BLOCK)
+        at = block.find(MARK)
+        while at >= 0:
+            head_at = block[at : at + HEAD_SIZE]
+            if len(head_at) < HEAD_SIZE:
+                stream.seek(place + at)
+                head_at = stream.read(HEAD_SIZE)
+            if parse_head(head_at, 0) is not None:
+                return place + at
+            at = block.find(MARK, at + 1)
+        if len(block) < _BLOCK:
+            return size
+        # a mark may lie across two blocks
+        place += len(block) - len(MARK) + 1
+    return size
 
 
 def broken_because(stream: BinaryIO, size: int) -> str:
@@ -202,7 +234,7 @@ def chunk_payload(
 
 
 def split_chunk(
-    payload: bytes, widths: list[int]
+    payload: bytes, widths: Mapping[int, int]
 ) -> tuple[int, int, NDArray[np.uint16], list[NDArray[np.float64]]]:
     """Return stream number, first sample, flags and columns; ValueError if they do not fit.
 
@@ -210,13 +242,13 @@ def split_chunk(
     ----------
     payload : bytes
         Of a chunk record.
-    widths : list of int
+    widths : mapping of int to int
         Number of channels of each stream.
     """
     if len(payload) < _CHUNK.size:
         raise ValueError("too short")
     number, zero, first, n = _CHUNK.unpack_from(payload)
-    if zero or number >= len(widths) or not 0 <= first <= MAX_NUMBER - n:
+    if zero or number not in widths or not 0 <= first <= MAX_NUMBER - n:
         raise ValueError("of no stream")
     if len(payload) != _CHUNK.size + n * (2 + 8 * widths[number]):
         raise ValueError("of another size")

@@ -28,8 +28,8 @@ __all__ = [
 
 KEY = "acquisition"
 SCHEMA = "bondsight-acquisition/1"
-OUTPUT_ENDS = ("parked", "unknown", "none")
-"""State of the output at the end: at its safe value, unknown, or there was no output."""
+OUTPUT_ENDS = ("parked", "driven", "unknown", "none")
+"""State of the output at the end: at its safe value, left at its last, unknown, no output."""
 _FILTER_REACH = 20  # new samples; half the length of the filter of `Recording.decimate`
 
 

@@ -11,41 +11,14 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from bondgraph.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.errors import UnusableInput, unknown_name
 from hardware.contracts import Chunk
-from hardware.storage.frames import (
-    FORMAT,
-    MAGIC,
-    Frame,
-    Kind,
-    broken_because,
-    document,
-    frames,
-    split_chunk,
-)
+from hardware.storage.frames import Frame, split_chunk
+from hardware.storage.index import Index, Note
 from hardware.storage.lock import is_locked
 from hardware.storage.stream import StreamData, StreamLayout
 
 __all__ = ["JournalFile", "Note", "open_journal"]
-
-
-@dataclass(frozen=True, slots=True)
-class Note:
-    """An event.
-
-    Parameters
-    ----------
-    utc : str
-        Date and time of the computer, ISO 8601.
-    content : mapping
-        What was noted.
-    samples : mapping of str to int
-        For every stream the number of the sample that came next.
-    """
-
-    utc: str
-    content: Mapping[str, Any]
-    samples: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +44,7 @@ class JournalFile:
     size : int
         Bytes of whole records.
     cut : str
-        Sentence about what stands behind the last whole record; empty if nothing does.
+        Sentence about what is not whole and was left out; empty if nothing was.
     """
 
     path: Path
@@ -85,6 +58,7 @@ class JournalFile:
     size: int
     cut: str
     _chunks: Mapping[str, tuple[Frame, ...]] = field(default_factory=dict, repr=False)
+    _widths: Mapping[int, int] = field(default_factory=dict, repr=False)
 
     def read(self, stream: str) -> StreamData:
         """Return all samples of a stream.
@@ -126,8 +100,6 @@ class JournalFile:
         if stream not in self.streams:
             raise unknown_name("stream", stream, self.path.name, self.streams)
         units = dict(self.streams[stream].units)
-        order = list(self.streams)
-        widths = [len(s.units) for s in self.streams.values()]
         with _opened(self.path) as file:
             for frame in self._chunks[stream]:
                 file.seek(frame.start)
@@ -136,12 +108,11 @@ class JournalFile:
                     raise UnusableInput(
                         f"{self.path.name}: changed since it was opened; open it again"
                     )
-                number, first, flags, columns = split_chunk(payload, widths)
-                assert order[number] == stream
+                _, first, flags, columns = split_chunk(payload, self._widths)
                 yield Chunk(stream, first, dict(zip(units, columns, strict=True)), units, flags)
 
 
-def open_journal(path: str | os.PathLike[str]) -> JournalFile:
+def open_journal(path: str | os.PathLike[str], *, beyond: bool = False) -> JournalFile:
     """Open a journal in whatever state it is.
 
     Everything up to the first record that is not whole is given; nothing is accepted whose
@@ -151,6 +122,9 @@ def open_journal(path: str | os.PathLike[str]) -> JournalFile:
     ----------
     path : path
         The file; another program may be writing it.
+    beyond : bool
+        Step over what is not whole and give also what is behind it, as a disk that lost one sector
+        leaves it. Samples that are missing then show as gaps.
 
     Raises
     ------
@@ -161,99 +135,13 @@ def open_journal(path: str | os.PathLike[str]) -> JournalFile:
     live = is_locked(file)
     with _opened(file) as stream:
         size = os.fstat(stream.fileno()).st_size
-        return _index(file, stream, size, live)
-
-
-def _index(file: Path, stream: BinaryIO, size: int, live: bool) -> JournalFile:
-    _check_magic(file, stream.read(len(MAGIC)))
-    head: dict[str, Any] | None = None
-    layouts: list[StreamLayout] = []
-    chunks: list[list[Frame]] = []
-    nexts: list[int] = []
-    notes: list[Note] = []
-    closed = False
-    end, why = stream.tell(), ""
-    for frame, payload in frames(stream, size):
-        try:
-            if (frame.kind is Kind.HEADER) != (head is None) or closed:
-                raise ValueError("out of place")
-            if frame.kind is Kind.HEADER:
-                head = _header(document(payload), frame)
-            elif frame.kind is Kind.STREAM:
-                layouts.append(_layout(document(payload), layouts))
-                chunks.append([])
-                nexts.append(0)
-            elif frame.kind is Kind.CHUNK:
-                widths = [len(s.units) for s in layouts]
-                number, first, flags, _ = split_chunk(payload, widths)
-                chunks[number].append(frame)
-                nexts[number] = first + flags.size
-            elif frame.kind is Kind.NOTE:
-                names = [s.name for s in layouts]
-                notes.append(_note(document(payload), dict(zip(names, nexts, strict=True))))
-            else:
-                closed = True
-        except (ValueError, KeyError, TypeError, RecursionError, BondsightError) as error:
-            if isinstance(error, UnusableInput) and head is None:
-                raise
-            why = "a record is whole but does not belong there"
-            break
-        end = frame.start + frame.size
-    if head is None:
-        raise UnusableInput(
-            f"{file.name}: {why or broken_because(stream, size)}, it is the first one: nothing can "
-            "be read from this journal"
-        )
-    cut = ""
-    if end < size:
-        stream.seek(end)
-        cut = (
-            f"{why or broken_because(stream, size)} at byte {end}: "
-            f"the last {size - end} of {size} bytes were left out"
-        )
-    found = {s.name: tuple(c) for s, c in zip(layouts, chunks, strict=True) if c}
-    streams = {s.name: s for s in layouts}
+        index = Index(file.name, stream, size, beyond)
+    units = {layout.name: layout for layout in index.layouts.values()}
+    found = {index.layouts[k].name: tuple(c) for k, c in index.chunks.items()}
     return JournalFile(
-        file, head["header"], head["software"], head["utc"], streams,
-        tuple(notes), closed, live, end, cut, {s: found.get(s, ()) for s in streams},
+        file, index.header, index.software, index.utc, units, tuple(index.notes), index.closed,
+        live, index.size, index.cut, found, dict(index.widths),
     )  # fmt: skip
-
-
-def _check_magic(file: Path, magic: bytes) -> None:
-    if magic == MAGIC:
-        return
-    if MAGIC.startswith(magic):
-        raise UnusableInput(f"{file.name}: ends within its first bytes; nothing had been stored")
-    raise UnusableInput(f"{file.name}: this is no journal of an acquisition, or its start is lost")
-
-
-def _header(content: dict[str, Any], frame: Frame) -> dict[str, Any]:
-    if content["format"] != FORMAT:
-        raise UnusableInput(
-            f"journal of format {content['format']!r}, this version reads {FORMAT!r}; update "
-            "Bondsight"
-        )
-    if frame.number or not isinstance(content["header"], dict):
-        raise ValueError("no header")
-    return {k: content[k] for k in ("header", "software", "utc")}
-
-
-def _layout(content: dict[str, Any], before: list[StreamLayout]) -> StreamLayout:
-    name, channels, units = content["name"], content["channels"], content["units"]
-    if content["number"] != len(before) or name in [s.name for s in before]:
-        raise ValueError("a stream twice")
-    if not all(isinstance(text, str) for text in [name, *channels, *units]):
-        raise ValueError("no names")
-    layout = StreamLayout(name, dict(zip(channels, units, strict=True)))
-    if len(layout.units) != len(channels) or not channels:
-        raise ValueError("a channel twice")
-    return layout
-
-
-def _note(content: dict[str, Any], samples: dict[str, int]) -> Note:
-    if not isinstance(content["note"], dict) or not isinstance(content["utc"], str):
-        raise ValueError("no note")
-    return Note(content["utc"], content["note"], samples)
 
 
 def _opened(file: Path) -> BinaryIO:

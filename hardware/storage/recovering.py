@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import re
 from collections.abc import Mapping
@@ -19,7 +20,7 @@ from hardware.contracts import Air, Identity
 from hardware.storage.finishing import with_provenance
 from hardware.storage.pieces import Piece, joined, pieces
 from hardware.storage.plain_fields import made_from
-from hardware.storage.provenance import OUTPUT_ENDS, ClockAlignment, Provenance, StreamOrigin
+from hardware.storage.provenance import ClockAlignment, Provenance, StreamOrigin
 from hardware.storage.reading import JournalFile, open_journal
 from hardware.storage.syncing import sync_folder
 
@@ -40,7 +41,9 @@ def recover(
     Parameters
     ----------
     path : path
-        NAME.journal, in any state.
+        NAME.journal, in any state. Of its notes those with the ``event`` "air" (fields of
+        `Air`), "alignment" (of `ClockAlignment`), "output" (``state``) and
+        "error" (``message``) are understood.
     rates : mapping of str to float, optional
         Rate (Hz) of a stream whose header does not tell.
 
@@ -160,19 +163,26 @@ def _origins(journal: JournalFile, rates: dict[str, float]) -> dict[str, StreamO
 
 
 def _stated(journal: JournalFile, key: str, kind: type[Any]) -> Any:
-    """Return what the last note under a key says, else what the header says; None if neither."""
-    said = [n.content[key] for n in journal.notes if key in n.content]
-    for content in (*reversed(said), journal.header.get(key)):
+    """Return what the last note of an event says, else what the header says; None if neither."""
+    for content in (*reversed(_events(journal, key)), journal.header.get(key)):
+        fields = {f.name for f in dataclasses.fields(kind)}
         try:
-            return made_from(kind, content, key)
+            given = {k: v for k, v in _mapping(content).items() if k in fields}
+            return made_from(kind, given, key)
         except BondsightError:
             continue
     return None
 
 
+def _events(journal: JournalFile, event: str) -> list[dict[str, Any]]:
+    """Return notes of a kind of event, in their order."""
+    return [_mapping(n.content) for n in journal.notes if n.content.get("event") == event]
+
+
 def _output_end(journal: JournalFile) -> str:
-    said = [n.content["output_end"] for n in journal.notes if "output_end" in n.content]
-    return said[-1] if said and said[-1] in OUTPUT_ENDS else "unknown"
+    """State of the output as last noted; one left driven by a program that is gone is unknown."""
+    said = [e.get("state") for e in _events(journal, "output")]
+    return str(said[-1]) if said and said[-1] in ("parked", "none") else "unknown"
 
 
 def _mapping(value: Any) -> dict[str, Any]:
@@ -190,6 +200,7 @@ def _warnings(journal: JournalFile, without_rate: list[str]) -> list[str]:
             "output: its state at the end is unknown"
             + (", its device has a watchdog" if journal.header.get("watchdog") is True else "")
         )
+    out += [f"error: {e.get('message')}" for e in _events(journal, "error")]
     for stream in without_rate:
         out.append(f"stream {stream}: left out, its rate is not known; give rates")
     return out

@@ -10,6 +10,8 @@ from typing import final
 
 __all__ = ["Syncing", "sync_folder"]
 
+_PATIENCE = 10.0  # s; a disk that hangs longer must not hang the program
+
 
 @final
 class Syncing:
@@ -38,9 +40,9 @@ class Syncing:
             raise error
 
     def stop(self) -> None:
-        """End the thread; the file may be closed then."""
+        """End the thread, waiting for a disk that answers; the file may be closed then."""
         self._ended.set()
-        self._thread.join()
+        self._thread.join(_PATIENCE)
 
     def _run(self) -> None:
         while not self._ended.wait(self._every):

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.synchrony.alignment import Alignment, How
-from hardware.synchrony.coarse import first_guess
+from hardware.synchrony.alignment import Alignment, Gap, How
+from hardware.synchrony.coarse import Coarse, first_guess
 from hardware.synchrony.edges import by_edges
 from hardware.synchrony.fit import Fitted, Guess, Material, fit
+from hardware.synchrony.gaps import find_gaps, structured
 from hardware.synchrony.held import Held
 from hardware.synchrony.jitter import jitter_of
 from hardware.synchrony.spread import covariance_of, reach
@@ -26,6 +28,8 @@ FIRST_LAG = 0.4
 LAGS = (0.06, 0.25, 1.0, 4.0)
 """Starts for an unknown lag, in steps: lag and delay make a valley with more than one hollow."""
 WIDE_LAG = 20.0
+MENDED = 0.5
+"""Share of the squares that gaps may leave to be believed."""
 FAST = 0.03
 """Lag in steps of the drive below which only the edges, not the slopes, tell the time."""
 
@@ -52,23 +56,35 @@ def align_by_copy(
     UnusableInput
         If the drive does not move, or the copy does not follow it.
     """
-    material = _material(drive, sensor, wiring, command, copy)
+    held, material = _material(drive, sensor, wiring, command, copy)
     step = material.held.step
     lag = wiring.lag if wiring.lag is not None else FIRST_LAG * step
     smooth = max(lag, FIRST_LAG * step) if wiring.hold == "zero" else lag
     far = 16.0 / sensor.rate if wiring.most_delay is None else wiring.most_delay
     expected = wiring.delay - wiring.copy_latency
     skew = wiring.most_skew if not wiring.shared_clock else 1e-9
-    coarse = first_guess(material, expected, max(far, 2.0 / sensor.rate), skew, smooth)
-    begun = replace(coarse.guess, lag=max(smooth, 1e-3 * step))
-    if wiring.shared_clock:
-        begun = Guess(TimeMap(begun.map.delay), begun.lag)
     material = _declared(material, wiring)
-    fitted = _settled(material, begun, lag)
+
+    def solved(given: Material) -> tuple[Coarse, Fitted]:
+        coarse = first_guess(given, held, expected, max(far, 2.0 / sensor.rate), skew, smooth)
+        begun = replace(coarse.guess, lag=max(smooth, 1e-3 * step))
+        if wiring.shared_clock:
+            begun = Guess(TimeMap(begun.map.delay), begun.lag)
+        return coarse, _settled(given, begun, lag)
+
+    coarse, fitted = solved(material)
+    gaps: tuple[Gap, ...] = ()
+    if structured(fitted):
+        gaps, material, (coarse, fitted) = _mended(material, held, coarse, fitted, solved)
     notes: tuple[str, ...] = ()
+    if structured(fitted):
+        notes = (
+            "what is left of the copy is no noise: let the ratio drift (drifting), or check hold, "
+            "lag and gain of the copy",
+        )
     how: How = "copy"
     if wiring.hold == "zero" and fitted.guess.lag < FAST * step:
-        guess, covariance = by_edges(material, fitted, wiring.shared_clock)
+        guess, covariance = by_edges(material, held, fitted, wiring.shared_clock)
         factor, how = reach(2), "copy, by its edges"
         lag_error = wiring.lag_error if wiring.lag is not None else fitted.guess.lag
         covariance = covariance + np.diag([fitted.guess.lag**2, 0.0, 0.0])
@@ -78,7 +94,7 @@ def align_by_copy(
         if "lag" not in material.free:
             lag_error = wiring.lag_error
     if factor * covariance[0, 0] ** 0.5 > 0.1 * step and wiring.hold == "zero":
-        notes = (
+        notes += (
             "at these rates the copy shows which step is held but hardly since when: declare the "
             "lag of the amplifier, put a low-pass of about one step before the actuator or the "
             "copy, or take rates that do not divide each other",
@@ -97,22 +113,45 @@ def align_by_copy(
         found, covariance, how, known, float(sensor.time[-1]), factor, wiring.hold,
         guess.lag if how == "copy" else (wiring.lag or 0.0), lag_error, jitter, jitter_error,
         float(fitted.coefficients[0]), float(fitted.coefficients[1]), fitted.rms,
-        (), tuple(d + wiring.copy_latency for d in coarse.others), notes,
+        gaps, tuple(d + wiring.copy_latency for d in coarse.others), notes,
     )  # fmt: skip
 
 
-def _material(drive: Stream, sensor: Stream, wiring: Wiring, command: str, copy: str) -> Material:
+def _material(
+    drive: Stream, sensor: Stream, wiring: Wiring, command: str, copy: str
+) -> tuple[Held, Material]:
     volts = np.interp(np.arange(drive.numbers[0], drive.numbers[-1] + 1), drive.numbers,
                       drive.channel(command))  # fmt: skip
     usable = sensor.usable(copy)
     time = sensor.time[usable]
     held = Held(volts[:, None], 1.0 / drive.rate, wiring.hold)
-    return Material(held, time, sensor.channel(copy)[usable], np.ones((time.size, 1)))
+    return held, Material(held, time, sensor.channel(copy)[usable], np.ones((time.size, 1)))
+
+
+def _mended(
+    material: Material,
+    held: Held,
+    coarse: Coarse,
+    fitted: Fitted,
+    solved: Callable[[Material], tuple[Coarse, Fitted]],
+) -> tuple[tuple[Gap, ...], Material, tuple[Coarse, Fitted]]:
+    """Look for lost samples; keep them only if they explain what was left."""
+    gaps = find_gaps(material, held, coarse.early)
+    if not gaps:
+        return (), material, (coarse, fitted)
+    time, step = material.time.copy(), float(np.median(np.diff(material.time)))
+    for gap in gaps:
+        time[gap.first :] += gap.missing * step
+    moved = replace(material, time=time)
+    again = solved(moved)
+    if again[1].power > MENDED * fitted.power:
+        return (), material, (coarse, fitted)
+    return gaps, moved, again
 
 
 def _declared(material: Material, wiring: Wiring) -> Material:
     """Return the material with what is free and what is believed of it."""
-    free = ("delay",) if wiring.shared_clock else ("delay", "skew")
+    free: tuple[str, ...] = ("delay",) if wiring.shared_clock else ("delay", "skew")
     if wiring.drifting:
         free += ("drift",)
     beliefs: tuple[tuple[str, float, float], ...] = ()

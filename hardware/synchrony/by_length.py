@@ -15,16 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.errors import UnusableInput
-from bondgraph.hysteresis import PrandtlIshlinskii
 from hardware.synchrony.alignment import Alignment
 from hardware.synchrony.coarse import first_guess
 from hardware.synchrony.fit import Fitted, Guess, Material, fit
 from hardware.synchrony.held import Held
 from hardware.synchrony.jitter import jitter_of
 from hardware.synchrony.period import fundamental, one_loop
+from hardware.synchrony.played import Played
 from hardware.synchrony.spread import covariance_of, reach
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
+from hardware.synchrony.toned import Toned
 from hardware.synchrony.wiring import Wiring
 
 __all__ = ["SEPARABLE", "align_by_length"]
@@ -34,6 +35,7 @@ HARMONICS = 9
 PLAYS = (12, 20)
 SEPARABLE = 0.3
 """Least share of a shift in time that hysteresis and creep must not be able to imitate."""
+AS_GOOD = 1.5
 CREEP = (0.01, 0.1, 1.0, 10.0)
 """Time constants of the creep allowed for (s)."""
 FIRST_LAG = 0.4
@@ -78,17 +80,18 @@ def _by_phase(drive: Stream, sensor: Stream, wiring: Wiring, length: str, tone: 
             f"clock: fewer than 2 periods of {tone:.4g} Hz after the first; record at least 3"
         )
     orders = min(HARMONICS, max(int(0.45 * min(drive.rate, sensor.rate) / tone), 1))
-    first, last = int(drive.numbers[0]), int(drive.numbers[-1]) + 1
-    angle = 2.0 * np.pi * tone * step * np.arange(first, last)
-    waves = [f(h * angle) for h in range(1, orders + 1) for f in (np.cos, np.sin)]
     lag = FIRST_LAG * step if wiring.lag is None else wiring.lag
-    held = Held(np.column_stack(waves), step, wiring.hold, lag)
-    free = ("delay", "skew", "drift") if wiring.drifting else ("delay", "skew")
+    held = Toned(tone, orders, step, wiring.hold == "zero", lag)
+    free: tuple[str, ...] = ("delay", "skew", "drift") if wiring.drifting else ("delay", "skew")
     # the delay is one phase with the coefficients; only the steps of the drive show a part of it
-    beliefs = (("delay", wiring.delay, step), ("skew", 0.0, wiring.most_skew))
-    if wiring.lag is None or wiring.lag_error > 0.0:
+    beliefs: tuple[tuple[str, float, float], ...] = (
+        ("delay", wiring.delay, step), ("skew", 0.0, wiring.most_skew)
+    )  # fmt: skip
+    if wiring.hold == "zero":
+        # hysteresis of a lagged step is not quite the lagged step of a hysteresis
         free += ("lag",)
-        beliefs += (("lag", lag, step if wiring.lag is None else wiring.lag_error),)
+        loose = step if wiring.lag is None else max(wiring.lag_error, 0.2 * step)
+        beliefs += (("lag", lag, loose),)
     material = Material(held, t, sensor.channel(length)[usable], _trend(t, tone), free, beliefs)
     start = Guess(TimeMap(wiring.delay), lag)
     fitted = _widened(material, start, tone)
@@ -145,32 +148,35 @@ def _by_plays(
                       drive.channel(command))  # fmt: skip
     lag = FIRST_LAG * step if wiring.lag is None else wiring.lag
     trend = np.ones((t.size, 1))
-    plain = Material(
-        Held(volts[:, None], step, wiring.hold, lag), t, sensor.channel(length)[usable], trend
-    )
+    held = Held(volts[:, None], step, wiring.hold, lag)
+    plain = Material(held, t, sensor.channel(length)[usable], trend)
     far = 16.0 / sensor.rate if wiring.most_delay is None else wiring.most_delay
     skew = 1e-9 if wiring.shared_clock else wiring.most_skew
-    guess = first_guess(plain, wiring.delay, far, skew, lag).guess
+    guess = first_guess(plain, held, wiring.delay, far, skew, lag).guess
     if wiring.shared_clock:
         guess = Guess(TimeMap(guess.map.delay), lag)
     free: tuple[str, ...] = ("delay",) if wiring.shared_clock else ("delay", "skew")
     free += ("drift",) if wiring.drifting else ()
+    beliefs: tuple[tuple[str, float, float], ...] = ()
+    if wiring.lag is None or wiring.lag_error > 0.0:
+        free += ("lag",)
+        beliefs = (("lag", lag, step if wiring.lag is None else wiring.lag_error),)
     ways = [_Way(n, creep) for n in PLAYS for creep in (False, True)]
     results = []
     for way in ways:
-        columns = _columns(volts, step, way)
-        material = replace(plain, held=Held(columns, step, wiring.hold, lag), free=free)
+        material = replace(plain, held=_played(held, way), free=free, beliefs=beliefs)
         fitted = fit(material, guess, steps=12)
         results.append((material, fitted))
         guess = fitted.guess
     material, fitted = min(results, key=lambda r: r[1].rms)
     spread = covariance_of(material, fitted)
-    # how far the answer hangs on the model of the plant
-    delays = np.array([r[1].guess.map.delay for r in results])
+    # how far the answer hangs on the model of the plant, among those that explain the record
+    good = [r[1] for r in results if r[1].rms <= AS_GOOD * fitted.rms]
+    delays = np.array([f.guess.map.delay - f.guess.lag for f in good])
     model = float(np.ptp(delays)) / 2.0
     covariance = np.zeros((3, 3))
-    where = [("delay", "skew", "drift").index(n) for n in free]
-    covariance[np.ix_(where, where)] = spread
+    where = [("delay", "skew", "drift").index(n) for n in free if n != "lag"]
+    covariance[np.ix_(where, where)] = spread[: len(where), : len(where)]
     share = min(r[1].share for r in results)
     return _judged(
         fitted, covariance, model, share, sensor, wiring, reach(len(free))
@@ -214,15 +220,7 @@ def _judged(
     )  # fmt: skip
 
 
-def _columns(volts: Array, step: float, way: _Way) -> Array:
-    """Return orthonormal plays, and their relaxations, over the drive's samples."""
-    r = 0.5 * float(np.ptp(volts)) * np.arange(way.plays + 1) / (way.plays + 1)
-    plays = PrandtlIshlinskii(tuple(r.tolist()), (1.0,) * r.size).regressors(volts)
-    plays = plays[:, np.ptp(plays, axis=0) > 1e-9 * float(np.ptp(volts))]
-    if way.creep:
-        base = plays[:, [0, plays.shape[1] // 2]]
-        slow = [Held(base, step, "zero", tau).at(step * np.arange(volts.size))[0] for tau in CREEP]
-        plays = np.column_stack([plays, *slow])
-    plays = plays - plays.mean(axis=0)
-    u, size, _ = np.linalg.svd(plays / np.linalg.norm(plays, axis=0), full_matrices=False)
-    return np.asarray(u[:, size > 1e-6 * size[0]])
+def _played(held: Held, way: _Way) -> Played:
+    """Return plays evenly up to half the span, with or without creep."""
+    r = 0.5 * float(np.ptp(held.columns)) * np.arange(1, way.plays + 1) / (way.plays + 1)
+    return Played(held, tuple(r.tolist()), CREEP if way.creep else ())

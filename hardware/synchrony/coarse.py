@@ -10,6 +10,7 @@ from scipy.signal import fftconvolve
 
 from bondgraph.errors import UnusableInput
 from hardware.synchrony.fit import Guess, Material, fit
+from hardware.synchrony.held import Held
 from hardware.synchrony.time_map import TimeMap
 
 __all__ = ["Coarse", "first_guess"]
@@ -28,23 +29,28 @@ class Coarse:
     Attributes
     ----------
     guess : Guess
+    early : Guess
+        Of the first window alone: right there, whatever happened later.
     others : tuple of float
         Delays (s) that explain the record as well: a periodic drive looks the same a period later.
     """
 
     guess: Guess
+    early: Guess
     others: tuple[float, ...]
 
 
 def first_guess(
-    material: Material, expected: float, reach: float, skew: float, lag: float
+    material: Material, held: Held, expected: float, reach: float, skew: float, lag: float
 ) -> Coarse:
     """Find the delay by correlation at the start, then the ratio in windows that double.
 
     Parameters
     ----------
     material : Material
-        Its first column is what is searched for; evenly sampled time.
+        Evenly sampled time.
+    held : Held
+        Its first column is what is searched for.
     expected, reach : float
         Delay and how far from it to look (s).
     skew : float
@@ -58,11 +64,11 @@ def first_guess(
         If nothing in the record follows the drive.
     """
     step = float(np.median(np.diff(material.time)))
-    size = _first_window(material, step, skew)
+    size = _first_window(material, held, step, skew)
     early = slice(0, size)
-    delays = _correlated(material.part(early), expected, reach, step, lag)
+    delays = _correlated(material.part(early), held, expected, reach, step, lag)
     begun = replace(material.part(early), free=("delay",), beliefs=())
-    tried = [fit(begun, Guess(TimeMap(d), lag), steps=8) for d in delays]
+    tried = [fit(begun, Guess(TimeMap(d), lag), steps=8, most=2.0) for d in delays]
     tried.sort(key=lambda f: f.power)
     worse = 1.0 + ALIKE * np.sqrt(2.0 / size)
     alike = [f.guess for f in tried if f.power <= worse * tried[0].power]
@@ -70,23 +76,25 @@ def first_guess(
     others = tuple(
         sorted({g.map.delay for g in alike if abs(g.map.delay - guess.map.delay) > 2.0 * step})
     )
+    early_guess = guess
+    drifting = "drift" in material.free
     while True:
-        known = Material(
-            material.held, material.time[:size], material.values[:size], material.trend[:size],
-            ("delay", "skew"), (("skew", 0.0, skew),),
-        )  # fmt: skip
-        guess = fit(known, guess, steps=8).guess
+        free: tuple[str, ...] = ("delay", "skew")
+        if drifting and 2 * size >= material.time.size:
+            free += ("drift",)
+        known = replace(material.part(slice(0, size)), free=free, beliefs=(("skew", 0.0, skew),))
+        guess = fit(known, guess, steps=10, most=8.0).guess
         if size >= material.time.size:
-            return Coarse(guess, others)
+            return Coarse(guess, early_guess, others)
         size = min(2 * size, material.time.size)
 
 
-def _first_window(material: Material, step: float, skew: float) -> int:
+def _first_window(material: Material, held: Held, step: float, skew: float) -> int:
     """Return how many samples to begin with: the drive has moved, the ratio does not matter yet."""
     n = material.time.size
     at = np.clip(material.time - material.time[0], 0.0, None)
-    v = np.interp(at, np.arange(material.held.columns.shape[0]) * material.held.step,
-                  material.held.columns[:, 0])  # fmt: skip
+    v = np.interp(at, np.arange(held.columns.shape[0]) * held.step,
+                  held.columns[:, 0])  # fmt: skip
     total = float(np.abs(np.diff(v)).sum())
     if not total > 0.0:
         raise UnusableInput("clock: the drive is constant, so nothing marks the time; let it move")
@@ -98,13 +106,12 @@ def _first_window(material: Material, step: float, skew: float) -> int:
 
 
 def _correlated(
-    part: Material, expected: float, reach: float, step: float, lag: float
+    part: Material, held: Held, expected: float, reach: float, step: float, lag: float
 ) -> list[float]:
     """Return the best delay on the grid of the samples, and others that are hardly worse."""
     y = part.values - part.values.mean()
     n = y.size
     most = max(int(np.ceil(reach / step)), 2)
-    held = part.held
     grid = part.time[0] + expected + step * np.arange(-most, n + most)
     knots = np.arange(held.columns.shape[0]) * held.step
     late = lag + (0.5 * held.step if held.hold == "zero" else 0.0)

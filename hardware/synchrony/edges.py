@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from hardware.synchrony.fit import Fitted, Guess, Material
+from hardware.synchrony.held import Held
 from hardware.synchrony.time_map import TimeMap
 
 __all__ = ["by_edges"]
@@ -24,24 +25,28 @@ ZOOMS = 10
 WORSE = float(stats.chi2.ppf(0.95, 2))
 
 
-def by_edges(material: Material, fitted: Fitted, one_ratio: bool) -> tuple[Guess, Array]:
+def by_edges(
+    material: Material, held: Held, fitted: Fitted, one_ratio: bool
+) -> tuple[Guess, Array]:
     """Return the middle of the possible time maps and their covariance, (3, 3).
 
     Parameters
     ----------
     material : Material
         A copy of steps.
+    held : Held
+        The steps.
     fitted : Fitted
         Right to less than half a step.
     one_ratio : bool
         The ratio is 1 exactly.
     """
     map_ = fitted.guess.map
-    cost = _Cost.of(material, fitted)
+    cost = _Cost.of(material, held, fitted)
     middle = float(material.time.mean())
     half_span = 0.5 * float(np.ptp(material.time))
-    centre, half = map_.skew, 0.5 * material.held.step / half_span
-    window = (-0.75 * material.held.step, 0.75 * material.held.step)
+    centre, half = map_.skew, 0.5 * held.step / half_span
+    window = (-0.75 * held.step, 0.75 * held.step)
     if one_ratio:
         _, low, high = cost.along(map_, 0.0, middle, window)
         found = replace(map_, delay=map_.delay + 0.5 * (low + high))
@@ -90,16 +95,15 @@ class _Cost:
     variance: float
 
     @classmethod
-    def of(cls, material: Material, fitted: Fitted) -> _Cost:
-        """Take gain and offset from samples in the middle of their steps; they are in one surely."""
-        b = material.held.columns[:, 0]
-        step = material.held.step
+    def of(cls, material: Material, held: Held, fitted: Fitted) -> _Cost:
+        """Put every sample into the best of three steps; gain and offset from all."""
+        b = held.columns[:, 0]
+        step = held.step
         s = fitted.guess.map.to_drive(material.time)
         k = np.clip(np.floor(s / step).astype(int), 1, b.size - 2)
         near = np.stack([b[k - 1], b[k], b[k + 1]])
         gain, offset = float(fitted.coefficients[0]), float(fitted.coefficients[1])
         for _ in range(3):
-            # every sample in the best of three steps; then gain and offset anew
             pick = np.abs(material.values - offset - gain * near).argmin(axis=0)
             level = near[pick, np.arange(k.size)]
             a = np.column_stack([level, np.ones(k.size)])
@@ -125,7 +129,7 @@ class _Cost:
     def along(
         self, map_: TimeMap, more: float, middle: float, window: tuple[float, float]
     ) -> tuple[float, float, float]:
-        """Return the least cost at a ratio, and the shifts (s) at the middle between which it lies."""
+        """Return the least cost at a ratio, and between which shifts (s) at the middle it lies."""
         s = map_.to_drive(self.time) + more * (self.time - middle)
         k = np.clip(np.floor(s / self.step).astype(int), 1, self.levels.size - 2)
         p = s - k * self.step

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.errors import UnusableInput
-from hardware.synchrony.held import Held
+from hardware.synchrony.held import Shape
 from hardware.synchrony.time_map import TimeMap
 
 __all__ = ["Fitted", "Guess", "Material", "fit"]
 
 Array = NDArray[np.float64]
-LEAST_GAIN = 1e-10
+LEAST_GAIN = 1e-8
 LEAST_LAG = 1e-3
 """Of a step of the drive: less is no lag."""
 
@@ -29,7 +29,7 @@ class Material:
 
     Parameters
     ----------
-    held : Held
+    held : Shape
         Columns over the drive's time; its lag is the start if it is free.
     time : ndarray
         (n,), sensor times (s).
@@ -43,7 +43,7 @@ class Material:
         Name, value and standard deviation of what is known beforehand of some of them.
     """
 
-    held: Held
+    held: Shape
     time: Array
     values: Array
     trend: Array
@@ -110,7 +110,9 @@ class Fitted:
         return float(np.sqrt(np.mean(self.rest**2)))
 
 
-def fit(material: Material, start: Guess, noise: float | None = None, steps: int = 40) -> Fitted:
+def fit(
+    material: Material, start: Guess, noise: float | None = None, steps: int = 40, most: float = 0.5
+) -> Fitted:
     """Descend from a start that is right to a fraction of what the drive resolves.
 
     Parameters
@@ -122,13 +124,15 @@ def fit(material: Material, start: Guess, noise: float | None = None, steps: int
         left at each step.
     steps : int
         At most.
+    most : float
+        Largest move in time of any sample at once, in steps of the drive.
 
     Raises
     ------
     UnusableInput
         If the values are fewer than the unknowns.
     """
-    if material.time.size < 4 * (material.held.columns.shape[1] + material.trend.shape[1] + 4):
+    if material.time.size < 4 * (material.held.count + material.trend.shape[1] + 4):
         raise UnusableInput(
             f"clock: {material.time.size} usable samples are too few; record longer"
         )
@@ -141,7 +145,12 @@ def fit(material: Material, start: Guess, noise: float | None = None, steps: int
         for _ in range(12):
             damped = h + np.diag(damping * scale + 1e-300)
             move = np.linalg.lstsq(damped, gradient, rcond=1e-14)[0]
-            new = _projected(material, best.guess.moved(material.free, move, least), noise)
+            far = _farthest(material, move)
+            if far > most * material.held.step:
+                move = move * (most * material.held.step / far)
+            new = _projected(
+                material, best.guess.moved(material.free, np.asarray(move), least), noise
+            )
             if new.power < best.power:
                 damping = max(damping / 10.0, 1e-9)
                 break
@@ -155,8 +164,20 @@ def fit(material: Material, start: Guess, noise: float | None = None, steps: int
     return best
 
 
+def _farthest(material: Material, move: Array) -> float:
+    """Return how far a step moves a sample in time at most (s)."""
+    t = material.time[[0, material.time.size // 2, -1]]
+    by = {"delay": np.ones(3), "skew": t, "drift": 0.5 * t * t, "lag": np.ones(3)}
+    return float(
+        sum(np.abs(d * by[n]).max() for n, d in zip(material.free, move, strict=True) if n == "lag")
+        + np.abs(
+            sum(d * by[n] for n, d in zip(material.free, move, strict=True) if n != "lag")
+        ).max()
+    )
+
+
 def _projected(material: Material, guess: Guess, noise: float | None) -> Fitted:
-    held = replace(material.held, lag=guess.lag)
+    held = material.held.with_lag(guess.lag)
     t, y = material.time, material.values
     at = guess.map.to_drive(t)
     columns, slopes = held.at(at)
@@ -174,7 +195,7 @@ def _projected(material: Material, guess: Guess, noise: float | None) -> Fitted:
     by = {"delay": slope, "skew": slope * t, "drift": 0.5 * slope * t * t}
     if "lag" in material.free:
         little = max(1e-3 * guess.lag, 1e-5 * held.step)
-        more, _ = replace(held, lag=guess.lag + little).at(at)
+        more, _ = held.with_lag(guess.lag + little).at(at)
         by["lag"] = (more - columns) @ weights / little
     moved = np.column_stack([by[name] for name in material.free])
     jacobian = moved - a @ (gram @ (a.T @ moved))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, final
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,37 @@ from scipy.signal import lfilter
 
 from bondgraph.errors import UnusableInput
 
-__all__ = ["Held", "Hold"]
+__all__ = ["Held", "Hold", "Shape"]
 
 Array = NDArray[np.float64]
 Hold = Literal["zero", "linear"]
+
+
+class Shape(Protocol):
+    """Columns over the drive's time that a fit may move in time."""
+
+    @property
+    def step(self) -> float:
+        """Step of the drive (s)."""
+        ...
+
+    @property
+    def lag(self) -> float:
+        """First-order lag (s)."""
+        ...
+
+    @property
+    def count(self) -> int:
+        """Number of columns, K."""
+        ...
+
+    def with_lag(self, lag: float) -> Self:
+        """Return the same behind another lag (s)."""
+        ...
+
+    def at(self, time: Array) -> tuple[Array, Array]:
+        """Return values and their slopes in time at instants (s), both (n, K)."""
+        ...
 
 
 @final
@@ -52,6 +79,15 @@ class Held:
             )
         if self.hold not in ("zero", "linear"):
             raise UnusableInput(f"held drive: no hold {self.hold!r}; take 'zero' or 'linear'")
+
+    @property
+    def count(self) -> int:
+        """Number of columns, K."""
+        return int(self.columns.shape[1])
+
+    def with_lag(self, lag: float) -> Self:
+        """Return the same behind another lag (s)."""
+        return replace(self, lag=lag)
 
     def at(self, time: Array) -> tuple[Array, Array]:
         """Return values and their slopes in time at instants (s), both (n, K)."""

@@ -22,7 +22,7 @@ def fundamental(volts: Array, rate: float) -> float | None:
     Parameters
     ----------
     volts : ndarray
-        (m,), evenly sampled. Rest or ramps at the ends, a tenth of the record each, are passed over.
+        (m,), even. A tenth at either end is passed over: rest, or ramps.
     rate : float
         Hz.
     """
@@ -41,7 +41,7 @@ def fundamental(volts: Array, rate: float) -> float | None:
     stride = max(n // FITTED, 1)
     kept = np.arange(0, n - stride, stride)
     kept = kept + (7919 * np.arange(kept.size)) % stride  # uneven, so that nothing aliases
-    t, w = (kept - 0.5 * n) / rate, v[kept]
+    t, w = np.asarray((kept - 0.5 * n) / rate, float), np.asarray(v[kept], float)
     for part in (1, 2, 3, 4, 5):
         f = _refined(w, t, line / part)
         if n * f / rate >= 2.4 and _left(w, t, f, rate) < REPEATS:

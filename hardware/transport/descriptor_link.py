@@ -176,7 +176,7 @@ class DescriptorLink(ABC):
         return data
 
     def _lost(self, why: str) -> HardwareError:
-        so_far = self._buffer.waiting
+        so_far = self._buffer.clear()
         self._drop()
         return LinkLost(f"{self.address}: link lost ({why}); {len(so_far)} bytes had come", so_far)
 
@@ -207,4 +207,4 @@ class DescriptorLink(ABC):
 
 
 def _reason(error: OSError) -> str:
-    return error.strerror or type(error).__name__
+    return error.strerror or str(error) or type(error).__name__

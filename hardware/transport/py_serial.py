@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from typing import Any, final
 
 from hardware.errors import DriverMissing, LinkLost, TimedOut
@@ -64,7 +65,7 @@ class PySerialTransport:
                 xonxoff=s.xon_xoff,
                 write_timeout=s.write_timeout,
             )
-        except OSError as error:  # SerialException is one
+        except (OSError, ValueError) as error:  # SerialException is an OSError
             raise LinkLost(
                 f"{self.address}: cannot open ({error}); check cable and port"
             ) from error
@@ -76,15 +77,12 @@ class PySerialTransport:
         self._buffer.clear()
         if port is None:
             return
-        try:
+        # what it raises depends on system and moment; nothing may come out of here
+        with suppress(Exception):
             # else closing waits for a device that holds the line
             port.reset_output_buffer()
-        except (OSError, ValueError, TypeError):
-            pass
-        try:
+        with suppress(Exception):
             port.close()
-        except (OSError, ValueError, TypeError):
-            pass
 
     def write(self, data: bytes) -> None:
         """Send all of it, or raise `LinkLost` or `TimedOut`."""
@@ -98,7 +96,7 @@ class PySerialTransport:
                 f"{self.address}: {len(data)} bytes not taken within "
                 f"{self._settings.write_timeout:g} s; the device is stuck or holds the line (XOFF)"
             ) from error
-        except (OSError, TypeError) as error:
+        except Exception as error:  # OSError, TypeError or termios.error, by system and moment
             raise self._lost(error) from error
 
     def read_until(self, ends: bytes | tuple[bytes, ...], timeout: float) -> bytes:
@@ -137,7 +135,7 @@ class PySerialTransport:
             port.timeout = max(seconds, 0.0)
             first: bytes = port.read(1)
             return first + port.read(port.in_waiting) if first else first
-        except (OSError, TypeError) as error:  # pyserial raises TypeError on a closed port
+        except Exception as error:  # OSError, TypeError or termios.error, by system and moment
             raise self._lost(error) from error
 
     def _required(self) -> Any:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any, Protocol
 
 from hardware.simulators.bench_server.config import BenchConfig
 from hardware.simulators.control import Fault
 from hardware.simulators.rig import Rig
 
-__all__ = ["Device", "Front", "make_device"]
+__all__ = ["Device", "Front", "make_device", "stub_library"]
 
 
 class Front(Protocol):
@@ -47,6 +50,17 @@ class Device:
 def make_device(name: str, rig: Rig, config: BenchConfig, noise: float = 0.0) -> Device:
     """Make one of the devices of a configuration; `noise` is of its displacement (m)."""
     return _MAKERS[name](rig, config, noise)
+
+
+def stub_library() -> str | None:
+    """Return the stub of the vendor's library, compiled into the user's cache; None without gcc."""
+    from hardware.simulators.siosifm import build
+
+    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    try:
+        return str(build(Path(root) / "bondsight" / "bench"))
+    except (OSError, subprocess.SubprocessError):
+        return None
 
 
 def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> Device:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Self, final
 
 from hardware.simulators.bench_server.config import BenchConfig
-from hardware.simulators.bench_server.fronts import Device, make_device
+from hardware.simulators.bench_server.fronts import Device, make_device, stub_library
 from hardware.simulators.bench_server.pacing import Pacer
 from hardware.simulators.bench_server.plants import PlantMaker, Stand, stand_of
 from hardware.simulators.bench_server.sealing import Envelope
@@ -75,6 +75,8 @@ class BenchServer:
         found = {"BONDSIGHT_BENCH": self.addresses["control"]}
         if "interferometer" in self.addresses:
             found["BONDSIGHT_BENCH_SIOS"] = self.addresses["interferometer"]
+            if library := stub_library():
+                found["BONDSIGHT_SIOS_LIB"] = library
         return found
 
     def start(self) -> dict[str, str]:

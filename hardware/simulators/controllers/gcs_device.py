@@ -90,10 +90,10 @@ class GcsDevice:
             yield (" \n".join(lines) + "\n").encode("cp1252")
 
     def _answer(self, line: str) -> list[str] | None:
-        name, *arguments = line.split()
-        name = name.upper()
         if len(line) == 1 and ord(line) in _CODES:
             return self._code(ord(line))
+        name, *arguments = line.split()
+        name = name.upper()
         if name == "ERR?":
             number, self._error = self._error, 0
             return [str(number)]

@@ -116,7 +116,7 @@ class Counter:
         self._taken = 0
         self._fringes = 0
         self._beam_fault: int | None = None
-        self._stopped_at: float | None = None
+        self.sensors_stopped: float | None = None
         self._zero_phase = 0.0
         self._zero_index = 1.0
         self._active_path = 0.0
@@ -128,12 +128,14 @@ class Counter:
         """Return what the device takes for T (degC), p (Pa), RH (%) at instants (s)."""
         read = np.floor(np.asarray(t, dtype=float))
         if self.faults.stale_air:
-            self._stopped_at = (
-                float(np.floor(self.rig.now)) if (self._stopped_at is None) else self._stopped_at
+            self.sensors_stopped = (
+                float(np.floor(self.rig.now))
+                if (self.sensors_stopped is None)
+                else self.sensors_stopped
             )
-            read = np.minimum(read, self._stopped_at)
+            read = np.minimum(read, self.sensors_stopped)
         else:
-            self._stopped_at = None
+            self.sensors_stopped = None
         told = {"T": self.faults.temperature, "P": self.faults.pressure, "H": self.faults.humidity}
         told = {k: self.settings.manual.get(k, v) for k, v in told.items()}
         values = self.air.at(read)
@@ -166,13 +168,22 @@ class Counter:
 
     # ---- values
 
-    def rows(self, instants: Array, first: int, own_time: Array) -> NDArray[np.void]:
-        """Take samples at true instants (s); `first` counts from the start of the measurement."""
+    def rows(
+        self, instants: Array, first: int, own_time: Array, average: int = 1, period: float = 0.0
+    ) -> NDArray[np.void]:
+        """Take samples at true instants (s); `first` counts from the start of the measurement.
+
+        With `average` each is the mean of so many primary values over its last period (s).
+        """
         n = instants.size
         number = first + np.arange(n)
         level, status = self._faults(number)
-        phase = self._phase(instants) + 2.0 * np.pi * self._jumps(number)
-        noisy = phase + 4.0 * np.pi / VACUUM * self._noise * white(self._seed, self._taken, n)
+        primary = self._phase(instants)
+        for k in range(1, average):
+            primary = primary + self._phase(instants - k * period / average)
+        phase = primary / average + 2.0 * np.pi * self._jumps(number)
+        random = white(self._seed, self._taken, n) / np.sqrt(average)
+        noisy = phase + 4.0 * np.pi / VACUUM * self._noise * random
         u1, u2 = signals(noisy, level, self.shape)
         counted = self._counted(noisy, level)
         length = self._length(counted, instants)

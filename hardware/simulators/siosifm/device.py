@@ -9,23 +9,22 @@ from typing import final
 import numpy as np
 
 from hardware.simulators.rig import DeviceClock, Rig
+from hardware.simulators.siosifm.condition import Answer, Condition
 from hardware.simulators.siosifm.counter import OVERFLOW_LIBRARY, Counter
-from hardware.simulators.siosifm.optics import VACUUM
 from hardware.simulators.siosifm.run import START, Edges, Run
 
 __all__ = ["SimulatedInterferometer"]
-
-Answer = tuple[int, bytes]
 
 CHANNEL, DATALEN, REQUEST, USB, NOT_IMPLEMENTED, TOO_FAST, PARAMETER = (
     -2, -4, -11, -12, -100, -18, -22,
 )  # fmt: skip
 MEMORY = 32_768
+FILTER_USER = 0x2000
 BASE = 50e6
 
 
 @final
-class SimulatedInterferometer:
+class SimulatedInterferometer(Condition):
     """One device, one channel.
 
     Parameters
@@ -56,10 +55,9 @@ class SimulatedInterferometer:
         starts: Edges,
         clocks: Edges,
     ) -> None:
-        self.counter = counter
+        super().__init__(rig, counter, serial)
         self.requests: deque[str] = deque(maxlen=400)
-        self._rig, self._clock = rig, clock
-        self._serial = serial
+        self._clock = clock
         self._limits = stream_limit, block_limit
         self._starts, self._clocks = starts, clocks
         self._trigger = 0
@@ -68,9 +66,8 @@ class SimulatedInterferometer:
         self._run: Run | None = None
         self._length = 0
         self._sent = 0
-        self._lost = 0
         self._dead_path = self._preset = 0.0
-        self._air_asked = self._quality_asked = -1.0
+        self._averages = self._average = 1
 
     def answer(self, line: str) -> Answer:
         """Answer one request of the library."""
@@ -85,12 +82,6 @@ class SimulatedInterferometer:
 
     # ---- identity
 
-    def _do_search(self) -> int:
-        return 1
-
-    def _do_usbserial(self, number: str) -> int:
-        return self._serial if number == "0" else USB
-
     def _do_open(self, how: str, number: str) -> int:
         self._run = None
         return 0 if how != "USB" or number == "0" else USB
@@ -99,26 +90,10 @@ class SimulatedInterferometer:
         self._run = None
         return 0
 
-    def _do_firmware(self) -> int:
-        return 314
-
-    def _do_channels(self) -> int:
-        return 1
-
-    def _do_type(self) -> int:
-        return 2
-
-    def _do_property(self, number: str) -> int:
-        return int(number == "1")
-
-    def _do_text(self, number: str) -> Answer:
-        text = f"B{self._serial:06d}" if number == "32" else "3.14 simulated"
-        return 0, text.encode()
-
     def _do_info(self, number: str, part: str) -> int:
         now = self._rig.now
-        if self.counter.faults.stale_air and self.counter._stopped_at is not None:
-            now = self.counter._stopped_at
+        if self.counter.faults.stale_air and self.counter.sensors_stopped is not None:
+            now = self.counter.sensors_stopped
         values = {
             1: int(self._rate), 2: int(self._rate), 4: self._flags, 5: self._trigger,
             8: 1, 9: self._serial, 11: 1, 22: 0, 23: 0,
@@ -150,14 +125,19 @@ class SimulatedInterferometer:
         return 0
 
     def _do_filter(self, flags: str, first: str, second: str) -> int:
-        return 0 if int(first) >= 0 and int(second) >= 0 else PARAMETER
+        if int(first) < 0 or int(second) < 0:
+            return PARAMETER
+        self._averages = max(int(first), 1) * max(int(second), 1)
+        return 0
 
     def _do_measure(self, flags: str, rate: str) -> int:
         asked = float(rate)
-        if asked > self._limits[0] * (1.0 + 1e-9):
+        average = self._averages if int(flags) & FILTER_USER else 1
+        if asked * average > self._limits[0] * (1.0 + 1e-9):
             return TOO_FAST
         if not asked > 0.0:
             return PARAMETER
+        self._average = average
         self._flags, self._rate, self._run = int(flags), _steps(asked), None
         return 0
 
@@ -217,10 +197,12 @@ class SimulatedInterferometer:
         return count, data
 
     def _do_blockmode(self, flags: str, trigger: str, rate: str) -> int:
-        if float(rate) > self._limits[1]:
+        average = self._averages if int(flags) & FILTER_USER else 1
+        if float(rate) * average > self._limits[1]:
             return TOO_FAST
         if int(rate) <= 0:
             return PARAMETER
+        self._average = average
         self._block = int(flags), int(trigger), _steps(float(rate))
         self._flags, self._rate, self._run = int(flags), self._block[2], None
         return 0
@@ -272,7 +254,7 @@ class SimulatedInterferometer:
             own = (instants - run.armed) / (1.0 + 1e-6 * self._clock.ppm)
         else:
             own = (first + np.arange(count)) / run.rate
-        rows = self.counter.rows(instants, first, own)
+        rows = self.counter.rows(instants, first, own, self._average, 1.0 / run.rate)
         f = self.counter.faults
         if f.overrun_at is not None:
             number = first + np.arange(count)
@@ -280,77 +262,6 @@ class SimulatedInterferometer:
             self._lost += int(lost.sum())
             rows = rows[~lost]
         return rows.tobytes()
-
-    # ---- health and air
-
-    def _do_status(self) -> int:
-        return self.counter.status
-
-    def _do_quality(self, channel: str, select: str) -> int:
-        amplitude = round(self.counter.shape.amplitude * self.counter.level)
-        values = {0x10: amplitude, 0x20: 0, 0x40: amplitude, 0x80: 0, 0x200: 0, 0x400: 0}
-        return values.get(int(select), round(100.0 * self.counter.level))
-
-    def _do_newquality(self) -> int:
-        fresh = self._rig.now > self._quality_asked
-        self._quality_asked = self._rig.now
-        return int(fresh)
-
-    def _do_wasbreak(self, channel: str) -> int:
-        return int(bool(self.counter.status & 3))
-
-    def _do_waslost(self) -> int:
-        return int(self._lost > 0)
-
-    def _do_wasunstable(self, channel: str) -> int:
-        return int(bool(self.counter.status & 0x20))
-
-    def _do_newair(self) -> int:
-        now = float(np.floor(self._rig.now))
-        fresh = now > self._air_asked and not self.counter.faults.stale_air
-        self._air_asked = now
-        return int(fresh)
-
-    def _do_sensors(self) -> int:
-        return 3
-
-    def _do_airflags(self, channel: str, kind: str) -> int:
-        if kind in self.counter.settings.manual:
-            return 0x0400
-        number = "TPH".index(kind)
-        return number | 0x0100 | (0 if self.counter.faults.stale_air else 0x0200)
-
-    def _do_manual(self, channel: str) -> int:
-        bits = {"T": 2, "H": 4, "P": 8}
-        return sum(bits[k] for k in self.counter.settings.manual)
-
-    def _do_edlen(self, channel: str) -> int:
-        return int(self.counter.settings.edlen)
-
-    def _do_setedlen(self, channel: str, on: str) -> int:
-        self.counter.settings.edlen = on != "0"
-        return 0
-
-    def _do_setair(self, kind: str, channel: str, value: str) -> int:
-        self.counter.settings.manual[kind] = float(value)
-        return 0
-
-    def _do_resetair(self, channel: str, mask: str) -> int:
-        for kind, bit in {"T": 2, "H": 4, "P": 8}.items():
-            if int(mask) & bit:
-                self.counter.settings.manual.pop(kind, None)
-        return 0
-
-    def _do_air(self, kind: str, channel: str) -> Answer:
-        now = np.array([self._rig.now])
-        T, P, H = (float(v[0]) for v in self.counter.sensors(now))
-        n = float(self.counter.index(now)[0])
-        vapour = H / 100.0 * 611.2 * np.exp(17.62 * T / (243.12 + T))
-        value = {
-            "T": T, "P": P, "H": H, "F": vapour, "N": n, "L": 1e9 * VACUUM / n,
-            "V": 1e9 * VACUUM, "C": 632.83e-9 * n / VACUUM, "D": n - 1.0,
-        }[kind]  # fmt: skip
-        return 0, struct.pack("<d", value)
 
 
 def _steps(rate: float) -> float:

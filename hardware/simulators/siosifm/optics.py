@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["AirAround", "Quadrature", "VACUUM", "index_of_air", "signals"]
+__all__ = ["VACUUM", "AirAround", "Quadrature", "index_of_air", "signals"]
 
 Array = NDArray[np.float64]
 

@@ -140,6 +140,12 @@ def test_abort_and_closing_stop_where_the_output_is_and_lower_the_trigger() -> N
     wave.abort()
     rest = list(playing)
     assert sum(c.n for r in rest for c in r.chunks) == 0
+    assert wave.position == 20
+
+    playing = wave.play()
+    wave.abort()
+    assert [r.samples for r in playing] == [0]
+    assert (wave.position, rig.volts) == (0, held)
 
 
 @pytest.mark.parametrize(
@@ -208,7 +214,7 @@ def test_on_the_wall_clock_the_player_keeps_time_over_plain_memory() -> None:
     at = joined(list(wave.play()), "instant")
     # a shared machine may stall: the middle of the distribution has to be right
     assert abs(np.median(np.diff(at)) - 5e-4) < 50e-6
-    assert at[-1] - at[0] >= 199 * 5e-4 - 60e-6
+    assert np.diff(at).min() >= 5e-4 / 1.1 - 1e-9
 
 
 def test_the_schedule_tells_how_late_a_sample_is() -> None:

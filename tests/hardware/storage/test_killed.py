@@ -1,10 +1,14 @@
 """A writer that is killed with SIGKILL at any moment: all it had acknowledged is there."""
 
+from __future__ import annotations
+
 import random
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -51,30 +55,30 @@ sys.stdout.write("1\\n"); sys.stdout.flush()
 """
 
 
-def killed(program, arguments, delay):
+def killed(program: str, arguments: Sequence[object], delay: float) -> list[int]:
     """Run until the first line and so long after it, kill, and return the whole lines."""
     run = subprocess.Popen(
         [sys.executable, "-c", program, *map(str, arguments)],
         stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
         text=True,
     )
     try:
+        assert run.stdout is not None
         first = run.stdout.readline()
-        assert first, run.stderr.read()
+        assert first
         time.sleep(delay)
         run.send_signal(signal.SIGKILL)
         rest, _ = run.communicate(timeout=30)
     finally:
         run.kill()
         run.wait()
-        run.stdout.close()
-        run.stderr.close()
+        if run.stdout is not None:
+            run.stdout.close()
     lines = (first + rest).split("\n")[:-1]
     return [int(line) for line in lines]
 
 
-def check_writer(folder, k, size, delay):
+def check_writer(folder: Path, k: int, size: int, delay: float) -> None:
     path = folder / f"{k}.journal"
     acknowledged = killed(WRITER, [path, size], delay)[-1]
     found = open_journal(path)
@@ -94,19 +98,19 @@ def check_writer(folder, k, size, delay):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
 @pytest.mark.parametrize(("k", "size"), [(0, 16), (1, 5000)])
-def test_a_killed_writer_loses_nothing(tmp_path, k, size):
+def test_a_killed_writer_loses_nothing(tmp_path: Path, k: int, size: int) -> None:
     check_writer(tmp_path, k, size, random.Random(k).uniform(0.0, 0.03))
 
 
 @pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
-def test_many_killed_writers_lose_nothing(tmp_path):
+def test_many_killed_writers_lose_nothing(tmp_path: Path) -> None:
     draw = random.Random(7)
     for k in range(100):
         check_writer(tmp_path, k, draw.choice([1, 16, 320, 5000, 32768]), draw.uniform(0.0, 0.05))
 
 
-def check_finisher(folder, delay):
+def check_finisher(folder: Path, delay: float) -> bool:
     target = folder / "run.npz"
     lines = killed(FINISHER, [target], delay)
     data = open_journal(folder / "run.journal").read("interferometer")
@@ -125,13 +129,13 @@ def check_finisher(folder, delay):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
-def test_killed_at_the_end(tmp_path):
+def test_killed_at_the_end(tmp_path: Path) -> None:
     check_finisher(tmp_path, 0.01)
 
 
 @pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
-def test_killed_at_every_moment_of_the_end(tmp_path):
+def test_killed_at_every_moment_of_the_end(tmp_path: Path) -> None:
     complete = []
     for k in range(40):
         folder = tmp_path / str(k)

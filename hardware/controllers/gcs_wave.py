@@ -1,0 +1,191 @@
+"""Waveforms by the controller's wave generator: timed in the device, not by the program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.errors import UnusableInput
+from hardware.contracts import Chunk, Flag, Written
+from hardware.controllers.gcs_controller import GcsController
+from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault, TimedOut
+
+__all__ = ["GcsWave"]
+
+SERVO_TIME = 0x0E000200
+"""Parameter number of the servo update time."""
+
+_GENERATOR_TRIGGER = 4
+_REPORT = 0.02
+_SLACK = 0.01
+
+
+@final
+class GcsWave:
+    """The wave generator of one axis.
+
+    Values are put out every whole number of servo periods, so a rate must be the servo rate by a
+    whole number. When it ends the output keeps the last value.
+
+    Parameters
+    ----------
+    controller : GcsController
+        The axis, open loop.
+    trigger_line : int, optional
+        Digital output that gives an edge with the first value. Without it the start is only known
+        to about the time of one question and its answer, and all samples carry
+        ``Flag.UNSYNCHRONISED``.
+    """
+
+    def __init__(self, controller: GcsController, trigger_line: int | None = 1) -> None:
+        self._controller = controller
+        self._line = trigger_line
+        self._volts = np.zeros(0)
+        self._rate = 0.0
+        self._servo = 0.0
+
+    @property
+    def rate(self) -> float:
+        """Nominal rate of the loaded waveform (Hz), on the device's own clock."""
+        return self._rate
+
+    def servo_rate(self) -> float:
+        """Return the rate of the servo (Hz): the largest rate, and what others divide."""
+        if not self._servo:
+            self._servo = self._controller.parameter("1", SERVO_TIME)
+        return 1.0 / self._servo
+
+    def load(self, volts: NDArray[np.float64], rate: float) -> None:
+        """Load a waveform (V, (n,)) at a rate (Hz).
+
+        Raises
+        ------
+        UnusableInput
+            If the generator cannot play at this rate; the nearest one is named.
+        LimitViolation
+            If a value is not finite.
+        Overrun
+            If it is longer than the wave table.
+        """
+        wave = np.array(volts, dtype=np.float64)
+        address = self._controller.talk.address
+        if wave.ndim != 1 or wave.size == 0 or not np.all(np.isfinite(wave)):
+            raise LimitViolation(f"{address}: a waveform needs finite voltages (n,); nothing sent")
+        divider = self._divider(rate)
+        room = self._controller.integer(f"WMS? {self._controller.setup.table}")
+        if wave.size > room:
+            raise Overrun(f"{address}: {wave.size} samples do not fit the wave table ({room})")
+        self._send_table(wave)
+        self._arm(divider)
+        self._volts, self._rate = wave, self.servo_rate() / divider
+
+    def play(self) -> Iterator[Written]:
+        """Play it; yields about every 20 ms and at the end.
+
+        Raises
+        ------
+        ProtocolFault
+            If the device stops before the end, with the last `Written` as `partial`.
+        TimedOut
+            If it does not stop, likewise; the generator is stopped then.
+        """
+        c, total = self._controller, self._volts.size
+        if not total:
+            raise UnusableInput(f"{c.talk.address}: load a waveform before playing")
+        before = c.clock.now()
+        c.talk.send(f"WGO {c.setup.generator} 1")
+        start = 0.5 * (before + c.clock.now())
+        length = total / self._rate
+        reported, runs = 0, True
+        try:
+            while runs:
+                c.clock.sleep(_REPORT)
+                runs = c.wave_runs()
+                elapsed = c.clock.now() - start
+                done = min(int(elapsed * self._rate) + 1, total)
+                if not runs and elapsed < length * (1.0 - _SLACK) - _REPORT:
+                    raise ProtocolFault(
+                        f"{c.talk.address}: the generator stopped after about {done} of {total} "
+                        "samples; stopped at the device, or by its watchdog",
+                        self._report(start, reported, done),
+                    )
+                if runs and elapsed > length * (1.0 + _SLACK) + 1.0:
+                    raise TimedOut(
+                        f"{c.talk.address}: the generator still runs after {elapsed:.3g} s of "
+                        f"{length:.3g} s",
+                        self._report(start, reported, done),
+                    )
+                done = total if not runs else min(done, total - 1)
+                report = self._report(start, reported, done)
+                reported = max(done, reported)
+                yield report
+        finally:
+            if runs:
+                self.abort()
+
+    def abort(self) -> None:
+        """Stop the generator, if need be everything; the voltage stays. Never raises."""
+        try:
+            self._controller.stop_wave()
+        except HardwareError:
+            try:
+                self._controller.stop()
+            except HardwareError:
+                pass  # the link is gone; the guard says that the output is unknown
+
+    def _divider(self, rate: float) -> int:
+        servo = self.servo_rate()
+        divider = max(round(servo / rate), 1) if rate > 0.0 else 1
+        if rate <= 0.0 or abs(servo / divider - rate) > 1e-6 * rate:
+            raise UnusableInput(
+                f"{self._controller.talk.address}: cannot play at {rate:g} Hz, only at "
+                f"{servo:g} Hz by a whole number; nearest {servo / divider:.9g} Hz"
+            )
+        return divider
+
+    def _send_table(self, wave: NDArray[np.float64]) -> None:
+        c = self._controller
+        table, piece = c.setup.table, c.setup.arguments - 5
+        values = [f"{c.control_value(float(v)):.6f}" for v in wave]
+        mode = "X"
+        for k in range(0, len(values), piece):
+            part = values[k : k + piece]
+            c.talk.send(f"WAV {table} {mode} PNT 1 {len(part)} {' '.join(part)}")
+            mode = "&"
+        stored = c.integer(f"WAV? {table} 1")
+        if stored != wave.size:
+            raise ProtocolFault(
+                f"{c.talk.address}: {stored} of {wave.size} samples in wave table {table}", stored
+            )
+
+    def _arm(self, divider: int) -> None:
+        c = self._controller
+        generator = c.setup.generator
+        for command in (
+            f"WSL {generator} {c.setup.table}",
+            f"WGC {generator} 1",
+            f"WTR {generator} {divider} 0",
+        ):
+            c.talk.send(command)
+        if self._line is not None:
+            c.talk.send("TWC")
+            c.talk.send(f"CTO {self._line} 3 {_GENERATOR_TRIGGER}")
+            c.talk.send(f"TWS {self._line} 1 1 {self._line} 2 0")
+
+    def _report(self, start: float, first: int, done: int) -> Written:
+        total = self._volts.size
+        if done <= first:
+            return Written(first, total)
+        k = np.arange(first, done)
+        flag = Flag.UNSYNCHRONISED if self._line is None else Flag.GOOD
+        chunk = Chunk(
+            "output",
+            first,
+            {"V": self._volts[first:done], "instant": start + k / self._rate},
+            {"V": "V", "instant": "s"},
+            np.full(k.size, int(flag), np.uint16),
+        )
+        return Written(done, total, 0, (chunk,))

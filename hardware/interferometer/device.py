@@ -1,0 +1,314 @@
+"""The interferometer: opened, zeroed, read; its air, its health, its ellipse correction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Self, final
+
+import numpy as np
+
+from bondgraph.errors import UnusableInput
+from hardware.contracts import Air, Clock, Flag, WallClock
+from hardware.errors import BeamLost, HardwareError, LinkLost, ProtocolFault, TimedOut
+from hardware.interferometer.constants import Aux, Info, Measure, Status, Trigger
+from hardware.interferometer.environment import Environment, EnvironmentWatch
+from hardware.interferometer.library import Library
+from hardware.interferometer.opening import open_handle
+from hardware.interferometer.pump import Drained, drain
+from hardware.interferometer.quietly import quietly
+from hardware.interferometer.readouts import (
+    EllipseCorrection,
+    Health,
+    Reading,
+    ellipse_of,
+    health_of,
+    identity_of,
+    number_at,
+)
+from hardware.interferometer.watch import Watch
+
+__all__ = ["Interferometer"]
+
+_READ_RATE = 1000.0
+
+
+@final
+class Interferometer:
+    """A SIOS interferometer behind the vendor's library.
+
+    A fringe counter is relative: after opening, after a lost link and after a lost beam nothing is
+    read before `zero`.
+
+    Parameters
+    ----------
+    address : str
+        ``usb``, ``usb:1``, ``usb:serial=1234``, ``com:PORT``, ``net:HOST:PORT``, ``demo``.
+    library : Library or path, optional
+        The vendor's library; see `Library`.
+    clock : Clock, optional
+        Time of the program; all waiting goes through it.
+    dead_path : float
+        Path in air between the head and the zero position (m), whole millimetres.
+    preset : float
+        Displacement at the zero (m).
+    channel : int
+        Beam, 0 to 3.
+
+    Raises
+    ------
+    DriverMissing, LinkLost, UnusableInput
+        No library, nobody there, address or dead path that cannot be used.
+    """
+
+    def __init__(
+        self,
+        address: str = "usb",
+        *,
+        library: Library | str | Path | None = None,
+        clock: Clock | None = None,
+        dead_path: float = 0.0,
+        preset: float = 0.0,
+        channel: int = 0,
+    ) -> None:
+        self._dead_path_mm = _millimetres(dead_path)
+        self._preset = preset
+        self.library = library if isinstance(library, Library) else Library(library)
+        self.clock: Clock = WallClock() if clock is None else clock
+        self.address = address
+        self.channel = channel
+        self.amplitude = 0.0
+        self.stabilised = False
+        self.busy: object | None = None
+        self._zeroed = False
+        self._open = False
+        self._connect()
+
+    # ---- link
+
+    def _connect(self) -> None:
+        self.library.enter()
+        try:
+            self.handle = open_handle(self.library, self.address)
+            self._open = True
+            self._await_information()
+            self.identity = identity_of(self.library, self.handle)
+        except BaseException:
+            self.close()
+            raise
+        self._air = EnvironmentWatch(self.library, self.handle, self.channel, self.clock)
+
+    def _await_information(self, patience: float = 3.0) -> None:
+        end = self.clock.now() + patience
+        while not self.library.call("IfmDeviceInfo", self.handle, Info.AVAILABLE):
+            if self.clock.now() >= end:
+                raise TimedOut(
+                    f"interferometer: {self.address} tells nothing about itself for "
+                    f"{patience:g} s; switch it off and on"
+                )
+            self.clock.sleep(0.02)
+
+    def reopen(self) -> None:
+        """Close and open again; `zero` is needed then."""
+        self.close()
+        self._connect()
+
+    def close(self) -> None:
+        """Stop and release the device; never raises, never hangs, any number of times."""
+        opened, self._open, self._zeroed, self.busy = self._open, False, False, None
+        if opened:
+            quietly(lambda: self.library.call("IfmStop", self.handle))
+            quietly(lambda: self.library.call("IfmCloseDevice", self.handle))
+        if opened or not hasattr(self, "handle"):
+            quietly(self.library.leave)
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close."""
+        self.close()
+
+    @property
+    def present(self) -> bool:
+        """Whether the library still knows the device."""
+        return self._open and int(self.library.function("IfmDeviceValid")(self.handle)) > 0
+
+    def gone(self, fault: HardwareError | None = None) -> LinkLost:
+        """Note that the link is lost and make (not raise) the error that says so."""
+        self._zeroed = False
+        if isinstance(fault, LinkLost):
+            return fault
+        return LinkLost(
+            f"interferometer {self.identity.serial}: the device is gone; check cable and supply, "
+            "reopen(), and zero() again"
+        )
+
+    # ---- zero and value
+
+    @property
+    def zeroed(self) -> bool:
+        """Whether displacements mean anything."""
+        return self._zeroed
+
+    def beam_lost(self) -> None:
+        """Note that fringes may have been lost: nothing is read before the next zero."""
+        self._zeroed = False
+
+    def require_zero(self) -> None:
+        """Raise `BeamLost` unless the counter has a zero."""
+        if not self._zeroed:
+            raise BeamLost(
+                f"interferometer {self.identity.serial}: the fringe counter has no zero since it "
+                "was opened or lost its beam; bring the mirror to its zero position and call zero()"
+            )
+
+    def zero(self) -> None:
+        """Set the displacement to zero (to the preset) here, and clear the flags of the beam.
+
+        Dead path and preset are handed over first, since the device takes them over only then.
+
+        Raises
+        ------
+        BeamLost
+            If there is no beam to count.
+        """
+        self._idle("zero")
+        call = self._call
+        call("IfmSetDeadPath", self.handle, self.channel, self._dead_path_mm)
+        call("IfmSetPreset", self.handle, self.channel, 1e9 * self._preset)
+        call("IfmSetToZero", self.handle, 1 << self.channel)
+        call("IfmClearBuffers", self.handle)
+        value = self._single()
+        status = Status(int(value.status[0]))
+        if status & (Status.QUADRANT | Status.LEVEL):
+            raise BeamLost(
+                f"interferometer {self.identity.serial}: no beam at the zero ({status!r}); align "
+                "the mirror until the signal quality is good"
+            )
+        self.amplitude = float(value.aux[Aux.NORM][0])
+        self.stabilised = bool(status & Status.LASER_STABLE)
+        self._zeroed = True
+
+    def read(self) -> Reading:
+        """Return one displacement now; of a running stream the newest value, which stays in it.
+
+        Raises
+        ------
+        BeamLost
+            Without zero, or with the reading as `partial` if the beam is lost.
+        """
+        self.require_zero()
+        value = self._newest() if self.busy is not None else self._single()
+        watch = Watch("interferometer", (), self.amplitude, self.stabilised)
+        (chunk,) = watch.chunks(value, self.environment().flag)
+        flags = Flag(int(chunk.flags[0]))
+        reading = Reading(float(chunk.channels["x"][0]), flags, self.clock.now())
+        if flags & Flag.BEAM_LOST:
+            self.beam_lost()
+            raise BeamLost(
+                f"interferometer {self.identity.serial}: beam lost ({flags!r}); zero() again",
+                reading,
+            )
+        return reading
+
+    def _single(self) -> Drained:
+        call = self._call
+        call("IfmSetTrigger", self.handle, Trigger.OFF)
+        call("IfmSetMeasurement", self.handle, self.measure_flags(), _READ_RATE)
+        call("IfmStart", self.handle)
+        try:
+            return self._newest()
+        finally:
+            call("IfmStop", self.handle)
+            call("IfmClearBuffers", self.handle)
+
+    def _newest(self, patience: float = 1.0) -> Drained:
+        end = self.clock.now() + patience
+        while self._call("IfmValueCount", self.handle) < 1:
+            if self.clock.now() >= end:
+                raise TimedOut(
+                    f"interferometer {self.identity.serial}: no value for {patience:g} s; is it "
+                    "waiting for a trigger or a clock?"
+                )
+            self.clock.sleep(2e-3)
+        wanted = (Aux.NORM, Aux.SAMPLE)
+        value = drain(self.library, self.handle, 1, wanted, channel=self.channel, oldest=0)
+        if value.length.size == 0:
+            raise self.gone()
+        return value
+
+    # ---- air and health
+
+    def environment(self) -> Environment:
+        """Return air, wavelength, and what speaks against the correction."""
+        return self._air.read()
+
+    def air(self) -> Air | None:
+        """Return the state of the air."""
+        return self.environment().air
+
+    def correct_for_air(self, on: bool) -> None:
+        """Switch the device's own correction for air on or off."""
+        self._call("IfmEnableEdlenCorrection", self.handle, self.channel, int(on))
+
+    def health(self) -> Health:
+        """Return the state of beam, laser and buffers since the last zero."""
+        return health_of(self.library, self.handle, self.channel)
+
+    def ellipse(self) -> EllipseCorrection:
+        """Return the device's own correction of its quadrature signals."""
+        return ellipse_of(self.library, self.handle)
+
+    # ---- for the measurements
+
+    def measure_flags(
+        self, extras: Sequence[str] = (), processing: Measure = Measure.FILTER_OFF
+    ) -> Measure:
+        """Return what a value must consist of: extra channels, and how it is filtered."""
+        flags = Measure.LENGTH | Measure.CIRCLE | Measure.SAMPLE | processing
+        flags |= Measure(Measure.CHANNEL_1 << self.channel)
+        if {"sin", "cos"} & {*extras}:
+            flags |= Measure.QUADRATURE
+        return flags | (Measure.CLOCK if "clock" in extras else Measure(0))
+
+    def true_rate(self, asked: float) -> float:
+        """Rate that the device has really set (Hz)."""
+        told = number_at(self.library, self.handle, Info.RATE_AT)
+        return told if np.isfinite(told) and told > 0.0 else asked
+
+    def _idle(self, what: str) -> None:
+        if self.busy is not None:
+            raise ProtocolFault(
+                f"interferometer {self.identity.serial}: {what} while a measurement runs; "
+                "finish() or abort() it first"
+            )
+
+    def occupy(self, by: object) -> None:
+        """Reserve the device for one measurement."""
+        self._idle("a second measurement")
+        self.require_zero()
+        self.busy = by
+
+    def release(self, by: object) -> None:
+        """Give the device back; nothing if another has it."""
+        if self.busy is by:
+            self.busy = None
+
+    def _call(self, name: str, *arguments: Any) -> Any:
+        if not self._open:
+            raise LinkLost(f"interferometer {self.identity.serial}: closed; reopen() it")
+        try:
+            return self.library.call(name, *arguments)
+        except LinkLost as fault:
+            raise self.gone(fault) from None
+
+
+def _millimetres(dead_path: float) -> int:
+    mm = 1e3 * dead_path
+    if not (np.isfinite(mm) and mm >= 0.0 and abs(mm - round(mm)) < 1e-6):
+        raise UnusableInput(
+            f"interferometer: dead path {dead_path!r} m; the device takes whole millimetres >= 0"
+        )
+    return round(mm)

@@ -1,0 +1,246 @@
+"""From the raw streams of a journal to one recording on one time base.
+
+The time base is the instants at which the output changes, because a held command is exact only
+there: sample k of the recording has the voltage that holds from its instant on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.errors import UnusableInput
+from bondgraph.signals import Recording
+from bondgraph.units import parse_unit
+from hardware.contracts import Flag
+from hardware.recorder.plan import Plan
+from hardware.storage import ClockAlignment, JournalFile, Provenance, StreamData, StreamOrigin
+from hardware.synchrony import Alignment, Budget, Stream, Wiring, align, merged
+
+__all__ = ["Assembled", "assemble"]
+
+Array = NDArray[np.float64]
+Words = NDArray[np.uint16]
+OUTPUT = "output"
+INSTANT = "instant"
+NOT_STORED = (INSTANT, "sample")
+"""Channels that belong to the raw data only."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Assembled:
+    """Streams on one time base.
+
+    Attributes
+    ----------
+    time : ndarray
+        (N,), s by the output's clock.
+    channels, units : mapping
+        (N,) each, and their units as recorded.
+    flags : mapping of str to ndarray
+        (N,) uint16 for every stream.
+    clocks : ClockAlignment
+        How the clocks were brought together.
+    sentences : tuple of str
+        What a reader must know.
+    """
+
+    time: Array
+    channels: Mapping[str, Array]
+    units: Mapping[str, str]
+    flags: Mapping[str, Words]
+    clocks: ClockAlignment
+    sentences: tuple[str, ...] = ()
+    origins: tuple[StreamOrigin, ...] = field(default=())
+
+
+def assemble(
+    journal: JournalFile,
+    plan: Plan,
+    origins: Sequence[StreamOrigin],
+    wiring: Wiring,
+    *,
+    sensor: str = "interferometer",
+    length: str = "x",
+    copy: str = "V_copy",
+) -> Assembled:
+    """Put output and sensor of a take on the instants of the output.
+
+    Parameters
+    ----------
+    journal : JournalFile
+        Raw streams.
+    plan : Plan
+        What was asked for.
+    origins : sequence of StreamOrigin
+        Devices and nominal rates.
+    wiring : Wiring
+        What is known of clocks and trigger beforehand.
+    sensor, length, copy : str
+        Stream of the sensor, its displacement, and its copy of the voltage where there is one.
+
+    Raises
+    ------
+    UnusableInput
+        A stream is missing, or they have no time in common.
+    """
+    for stream in (OUTPUT, sensor):
+        if stream not in journal.streams:
+            raise UnusableInput(
+                f"{journal.path.name}: nothing of stream {stream!r} arrived; there is "
+                f"{', '.join(journal.streams) or 'none'}"
+            )
+    drive, measured = journal.read(OUTPUT), journal.read(sensor)
+    known = {o.stream: o for o in origins}
+    if plan.synchronisation == "clock":
+        made = _same_clock(drive, measured, plan)
+    else:
+        made = _two_clocks(
+            drive, measured, plan, known[sensor].nominal_rate, wiring, length=length, copy=copy
+        )
+    made = _without_gaps(made)
+    return replace(made, origins=_counted(known, {OUTPUT: drive, sensor: measured}, made.clocks))
+
+
+def recording_of(
+    made: Assembled, plan: Plan, journal: JournalFile, **others: object
+) -> tuple[Recording, Provenance]:
+    """Return the recording in SI, and its provenance; `others` are fields of `Provenance`."""
+    units = {k: parse_unit(u, f"{plan.name}, channel {k!r}") for k, u in made.units.items()}
+    channels = {k: units[k].to_si(v) for k, v in made.channels.items()}
+    kept = {k: v for k, v in channels.items() if np.all(np.isfinite(v))}
+    notes = (made.clocks.remark, *made.sentences)
+    recording = Recording(
+        plan.name, made.time - made.time[0], kept, {k: units[k].si for k in kept},
+        journal.path.name, meta={"notes": tuple(n for n in notes if n)},
+    )  # fmt: skip
+    provenance = Provenance.for_recording(
+        recording, made.origins, made.flags, alignment=made.clocks, warnings=made.sentences,
+        started=journal.utc, **others,
+    )  # fmt: skip
+    return recording, provenance
+
+
+def _same_clock(drive: StreamData, measured: StreamData, plan: Plan) -> Assembled:
+    """Every sample of the output clocked one of the sensor: numbers are instants."""
+    common, a, b = np.intersect1d(drive.numbers, measured.numbers, return_indices=True)
+    if common.size < 2:
+        raise UnusableInput(
+            f"{plan.name}: output and sensor share {common.size} samples; is the sample clock "
+            "connected to the sensor?"
+        )
+    channels = {k: v[a] for k, v in _stored(drive).items()}
+    channels.update({k: v[b] for k, v in _stored(measured).items()})
+    missing = drive.n - common.size
+    clocks = ClockAlignment(
+        "shared clock", 1.0, 0.0, 0.0, 0.0, "every sample of the output clocks one of the sensor"
+    )
+    return Assembled(
+        common / plan.rate, channels, _units(drive, measured),
+        {drive.layout.name: drive.flags[a], measured.layout.name: measured.flags[b]}, clocks,
+        (f"{missing} samples of the output have none of the sensor",) if missing else (),
+    )  # fmt: skip
+
+
+def _two_clocks(
+    drive: StreamData,
+    measured: StreamData,
+    plan: Plan,
+    rate: float,
+    wiring: Wiring,
+    *,
+    length: str,
+    copy: str,
+) -> Assembled:
+    """Estimate how the clocks run, then read the sensor at the instants of the output."""
+    output = Stream(plan.rate, _stored(drive), drive.numbers, drive.flags)
+    sensor = Stream(rate, _stored(measured), measured.numbers, measured.flags)
+    found = align(
+        output, sensor, wiring, length=length, copy=copy,
+        budget=Budget(seconds=plan.skew_budget, excess="mark"),
+    )  # fmt: skip
+    both = merged(output, sensor, found, base="drive", rate=2.0 * plan.rate)
+    # of the points at halves and wholes of a step, the wholes: where the output changes
+    phase = np.rint(both.time * 2.0 * plan.rate).astype(np.int64)
+    whole = phase % 2 == 0
+    numbers = phase[whole] // 2
+    at = np.searchsorted(drive.numbers, numbers).clip(0, drive.n - 1)
+    there = drive.numbers[at] == numbers
+    channels = {k: v[whole][there] for k, v in both.channels.items()}
+    channels.update({k: v[at][there] for k, v in _stored(drive).items()})
+    flags = {
+        drive.layout.name: drive.flags[at][there],
+        measured.layout.name: both.flags[whole][there] & ~np.uint16(Flag.LATE),
+    }
+    return Assembled(
+        both.time[whole][there], channels, _units(drive, measured), flags, _clocks(found, rate),
+        (both.sentence, *found.notes),
+    )  # fmt: skip
+
+
+def _clocks(found: Alignment, rate: float) -> ClockAlignment:
+    """Return what the alignment found, as it is stored."""
+    known = found.delay_known and np.isfinite(found.covariance[0, 0])
+    return ClockAlignment(
+        found.how, 1.0 / found.ratio, float(np.sqrt(found.covariance[1, 1])),
+        float(found.map.delay) if known else None,
+        float(np.sqrt(found.covariance[0, 0])) if known else None,
+        found.sentence,
+    )  # fmt: skip
+
+
+def _stored(stream: StreamData) -> dict[str, Array]:
+    return {k: v for k, v in stream.channels.items() if k not in NOT_STORED}
+
+
+def _units(*streams: StreamData) -> dict[str, str]:
+    return {k: u for s in streams for k, u in s.layout.units.items() if k not in NOT_STORED}
+
+
+def _without_gaps(made: Assembled) -> Assembled:
+    """Return the longest stretch in which no sample is missing; nothing is filled in."""
+    n = made.time.size
+    step = float(np.median(np.diff(made.time)))
+    whole = np.ones(n, bool)
+    for values in made.channels.values():
+        whole &= np.isfinite(values)
+    if not whole.any():
+        raise UnusableInput("no sample of all channels is finite; nothing can be assembled")
+    breaks = (np.diff(made.time) > 1.5 * step) | ~whole[1:] | ~whole[:-1]
+    starts = np.concatenate([[0], np.flatnonzero(breaks) + 1])
+    ends = np.concatenate([starts[1:], [n]])
+    sizes = np.where(whole[starts], ends - starts, 0)
+    best = int(np.argmax(sizes))
+    part = slice(int(starts[best]), int(ends[best]))
+    if part.stop - part.start == n:
+        return made
+    sentence = (
+        f"samples are missing: the longest stretch without a gap was kept, {part.stop - part.start}"
+        f" of {n} samples from {made.time[part.start]:.6g} s on; all are in the journal"
+    )
+    return replace(
+        made, time=made.time[part],
+        channels={k: v[part] for k, v in made.channels.items()},
+        flags={k: v[part] for k, v in made.flags.items()},
+        sentences=(*made.sentences, sentence),
+    )  # fmt: skip
+
+
+def _counted(
+    known: Mapping[str, StreamOrigin], data: Mapping[str, StreamData], clocks: ClockAlignment
+) -> tuple[StreamOrigin, ...]:
+    """Return who measured what, with what arrived and the rate found."""
+    counted = []
+    for name, stream in data.items():
+        origin = replace(known[name], samples=stream.n, lost=stream.lost)
+        if name != OUTPUT and clocks.ratio is not None:
+            nominal = origin.nominal_rate
+            origin = replace(
+                origin, measured_rate=nominal * clocks.ratio,
+                rate_uncertainty=nominal * (clocks.ratio_uncertainty or 0.0),
+            )  # fmt: skip
+        counted.append(origin)
+    return tuple(counted)

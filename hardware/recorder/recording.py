@@ -1,0 +1,158 @@
+"""One take from the first check to the stored recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bondgraph.signals import Recording
+from hardware.contracts import Air
+from hardware.errors import HardwareError
+from hardware.recorder.assembling import OUTPUT, assemble, recording_of
+from hardware.recorder.plan import Plan
+from hardware.recorder.station import Station
+from hardware.recorder.taking import Watch, take
+from hardware.storage import (
+    ClockAlignment,
+    Journal,
+    JournalFile,
+    Scale,
+    StreamOrigin,
+    finish,
+    journal_header,
+    new_files,
+    open_journal,
+)
+from hardware.synchrony import Wiring
+
+__all__ = ["Taken", "record"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Taken:
+    """A finished take.
+
+    Attributes
+    ----------
+    recording : Recording
+        On one time base, in SI, with provenance.
+    path, journal : Path
+        Where it is stored, and its raw data.
+    """
+
+    recording: Recording
+    path: Path
+    journal: Path
+    sentences: tuple[str, ...] = field(default=())
+
+
+def record(
+    station: Station,
+    plan: Plan,
+    target: Path,
+    *,
+    wiring: Wiring | None = None,
+    watch: Watch | None = None,
+) -> Taken:
+    """Drive, acquire, align and store.
+
+    Parameters
+    ----------
+    station : Station
+        The bench.
+    plan : Plan
+        What to do.
+    target : Path
+        NAME or NAME.npz; the raw data go to NAME.journal beside it, as they arrive.
+    wiring : Wiring, optional
+        What is known of clocks and trigger; read from the plan if not given.
+    watch : callable, optional
+        Told of the progress.
+
+    Raises
+    ------
+    LimitViolation
+        The waveform leaves the envelope; nothing was sent and nothing is stored.
+    HardwareError
+        A device failed; what had arrived is in the journal.
+    UnusableInput
+        The files cannot be written, or what arrived cannot be put together.
+    """
+    station.wave.prepare(plan.volts, plan.rate)
+    path, archive = new_files(target)
+    origins = origins_of(station, plan)
+    about = station.output.provenance()
+    header = journal_header(
+        plan.name, origins, envelope=about, watchdog=bool(about.get("has_watchdog", False)),
+        alignment=_stated(plan), command=_command(plan),
+    )  # fmt: skip
+    with Journal.create(path, header) as journal:
+        try:
+            take(station, plan, journal, watch)
+        except HardwareError as error:
+            journal.note({"output_end": _end(station)})
+            error.add_note(f"what had arrived is in {path.name}")
+            raise
+        journal.note({"output_end": _end(station)})
+        raw = open_journal(path)
+        made = assemble(raw, plan, origins, wiring or wiring_of(plan))
+        recording, provenance = recording_of(
+            made, plan, raw, output_end=_end(station), envelope=dict(about),
+            scales=_scales(station), air=_air(raw),
+        )  # fmt: skip
+        stored = finish(journal, archive, recording, provenance)
+    return Taken(stored, archive, path, provenance.warnings)
+
+
+def wiring_of(plan: Plan) -> Wiring:
+    """Return what a plan says of clocks and trigger."""
+    if plan.synchronisation == "clock":
+        return Wiring(shared_clock=True, delay_error=1e-6)
+    if plan.synchronisation == "start":
+        return Wiring(delay_error=None)
+    return Wiring(most_delay=plan.seconds / 4.0)
+
+
+def origins_of(station: Station, plan: Plan) -> tuple[StreamOrigin, ...]:
+    """Return devices and nominal rates of all streams."""
+    output = StreamOrigin(OUTPUT, station.output.identity, plan.rate)
+    return (output, *(StreamOrigin(s.stream, s.identity, s.rate) for s in station.sensors))
+
+
+def _stated(plan: Plan) -> ClockAlignment | None:
+    if plan.synchronisation != "clock":
+        return None
+    return ClockAlignment("shared clock", 1.0, 0.0, 0.0, 0.0)
+
+
+def _command(plan: Plan) -> dict[str, Any]:
+    return {
+        "samples": int(plan.volts.size), "rate": plan.rate, "lowest": float(plan.volts.min()),
+        "highest": float(plan.volts.max()), "synchronisation": plan.synchronisation,
+    }  # fmt: skip
+
+
+def _end(station: Station) -> str:
+    """Return the state of the output at the end, in the words that are stored."""
+    state = str(station.output.provenance().get("state", "unknown")).lower()
+    return "parked" if "parked" in state else "unknown"
+
+
+def _scales(station: Station) -> tuple[Scale, ...]:
+    return tuple(
+        Scale(channel, **{k: v for k, v in values.items() if k in Scale.__dataclass_fields__})
+        for channel, values in station.gains.items()
+        if isinstance(values, Mapping)
+    )
+
+
+def _air(raw: JournalFile) -> Air | None:
+    """Return the air at the start, if anything told it."""
+    names = tuple(Air.__dataclass_fields__)
+    for note in raw.notes:
+        content = note.content
+        if content.get("event") == "air" and all(n in content for n in names):
+            return Air(**{n: content[n] for n in names})
+    return None

@@ -1,0 +1,158 @@
+"""From a description of a bench to opened devices, guarded and ready for takes."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from types import TracebackType
+from typing import Any, Self, final
+
+from bondgraph.errors import UnusableInput
+from hardware.contracts import Acquisition, Clock, WallClock
+from hardware.envelope import GuardedOutput, GuardedWave, parked
+from hardware.errors import LinkLost
+from hardware.interferometer import NORMAL_RATE, Block, Interferometer, Streaming, Triggered
+from hardware.recorder.plan import Plan
+from hardware.recorder.station import Preparation, Station, no_preparation
+from hardware.station.outputs import open_output
+from hardware.station.settings import ClockSettings, InterferometerSettings, StationSettings
+
+__all__ = ["OpenStation", "open_station"]
+
+MEMORY = 32_768
+"""Samples of a block."""
+FINER = 4
+"""Samples of the sensor to one of the output where both have clocks of their own."""
+
+
+@final
+class OpenStation:
+    """Opened devices; close it, best by ``with``.
+
+    Parameters
+    ----------
+    settings : StationSettings
+        What it is made of.
+
+    Raises
+    ------
+    HardwareError
+        A device is not there; those opened before are closed again.
+    """
+
+    def __init__(self, settings: StationSettings) -> None:
+        self.settings = settings
+        self._closing = contextlib.ExitStack()
+        with contextlib.ExitStack() as opened:
+            self.clock = _clock(settings.clock, opened)
+            self._driven = open_output(settings.output, settings.amplifier, self.clock, opened)
+            self.output = GuardedOutput(self._driven.raw, settings.envelope, self.clock)
+            opened.callback(self.output.close)
+            self.interferometer = _interferometer(settings.interferometer, self.clock, opened)
+            self._closing = opened.pop_all()
+
+    def station(self, plan: Plan) -> Station:
+        """Return the bench as one take needs it.
+
+        Raises
+        ------
+        UnusableInput
+            The wiring does not allow the way to synchronise, or the record does not fit.
+        """
+        wired = self.settings.output
+        line = wired.clock if plan.synchronisation == "clock" else wired.trigger
+        if plan.synchronisation != "none" and line is None and wired.kind.startswith("mf"):
+            needed = "clock" if plan.synchronisation == "clock" else "trigger"
+            raise UnusableInput(
+                f"{self.settings.name}: synchronisation {plan.synchronisation!r} needs [output] "
+                f"{needed} = the digital line to the interferometer; wire it, or choose 'none'"
+            )
+        wave = GuardedWave(self.output, self._driven.wave(plan.synchronisation))
+        sensors, preparation = _sensors(self.interferometer, self.settings.interferometer, plan)
+        return Station(
+            self.clock, self.output, wave, sensors, preparation, parked(self.output),
+            self._driven.gains,
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """Release everything; any number of times."""
+        self._closing.close()
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close."""
+        self.close()
+
+
+def open_station(settings: StationSettings) -> OpenStation:
+    """Open all devices of a bench; see `OpenStation`."""
+    return OpenStation(settings)
+
+
+def _clock(settings: ClockSettings, opened: contextlib.ExitStack) -> Clock:
+    if not settings.bench:
+        return WallClock()
+    from hardware.simulators.control import BenchClock
+
+    try:
+        clock = BenchClock(settings.bench, ppm=settings.ppm)
+    except OSError as error:
+        raise LinkLost(f"{error}; start one with bondsight bench serve") from None
+    opened.callback(clock.close)
+    return clock
+
+
+def _interferometer(
+    settings: InterferometerSettings | None, clock: Clock, opened: contextlib.ExitStack
+) -> Interferometer | None:
+    if settings is None:
+        return None
+    device = Interferometer(
+        settings.connection, library=settings.library or None, clock=clock,
+        dead_path=settings.dead_path, channel=settings.channel,
+    )  # fmt: skip
+    opened.callback(device.close)
+    return device
+
+
+def _sensors(
+    device: Interferometer | None, settings: InterferometerSettings | None, plan: Plan
+) -> tuple[tuple[Acquisition, ...], Preparation]:
+    if device is None or settings is None:
+        return (), no_preparation()
+    options: dict[str, Any] = {"patience": plan.patience}
+    if settings.quadrature:
+        options["extras"] = ("sin", "cos")
+    n = plan.volts.size
+    made: Acquisition
+    if plan.synchronisation == "clock":
+        if n <= MEMORY:
+            # the device needs a whole rate as what is expected; the edges decide
+            made = Block(device, n, float(round(plan.rate)), start=False, external=True, **options)
+        else:
+            made = Triggered(device, plan.rate, n, **options)
+        return (made,), device
+    start = plan.synchronisation == "start"
+    rate = settings.rate or _block_rate(plan)
+    count = math.ceil((plan.seconds + 4.0 / plan.rate) * rate)
+    if start and count <= MEMORY:
+        made = Block(device, count, rate, start=True, **options)
+    else:
+        made = Streaming(
+            device, min(settings.rate or NORMAL_RATE, NORMAL_RATE), None, start=start, **options
+        )
+    return (made,), device
+
+
+def _block_rate(plan: Plan) -> float:
+    """Return the finest whole rate that is useful and whose block still fits."""
+    seconds = plan.seconds + 4.0 / plan.rate
+    return float(max(1, min(int(MEMORY / seconds) - 1, round(FINER * plan.rate), 1_000_000)))

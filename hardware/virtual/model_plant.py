@@ -1,0 +1,127 @@
+"""A model of the language that stands on the virtual bench."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.elements import Sensor, Source
+from bondgraph.errors import BondsightError, UnusableInput, real_number, unknown_name
+from bondgraph.graph import BondGraph
+from hardware.simulators.plant_contract import Motion
+from hardware.virtual.marches import March, march_of
+
+__all__ = ["ModelPlant"]
+
+Array = NDArray[np.float64]
+
+
+@final
+class ModelPlant:
+    """Any model, advanced step by step from rest at 0.
+
+    A linear model up to scalar laws takes exact steps; any other goes through the general
+    integrator. State and memory of operators are carried from call to call, so a record does not
+    depend on how it was cut.
+
+    Parameters
+    ----------
+    graph : BondGraph
+        The model. Dead times and clocks of its own are refused: on a bench the devices have them.
+    source : str
+        Source that the terminal voltage (or force, ...) drives; the other sources stay at 0.
+    displacement : str
+        Sensor that reads what the interferometer sees (m).
+    current : str, optional
+        Sensor that reads the current (A); NaN without.
+    parameters : mapping, optional
+        Values that differ from the declared ones.
+    step : float
+        Step (s): small against what the nonlinear laws do, and against what is to be seen between
+        steps.
+    substeps : int
+        Steps of the integrator in one of the plant.
+
+    Raises
+    ------
+    UnknownName
+        A source, sensor or parameter that the model does not have.
+    UnusableInput
+        A model that cannot stand on a bench.
+    """
+
+    def __init__(
+        self,
+        graph: BondGraph,
+        source: str,
+        displacement: str,
+        current: str | None = None,
+        *,
+        parameters: Mapping[str, float] | None = None,
+        step: float = 5e-6,
+        substeps: int = 1,
+    ) -> None:
+        if real_number("step", step) <= 0.0 or substeps < 1:
+            raise UnusableInput(f"{graph.name}: step and substeps must be positive")
+        _checked(graph, source, [displacement, *([current] if current else [])])
+        self._name = graph.name
+        self._step = step
+        self._march: March = march_of(graph, source, dict(parameters or {}), step, substeps)
+        names = self._march.outputs
+        self._x = names.index(displacement)
+        self._i = names.index(current) if current else None
+        self._zero = float(self._march.rest[self._x])
+
+    @property
+    def step(self) -> float:
+        """Step (s)."""
+        return self._step
+
+    def advance(self, volts: Array) -> Motion:
+        """Go on by one step per value of the source, ``(n,)``.
+
+        Raises
+        ------
+        BondsightError
+            If the model has no solution there.
+        """
+        volts = np.asarray(volts, dtype=np.float64)
+        if not volts.size:
+            return Motion(np.zeros(0), np.zeros(0))
+        y = self._march.advance(volts)
+        if not np.isfinite(y[-1]).all():
+            raise BondsightError(
+                f"{self._name}: the model grew beyond bounds on the bench; a smaller step or more "
+                "substeps, or a gentler voltage"
+            )
+        current = np.full(volts.size, np.nan) if self._i is None else y[:, self._i]
+        return Motion(y[:, self._x] - self._zero, np.ascontiguousarray(current))
+
+    def snapshot(self) -> Any:
+        """Return a copy of state and memory."""
+        return self._march.snapshot()
+
+    def restore(self, state: Any) -> None:
+        """Put a state back."""
+        self._march.restore(state)
+
+
+def _checked(graph: BondGraph, source: str, sensors: Sequence[str]) -> None:
+    graph.require_sound()
+    sources = {e.name: e for e in graph.of_type(Source)}
+    readings = {e.name: e for e in graph.of_type(Sensor)}
+    if source not in sources:
+        raise unknown_name("source", source, graph.name, sources)
+    for name in sensors:
+        if name not in readings:
+            raise unknown_name("sensor", name, graph.name, readings)
+    late = [e.name for e in sources.values() if e.drive and e.drive.delay]
+    late += [e.name for e in readings.values() if e.delay or e.clock]
+    if late:
+        raise UnusableInput(
+            f"{graph.name}: {', '.join(late)} has a dead time or a clock of its own; give those to "
+            "the devices of the bench and leave them out of the model"
+        )
