@@ -8,7 +8,8 @@ from typing import final
 from hardware.amplifier.channel import AnalogueChannel, AnalogueInputs
 from hardware.amplifier.data import Amplifier
 from hardware.contracts import Clock, Identity, WallClock
-from hardware.errors import HardwareError, LimitViolation
+from hardware.envelope.limits import Converter
+from hardware.errors import HardwareError, LimitViolation, TimedOut
 
 __all__ = ["AnalogueAmplifier"]
 
@@ -53,6 +54,7 @@ class AnalogueAmplifier:
         self._clamp = clamp
         self._clock: Clock = WallClock() if clock is None else clock
         self._gentle = gentle
+        self._last: float | None = None
         self.clamped = 0
         ends = sorted((channel.lowest, channel.highest))
         reach = sorted(amplifier.gain * v + amplifier.offset for v in ends)
@@ -72,6 +74,12 @@ class AnalogueAmplifier:
         return replace(card, model=f"{self._amplifier.name} behind {card.model}".strip())
 
     @property
+    def converter(self) -> Converter:
+        """What can be produced at the actuator, for the guard."""
+        a = self._amplifier
+        return Converter(a.lowest, a.highest, abs(a.gain) * self._channel.resolution)
+
+    @property
     def has_watchdog(self) -> bool:
         """False: neither the amplifier nor the card notices a dead program."""
         return False
@@ -79,13 +87,15 @@ class AnalogueAmplifier:
     def power_up(self) -> None:
         """Bring the actuator to 0 V without an overshoot.
 
-        If the card is giving a voltage already and a monitor tells which, it is ramped down first;
-        without a monitor the card goes to 0 V in one step.
+        If the card is giving a voltage already, it is ramped down first: from what the monitor
+        tells, or, if that fails, from what was written last. Where neither is known the card goes
+        to 0 V in one step.
         """
-        present = self._measured() if self._channel.adopt() else None
+        present = self._found() if self._channel.adopt() else None
         if present is not None:
             self._ramp_down(present)
         self._channel.power_up()
+        self._last = 0.0
         if self._amplifier.offset:
             self.write(0.0)
 
@@ -101,6 +111,7 @@ class AnalogueAmplifier:
         if self._clamp and volts == volts and not a.lowest <= volts <= a.highest:
             volts = min(max(volts, a.lowest), a.highest)
             self.clamped += 1
+        self._last = volts
         self._channel.write(a.input_volts(volts))
 
     def read(self) -> float | None:
@@ -111,12 +122,30 @@ class AnalogueAmplifier:
         """Return the current into the actuator (A) by the monitor; None without one."""
         return self._monitored("i")
 
+    def provenance(self) -> dict[str, float | str]:
+        """Return the numbers that a recording has to keep."""
+        monitors = self._amplifier.monitors
+        told: dict[str, float | str] = dict(self._amplifier.provenance())
+        told["converter"] = self._channel.identity.model
+        for name, scale in (("voltage", monitors.voltage), ("current", monitors.current)):
+            if scale is not None and self._inputs is not None:
+                told[f"monitor_{name}"] = scale
+        return told
+
     def close(self) -> None:
         """Let go of the card; the voltage stays as it is."""
         try:
             self._channel.close()
         except (HardwareError, OSError):
             return
+
+    def _found(self) -> float | None:
+        """Voltage that the card is giving (V), as well as it can be known."""
+        try:
+            measured = self._measured()
+        except TimedOut:
+            measured = None
+        return self._last if measured is None else measured
 
     def _measured(self) -> float | None:
         return self._monitored("V_mon")

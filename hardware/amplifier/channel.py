@@ -31,6 +31,11 @@ class AnalogueChannel(Protocol):
         """Highest voltage (V)."""
         ...
 
+    @property
+    def resolution(self) -> float:
+        """Smallest step (V); 0 if unknown."""
+        ...
+
     def adopt(self) -> bool:
         """Take over a voltage that an earlier program left; False if there is none to take over."""
         ...

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import threading
 from typing import final
 
 from hardware.contracts import Clock, Identity, Transport, WallClock
@@ -66,6 +67,7 @@ class AsciiController:
         self._gentle = gentle
         self._watchdog = watchdog
         self._identity: tuple[str, ...] = ()
+        self._lock = threading.RLock()
 
     @property
     def identity(self) -> Identity:
@@ -92,9 +94,8 @@ class AsciiController:
             raise
 
     def power_up(self) -> None:
-        """Connect if needed, take remote open-loop control, walk to the safe voltage."""
-        if not self._identity:
-            self.open()
+        """Connect where the link is not alive, take remote open-loop control, walk to safe."""
+        self._revive()
         for command in self._dialect.prepare:
             self._exchange(command)
         walk(self.write, self.read(), self._safe, self._gentle, self._clock)
@@ -131,6 +132,16 @@ class AsciiController:
         self._identity = ()
         self._transport.close()
 
+    def _revive(self) -> None:
+        """Open the link unless it answers."""
+        if self._identity:
+            try:
+                self._exchange("")
+                return
+            except (LinkLost, TimedOut):
+                self.close()
+        self.open()
+
     def _exchange(self, command: str) -> float:
         """Send a command (or none) and ask for the voltage; its errors concern the command."""
         query, pattern = self._dialect.read_voltage, self._dialect.voltage_pattern
@@ -139,11 +150,14 @@ class AsciiController:
     def _guarded(self, query: str, pattern: str, command: str = "") -> str:
         if not self._identity:
             raise LinkLost(f"{self._transport.address}: not open; call open() first")
-        try:
-            refusal, answer = self._converse(query, pattern, command)
-        except (TimedOut, ProtocolFault) as error:
-            self._back_in_step(error)
-            raise
+        with self._lock:
+            try:
+                self._transport.drain()
+                refusal, answer = self._converse(query, pattern, command)
+                self._require_silence(query)
+            except (TimedOut, ProtocolFault) as error:
+                self._back_in_step(error)
+                raise
         if refusal is not None:
             raise refusal
         return answer
@@ -169,6 +183,14 @@ class AsciiController:
         raise ProtocolFault(
             f"{self._transport.address}: {frames} are no answer to {query!r}", tuple(frames)
         )
+
+    def _require_silence(self, query: str) -> None:
+        """Refuse an answer behind which another one waits: one of them is not ours."""
+        more = self._transport.drain()
+        if self._dialect.answer_end in more:
+            raise ProtocolFault(
+                f"{self._transport.address}: two answers to {query!r}, the second is {more!r}", more
+            )
 
     def _send(self, line: str) -> None:
         self._transport.write(line.encode("ascii") + self._dialect.command_end)

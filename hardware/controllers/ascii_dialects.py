@@ -65,9 +65,9 @@ MDT69X = AsciiDialect(
     identity=(("id?", r"Model (\S+)"),),
     set_voltage="xvoltage={volts:.3f}",
     read_voltage="xvoltage?",
-    voltage_pattern=rf"\[\s*{_NUMBER}\s*\]",
-    lowest=("xmin?", rf"\[\s*{_NUMBER}\s*\]"),
-    highest=("xmax?", rf"\[\s*{_NUMBER}\s*\]"),
+    voltage_pattern=rf"^\[\s*{_NUMBER}\s*\]$",
+    lowest=("xmin?", rf"^\[\s*{_NUMBER}\s*\]$"),
+    highest=("xmax?", rf"^\[\s*{_NUMBER}\s*\]$"),
     refusals=((r"CMD_ARG_RANGE", True), (r"CMD_\w+", False)),
     echo=True,
     source="two public Python programs for MDT693B and MDT694B: commands, 115200 baud, echo, "

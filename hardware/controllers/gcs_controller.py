@@ -6,15 +6,19 @@ import math
 from dataclasses import dataclass
 from typing import final
 
+from bondgraph.errors import UnusableInput
 from hardware.contracts import Clock, Identity, WallClock
 from hardware.controllers.gcs_talk import GcsTalk
 from hardware.controllers.walking import walk
-from hardware.errors import HardwareError, LimitViolation, ProtocolFault, TimedOut
+from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
 __all__ = ["GcsController", "GcsSetup"]
 
 _STOPPED = 10
 _UNKNOWN = 2
+_SERVO_TIME = 0x0E000200
+_TELLING = 2.0
+"""Difference of control value and voltage that tells of a wrong setup (V)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +47,8 @@ class GcsSetup:
         of GCS know no such thing; true only where the maker confirms it.
     arguments : int
         Most arguments of one command.
+    servo_time : float, optional
+        Period of servo and wave generator (s); asked for (parameter 0x0E000200) if not given.
     """
 
     axis: str = "1"
@@ -55,6 +61,7 @@ class GcsSetup:
     gentle: float = 100.0
     watchdog: bool = False
     arguments: int = 32
+    servo_time: float | None = None
 
 
 @final
@@ -95,16 +102,23 @@ class GcsController:
 
     def open(self) -> None:
         """Connect and identify."""
-        parts = [p.strip() for p in self.talk.open().split(",")]
+        answer = self.talk.open()
         # the maker's name may hold commas; the last three do not
-        self._identity = Identity(",".join(parts[:-3]) or parts[0], *parts[-3:])
+        parts = [p.strip() for p in answer.rsplit(",", 3)]
+        self._identity = Identity(*parts) if len(parts) == 4 else Identity(model=answer)
 
     def power_up(self) -> None:
-        """Connect if needed, stop the generator, open the loop, walk to the safe voltage."""
-        if self._identity is None:
-            self.open()
+        """Connect where the link is not alive, stop the generator, open the loop, walk to safe.
+
+        Raises
+        ------
+        ProtocolFault
+            If control value and voltage of the device contradict the setup; nothing was put out.
+        """
+        self._revive()
         self.stop_wave()
         self.servo(False)
+        self._check_scale()
         walk(self.write, self.read(), self.setup.safe, self.setup.gentle, self.clock)
 
     def write(self, volts: float) -> None:
@@ -214,6 +228,30 @@ class GcsController:
         except ValueError:
             raise self._nonsense("#9", text) from None
 
+    def servo_rate(self) -> float:
+        """Return the rate of servo, wave generator and recorder (Hz)."""
+        period = self.setup.servo_time or self.parameter("1", _SERVO_TIME)
+        if not period > 0.0:
+            raise ProtocolFault(f"{self.talk.address}: a servo period of {period:g} s", period)
+        return 1.0 / period
+
+    def divider(self, rate: float, what: str) -> int:
+        """Return the whole number by which the servo rate has to be divided.
+
+        Raises
+        ------
+        UnusableInput
+            If there is none for this rate (Hz); the nearest rate is named.
+        """
+        servo = self.servo_rate()
+        number = max(round(servo / rate), 1) if rate > 0.0 else 1
+        if not rate > 0.0 or abs(servo / number - rate) > 1e-6 * rate:
+            raise UnusableInput(
+                f"{self.talk.address}: cannot {what} at {rate:g} Hz, only at {servo:g} Hz by a "
+                f"whole number; nearest {servo / number:.9g} Hz"
+            )
+        return number
+
     def parameter(self, item: str, number: int) -> float:
         """Return a parameter of the device from its volatile memory."""
         return self._value(f"SPA? {item} 0x{number:X}", self.talk.ask(f"SPA? {item} 0x{number:X}"))
@@ -221,6 +259,34 @@ class GcsController:
     def integer(self, query: str) -> int:
         """Return the integer answered to a question, behind its equals sign if it has one."""
         return int(self._value(query, self.talk.ask(query)))
+
+    def _revive(self) -> None:
+        """Open the link unless it answers."""
+        if self._identity is not None:
+            try:
+                self.talk.ask("*IDN?")
+                return
+            except (LinkLost, TimedOut):
+                self.talk.close()
+        self.open()
+
+    def _check_scale(self) -> None:
+        """Compare ``SVA?`` with ``VOL?``; near zero nothing can be told."""
+        try:
+            measured = self._number("VOL?", self.setup.channel)
+        except ProtocolFault as fault:
+            if fault.partial != _UNKNOWN:
+                raise
+            return
+        value = self._number("SVA?", self.setup.axis)
+        expected = self.setup.offset + self.setup.scale * value
+        if abs(measured - expected) > max(_TELLING, 0.1 * abs(measured)):
+            raise ProtocolFault(
+                f"{self.talk.address}: control value {value:g} should be {expected:g} V, but VOL? "
+                f"says {measured:g} V; nothing was put out, correct scale, offset or channel of "
+                "the setup",
+                measured,
+            )
 
     def _number(self, query: str, item: str) -> float:
         return self._value(query, f"{item}={self._item(query, item)}")

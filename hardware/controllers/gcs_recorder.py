@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from bondgraph.errors import UnusableInput
 from hardware.contracts import Chunk, Identity
 from hardware.controllers.gcs_controller import GcsController
-from hardware.controllers.gcs_wave import SERVO_TIME
 from hardware.errors import HardwareError, Overrun, ProtocolFault
 
 __all__ = ["GcsRecorder", "gcs_array"]
@@ -98,7 +97,7 @@ class GcsRecorder:
                 f"{talk.address}: {self._points} points asked for, a recorder table holds {room}; "
                 "record fewer, or slower"
             )
-        divider = self._divider()
+        divider = c.divider(self._rate, "record")
         self._taken = 0
         talk.send(f"DRC 1 {c.setup.axis} {_POSITION} 2 {c.setup.channel} {_VOLTAGE}")
         talk.send(f"RTR {divider}")
@@ -151,16 +150,6 @@ class GcsRecorder:
             raise ProtocolFault(
                 f"{self._controller.talk.address}: {answer[:60]!r} is no answer to DRL?", answer
             ) from None
-
-    def _divider(self) -> int:
-        servo = 1.0 / self._controller.parameter("1", SERVO_TIME)
-        divider = max(round(servo / self._rate), 1)
-        if abs(servo / divider - self._rate) > 1e-6 * self._rate:
-            raise UnusableInput(
-                f"{self._stream}: cannot record at {self._rate:g} Hz, only at {servo:g} Hz by a "
-                f"whole number; nearest {servo / divider:.9g} Hz"
-            )
-        return divider
 
 
 def gcs_array(text: str, address: str) -> NDArray[np.float64]:

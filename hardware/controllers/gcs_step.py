@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Protocol, TypeVar, final
 
@@ -61,34 +62,38 @@ class InStep:
         self._wire = wire
         self._timeout = timeout
         self._patience = patience
+        self._lock = threading.RLock()
         self.identity = b""
         """Answer to ``*IDN?``, by which the controller is known again."""
 
     def run(self, command: str, exchange: Callable[[], _T]) -> _T:
-        """Return what `exchange` does; its errors leave both sides in step.
+        """Return what `exchange` does, undisturbed by other threads; errors leave us in step.
 
         Raises
         ------
-        TimedOut, OutOfStep
+        TimedOut, ProtocolFault
             As `exchange` raises them, once both sides are in step again.
-        LimitViolation, Overrun, ProtocolFault
-            If no answer came because the controller had refused.
+        LimitViolation, Overrun
+            And the like, if no answer came because the controller had refused.
         LinkLost
             If the link is gone, or was closed because the sides do not find together.
         """
-        try:
-            return exchange()
-        except (TimedOut, OutOfStep) as error:
-            number = self._back(error, int(command.upper() == "*IDN?"))
-            if number:
-                raise device_error(number, command, self._wire.address) from error
-            raise
+        with self._lock:
+            try:
+                return exchange()
+            except (TimedOut, ProtocolFault) as error:
+                if isinstance(error.partial, int):
+                    raise  # the controller's own number: an answer in its place
+                number = self._back(error, int(command.upper() == "*IDN?"))
+                if number:
+                    raise device_error(number, command, self._wire.address) from error
+                raise
 
     def _back(self, error: HardwareError, owed: int) -> int:
         """Get back in step; the error number that the controller had kept."""
         wire = self._wire
-        wire.drain()
         try:
+            wire.drain()
             if resynchronise(
                 ask=lambda: wire.send_line("*IDN?"),
                 receive=wire.line,

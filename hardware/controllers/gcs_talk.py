@@ -102,6 +102,7 @@ class OwnGcsTalk:
         """Send a command and ask for its error."""
 
         def exchange() -> int:
+            self._transport.drain()
             self._write(command)
             return self._number(command)
 
@@ -111,6 +112,7 @@ class OwnGcsTalk:
         """Return the answer to a question; lines without their ends, joined by LF."""
 
         def exchange() -> tuple[str, int]:
+            self._transport.drain()
             self._write(query)
             return self._answer(), self._number(query)
 
@@ -120,12 +122,16 @@ class OwnGcsTalk:
 
     def code(self, number: int, answered: bool = True) -> str:
         """Send one of the single characters (5, 7, 9, 24), which act at once."""
+        name = f"#{number}"
 
-        def exchange() -> str:
+        def exchange() -> tuple[str, int]:
+            self._transport.drain()
             self._transport.write(bytes((number,)))
-            return self._answer() if answered else ""
+            return (self._answer(), self._number(name)) if answered else ("", 0)
 
-        return self._step.run(f"#{number}", exchange)
+        answer, error = self._step.run(name, exchange)
+        self._refuse(error, name)
+        return answer
 
     def close(self) -> None:
         """Hang up; never raises and never hangs."""

@@ -15,10 +15,8 @@ from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFaul
 
 __all__ = ["GcsWave"]
 
-SERVO_TIME = 0x0E000200
-"""Parameter number of the servo update time."""
-
 _GENERATOR_TRIGGER = 4
+_UNKNOWN = 2
 _REPORT = 0.02
 _SLACK = 0.01
 
@@ -45,18 +43,11 @@ class GcsWave:
         self._line = trigger_line
         self._volts = np.zeros(0)
         self._rate = 0.0
-        self._servo = 0.0
 
     @property
     def rate(self) -> float:
         """Nominal rate of the loaded waveform (Hz), on the device's own clock."""
         return self._rate
-
-    def servo_rate(self) -> float:
-        """Return the rate of the servo (Hz): the largest rate, and what others divide."""
-        if not self._servo:
-            self._servo = self._controller.parameter("1", SERVO_TIME)
-        return 1.0 / self._servo
 
     def load(self, volts: NDArray[np.float64], rate: float) -> None:
         """Load a waveform (V, (n,)) at a rate (Hz).
@@ -74,13 +65,14 @@ class GcsWave:
         address = self._controller.talk.address
         if wave.ndim != 1 or wave.size == 0 or not np.all(np.isfinite(wave)):
             raise LimitViolation(f"{address}: a waveform needs finite voltages (n,); nothing sent")
-        divider = self._divider(rate)
-        room = self._controller.integer(f"WMS? {self._controller.setup.table}")
-        if wave.size > room:
+        divider = self._controller.divider(rate, "play")
+        room = self._room()
+        if room is not None and wave.size > room:
             raise Overrun(f"{address}: {wave.size} samples do not fit the wave table ({room})")
+        self._volts = np.zeros(0)
         self._send_table(wave)
         self._arm(divider)
-        self._volts, self._rate = wave, self.servo_rate() / divider
+        self._volts, self._rate = wave, self._controller.servo_rate() / divider
 
     def play(self) -> Iterator[Written]:
         """Play it; yields about every 20 ms and at the end.
@@ -136,15 +128,14 @@ class GcsWave:
             except HardwareError:
                 pass  # the link is gone; the guard says that the output is unknown
 
-    def _divider(self, rate: float) -> int:
-        servo = self.servo_rate()
-        divider = max(round(servo / rate), 1) if rate > 0.0 else 1
-        if rate <= 0.0 or abs(servo / divider - rate) > 1e-6 * rate:
-            raise UnusableInput(
-                f"{self._controller.talk.address}: cannot play at {rate:g} Hz, only at "
-                f"{servo:g} Hz by a whole number; nearest {servo / divider:.9g} Hz"
-            )
-        return divider
+    def _room(self) -> int | None:
+        """Points of the wave table; None where the controller cannot tell."""
+        try:
+            return self._controller.integer(f"WMS? {self._controller.setup.table}")
+        except ProtocolFault as fault:
+            if fault.partial != _UNKNOWN:
+                raise
+            return None
 
     def _send_table(self, wave: NDArray[np.float64]) -> None:
         c = self._controller

@@ -13,7 +13,6 @@ What PIPython 2.11 does, and what is made of it here:
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any, TypeVar, final
 
@@ -21,14 +20,14 @@ from hardware.contracts import Transport
 from hardware.controllers.gcs_errors import device_error
 from hardware.controllers.gcs_step import InStep, OutOfStep
 from hardware.controllers.gcs_talk import CODEPAGE, checked_identity
+from hardware.controllers.pipython_gateway import GatewayWire, TransportGateway
 from hardware.errors import DriverMissing, HardwareError, LinkLost, TimedOut
 
-__all__ = ["PIPythonTalk", "TransportGateway"]
+__all__ = ["PIPythonTalk"]
 
 _T = TypeVar("_T")
 _COM_TIMEOUT = -7
 _UNEXPECTED = -1004
-_LOOK = 0.002
 
 
 @final
@@ -133,7 +132,7 @@ class PIPythonTalk:
     def code(self, number: int, answered: bool = True) -> str:
         """Send one of the single characters (5, 7, 9, 24), which act at once."""
         if answered:
-            return self._run(f"#{number}", lambda: self._unchecked(chr(number))).strip()
+            return str(self._run(f"#{number}", lambda: self._device.read(chr(number)))).strip()
         self._run(f"#{number}", lambda: self._gateway.send(chr(number)))
         return ""
 
@@ -191,106 +190,6 @@ class PIPythonTalk:
             self.close()
             return LinkLost(f"{self._address}: PIPython lost the link ({error})")
         return device_error(number, command, self._address)
-
-
-@final
-class TransportGateway:
-    """A gateway as PIPython wants it, over a transport of ours."""
-
-    def __init__(self, transport: Transport) -> None:
-        self._transport = transport
-        self._milliseconds = 1000
-        self.connected = False
-        self.connectionid = 0
-
-    def connected_self(self) -> TransportGateway:
-        """Connect."""
-        self._transport.open()
-        self.connected = True
-        return self
-
-    @property
-    def timeout(self) -> int:
-        """Time-out (ms)."""
-        return self._milliseconds
-
-    def settimeout(self, value: int) -> None:
-        """Set the time-out (ms)."""
-        self._milliseconds = value
-
-    def send(self, msg: str) -> None:
-        """Send."""
-        self._transport.write(msg.encode(CODEPAGE))
-
-    def read(self) -> str:
-        """Return what is there; waits for a moment, since PIPython asks in a tight loop."""
-        try:
-            data = self._transport.read_until(b"\n", _LOOK)
-        except TimedOut:
-            data = self._transport.drain()
-        return data.decode(CODEPAGE, "ignore")
-
-    def flush(self) -> None:
-        """Forget what waits."""
-        self._transport.drain()
-
-    def close(self) -> None:
-        """Disconnect."""
-        self.connected = False
-        self._transport.close()
-
-    def unload(self) -> None:
-        """Disconnect."""
-        self.close()
-
-
-@final
-class GatewayWire:
-    """Lines over a gateway of PIPython, for getting back in step."""
-
-    def __init__(self, gateway: Any, address: str, close: Callable[[], None]) -> None:
-        self._gateway = gateway
-        self._address = address
-        self._close = close
-        self._waiting = b""
-
-    @property
-    def address(self) -> str:
-        """Where it leads."""
-        return self._address
-
-    def send_line(self, line: str) -> None:
-        """Send a line."""
-        try:
-            self._gateway.send(f"{line}\n")
-        except OSError as error:
-            self._close()
-            raise LinkLost(f"{self._address}: link lost ({error})") from error
-
-    def line(self, seconds: float) -> bytes | None:
-        """Return the next line; None if none comes in time."""
-        deadline = time.monotonic() + seconds
-        while b"\n" not in self._waiting:
-            piece = self._gateway.read()
-            if not piece:
-                if time.monotonic() >= deadline:
-                    return None
-                # the answers of the wire are in real time, also on a virtual bench
-                time.sleep(_LOOK / 4.0)
-            self._waiting += piece.encode(CODEPAGE, "replace")
-        line, _, self._waiting = self._waiting.partition(b"\n")
-        return line + b"\n"
-
-    def drain(self) -> None:
-        """Forget what waits; its own flush would not come back from a closed socket."""
-        self._waiting = b""
-        for _ in range(1000):
-            if not self._gateway.read():
-                return
-
-    def close(self) -> None:
-        """Close it."""
-        self._close()
 
 
 def _close_socket(gateway: Any) -> None:

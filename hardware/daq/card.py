@@ -91,7 +91,7 @@ class Card(ABC):
     ) -> None:
         self.registers = registers
         self.clock: Clock = WallClock() if clock is None else clock
-        self._timeout = timeout
+        self.timeout = timeout
         self._lines = 0
         self._scan: tuple[int, ...] = ()
         self._ready = False
@@ -118,12 +118,15 @@ class Card(ABC):
         self.require_present(word)
         return word
 
-    def gone(self) -> LinkLost:
-        """Make the error of a card that no longer answers."""
-        return LinkLost(
-            f"{self.layout.model} ({self.registers.address}): all bits read as one, so the card is "
-            "gone; check it and its bus, then power up anew: its outputs are unknown"
-        )
+    def gone(
+        self,
+        why: str = (
+            "all bits read as one, so the card is gone; check it and its bus, then power up anew: "
+            "its outputs are unknown"
+        ),
+    ) -> LinkLost:
+        """Make the error of a card that no longer does what it is told."""
+        return LinkLost(f"{self.layout.model} ({self.registers.address}): {why}")
 
     def enabled(self) -> bool:
         """Whether the outputs are connected, perhaps since an earlier program."""
@@ -140,9 +143,8 @@ class Card(ABC):
             The card does not answer, or its control register does not keep what is written.
         """
         m = self.layout
-        self._ready = False
-        # writing the list is also what makes the driver's and the card's idea of it agree
-        self._scan = ()
+        # the card may have been reset: the list of inputs has to be written again too
+        self.forget()
         off = self.control() & ~m.enable
         self._write_control(off & ~m.hold)
         if self.control() & m.enable:
@@ -178,8 +180,9 @@ class Card(ABC):
 
     def switch_off(self) -> None:
         """Disconnect (ground) all outputs; a step, so ramp down before."""
+        off = self.control() & ~self.layout.enable
         self._ready = False
-        self._write_control(self.control() & ~self.layout.enable)
+        self._write_control(off)
 
     def write(self, channel: int, volts: float) -> float:
         """Set an output (V) and return what the converter makes of it (V).
@@ -190,6 +193,8 @@ class Card(ABC):
             Not a number, or beyond +-10 V; nothing was written.
         ProtocolFault
             Before `power_up`.
+        LinkLost
+            The card is gone, or something else has switched its outputs off.
         """
         self.require_ready()
         if not math.isfinite(volts) or not LOWEST <= volts <= HIGHEST:
@@ -198,7 +203,8 @@ class Card(ABC):
                 f"{LOWEST:g} to {HIGHEST:g} V; nothing was written"
             )
         code = dac_codes(np.array([volts]))
-        self.registers.batch((self.output_access(channel, int(code[0])),))
+        accesses = (self.output_access(channel, int(code[0])), self.state_access())
+        self.require_present(self.registers.batch(accesses)[1])
         return float(dac_volts(code)[0])
 
     def require_in_range(self, volts: NDArray[np.float64]) -> None:
@@ -211,16 +217,26 @@ class Card(ABC):
                 f"{LOWEST:g} to {HIGHEST:g} V of its outputs; nothing was written"
             )
 
+    def forget_inputs(self) -> None:
+        """Take the list of inputs as lost."""
+        self._scan = ()
+
     def forget(self) -> None:
         """Take the outputs as unknown and the list of inputs as lost."""
         self._ready = False
         self._scan = ()
 
     def require_present(self, state: int) -> None:
-        """Raise `LinkLost` if the control register read as all ones."""
+        """Raise `LinkLost` if the control register shows a card that is gone or was reset."""
         if state == ALL_ONES:
-            self._ready = False
+            self.forget()
             raise self.gone()
+        if self._ready and state & (self.layout.enable | self.layout.hold) != self.layout.enable:
+            self.forget()
+            raise self.gone(
+                "its outputs were switched off or are held from outside (a reset, another "
+                "program); end that program and power up anew"
+            )
 
     def saturated(self, volts: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Tell which input voltages (V) are at an end of the converter."""
@@ -331,11 +347,12 @@ class Card(ABC):
             if looks == _BUSY_LOOKS:
                 start = self.clock.now()
             elif looks > _BUSY_LOOKS:
-                if self.clock.now() - start > self._timeout:
+                if self.clock.now() - start > self.timeout:
+                    # the outputs still obey, so that they can be ramped down
                     self._scan = ()
                     raise TimedOut(
                         f"{self.layout.model} ({self.registers.address}): a conversion did not "
-                        f"end within {self._timeout:g} s; switch the card off and on"
+                        f"end within {self.timeout:g} s; switch the card off and on"
                     )
                 self.clock.sleep(1e-3)
             state = self.registers.batch((self.state_access(),))[0]

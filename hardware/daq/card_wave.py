@@ -102,6 +102,11 @@ class CardWave(ABC):
         self._rate = 0.0
 
     @property
+    def haste(self) -> float:
+        """By how much slew and current may exceed the planned ones while a stall is caught up."""
+        return self._haste
+
+    @property
     @abstractmethod
     def position(self) -> int:
         """Samples of the last waveform that were really written."""

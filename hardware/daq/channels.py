@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hardware.contracts import Identity
 from hardware.daq.card import Card
-from hardware.daq.codes import HIGHEST, LOWEST
+from hardware.daq.codes import HIGHEST, LOWEST, STEP
 
 __all__ = ["CardChannel", "CardInputs"]
 
@@ -45,6 +45,11 @@ class CardChannel:
     def highest(self) -> float:
         """Highest voltage (V)."""
         return HIGHEST
+
+    @property
+    def resolution(self) -> float:
+        """Smallest step (V)."""
+        return STEP
 
     def adopt(self) -> bool:
         """Take over outputs that an earlier program left on."""

@@ -41,6 +41,8 @@ class _Playback(ctypes.Structure):
         ("total", ctypes.c_int64),
         *((n, ctypes.c_double) for n in ("period", "closest", "lead", "spin", "patience")),
         ("converting", ctypes.c_uint32),
+        ("enable", ctypes.c_uint32),
+        ("hold", ctypes.c_uint32),
         *((n, ctypes.c_int32) for n in ("monitors", "lines", "trigger", "clock", "clocking")),
         ("position", ctypes.c_int64),
         ("stop", ctypes.c_int32),
@@ -167,10 +169,12 @@ class CompiledWave(CardWave):
         """Turn the end of the thread into an error; all that was written has been reported."""
         error: HardwareError | None = None
         if state == _GONE:
+            # the register itself tells whether the card is gone or was switched off
+            self._card.control()
             self._card.forget()
             error = self._card.gone()
         elif state == _ENDLESS:
-            self._card.forget()
+            self._card.forget_inputs()
             error = TimedOut(
                 f"{self._card.layout.model} ({self._registers.address}): a conversion did not end; "
                 "switch the card off and on"
@@ -213,8 +217,10 @@ class CompiledWave(CardWave):
             closest=1.0 / (self._rate * self._haste),
             lead=1e-3,
             spin=self._spin,
-            patience=0.1,
+            patience=self._card.timeout,
             converting=m.converting,
+            enable=m.enable,
+            hold=m.hold,
             monitors=len(self._names),
             lines=self._card.lines,
             trigger=0 if w.trigger is None else 1 << w.trigger,

@@ -113,6 +113,11 @@ class NiChannel:
         """Highest voltage (V)."""
         return self._highest
 
+    @property
+    def resolution(self) -> float:
+        """Smallest step (V): unknown here, the driver does not tell it."""
+        return 0.0
+
     def adopt(self) -> bool:
         """Take over the output: these cards keep their last value when a program ends."""
         self._opened()

@@ -18,7 +18,7 @@ typedef struct {
     uint16_t *readings;          /* (total, monitors) */
     int64_t total;
     double period, closest, lead, spin, patience;
-    uint32_t converting;
+    uint32_t converting, enable, hold;
     int32_t monitors;
     int32_t lines, trigger, clock, clocking;
     int64_t position;
@@ -61,7 +61,7 @@ static int settled(Playback *p)
     double since = 0.0;
     for (long looks = 0;; looks++) {
         uint32_t word = *p->control;
-        if (word == 0xFFFFFFFFu)
+        if (word == 0xFFFFFFFFu || (word & (p->enable | p->hold)) != p->enable)
             return GONE;
         if (!p->monitors || !(word & p->converting))
             return PLAYING;

@@ -9,12 +9,26 @@ from hardware.ecosystem.documents import number_key, readings, source_of
 from hardware.ecosystem.status import ActionStatus
 from hardware.errors import BeamLost
 
-__all__ = ["BlueskyDisplacement", "DisplacementSource"]
+__all__ = ["BlueskyDisplacement", "DisplacementReading", "DisplacementSource"]
+
+
+class DisplacementReading(Protocol):
+    """One displacement and what is known against it."""
+
+    @property
+    def value(self) -> float:
+        """Displacement (m)."""
+        ...
+
+    @property
+    def flags(self) -> Flag:
+        """Sum of flags."""
+        ...
 
 
 @runtime_checkable
 class DisplacementSource(Protocol):
-    """A sensor that can be asked for single values."""
+    """A sensor that can be asked for single values, such as `hardware.interferometer`'s."""
 
     @property
     def identity(self) -> Identity:
@@ -25,8 +39,8 @@ class DisplacementSource(Protocol):
         """Set the displacement to zero here; clears a lost beam."""
         ...
 
-    def length(self) -> tuple[float, Flag]:
-        """Return the displacement now (m) and what is known against it."""
+    def read(self) -> DisplacementReading:
+        """Return the displacement now; `BeamLost` if it means nothing."""
         ...
 
 
@@ -52,7 +66,7 @@ class BlueskyDisplacement:
         self._source = source
         self._name = name
         self._zero_on_stage = zero_on_stage
-        self._last: tuple[float, Flag] | None = None
+        self._last: DisplacementReading | None = None
 
     @property
     def name(self) -> str:
@@ -71,22 +85,20 @@ class BlueskyDisplacement:
         """
         return ActionStatus.run(f"read {self._name}", self._take)
 
-    def _take(self) -> None:
-        self._last = self._source.length()
-        value, flags = self._last
-        if flags & (Flag.BEAM_LOST | Flag.MISCOUNT):
+    def _take(self) -> DisplacementReading:
+        reading = self._source.read()
+        self._last = reading
+        if reading.flags & (Flag.BEAM_LOST | Flag.MISCOUNT):
             raise BeamLost(
-                f"{self._name}: {value:g} m is off by unknown fringes; align, then set to zero",
-                partial=self._last,
+                f"{self._name}: {reading.value:g} m is off by unknown fringes; align and zero",
+                partial=reading,
             )
+        return reading
 
     def read(self) -> dict[str, dict[str, Any]]:
         """Return the value of the last trigger (m) and its flags; without one, take it now."""
-        if self._last is None:
-            self._take()
-        assert self._last is not None
-        value, flags = self._last
-        return readings({self._name: value, f"{self._name}_flags": int(flags)})
+        last = self._take() if self._last is None else self._last
+        return readings({self._name: last.value, f"{self._name}_flags": int(last.flags)})
 
     def describe(self) -> dict[str, dict[str, Any]]:
         """Return unit and source."""

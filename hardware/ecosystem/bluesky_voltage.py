@@ -46,6 +46,7 @@ class BlueskyVoltage:
         self._rate = rate
         self._readback = readback
         self._setpoint: float | None = None
+        self._move = ActionStatus.finished(f"{name} at rest")
 
     @property
     def name(self) -> str:
@@ -78,9 +79,10 @@ class BlueskyVoltage:
         """Ramp to a voltage (V); refused at once if it is outside of the envelope."""
         self.check_value(value)
         self._setpoint = float(value)
-        return ActionStatus.run(
+        self._move = ActionStatus.run(
             f"{self._name} to {value:g} V", lambda: self._output.ramp(value, self._rate)
         )
+        return self._move
 
     def locate(self) -> dict[str, float]:
         """Return where it should be and where it is (V)."""
@@ -137,12 +139,18 @@ class BlueskyVoltage:
         return ActionStatus.run(f"park {self._name}", self._output.stop)
 
     def stop(self, success: bool = True) -> None:
-        """Park, and wait for it: nothing in a run is more urgent."""
+        """Park, and wait for it: nothing in a run is more urgent.
+
+        A move on its way ends: well if the engine stops as planned (a pause; it moves again
+        afterwards), else with the error of its ramp.
+        """
+        if success:
+            self._move.finish()
         self._output.stop()
 
     def pause(self) -> None:
         """Park while the run is paused."""
-        self._output.stop()
+        self.stop()
 
     def resume(self) -> None:
         """Do nothing: the plan moves again from its last checkpoint."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -76,8 +77,8 @@ class GuardedWave:
 
     @property
     def rate(self) -> float:
-        """Nominal rate of the prepared waveform (Hz)."""
-        return self._require("rate").rate
+        """Nominal rate of the prepared waveform (Hz); NaN before one is prepared."""
+        return math.nan if self._prepared is None else self._prepared.rate
 
     @property
     def samples(self) -> int:

@@ -79,7 +79,10 @@ class Line:
 
     def judge_silence(self) -> None:
         """Declare the voltage unknown if the device's watchdog must have acted."""
-        if self.heart.timeout is None or self.state is not OutputState.DRIVEN:
+        if self.heart.timeout is None or self.state is OutputState.UNKNOWN:
+            return
+        # at rest nothing changes when the watchdog acts
+        if self.present == self.rest:
             return
         if self.heart.bitten(self.clock.now()):
             self.forget(

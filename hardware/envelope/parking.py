@@ -9,6 +9,8 @@ import time
 from types import FrameType, TracebackType
 from typing import Any, Protocol, Self, final
 
+from bondgraph.errors import UnusableInput
+
 __all__ = ["Parkable", "parked"]
 
 BOUNCE = 0.05
@@ -62,12 +64,22 @@ class parked:
     def __init__(self, *outputs: Parkable) -> None:
         self._outputs = outputs
         self._previous: dict[int, Any] = {}
+        self._entered = False
         self._leaving = False
         self._held: list[int] = []
         self._recent = -BOUNCE
 
     def __enter__(self) -> Self:
-        """Take over the signals."""
+        """Take over the signals.
+
+        Raises
+        ------
+        UnusableInput
+            It has been entered and not left.
+        """
+        if self._entered:
+            raise UnusableInput("parked: this one was entered already; make another one")
+        self._entered = True
         self._leaving = False
         self._held = []
         self._recent = -BOUNCE
@@ -94,7 +106,7 @@ class parked:
         for number, handler in previous.items():
             signal.signal(number, handler)
         held, self._held = self._held, []
-        self._leaving = False
+        self._entered = self._leaving = False
         if failure is not None and error is None:
             raise failure
         # whoever wants the program to end gets it, unless it is ending so already

@@ -58,7 +58,8 @@ def check_set(
             f"that {reason} allows within {engineering(envelope.update_period, 's')}; "
             f"ramp({volts:g}) takes {engineering(envelope.ramp_time(present, volts), 's')}"
         )
-    for dwell, seconds in zip(envelope.dwell, held, strict=False):
+    held = held or (0.0,) * len(envelope.dwell)
+    for dwell, seconds in zip(envelope.dwell, held, strict=True):
         if seconds > dwell.seconds * (1.0 + ROUNDING) and envelope.is_beyond(dwell, volts):
             raise LimitViolation(
                 f"set({volts:g}): beyond {dwell.level:g} V for {engineering(seconds, 's')}, "
@@ -111,7 +112,8 @@ def check_ramp(
             f"{engineering(fastest, 'V/s')} that {_reason(envelope, present, volts)} allows; "
             f"without a rate it takes {engineering(envelope.ramp_time(present, volts), 's')}"
         )
-    for dwell, already in zip(envelope.dwell, held, strict=False):
+    held = held or (0.0,) * len(envelope.dwell)
+    for dwell, already in zip(envelope.dwell, held, strict=True):
         # leaving is always allowed, however slowly
         if not envelope.is_beyond(dwell, volts):
             continue

@@ -183,7 +183,7 @@ def _check_content(envelope: Envelope, wave: Array, rate: float) -> None:
 
 
 def _check_dwell(envelope: Envelope, wave: Array, rate: float, held: Sequence[float]) -> None:
-    before = tuple(held) + (0.0,) * (len(envelope.dwell) - len(held))
+    before = held or (0.0,) * len(envelope.dwell)
     for dwell, already in zip(envelope.dwell, before, strict=True):
         beyond = wave > dwell.level if dwell.level > envelope.safe else wave < dwell.level
         carried = already + lead(beyond) / rate if beyond[0] else 0.0

@@ -90,13 +90,13 @@ class Figures:
         )
 
 
-def measure(folder: str | Path, seconds: float = 60.0) -> Figures:
+def measure(folder: str | Path | None = None, seconds: float = 60.0) -> Figures:
     """Measure against the simulated device, on virtual time.
 
     Parameters
     ----------
-    folder : path
-        Where the stub library is built; needs gcc.
+    folder : path, optional
+        Where the stub library is built, by default the user's cache; needs gcc.
     seconds : float
         Length of the stream in normal mode (s).
     """
@@ -112,7 +112,7 @@ def measure(folder: str | Path, seconds: float = 60.0) -> Figures:
 
 
 @contextmanager
-def _bench(folder: str | Path) -> Iterator[tuple[Rig, Interferometer]]:
+def _bench(folder: str | Path | None) -> Iterator[tuple[Rig, Interferometer]]:
     rig = Rig(Follower(), keep=2.0)
     front = InterferometerFront(rig, stream_limit=1e7)
     try:

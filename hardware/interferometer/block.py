@@ -7,9 +7,9 @@ from typing import Any, final
 from bondgraph.errors import UnusableInput
 from hardware.contracts import Chunk
 from hardware.errors import LinkLost, Overrun, TimedOut
-from hardware.interferometer.constants import BLOCK_MEMORY, BLOCK_RATE
+from hardware.interferometer.constants import BLOCK_MEMORY, BLOCK_RATE, trigger_mode
 from hardware.interferometer.device import Interferometer
-from hardware.interferometer.measurement import Measurement, trigger_mode
+from hardware.interferometer.measurement import Measurement
 from hardware.interferometer.pump import drain
 
 __all__ = ["Block"]

@@ -15,6 +15,7 @@ __all__ = [
     "Quality",
     "Status",
     "Trigger",
+    "trigger_mode",
 ]
 
 BLOCK_MEMORY: Final = 32_768
@@ -122,3 +123,21 @@ class Info(IntEnum):
     DEVICE_SERIAL_AT = 32
     ELLIPSE_UPDATING = 34
     ELLIPSE_COUNT = 35
+
+
+def trigger_mode(*, start: bool = False, clock: bool = False, event: bool = False) -> Trigger:
+    """Return the flags for rising edges.
+
+    Parameters
+    ----------
+    start : bool
+        An edge on the trigger input starts.
+    clock : bool
+        Every edge on the clock input takes one sample.
+    event : bool
+        Every edge on the event input sends one processed value.
+    """
+    mode = Trigger.OFF
+    mode |= Trigger.START | Trigger.START_RISING if start else Trigger.OFF
+    mode |= Trigger.CLOCK | Trigger.CLOCK_RISING if clock else Trigger.OFF
+    return mode | (Trigger.EVENT | Trigger.EVENT_RISING if event else Trigger.OFF)

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Self, final
+from typing import final
 
 import numpy as np
 
 from bondgraph.errors import UnusableInput
 from hardware.contracts import Air, Clock, Flag, WallClock
-from hardware.errors import BeamLost, HardwareError, LinkLost, ProtocolFault, TimedOut
+from hardware.errors import BeamLost, ProtocolFault, TimedOut
 from hardware.interferometer.constants import Aux, Info, Measure, Status, Trigger
 from hardware.interferometer.environment import Environment, EnvironmentWatch
 from hardware.interferometer.library import Library
-from hardware.interferometer.opening import open_handle
 from hardware.interferometer.pump import Drained, drain
-from hardware.interferometer.quietly import quietly
 from hardware.interferometer.readouts import (
     EllipseCorrection,
     Health,
     Reading,
     ellipse_of,
     health_of,
-    identity_of,
     number_at,
 )
 from hardware.interferometer.watch import Watch
@@ -31,10 +28,12 @@ from hardware.interferometer.watch import Watch
 __all__ = ["Interferometer"]
 
 _READ_RATE = 1000.0
+_TRIES = 10
+_AT_REST = 10e-6
 
 
 @final
-class Interferometer:
+class Interferometer(Connection):
     """A SIOS interferometer behind the vendor's library.
 
     A fringe counter is relative: after opening, after a lost link and after a lost beam nothing is
@@ -73,77 +72,18 @@ class Interferometer:
     ) -> None:
         self._dead_path_mm = _millimetres(dead_path)
         self._preset = preset
-        self.library = library if isinstance(library, Library) else Library(library)
-        self.clock: Clock = WallClock() if clock is None else clock
-        self.address = address
         self.channel = channel
         self.amplitude = 0.0
         self.stabilised = False
-        self.busy: object | None = None
-        self._zeroed = False
-        self._open = False
-        self._connect()
-
-    # ---- link
+        super().__init__(
+            library if isinstance(library, Library) else Library(library),
+            address,
+            WallClock() if clock is None else clock,
+        )
 
     def _connect(self) -> None:
-        self.library.enter()
-        try:
-            self.handle = open_handle(self.library, self.address)
-            self._open = True
-            self._await_information()
-            self.identity = identity_of(self.library, self.handle)
-        except BaseException:
-            self.close()
-            raise
+        super()._connect()
         self._air = EnvironmentWatch(self.library, self.handle, self.channel, self.clock)
-
-    def _await_information(self, patience: float = 3.0) -> None:
-        end = self.clock.now() + patience
-        while not self.library.call("IfmDeviceInfo", self.handle, Info.AVAILABLE):
-            if self.clock.now() >= end:
-                raise TimedOut(
-                    f"interferometer: {self.address} tells nothing about itself for "
-                    f"{patience:g} s; switch it off and on"
-                )
-            self.clock.sleep(0.02)
-
-    def reopen(self) -> None:
-        """Close and open again; `zero` is needed then."""
-        self.close()
-        self._connect()
-
-    def close(self) -> None:
-        """Stop and release the device; never raises, never hangs, any number of times."""
-        opened, self._open, self._zeroed, self.busy = self._open, False, False, None
-        if opened:
-            quietly(lambda: self.library.call("IfmStop", self.handle))
-            quietly(lambda: self.library.call("IfmCloseDevice", self.handle))
-        if opened or not hasattr(self, "handle"):
-            quietly(self.library.leave)
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Close."""
-        self.close()
-
-    @property
-    def present(self) -> bool:
-        """Whether the library still knows the device."""
-        return self._open and int(self.library.function("IfmDeviceValid")(self.handle)) > 0
-
-    def gone(self, fault: HardwareError | None = None) -> LinkLost:
-        """Note that the link is lost and make (not raise) the error that says so."""
-        self._zeroed = False
-        if isinstance(fault, LinkLost):
-            return fault
-        return LinkLost(
-            f"interferometer {self.identity.serial}: the device is gone; check cable and supply, "
-            "reopen(), and zero() again"
-        )
 
     # ---- zero and value
 
@@ -173,14 +113,16 @@ class Interferometer:
         ------
         BeamLost
             If there is no beam to count.
+        ProtocolFault
+            If the values do not come to the preset.
         """
         self._idle("zero")
+        self._zeroed = False
         call = self._call
         call("IfmSetDeadPath", self.handle, self.channel, self._dead_path_mm)
         call("IfmSetPreset", self.handle, self.channel, 1e9 * self._preset)
         call("IfmSetToZero", self.handle, 1 << self.channel)
-        call("IfmClearBuffers", self.handle)
-        value = self._single()
+        value = self._settled()
         status = Status(int(value.status[0]))
         if status & (Status.QUADRANT | Status.LEVEL):
             raise BeamLost(
@@ -190,6 +132,19 @@ class Interferometer:
         self.amplitude = float(value.aux[Aux.NORM][0])
         self.stabilised = bool(status & Status.LASER_STABLE)
         self._zeroed = True
+
+    def _settled(self) -> Drained:
+        """Return the first value after the zero has taken effect: commands may be on their way."""
+        for _ in range(_TRIES):
+            value = self._single()
+            away = 1e-9 * float(value.length[0]) - self._preset
+            if abs(away) < _AT_REST or int(value.status[0]) & (Status.QUADRANT | Status.LEVEL):
+                return value
+            self.clock.sleep(0.05)
+        raise ProtocolFault(
+            f"interferometer {self.identity.serial}: {1e6 * away:.3g} um from the preset after "
+            "set-to-zero; bring the mirror to rest and call zero() again"
+        )
 
     def read(self) -> Reading:
         """Return one displacement now; of a running stream the newest value, which stays in it.
@@ -243,7 +198,7 @@ class Interferometer:
 
     def environment(self) -> Environment:
         """Return air, wavelength, and what speaks against the correction."""
-        return self._air.read()
+        return self._guarded(self._air.read)
 
     def air(self) -> Air | None:
         """Return the state of the air."""
@@ -255,11 +210,11 @@ class Interferometer:
 
     def health(self) -> Health:
         """Return the state of beam, laser and buffers since the last zero."""
-        return health_of(self.library, self.handle, self.channel)
+        return self._guarded(lambda: health_of(self.library, self.handle, self.channel))
 
     def ellipse(self) -> EllipseCorrection:
         """Return the device's own correction of its quadrature signals."""
-        return ellipse_of(self.library, self.handle)
+        return self._guarded(lambda: ellipse_of(self.library, self.handle))
 
     # ---- for the measurements
 
@@ -295,14 +250,6 @@ class Interferometer:
         """Give the device back; nothing if another has it."""
         if self.busy is by:
             self.busy = None
-
-    def _call(self, name: str, *arguments: Any) -> Any:
-        if not self._open:
-            raise LinkLost(f"interferometer {self.identity.serial}: closed; reopen() it")
-        try:
-            return self.library.call(name, *arguments)
-        except LinkLost as fault:
-            raise self.gone(fault) from None
 
 
 def _millimetres(dead_path: float) -> int:

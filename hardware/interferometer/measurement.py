@@ -15,10 +15,11 @@ from hardware.interferometer.pump import Drained
 from hardware.interferometer.quietly import quietly
 from hardware.interferometer.watch import Watch
 
-__all__ = ["EXTRAS", "Measurement", "trigger_mode"]
+__all__ = ["EXTRAS", "Measurement"]
 
 EXTRAS = ("sin", "cos", "clock")
-_AIR_EVERY = 1.0
+_LOOK_EVERY = 1.0
+_WEAK = 0.3
 _STAGE_2 = 0x02
 
 
@@ -83,10 +84,10 @@ class Measurement(ABC):
         self._running = False
         self._complete = False
         self._watch = Watch(stream, self._extras)
-        self._air_flag = Flag.GOOD
-        self._air_read = float("-inf")
-        self._heard = 0.0
-        self._told_losses = False
+        self._condition = Flag.GOOD
+        self._looked = float("-inf")
+        self._silent = self._polled = 0.0
+        self._told_losses = self._lost_before = False
 
     # ---- the contract
 
@@ -136,6 +137,7 @@ class Measurement(ABC):
         try:
             self._watch = Watch(self._stream, self._extras, device.amplitude, device.stabilised)
             self._complete = self._told_losses = False
+            self._lost_before = self._lost()
             self._arm()
             self._rate = device.true_rate(self._rate)
         except LinkLost as fault:
@@ -145,8 +147,8 @@ class Measurement(ABC):
             device.release(self)
             raise
         self._running = True
-        self._heard = device.clock.now()
-        self._air_read = float("-inf")
+        self._silent, self._polled = 0.0, device.clock.now()
+        self._looked = float("-inf")
 
     @final
     def poll(self) -> Sequence[Chunk]:
@@ -186,7 +188,7 @@ class Measurement(ABC):
         chunks: list[Chunk] = []
         try:
             self._end(chunks)
-            lost = bool(self.device.library.call("IfmWasLostValues", self.device.handle))
+            lost = self._lost() and not self._lost_before
         except LinkLost as fault:
             raise self.device.gone(fault).carrying(chunks) from None
         except HardwareError as fault:
@@ -244,18 +246,24 @@ class Measurement(ABC):
     def _take(self, values: Drained, chunks: list[Chunk]) -> None:
         """Put drained values behind `chunks`; an early end raises."""
         if values.length.size:
-            self._heard = self.device.clock.now()
-        chunks += self._watch.chunks(values, self._air())
+            self._silent, self._polled = 0.0, self.device.clock.now()
+        chunks += self._watch.chunks(values, self._conditions())
         if values.code:
             raise self.device.library.error(values.code, "IfmGetValues")
 
-    def _air(self) -> Flag:
-        """Flag for the correction for air, looked up once a second."""
-        now = self.device.clock.now()
-        if now - self._air_read >= _AIR_EVERY and self.device.present:
-            self._air_read = now
-            self._air_flag = self.device.environment().flag
-        return self._air_flag
+    def _conditions(self) -> Flag:
+        """Return the flag for air, and for light where values have no amplitude, once a second."""
+        device, now = self.device, self.device.clock.now()
+        if now - self._looked >= _LOOK_EVERY and device.present:
+            self._looked = now
+            self._condition = device.environment().flag
+            if device.amplitude == 0.0 and 0.0 < device.health().quality < _WEAK:
+                self._condition |= Flag.LEVEL_LOW
+        return self._condition
+
+    def _lost(self) -> bool:
+        """Return whether the device says that values were lost since the last zero."""
+        return bool(self.device.library.call("IfmWasLostValues", self.device.handle))
 
     def _require_presence(self) -> None:
         if not self.device.present:
@@ -282,21 +290,3 @@ class Measurement(ABC):
                 "often or lower the rate",
                 chunks,
             )
-
-
-def trigger_mode(*, start: bool = False, clock: bool = False, event: bool = False) -> Trigger:
-    """Return the flags for rising edges.
-
-    Parameters
-    ----------
-    start : bool
-        An edge on the trigger input starts.
-    clock : bool
-        Every edge on the clock input takes one sample.
-    event : bool
-        Every edge on the event input sends one processed value.
-    """
-    mode = Trigger.OFF
-    mode |= Trigger.START | Trigger.START_RISING if start else Trigger.OFF
-    mode |= Trigger.CLOCK | Trigger.CLOCK_RISING if clock else Trigger.OFF
-    return mode | (Trigger.EVENT | Trigger.EVENT_RISING if event else Trigger.OFF)

@@ -60,6 +60,10 @@ def drain(
 ) -> Drained:
     """Read values out of the buffer of the library.
 
+    The status is asked for after every value. Whether it belongs to the value or is the device's
+    present state is not public; read like this no bad sample can look good either way, since the
+    state of the beam holds until the next zero.
+
     Parameters
     ----------
     library : Library

@@ -7,9 +7,9 @@ from typing import Any, Final, final
 from bondgraph.errors import UnusableInput
 from hardware.contracts import Chunk
 from hardware.errors import LinkLost, TimedOut
-from hardware.interferometer.constants import Trigger
+from hardware.interferometer.constants import Trigger, trigger_mode
 from hardware.interferometer.device import Interferometer
-from hardware.interferometer.measurement import Measurement, trigger_mode
+from hardware.interferometer.measurement import Measurement
 from hardware.interferometer.pump import drain
 
 __all__ = ["NORMAL_RATE", "Streaming", "Triggered"]
@@ -68,13 +68,20 @@ class _Flowing(Measurement):
         self._require_presence()
         if self._samples is not None and self.received >= self._samples:
             self._complete = True
+            self._stop()
         elif not count:
             self._silence()
 
     def _silence(self) -> None:
-        """Raise if nothing came for too long; who is to blame depends on the clock."""
-        silent = self.device.clock.now() - self._heard
-        if silent <= max(self._patience, 10.0 / self._rate):
+        """Raise if nothing came for too long; who is to blame depends on the clock.
+
+        A long time without a poll counts little, since nobody could have heard anything then.
+        """
+        now, limit = self.device.clock.now(), max(self._patience, 10.0 / self._rate)
+        self._silent += min(now - self._polled, 0.25 * limit)
+        self._polled = now
+        silent = self._silent
+        if silent <= limit:
             return
         waiting = bool(self._trigger & Trigger.START) and not self.received
         if waiting or self.external_clock:
@@ -91,6 +98,8 @@ class _Flowing(Measurement):
 
     @final
     def _end(self, chunks: list[Chunk]) -> None:
+        if self._complete:
+            return
         self.device.library.call("IfmStop", self.device.handle)
         while not self._complete:
             before = self.received

@@ -8,7 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Motion", "Moved", "Plant", "Rewindable"]
+__all__ = ["EdgeDriven", "Motion", "Moved", "Plant", "Rewindable"]
 
 Array = NDArray[np.float64]
 
@@ -69,4 +69,23 @@ class Rewindable(Protocol):
 
     def restore(self, state: Any) -> None:
         """Put a state back."""
+        ...
+
+
+@runtime_checkable
+class EdgeDriven(Protocol):
+    """A plant that takes edges inside its steps as they are, not as means of steps."""
+
+    def advance_edges(self, count: int, at: Array, volts: Array) -> Moved:
+        """Go on by `count` steps.
+
+        Parameters
+        ----------
+        count : int
+            Steps.
+        at : (m,) array
+            Where the voltage changes, in steps from now, rising, in [0, count).
+        volts : (m + 1,) array
+            Voltage before the first change, and after each (V).
+        """
         ...

@@ -17,8 +17,9 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from hardware.simulators.edges import push
 from hardware.simulators.noise import white
-from hardware.simulators.plant_contract import Plant, Rewindable
+from hardware.simulators.plant_contract import Moved, Plant, Rewindable
 from hardware.simulators.tape import Tape
 
 __all__ = ["DeviceClock", "Extremes", "Rig", "Seen"]
@@ -273,7 +274,7 @@ class Rig:
         last = int(self._now / self._step)
         while done < last:
             count = min(last - done, _LONGEST)
-            motion = self._plant.advance(self._averages(done, count))
+            motion = self._go_on(done, count)
             self._steps.append(motion.x, motion.i)
             done += count
             self._forget(done)
@@ -290,20 +291,14 @@ class Rig:
             gone = int(np.searchsorted(self._edges.column(0), oldest, side="right")) - 1
             self._edges.forget(min(gone, self._used - self._edges.first))
 
-    def _averages(self, start: int, count: int) -> Array:
-        """Mean voltage in steps `start` ...: exact for edges within a step."""
+    def _go_on(self, start: int, count: int) -> Moved:
+        """Advance the plant by steps `start` ..., with the edges that are known."""
         edge = self._used - self._edges.first
         at, volts = self._edges.column(0)[edge:], self._edges.column(1)[edge:]
         # in steps from the first one, so that late times lose no digits
         own = at[1:] / self._step - start
         inside = int(np.searchsorted(own, count, side="left"))
-        if not inside:
-            return np.full(count, volts[0])
-        knots = np.empty(inside + 2)
-        knots[0], knots[1:-1], knots[-1] = 0.0, np.maximum(own[:inside], 0.0), count
-        area = np.zeros(inside + 2)
-        np.cumsum(volts[: inside + 1] * np.diff(knots), out=area[1:])
-        return np.diff(np.interp(np.arange(count + 1.0), knots, area))
+        return push(self._plant, count, np.maximum(own[:inside], 0.0), volts[: inside + 1].copy())
 
     def _columns(self, ahead: bool) -> tuple[Array, Array]:
         """Displacement and current by steps; with two steps ahead if `ahead`."""
@@ -311,7 +306,7 @@ class Rig:
             return self._steps.column(0), self._steps.column(1)
         if isinstance(self._plant, Rewindable):
             state = self._plant.snapshot()
-            motion = self._plant.advance(self._averages(self._steps.total - 1, 2))
+            motion = self._go_on(self._steps.total - 1, 2)
             self._plant.restore(state)
             return self._steps.column(0, motion.x), self._steps.column(1, motion.i)
         x, i = self._steps.column(0), self._steps.column(1)

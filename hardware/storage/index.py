@@ -99,8 +99,8 @@ class Index:
             end = frame.start + frame.size
         if not self._headed and not (self._beyond and self.layouts):
             raise UnusableInput(
-                f"{self._name}: {why or broken_because(stream, size)}, it is the first one: nothing "
-                "can be read from this journal"
+                f"{self._name}: {why or broken_because(stream, size)}, it is the first one: "
+                "nothing can be read from this journal"
             )
         if self._beyond:
             self.cut = _stepped_over(skipped, self._strange, size)

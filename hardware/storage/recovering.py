@@ -41,9 +41,10 @@ def recover(
     Parameters
     ----------
     path : path
-        NAME.journal, in any state. Of its notes those with the ``event`` "air" (fields of
-        `Air`), "alignment" (of `ClockAlignment`), "output" (``state``) and
-        "error" (``message``) are understood.
+        NAME.journal, in any state; damage within is stepped over. Of its notes those are
+        understood whose ``event`` is "air" (with fields of `Air`), "alignment" (of
+        `ClockAlignment`), "output" (``state``) or "error" (``message``), and ``output_end`` as in
+        `Provenance`.
     rates : mapping of str to float, optional
         Rate (Hz) of a stream whose header does not tell.
 
@@ -59,7 +60,7 @@ def recover(
         NAME.npz exists, so that nothing is to be recovered.
     """
     file = Path(path)
-    journal = open_journal(file)
+    journal = _opened(file)
     if journal.live:
         raise UnusableInput(f"{file.name}: a program is still writing it; wait for its end")
     whole = file.with_suffix(".npz")
@@ -75,6 +76,21 @@ def recover(
         sync_folder(target)
         saved.append(target)
     return tuple(saved)
+
+
+def _opened(file: Path) -> JournalFile:
+    """Open a journal, behind its damage too if anything is there."""
+    try:
+        first = open_journal(file)
+    except UnusableInput as error:
+        try:
+            return open_journal(file, beyond=True)
+        except UnusableInput:
+            raise error from None
+    if not first.cut:
+        return first
+    further = open_journal(file, beyond=True)
+    return further if further.size > first.size else first
 
 
 def recovered(
@@ -181,7 +197,11 @@ def _events(journal: JournalFile, event: str) -> list[dict[str, Any]]:
 
 def _output_end(journal: JournalFile) -> str:
     """State of the output as last noted; one left driven by a program that is gone is unknown."""
-    said = [e.get("state") for e in _events(journal, "output")]
+    said = [
+        n.content.get("output_end", n.content.get("state"))
+        for n in journal.notes
+        if n.content.get("event") == "output" or "output_end" in n.content
+    ]
     return str(said[-1]) if said and said[-1] in ("parked", "none") else "unknown"
 
 

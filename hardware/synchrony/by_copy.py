@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from hardware.synchrony.alignment import Alignment, Gap, How
 from hardware.synchrony.coarse import Coarse, first_guess
 from hardware.synchrony.edges import by_edges
-from hardware.synchrony.fit import Fitted, Guess, Material, fit
+from hardware.synchrony.fit import Fitted, Guess, Material
 from hardware.synchrony.gaps import find_gaps, structured
 from hardware.synchrony.held import Held
 from hardware.synchrony.jitter import jitter_of
+from hardware.synchrony.settle import settled
 from hardware.synchrony.spread import covariance_of, reach
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
@@ -25,8 +26,7 @@ __all__ = ["align_by_copy"]
 Array = NDArray[np.float64]
 FIRST_LAG = 0.4
 """First guess of an unknown lag, in steps of the drive."""
-LAGS = (0.06, 0.25, 1.0, 4.0)
-"""Starts for an unknown lag, in steps: lag and delay make a valley with more than one hollow."""
+_Solved = tuple[Coarse, Fitted, tuple[Fitted, ...]]
 WIDE_LAG = 20.0
 MENDED = 0.5
 """Share of the squares that gaps may leave to be believed."""
@@ -65,17 +65,18 @@ def align_by_copy(
     skew = wiring.most_skew if not wiring.shared_clock else 1e-9
     material = _declared(material, wiring)
 
-    def solved(given: Material) -> tuple[Coarse, Fitted]:
+    def solved(given: Material) -> _Solved:
         coarse = first_guess(given, held, expected, max(far, 2.0 / sensor.rate), skew, smooth)
         begun = replace(coarse.guess, lag=max(smooth, 1e-3 * step))
         if wiring.shared_clock:
             begun = Guess(TimeMap(begun.map.delay), begun.lag)
-        return coarse, _settled(given, begun, lag)
+        return (coarse, *settled(given, held, begun, wiring.lag))
 
-    coarse, fitted = solved(material)
+    coarse, fitted, rivals = solved(material)
     gaps: tuple[Gap, ...] = ()
     if structured(fitted):
-        gaps, material, (coarse, fitted) = _mended(material, held, coarse, fitted, solved)
+        mended = _mended(material, held, (coarse, fitted, rivals), solved)
+        gaps, material, (coarse, fitted, rivals) = mended
     notes: tuple[str, ...] = ()
     if structured(fitted):
         notes = (
@@ -99,6 +100,18 @@ def align_by_copy(
             "lag of the amplifier, put a low-pass of about one step before the actuator or the "
             "copy, or take rates that do not divide each other",
         )
+    # a hollow as deep: the truth may lie there
+    apart = [np.outer(d, d) for r in rivals if (d := _numbers(r.guess) - _numbers(guess)).any()]
+    if apart:
+        covariance = covariance + max(apart, key=lambda o: float(o[0, 0]))
+    if structured(fitted) and how == "copy":
+        # so much time would explain all that is left
+        steep = float(np.mean(fitted.slope**2)) + 1e-300
+        covariance[0, 0] += float(np.mean(fitted.rest**2)) / steep
+        if not wiring.shared_clock:
+            covariance[1, 1] += covariance[0, 0] / float(np.ptp(material.time)) ** 2
+    kept = np.flatnonzero(sensor.usable(copy))
+    gaps = tuple(Gap(int(kept[g.first]), g.missing) for g in gaps)
     jitter, jitter_error = jitter_of(fitted.rest, fitted.slope)
     covariance[0, 0] += wiring.copy_latency_error**2
     found = replace(guess.map, delay=guess.map.delay + wiring.copy_latency)
@@ -131,21 +144,20 @@ def _material(
 def _mended(
     material: Material,
     held: Held,
-    coarse: Coarse,
-    fitted: Fitted,
-    solved: Callable[[Material], tuple[Coarse, Fitted]],
-) -> tuple[tuple[Gap, ...], Material, tuple[Coarse, Fitted]]:
+    now: _Solved,
+    solved: Callable[[Material], _Solved],
+) -> tuple[tuple[Gap, ...], Material, _Solved]:
     """Look for lost samples; keep them only if they explain what was left."""
-    gaps = find_gaps(material, held, coarse.early)
+    gaps = find_gaps(material, held, now[0].early)
     if not gaps:
-        return (), material, (coarse, fitted)
+        return (), material, now
     time, step = material.time.copy(), float(np.median(np.diff(material.time)))
     for gap in gaps:
         time[gap.first :] += gap.missing * step
     moved = replace(material, time=time)
     again = solved(moved)
-    if again[1].power > MENDED * fitted.power:
-        return (), material, (coarse, fitted)
+    if again[1].power > MENDED * now[1].power:
+        return (), material, now
     return gaps, moved, again
 
 
@@ -165,40 +177,8 @@ def _declared(material: Material, wiring: Wiring) -> Material:
     return replace(material, free=free, beliefs=beliefs)
 
 
-def _settled(material: Material, begun: Guess, lag: float) -> Fitted:
-    """Fit, with a known lag approached from a smoother one and an unknown one from several."""
-    if "lag" not in material.free:
-        begun = replace(fit(material, begun, steps=10).guess, lag=lag)
-        return fit(material, begun)
-    few = material.part(_bunches(material.time.size))
-    tries = []
-    for share in LAGS:
-        start = share * material.held.step
-        later = replace(begun.map, delay=begun.map.delay + start - begun.lag)
-        tries.append(fit(few, Guess(later, start), steps=6))
-    best = fit(few, min(tries, key=lambda f: f.power).guess, steps=8)
-    for _ in range(4):
-        beside = [fit(few, g, steps=6) for g in _beside(best.guess, material.held.step)]
-        better = min(beside, key=lambda f: f.power)
-        if better.power >= best.power:
-            break
-        best = better
-    return fit(material, best.guess, steps=20)
-
-
-def _beside(guess: Guess, step: float) -> list[Guess]:
-    """Return guesses a whole step away: later with a longer lag looks much the same."""
-    return [
-        Guess(replace(guess.map, delay=guess.map.delay + k * step), max(lag, 0.02 * step))
-        for k in (-1, 1)
-        if (lag := guess.lag + k * step) > -0.7 * step
-    ]
-
-
-def _bunches(n: int, count: int = 8) -> NDArray[np.bool_]:
-    """Choose an eighth of the samples in runs all over the record."""
-    run = max(n // (8 * count), 64)
-    return np.asarray((np.arange(n) % max(n // count, 1)) < run)
+def _numbers(guess: Guess) -> Array:
+    return np.array([guess.map.delay, guess.map.skew, guess.map.drift])
 
 
 def _covariance(material: Material, fitted: Fitted) -> tuple[Array, float]:

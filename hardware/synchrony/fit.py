@@ -144,7 +144,7 @@ def fit(
         scale = np.diag(h)
         for _ in range(12):
             damped = h + np.diag(damping * scale + 1e-300)
-            move = np.linalg.lstsq(damped, gradient, rcond=1e-14)[0]
+            move = np.asarray(np.linalg.lstsq(damped, gradient, rcond=1e-14)[0], float)
             far = _farthest(material, move)
             if far > most * material.held.step:
                 move = move * (most * material.held.step / far)

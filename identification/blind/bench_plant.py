@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.errors import UnusableInput, unknown_name
+from identification.blind.bench_sensing import LateEdges, SensorCarried
 from identification.blind.generator.case import Case
 from identification.blind.generator.drawing import draw
 from identification.blind.generator.laws import LAWS
@@ -21,15 +22,12 @@ from identification.blind.generator.making import _together
 from identification.blind.generator.native import Row
 from identification.blind.generator.parameters import PLANTS
 from identification.blind.generator.resuming import Going
-from identification.blind.generator.sensing import SENSOR_LAWS, sense
+from identification.blind.generator.sensing import SENSOR_LAWS
 from identification.blind.generator.sizing import COARSEST, FINEST, Bench, Sized, bench_of, size
 
 __all__ = ["Moved", "TrialPlant", "drawn"]
 
 Array = NDArray[np.float64]
-
-_NEEDS_TIME = ("linear_in_time", "warming_up")
-_CARRIED = ("sensor_first_order", "sensor_two_lags", "sensor_dead_time")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,10 +97,10 @@ class TrialPlant:
         self._span = span or (case.samples * plant.step if case else 10.0)
         rows, self._sub, dead = _rows(case, bench, self._sized, self._step)
         self._state = Going(name, [values[n] for n in plant.nominal], rows, self._span)
-        self._late = _Late(dead / self._step)
+        self._late = LateEdges(dead / self._step)
         names = list(plant.sensors)
         self._senses = [
-            _Sense(e, names.index(e.hidden.place), self._step, self._span)
+            SensorCarried(e, names.index(e.hidden.place), self._step, self._span)
             for e in self._sized
             if e.hidden.law in SENSOR_LAWS
         ]
@@ -137,14 +135,33 @@ class TrialPlant:
         ValueError
             If the motion grows beyond bounds.
         """
-        u = self._late.pass_on(np.asarray(volts, dtype=float))
-        y = self._state.advance(u, self._step, self._sub)
+        u = np.asarray(volts, dtype=np.float64)
+        changes = np.flatnonzero(np.diff(u)) + 1
+        levels = np.concatenate([u[:1], u[changes]])
+        return self.advance_edges(u.size, changes.astype(np.float64), levels)
+
+    def advance_edges(self, count: int, at: Array, volts: Array) -> Moved:
+        """Go on by `count` steps with edges of the command inside them.
+
+        Parameters
+        ----------
+        count : int
+            Steps.
+        at : (m,) array
+            Where the command changes, in steps from now, rising, in [0, count).
+        volts : (m + 1,) array
+            Command before the first change and after each.
+        """
+        if not count:
+            return Moved(np.zeros(0), np.zeros(0))
+        at, u = self._late.pass_on(count, at, volts)
+        y = self._state.advance(count, at, u, self._step, self._sub)
         if y is None:
             raise ValueError("trial plant: the motion grew beyond bounds; drive it more gently")
         for sense_ in self._senses:
             y[:, sense_.column] = sense_.read(y[:, sense_.column], self._done + 1)
-        self._done += u.size
-        current = np.full(u.size, np.nan) if self._i is None else y[:, self._i].copy()
+        self._done += count
+        current = np.full(count, np.nan) if self._i is None else y[:, self._i].copy()
         return Moved(y[:, self._x].copy(), current)
 
     def snapshot(self) -> Any:
@@ -152,13 +169,13 @@ class TrialPlant:
         return (
             self._state.snapshot(),
             self._done,
-            self._late.kept,
+            self._late.state,
             [[line.copy() for line in s.carried] for s in self._senses],
         )
 
     def restore(self, state: Any) -> None:
         """Put a state back."""
-        inner, self._done, self._late.kept, carried = state
+        inner, self._done, self._late.state, carried = state
         self._state.restore(inner)
         for s, lines in zip(self._senses, carried, strict=True):
             s.carried = [line.copy() for line in lines]
@@ -215,66 +232,6 @@ def _rows(
         fastest = max(fastest, law.fastest(e.numbers, z))
     sub = min(FINEST // COARSEST, max(1, int(np.ceil(step * fastest / 1.5))))
     return rows, sub, dead
-
-
-class _Late:
-    """A dead time of steps that need not be whole; at rest before."""
-
-    def __init__(self, steps: float) -> None:
-        self._part = steps - int(steps)
-        self.kept = np.zeros(int(steps) + 1 if steps else 0)
-
-    def pass_on(self, values: Array) -> Array:
-        n, kept = values.size, self.kept.size
-        if not kept:
-            return values
-        joined = np.concatenate([self.kept, values])
-        self.kept = joined[joined.size - kept :].copy()
-        return np.asarray((1.0 - self._part) * joined[1 : n + 1] + self._part * joined[:n])
-
-
-class _Sense:
-    """A law of a sensor, carried on."""
-
-    def __init__(self, effect: Sized, column: int, step: float, span: float) -> None:
-        self.column = column
-        self._law, self._numbers = effect.hidden.law, effect.numbers
-        self._step, self._span = step, span
-        self.carried: list[Array] = []
-        if self._law in ("sensor_first_order", "sensor_two_lags"):
-            self.carried = [np.zeros(1) for _ in range(1 + (self._law == "sensor_two_lags"))]
-        if self._law == "sensor_dead_time":
-            self.carried = [_Late(effect.numbers["time"] / step).kept]
-
-    def read(self, y: Array, first: int) -> Array:
-        """Return what the sensor says; `first` is the number of the first step."""
-        p = self._numbers
-        if self._law in _NEEDS_TIME:
-            t = (first + np.arange(y.size)) * self._step / self._span
-            if self._law == "linear_in_time":
-                return np.asarray(y + p["rise"] * t)
-            return np.asarray(y + p["rise"] * (1 - np.exp(-t / p["pace"])))
-        if self._law == "sensor_dead_time":
-            line = _Late(p["time"] / self._step)
-            line.kept = self.carried[0]
-            late = line.pass_on(y)
-            self.carried = [line.kept]
-            return late
-        if self._law in _CARRIED:
-            for k in range(len(self.carried)):
-                y = self._lag(y, k)
-            return y
-        return sense(self._law, p, y, 1, self._step)
-
-    def _lag(self, y: Array, k: int) -> Array:
-        from scipy.signal import lfilter
-
-        # exact for straight lines between the ends of the steps, as in the trial's sensors
-        ratio = self._step / self._numbers["time"]
-        a = float(np.exp(-ratio))
-        g = (1.0 - a) / ratio
-        out, self.carried[k] = lfilter([1.0 - g, g - a], [1.0, -a], y, zi=self.carried[k])
-        return np.asarray(out)
 
 
 def drawn(seed: int, plant: str = "stack", cell: str = "single") -> TrialPlant:

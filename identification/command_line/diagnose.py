@@ -16,7 +16,7 @@ from bondgraph.signals import Recording, Split
 from identification.command_line.arguments import jobs, nonnegative
 from identification.command_line.output import writable
 
-__all__ = ["add_diagnose_command", "known_effects", "load_all"]
+__all__ = ["add_diagnose_command", "diagnose_files", "known_effects", "load_all"]
 
 
 def add_diagnose_command(verbs: Any) -> None:
@@ -44,7 +44,7 @@ def add_diagnose_command(verbs: Any) -> None:
     p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None)
     p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
     p.add_argument("--seed", type=nonnegative, default=0)
-    p.set_defaults(run=_diagnose)
+    p.set_defaults(run=lambda options: diagnose_files(options)[0])
 
 
 def _positive(text: str) -> int:
@@ -54,7 +54,16 @@ def _positive(text: str) -> int:
     return value
 
 
-def _diagnose(options: argparse.Namespace) -> int:
+def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) -> tuple[int, Any]:
+    """Diagnose, write verdict and report, print; returns the exit code and the diagnosis.
+
+    Parameters
+    ----------
+    options : Namespace
+        As parsed.
+    graph : BondGraph, optional
+        In place of the model the options name.
+    """
     from identification.command_line.models import load_model
     from identification.command_line.progress import Bar
     from identification.command_line.words import in_words
@@ -66,7 +75,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     settings: dict[str, Any] = {"jobs": options.jobs, "without": known_effects(options.without)}
     if options.effects is not None:
         settings["effects"] = options.effects
-    graph = load_model(options.model)
+    graph = load_model(options.model) if graph is None else graph
     graph.require_sound()
     assign_causality(graph)  # a conflict is refused before any file is read
     found, split, said = load_all(options.recordings, options.maps, graph)
@@ -83,7 +92,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     else:
         print(in_words(result, said))
         print(f"verdict: {path}\nreport:  {report}")
-    return 0
+    return 0, result
 
 
 def known_effects(names: Sequence[str]) -> tuple[str, ...]:

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import NoReturn
 
 from bondgraph.errors import BondsightError
+from identification.command_line.acquire import add_acquire_command
 from identification.command_line.arguments import jobs, nonnegative
+from identification.command_line.bench_serve import add_bench_serve_options, bench_serve
 from identification.command_line.blind import add_blind_command
 from identification.command_line.conformance import add_conformance_command
 from identification.command_line.coverage import add_coverage_command
@@ -95,11 +97,13 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument("--out", type=Path, default=None, help="file (default: MODEL.svg)")
     p.set_defaults(run=_draw)
 
-    p = verbs.add_parser("bench", help="measure times and memory")
-    p.add_argument("what", nargs="*", help="names of measurements (default: all)")
+    p = verbs.add_parser("bench", help="measure times and memory, or serve a virtual bench")
+    p.add_argument("what", nargs="*", help="names of measurements (default: all), or serve")
     p.add_argument("--quick", action="store_true", help="shorten those that can be (diagnosis)")
     p.set_defaults(run=_bench)
+    add_bench_serve_options(p)
 
+    add_acquire_command(verbs)
     add_explain_command(verbs)
     add_effects_command(verbs)
     add_blind_command(verbs)
@@ -160,6 +164,8 @@ def _draw(options: argparse.Namespace) -> int:
 
 
 def _bench(options: argparse.Namespace) -> int:
+    if options.what[:1] == ["serve"]:
+        return bench_serve(options)
     from identification.command_line.bench import bench
 
     return bench(options.what, options.quick)

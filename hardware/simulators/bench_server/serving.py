@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -36,7 +36,6 @@ def describe(server: BenchServer) -> list[str]:
         lines.append("  no watchdog     a killed program leaves its voltage on the actuator")
     lines.append("for the program:")
     lines += [f"  export {name}={value}" for name, value in server.environment.items()]
-    lines.append(f"  bondsight acquire --bench {server.addresses['control']}")
     lines.append("Ctrl-C ends the bench")
     return lines
 
@@ -51,6 +50,7 @@ def serve(
     reveal: bool = False,
     reveal_request: str | Path | None = None,
     stop: threading.Event | None = None,
+    started: Callable[[Mapping[str, str]], list[str]] | None = None,
 ) -> int:
     """Run a bench until Ctrl-C, SIGTERM or `stop`; returns the exit code.
 
@@ -72,6 +72,8 @@ def serve(
         The bench ends, and reveals, as soon as this file is there.
     stop : Event, optional
         Ends it from another thread; signals are left alone then.
+    started : callable, optional
+        Told of the addresses when the bench answers; the lines it returns are printed.
 
     Raises
     ------
@@ -85,6 +87,8 @@ def serve(
     try:
         with server:
             _say(out, describe(server))
+            if started is not None:
+                _say(out, started(server.addresses))
             if ready_file is not None:
                 _write_ready(server, Path(ready_file))
             requested = _wait(end, reveal_request)

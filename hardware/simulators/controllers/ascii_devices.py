@@ -11,6 +11,7 @@ from typing import final
 
 import numpy as np
 
+from hardware.simulators.controllers.command_log import CommandLog
 from hardware.simulators.controllers.watchdog import Watch, Watchdog
 from hardware.simulators.rig import Rig
 
@@ -43,7 +44,7 @@ class AsciiDevice(ABC):
         self._highest = highest
         self._bytes = bytearray()
         self.volts = 0.0
-        self.commands: list[str] = []
+        self.commands = CommandLog()
         self._watch = (
             Watch(rig, watchdog, lambda: self.volts, self._write, lambda: None)
             if watchdog
@@ -62,7 +63,7 @@ class AsciiDevice(ABC):
             self._bytes.clear()
             if line.strip():
                 with self._rig.lock:
-                    self.commands.append(line.strip())
+                    self.commands.add(line.strip())
                     if self._watch:
                         self._watch.pat()
                     answer = self._obey(line.strip())

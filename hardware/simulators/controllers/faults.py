@@ -65,6 +65,12 @@ class FaultQueue:
         with self._lock:
             self._otherwise = fault
 
+    def clear(self) -> None:
+        """Let all answers to come be sound."""
+        with self._lock:
+            self._next.clear()
+            self._otherwise = SOUND
+
     def take(self) -> Fault:
         """Return the fault of the answer that is about to be sent."""
         with self._lock:

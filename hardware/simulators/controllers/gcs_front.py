@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import final
+from typing import Literal, final
 
 from hardware.simulators.controllers.faults import FaultQueue
 from hardware.simulators.controllers.gcs_device import GcsDevice
 from hardware.simulators.controllers.gcs_model import GcsModel
-from hardware.simulators.controllers.serving import Serving, TcpDoorway
+from hardware.simulators.controllers.serving import PtyDoorway, Serving, TcpDoorway
 from hardware.simulators.rig import DeviceClock, Rig
 
 __all__ = ["GcsFront"]
@@ -15,7 +15,7 @@ __all__ = ["GcsFront"]
 
 @final
 class GcsFront:
-    """A digital controller that speaks GCS 2 over TCP.
+    """A digital controller that speaks GCS 2 over TCP or a pseudo-terminal.
 
     The first line of its digital outputs leads to the trigger line of the bench. Time is that of
     the bench; only the faults of the wire are in real time.
@@ -32,6 +32,8 @@ class GcsFront:
         What happens to its answers.
     host, port : str, int
         Where it listens; port 0 takes any.
+    over : {"tcp", "pty"}
+        What carries its bytes.
     """
 
     def __init__(
@@ -42,13 +44,15 @@ class GcsFront:
         faults: FaultQueue | None = None,
         host: str = "127.0.0.1",
         port: int = 0,
+        over: Literal["tcp", "pty"] = "tcp",
     ) -> None:
         self.device = GcsDevice(rig, clock or DeviceClock(), model or GcsModel())
         self.faults = faults or FaultQueue()
-        self._serving = Serving(self.device, TcpDoorway(host, port), self.faults)
+        doorway = TcpDoorway(host, port) if over == "tcp" else PtyDoorway()
+        self._serving = Serving(self.device, doorway, self.faults)
 
     def start(self) -> str:
-        """Listen; return host:port."""
+        """Listen; return host:port, or the path of the pseudo-terminal."""
         return self._serving.start()
 
     def stop(self) -> None:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from hardware.simulators.controllers.watchdog import Watchdog
 
-__all__ = ["GcsModel", "Refusal"]
+__all__ = ["Acts", "Arguments", "Asks", "GcsModel", "Refusal"]
+
+Arguments: TypeAlias = Sequence[str]
+Acts: TypeAlias = dict[str, Callable[[Arguments], None]]
+Asks: TypeAlias = dict[str, Callable[[Arguments], list[str]]]
 
 
 class Refusal(Exception):

@@ -43,8 +43,8 @@ class Doorway(Protocol):
         """Open it; return the address."""
         ...
 
-    def wait(self, stopped: Callable[[], bool], refuse: Callable[[], bool]) -> Line | None:
-        """Wait for a client for a moment."""
+    def wait(self, wake: int, refuse: Callable[[], bool]) -> Line | None:
+        """Wait for a client, for a moment or until the descriptor `wake` can be read."""
         ...
 
     def close(self) -> None:
@@ -72,11 +72,13 @@ class Serving:
         self._faults = faults
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
+        self._wake = (-1, -1)
 
     def start(self) -> str:
         """Open the doorway, answer from now on and return the address."""
         address = self._doorway.open()
         self._stop.clear()
+        self._wake = os.pipe()
         self._thread = threading.Thread(target=self._run, name=f"simulator {address}", daemon=True)
         self._thread.start()
         return address
@@ -84,14 +86,17 @@ class Serving:
     def stop(self) -> None:
         """Cut the link and end the thread."""
         self._stop.set()
-        if self._thread is not None:
-            self._thread.join(timeout=5.0)
-            self._thread = None
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            os.write(self._wake[1], b"!")
+            thread.join(timeout=5.0)
+            for end in self._wake:
+                os.close(end)
         self._doorway.close()
 
     def _run(self) -> None:
         while not self._stop.is_set():
-            line = self._doorway.wait(self._stop.is_set, lambda: self._faults.refuse)
+            line = self._doorway.wait(self._wake[0], lambda: self._faults.refuse)
             if line is None:
                 continue
             try:
@@ -103,8 +108,8 @@ class Serving:
 
     def _serve(self, line: Line) -> None:
         while not self._stop.is_set():
-            ready, _, _ = select.select([line.fileno()], [], [], _LOOK)
-            if not ready:
+            ready, _, _ = select.select([line.fileno(), self._wake[0]], [], [])
+            if line.fileno() not in ready:
                 continue
             data = line.receive()
             if not data:
@@ -132,7 +137,7 @@ class Serving:
 
 
 _LOOK = 0.02
-"""How often the thread looks whether it is to stop (s)."""
+"""How often the doorway looks whether it is to refuse (s)."""
 
 
 def _ended(answer: bytes, terminator: bytes, fault: Fault) -> bytes:
@@ -155,16 +160,18 @@ class TcpDoorway:
         self._place = self._listener.getsockname()[:2]
         return f"{self._place[0]}:{self._place[1]}"
 
-    def wait(self, stopped: Callable[[], bool], refuse: Callable[[], bool]) -> Line | None:
-        """Wait for a client for a moment."""
-        if refuse() or self._listener is None:
+    def wait(self, wake: int, refuse: Callable[[], bool]) -> Line | None:
+        """Wait for a client."""
+        if refuse():
             self.close()
-            threading.Event().wait(_LOOK)
-            if not refuse() and not stopped():
-                self.open()
+            select.select([wake], [], [], _LOOK)
             return None
-        ready, _, _ = select.select([self._listener], [], [], _LOOK)
-        return TcpLine(self._listener.accept()[0]) if ready else None
+        if self._listener is None:
+            self.open()
+            return None
+        door = self._listener.fileno()
+        ready, _, _ = select.select([door, wake], [], [], _LOOK)
+        return TcpLine(self._listener.accept()[0]) if door in ready else None
 
     def close(self) -> None:
         """Listen no more."""
@@ -217,10 +224,10 @@ class PtyDoorway:
         self._taken = False
         return os.ttyname(far)
 
-    def wait(self, stopped: Callable[[], bool], refuse: Callable[[], bool]) -> Line | None:
+    def wait(self, wake: int, refuse: Callable[[], bool]) -> Line | None:
         """Return the line once; a cut pseudo-terminal does not come back."""
         if self._ends is None or self._taken:
-            threading.Event().wait(_LOOK)
+            select.select([wake], [], [])
             return None
         self._taken = True
         return PtyLine(*self._ends)

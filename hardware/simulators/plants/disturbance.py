@@ -13,8 +13,9 @@ from typing import Any, Protocol, final
 import numpy as np
 from numpy.typing import NDArray
 
+from hardware.simulators.edges import push
 from hardware.simulators.noise import white
-from hardware.simulators.plant_contract import Motion, Plant, Rewindable
+from hardware.simulators.plant_contract import Motion, Moved, Plant, Rewindable
 
 __all__ = ["AirPath", "Disturbance", "Disturbed", "SensorNoise", "Vibration"]
 
@@ -176,7 +177,13 @@ class Disturbed:
 
     def advance(self, volts: Array) -> Motion:
         """Go on by one step per voltage (V), ``(n,)``."""
-        motion = self._plant.advance(volts)
+        return self._disturbed(self._plant.advance(volts))
+
+    def advance_edges(self, count: int, at: Array, volts: Array) -> Motion:
+        """Go on with edges inside the steps, see `EdgeDriven`."""
+        return self._disturbed(push(self._plant, count, at, volts))
+
+    def _disturbed(self, motion: Moved) -> Motion:
         x, i = motion.x, motion.i
         for each in self._disturbances:
             dx, di = each.added(self._done, x.size, self.step)

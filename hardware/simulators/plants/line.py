@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @final
 class DelayLine:
-    """Delays by a fixed number of steps, which need not be whole.
+    """Delays by a fixed number of steps, which need not be whole (cubic between steps).
 
     Parameters
     ----------
@@ -22,15 +22,13 @@ class DelayLine:
         Delay (steps), 0 or more.
     rest : float
         What came before the first value.
-    smooth : bool
-        Cubic between steps, from one step of delay on; linear otherwise.
     """
 
-    def __init__(self, steps: float, rest: float, smooth: bool = False) -> None:
+    def __init__(self, steps: float, rest: float) -> None:
         whole = int(steps)
         s = 1.0 - (steps - whole)  # from the older value to the newer one
         self._weights: tuple[float, ...] = (0.0, 1.0 - s, s)
-        if smooth and whole:
+        if whole:
             self._weights = (
                 -s * (s - 1.0) * (s - 2.0) / 6.0,
                 (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0,

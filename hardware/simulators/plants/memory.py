@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+from hardware.simulators.edges import as_edges, push
 from hardware.simulators.plant_contract import Motion, Plant, Rewindable
 from hardware.simulators.plants.native import library, pointer
 
@@ -62,36 +63,27 @@ class Hysteretic:
 
     def advance(self, volts: Array) -> Motion:
         """Go on by one step per voltage (V), ``(n,)``."""
-        moved = self._plant.advance(self._played(np.ascontiguousarray(volts, dtype=float)))
+        return self.advance_edges(len(volts), *as_edges(np.asarray(volts, dtype=np.float64)))
+
+    def advance_edges(self, count: int, at: Array, volts: Array) -> Motion:
+        """Go on with edges inside the steps, see `EdgeDriven`; the plays need nothing else."""
+        moved = push(self._plant, count, at, self._played(volts))
         return Motion(moved.x, moved.i)
 
     def snapshot(self) -> Any:
         """Return a copy of the state."""
-        return self._memory.copy(), self._state.snapshot()
+        return self._memory, self._state.snapshot()
 
     def restore(self, state: Any) -> None:
         """Put a state back."""
-        self._memory[:] = state[0]
+        self._memory = state[0]
         self._state.restore(state[1])
 
     def _played(self, u: Array) -> Array:
         out = np.empty(u.size)
-        if (code := library()) is not None:
-            code.play_advance(
-                ctypes.c_int(self._radii.size),
-                pointer(self._radii),
-                pointer(self._gains),
-                ctypes.c_double(self._direct),
-                pointer(self._memory),
-                ctypes.c_long(u.size),
-                pointer(u),
-                pointer(out),
-            )
-            return out
-        m = self._memory
         for k, volts in enumerate(u.tolist()):
-            np.clip(m, volts - self._radii, volts + self._radii, out=m)
-            out[k] = self._direct * volts + float(self._gains @ m)
+            self._memory = np.clip(self._memory, volts - self._radii, volts + self._radii)
+            out[k] = self._direct * volts + float(self._gains @ self._memory)
         return out
 
 
@@ -125,6 +117,11 @@ class Creeping:
     def advance(self, volts: Array) -> Motion:
         """Go on by one step per voltage (V), ``(n,)``."""
         moved = self._plant.advance(volts)
+        return Motion(self._crept(np.ascontiguousarray(moved.x)), moved.i)
+
+    def advance_edges(self, count: int, at: Array, volts: Array) -> Motion:
+        """Go on with edges inside the steps, see `EdgeDriven`."""
+        moved = push(self._plant, count, at, volts)
         return Motion(self._crept(np.ascontiguousarray(moved.x)), moved.i)
 
     def snapshot(self) -> Any:

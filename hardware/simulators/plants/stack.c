@@ -114,7 +114,12 @@ static void slip(const Plant *p, double *y, double h, double u, int depth) {
   if (depth) {
     for (int j = 0; j < p->n; j++)
       switches |= (fabs(y[3 + j]) >= p->a[j]) != (fabs(end[3 + j]) >= p->a[j]);
-    if (!switches) switches = pace(p, y, u) * pace(p, end, u) < 0;
+    if (!switches) {
+      /* a reversal; at rest the pace is rounding noise, which needs no instant */
+      double before = pace(p, y, u), after = pace(p, end, u), least = p->a[0];
+      for (int j = 1; j < p->n; j++) least = fmin(least, p->a[j]);
+      switches = before * after < 0 && fmax(fabs(before), fabs(after)) * h > 1e-7 * least;
+    }
   }
   if (switches) {
     slip(p, y, h / 2, u, depth - 1);
@@ -213,35 +218,51 @@ static double current(const Plant *p, const double *y, double u) {
   return d[0];
 }
 
-/* six parameters, numbers of the law, state (changed), voltages of the steps; displacement and
- * current at the ends of the steps */
-void stack_advance(int kind, int place, int n, const double *six, const double *a, double *y,
-                   long count, int sub, double step, const double *u, double *x, double *i) {
-  Plant p = {six[0], six[1], six[2], six[3], six[4], six[5], kind, place, n, a};
-  double h = step / sub;
-  for (long k = 0; k < count; k++) {
-    for (int s = 0; s < sub; s++) {
-      if (kind == SLIPPING) slip(&p, y, h, u[k], 6);
-      else if (kind == DRY) dry(&p, y, h, u[k]);
-      else smooth(&p, y, h, u[k]);
-    }
-    x[k] = y[1];
-    i[k] = current(&p, y, u[k]);
-  }
+static void go(const Plant *p, double *y, double h, double u) {
+  if (p->kind == SLIPPING) slip(p, y, h, u, 6);
+  else if (p->kind == DRY) dry(p, y, h, u);
+  else smooth(p, y, h, u);
 }
 
-/* plays: radii r, gains g, memory m; the part of the input itself is `direct` */
-void play_advance(int n, const double *r, const double *g, double direct, double *m, long count,
-                  const double *u, double *out) {
+static int rests(const double *a, const double *b, double step) {
+  const double part = 1e-14;
+  if (fabs(b[2] - a[2]) * step > part * fabs(a[1])) return 0;
+  for (int j = 0; j < MOST; j++)
+    if (j != 2 && fabs(b[j] - a[j]) > part * fabs(a[j])) return 0;
+  return 1;
+}
+
+/* six parameters, numbers of the law, state (changed); edges: positions in steps (rising) and
+ * voltages before the first one and after each; displacement and current at the ends of the steps,
+ * before an edge there */
+void stack_advance(int kind, int place, int n, const double *six, const double *a, double *y,
+                   long count, int sub, double step, long edges, const double *at,
+                   const double *volts, double *x, double *i) {
+  Plant p = {six[0], six[1], six[2], six[3], six[4], six[5], kind, place, n, a};
+  long e = 0;
+  double u = volts[0], before[MOST];
   for (long k = 0; k < count; k++) {
-    double sum = direct * u[k];
-    for (int j = 0; j < n; j++) {
-      double z = m[j];
-      z = z < u[k] - r[j] ? u[k] - r[j] : z > u[k] + r[j] ? u[k] + r[j] : z;
-      m[j] = z;
-      sum += g[j] * z;
+    double from = k;
+    while (e < edges && at[e] <= from) u = volts[++e];
+    long next = e < edges ? (long)floor(at[e]) : count;
+    for (int j = 0; j < MOST; j++) before[j] = y[j];
+    while (from < k + 1) {
+      while (e < edges && at[e] <= from) u = volts[++e];
+      double to = e < edges && at[e] < k + 1 ? at[e] : k + 1;
+      int pieces = (int)ceil((to - from) * sub - 1e-9);
+      if (pieces < 1) pieces = 1;
+      for (int s = 0; s < pieces; s++) go(&p, y, (to - from) * step / pieces, u);
+      from = to;
     }
-    out[k] = sum;
+    x[k] = y[1];
+    i[k] = current(&p, y, u);
+    if (next > k && rests(before, y, step)) {
+      /* nothing more than rounding moves until the next edge; what it did is taken back, so that
+       * the answer does not depend on where a record was cut */
+      for (int j = 0; j < MOST; j++) y[j] = before[j];
+      for (double held = current(&p, y, u); k < next; k++) { x[k] = y[1]; i[k] = held; }
+      k--;
+    }
   }
 }
 

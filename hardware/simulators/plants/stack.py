@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Sequence
 from dataclasses import astuple
 from typing import Any, final
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.simulators.draw import Truth
+from hardware.simulators.edges import EdgeDelay, as_edges
 from hardware.simulators.effects import HiddenEffect
 from hardware.simulators.excitation import N_SAMPLES, SAMPLE_RATE
 from hardware.simulators.integrator import System
@@ -28,8 +30,8 @@ Array = NDArray[np.float64]
 STEP = 5e-6
 """Step of the plant (s): 1/7 of the shortest charging time that is drawn, 1/40 of a period."""
 
-SUBSTEPS = 4
-"""Steps of the integrator in one of the plant; the bench of the sealed records has the same."""
+SUBSTEPS = 2
+"""Steps of the integrator in one of the plant."""
 
 _PLACES = {"C_nl": 0, "k": 1}
 
@@ -81,11 +83,10 @@ class StackPlant:
         self._centre = truth.plant.T * truth.plant.C_q * BIAS
         late = self._late("V_in"), self._late("x"), self._late("i")
         current = system.current(system.start, driven)
-        self._lines = tuple(
-            DelayLine(seconds / step, rest, smooth)
-            for seconds, rest, smooth in zip(
-                late, (driven, system.start[1], current), (False, True, True), strict=True
-            )
+        self._lines: tuple[EdgeDelay, DelayLine, DelayLine] = (
+            EdgeDelay(late[0] / step, driven),
+            DelayLine(late[1] / step, system.start[1]),
+            DelayLine(late[2] / step, current),
         )
         self._zero = 0.0
         self._zero = float(self._sense(np.array([system.start[1]]), "x", 0)[0])
@@ -97,33 +98,38 @@ class StackPlant:
 
     def advance(self, volts: Array) -> Motion:
         """Go on by one step per voltage (V), ``(n,)``."""
-        u = static_drive(np.asarray(volts, float), self._effect)
+        return self.advance_edges(len(volts), *as_edges(np.asarray(volts, dtype=np.float64)))
+
+    def advance_edges(self, count: int, at: Array, volts: Array) -> Motion:
+        """Go on by `count` steps with edges of the voltage inside them, see `EdgeDriven`."""
         drive, late_x, late_i = self._lines
-        x, i = self._march(np.ascontiguousarray(drive.pass_on(u)))
+        at, u = drive.pass_on(count, at, static_drive(volts, self._effect))
+        x, i = self._march(count, np.ascontiguousarray(at), np.ascontiguousarray(u))
         x = self._sense(late_x.pass_on(x), "x", self._done + 1)
         i = self._sense(late_i.pass_on(i), "i", self._done + 1)
-        self._done += u.size
+        self._done += count
         return Motion(x, i)
 
     def snapshot(self) -> Any:
         """Return a copy of the state."""
-        return self._y.copy(), self._done, [line.snapshot() for line in self._lines]
+        return self._y.copy(), self._done, *(line.snapshot() for line in self._lines)
 
     def restore(self, state: Any) -> None:
         """Put a state back."""
-        y, self._done, lines = state
+        y, self._done, drive, x, i = state
         self._y[:] = y
-        for line, kept in zip(self._lines, lines, strict=True):
-            line.restore(kept)
+        self._lines[0].restore(drive)
+        self._lines[1].restore(x)
+        self._lines[2].restore(i)
 
     def _late(self, place: str) -> float:
         effect = self._effect
         return effect.value("samples") / SAMPLE_RATE if _is(effect, "delay", place) else 0.0
 
-    def _march(self, u: Array) -> tuple[Array, Array]:
-        x, i = np.empty(u.size), np.empty(u.size)
+    def _march(self, count: int, at: Array, u: Array) -> tuple[Array, Array]:
+        x, i = np.empty(count), np.empty(count)
         if self._library is None:
-            self._march_slowly(u, x, i)
+            self._march_slowly(at, u, x, i)
             return x, i
         self._library.stack_advance(
             ctypes.c_int(self._kind),
@@ -132,22 +138,32 @@ class StackPlant:
             pointer(self._six),
             pointer(self._numbers),
             pointer(self._y),
-            ctypes.c_long(u.size),
+            ctypes.c_long(count),
             ctypes.c_int(SUBSTEPS),
             ctypes.c_double(self._step),
+            ctypes.c_long(at.size),
+            pointer(at),
             pointer(u),
             pointer(x),
             pointer(i),
         )
         return x, i
 
-    def _march_slowly(self, u: Array, x: Array, i: Array) -> None:
-        """Step the bench's own equations; about 20 us a step."""
-        n, h = len(self._system.start), self._step / SUBSTEPS
+    def _march_slowly(self, at: Array, u: Array, x: Array, i: Array) -> None:
+        """Step the bench's own equations; about 10 us a step."""
+        n, e, volts = len(self._system.start), 0, float(u[0])
         y = tuple(self._y[:n].tolist())
-        for k, volts in enumerate(u.tolist()):
-            for _ in range(SUBSTEPS):
-                y = self._system.step(y, h, volts, volts)
+        for k in range(x.size):
+            begin = float(k)
+            while begin < k + 1:
+                while e < at.size and at[e] <= begin:
+                    e += 1
+                    volts = float(u[e])
+                end = float(at[e]) if e < at.size and at[e] < k + 1 else k + 1.0
+                pieces = max(math.ceil((end - begin) * SUBSTEPS - 1e-9), 1)
+                for _ in range(pieces):
+                    y = self._system.step(y, (end - begin) * self._step / pieces, volts, volts)
+                begin = end
             x[k], i[k] = y[1], self._system.current(y, volts)
         self._y[:n] = y
 

@@ -6,6 +6,7 @@ one: the output registers wake up at 0x3FFF (+10 V), and enabling connects whate
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, final
@@ -249,11 +250,10 @@ class RegisterModel:
         if not chosen:
             return
         d, w = self._amplifier.data, self._wires
-        seen = self.rig.seen(np.array([self.rig.now]))
-        volts = {
-            w.voltage: d.voltage_monitor * float(seen.v[0]),
-            w.current: d.current_monitor * float(np.nan_to_num(seen.i[0])),
-        }
+        volts = {w.voltage: d.voltage_monitor * self.rig.volts}
+        if w.current in chosen:
+            current = float(self.rig.seen(np.array([self.rig.now])).i[0])
+            volts[w.current] = 0.0 if math.isnan(current) else d.current_monitor * current
         for n in chosen:
             exact = volts.get(n, 0.0) + w.noise * float(self._rng.standard_normal())
             word = min(max(round(exact / _STEP), -_ZERO), _ZERO - 1)

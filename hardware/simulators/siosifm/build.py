@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import shutil
 import subprocess
 import tempfile
@@ -13,13 +14,13 @@ __all__ = ["build"]
 _SOURCE = Path(__file__).parent / "c" / "siosifm.c"
 
 
-def build(folder: str | Path) -> Path:
+def build(folder: str | Path | None = None) -> Path:
     """Compile the stub with gcc, once per version of its source.
 
     Parameters
     ----------
-    folder : path
-        Where the library goes; made if it is not there.
+    folder : path, optional
+        Where the library goes; made if it is not there. By default the user's cache.
 
     Returns
     -------
@@ -32,6 +33,9 @@ def build(folder: str | Path) -> Path:
         Without gcc.
     """
     text = _SOURCE.read_bytes()
+    if folder is None:
+        root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+        folder = Path(root) / "bondsight" / "bench"
     target = Path(folder) / f"libsiosifm-{hashlib.sha256(text).hexdigest()[:16]}.so"
     if target.exists():
         return target
@@ -42,6 +46,6 @@ def build(folder: str | Path) -> Path:
     with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
         made = Path(scratch) / "stub.so"
         flags = ["-O2", "-std=c11", "-shared", "-fPIC", "-o", str(made)]
-        subprocess.run([gcc, *flags, str(_SOURCE), "-lpthread"], check=True)
+        subprocess.run([gcc, *flags, str(_SOURCE), "-lpthread", "-lm"], check=True)
         made.replace(target)
     return target

@@ -10,7 +10,7 @@ import numpy as np
 
 from hardware.simulators.rig import DeviceClock, Rig
 from hardware.simulators.siosifm.condition import Answer, Condition
-from hardware.simulators.siosifm.counter import OVERFLOW_LIBRARY, Counter
+from hardware.simulators.siosifm.counter import OVERFLOW_DEVICE, OVERFLOW_LIBRARY, Counter
 from hardware.simulators.siosifm.run import START, Edges, Run
 
 __all__ = ["SimulatedInterferometer"]
@@ -64,8 +64,8 @@ class SimulatedInterferometer(Condition):
         self._flags, self._rate = 0x0102, 1000.0
         self._block = (0x0102, 0, 1000.0)
         self._run: Run | None = None
-        self._length = 0
-        self._sent = 0
+        self._length = self._sent = 0
+        self._memory = b""
         self._dead_path = self._preset = 0.0
         self._averages = self._average = 1
 
@@ -218,13 +218,12 @@ class SimulatedInterferometer(Condition):
         run = self._run
         if run is None or not self._length:
             return 0
-        return int(run.due(self._rig.now) >= self._length)
+        due = min(run.due(self._rig.now), self._length)
+        self._memory += self._rows(run, due - self._sent)
+        return int(due == self._length)
 
     def _do_take(self, room: str) -> Answer:
-        run = self._run
-        if run is None:
-            return 0, b""
-        data = self._rows(run, self._length)
+        data, self._memory = self._memory, b""
         self._run, self._length = None, 0
         return 1, data
 
@@ -242,6 +241,7 @@ class SimulatedInterferometer(Condition):
             self._clocks, f.late_samples / rate,
         )  # fmt: skip
         self._length = self._sent = 0
+        self._memory = b""
 
     def _rows(self, run: Run, count: int) -> bytes:
         """Take the next samples; those in an overrun are counted but do not arrive."""
@@ -254,7 +254,13 @@ class SimulatedInterferometer(Condition):
             own = (instants - run.armed) / (1.0 + 1e-6 * self._clock.ppm)
         else:
             own = (first + np.arange(count)) / run.rate
-        rows = self.counter.rows(instants, first, own, self._average, 1.0 / run.rate)
+        try:
+            rows = self.counter.rows(instants, first, own, self._average, 1.0 / run.rate)
+        except ValueError:  # nobody fetched for longer than the rig remembers
+            self.counter.skip(count)
+            self.counter.status |= OVERFLOW_DEVICE
+            self._lost += count
+            return b""
         f = self.counter.faults
         if f.overrun_at is not None:
             number = first + np.arange(count)

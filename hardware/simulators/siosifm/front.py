@@ -162,7 +162,7 @@ class InterferometerFront:
                     while self.faults.silent and not self._ending.wait(0.01):
                         pass
                     with self._rig.lock:
-                        code, data = self.device.answer(line.decode("ascii"))
+                        code, data = self.device.answer(line.decode("ascii").strip())
                     if not self._send(link, struct.pack("<iI", code, len(data)) + data):
                         return
         except OSError:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hardware.simulators.noise import white
 from hardware.simulators.rig import DeviceClock
+from hardware.simulators.tape import Tape
 
 __all__ = ["CLOCK", "EVENT", "START", "Run"]
 
@@ -59,7 +60,7 @@ class Run:
         self._late = late
         self._edges_before = len(starts(0))
         self._ticks_before = len(clocks(0))
-        self._ticks_known = np.zeros(0)
+        self._known = Tape(1)
         self._begin: float | None = None if mode & START else now
         self.armed = now
 
@@ -102,8 +103,8 @@ class Run:
         more = self._clocks(self._ticks_before)
         self._ticks_before += len(more)
         begin = self.begin()
-        fresh = np.asarray(more, dtype=float)
         if begin is None:
             return np.zeros(0)
-        self._ticks_known = np.concatenate([self._ticks_known, fresh[fresh >= begin - self._late]])
-        return self._ticks_known
+        fresh = np.asarray(more, dtype=float)
+        self._known.append(fresh[fresh >= begin - self._late])
+        return self._known.column(0)

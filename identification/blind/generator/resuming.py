@@ -81,15 +81,28 @@ class Going:
             ctypes.c_double(span),
         )
 
-    def advance(self, command: Array, step: float, sub: int) -> Array | None:
-        """Return the readings ``(n, sensors)`` at the ends of steps; None if it ran away."""
+    def advance(self, count: int, at: Array, command: Array, step: float, sub: int) -> Array | None:
+        """Return the readings ``(count, sensors)`` at the ends of steps; None if it ran away.
+
+        Parameters
+        ----------
+        at : (m,) array
+            Where the command changes, in steps from now, rising.
+        command : (m + 1,) array
+            Command before the first change and after each.
+        step : float
+            Step (s), with `sub` steps of the integrator in it.
+        """
+        edges = np.ascontiguousarray(at, dtype=float)
         u = np.ascontiguousarray(command, dtype=float)
-        y = np.zeros((u.size, self._sensors))
+        y = np.zeros((count, self._sensors))
         good = self._code.bench_advance(
             self._state,
-            ctypes.c_long(u.size),
+            ctypes.c_long(count),
             ctypes.c_double(step),
             ctypes.c_int(sub),
+            ctypes.c_long(edges.size),
+            _pointer(edges),
             _pointer(u),
             _pointer(y),
         )

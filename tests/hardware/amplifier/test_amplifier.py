@@ -24,7 +24,7 @@ from hardware.amplifier import (
 )
 from hardware.contracts import RawOutput
 from hardware.daq import Card, CardChannel, CardInputs
-from hardware.errors import LimitViolation, LinkLost
+from hardware.errors import LimitViolation, LinkLost, TimedOut
 from hardware.simulators.registers import AmplifierData, CardFront, Wires
 from hardware.simulators.rig import Rig
 from tests.hardware.daq.bench import Capacitor, card_on
@@ -118,6 +118,10 @@ def test_it_is_a_raw_output_that_says_it_has_no_watchdog() -> None:
     assert output.read() == pytest.approx(80.0, abs=0.03)
     assert output.read_current() == pytest.approx(0.0, abs=1e-4)
     assert "MF634" in output.identity.model
+    assert (output.converter.v_min, output.converter.v_max) == (0.0, 100.0)
+    assert output.converter.resolution == pytest.approx(20.0 * 20.0 / 16384)
+    assert output.provenance()["monitor_current"] == 50.0
+    assert output.provenance()["converter"] == "MF634"
     output.close()
     assert rig.volts == pytest.approx(80.0, abs=0.02)
     front.faults.gone = True
@@ -161,6 +165,20 @@ def test_a_voltage_left_by_an_earlier_program_is_ramped_down_first() -> None:
     assert rig.volts == 0.0
     assert rig.extremes.largest_step < 1.1
     assert rig.now == pytest.approx(0.8, abs=0.02)
+
+
+def test_without_its_inputs_the_card_is_ramped_down_from_what_was_written_last() -> None:
+    rig, front, card = bench()
+    output = amplifier_on(card)
+    output.power_up()
+    for volts in np.arange(0.0, 61.0, 1.0):
+        output.write(float(volts))
+    front.faults.endless = True
+    with pytest.raises(TimedOut):
+        output.read()
+    output.power_up()
+    assert rig.volts == 0.0
+    assert rig.extremes.largest_step < 1.1
 
 
 def test_an_offset_is_taken_away_at_power_up() -> None:

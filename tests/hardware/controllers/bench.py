@@ -19,7 +19,7 @@ from hardware.simulators.plant_contract import Motion
 from hardware.simulators.rig import DeviceClock, Rig
 from hardware.transport import TcpTransport
 
-TIMEOUT = 0.05
+TIMEOUT = 0.08
 WAYS = ("own", "pipython", "pisocket")
 
 
@@ -62,12 +62,13 @@ def bench(
     clock: DeviceClock | None = None,
     plant: Any = None,
     setup: GcsSetup | None = None,
+    timeout: float = 2.0,
 ) -> Iterator[Bench]:
     rig = Rig(Spring() if plant is None else plant)
     front = GcsFront(rig, clock, model)
     address = front.start()
     program = LocalClock(rig)
-    controller = GcsController(talk_to(address, way), setup, program)
+    controller = GcsController(talk_to(address, way, timeout), setup, program)
     try:
         yield Bench(rig, front, controller, program)
     finally:

@@ -52,10 +52,11 @@ def test_open_loop(there: Bench) -> None:
 
 def test_power_up_walks_down_from_what_stands_there() -> None:
     with bench("own") as there:
+        there.front.device.axis.command(80.0)
         there.front.device.axis.close_loop(True)
-        there.front.device.axis.write(80.0)
         there.controller.power_up()
-        steps = np.diff([float(c.split()[2]) for c in there.front.device.commands if "SVA" in c])
+        sent = [c for c in there.front.device.commands if c.startswith("SVA ")]
+        steps = np.diff([80.0, *(float(c.split()[2]) for c in sent)])
         assert there.rig.volts == 0.0
         assert not there.front.device.axis.servo
         assert np.all(steps <= 0.0)
@@ -99,6 +100,24 @@ def test_scale_of_the_control_value() -> None:
         there.controller.open()
         there.controller.write(55.0)
         assert there.front.device.commands[-2].startswith("SVA 1 5.0")
+
+
+def test_wrong_scale_is_found_before_anything_moves() -> None:
+    with bench("own", setup=GcsSetup(scale=10.0)) as there:
+        there.front.device.axis.command(30.0)
+        with pytest.raises(ProtocolFault, match="scale"):
+            there.controller.power_up()
+        assert there.rig.volts == 30.0
+
+
+def test_servo_time_of_the_setup() -> None:
+    with bench("own", setup=GcsSetup(servo_time=1e-4)) as there:
+        there.controller.open()
+        assert there.controller.divider(5e3, "play") == 2
+        with pytest.raises(UnusableInput, match="10000 Hz by a whole number"):
+            there.controller.divider(20e3, "play")
+        with pytest.raises(UnusableInput):
+            there.controller.divider(-1.0, "play")
 
 
 def wave(n: int = 2000) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -24,7 +25,7 @@ def there() -> Iterator[tuple[Rig, GcsFront, Any]]:
     front = GcsFront(rig)
     host, _, port = front.start().rpartition(":")
     gateway = PISocket(host, int(port))
-    gateway.settimeout(200)
+    gateway.settimeout(300)
     # not GCSDevice: its destructor closes the socket whenever it is collected
     yield rig, front, GCS2Device(gateway=gateway)
     gateway.close()
@@ -60,6 +61,12 @@ def test_its_own_error(there: tuple[Rig, GcsFront, Any]) -> None:
     assert error.value == 302
 
 
+def fetched(device: Any) -> Any:
+    while device.bufstate is not True:
+        time.sleep(0.001)
+    return device.bufdata
+
+
 def test_its_own_wave_and_recorder(there: tuple[Rig, GcsFront, Any]) -> None:
     rig, _, device = there
     volts = 20.0 * np.sin(np.linspace(0.0, np.pi, 20))
@@ -76,25 +83,19 @@ def test_its_own_wave_and_recorder(there: tuple[Rig, GcsFront, Any]) -> None:
     assert not device.IsGeneratorRunning(1)[1]
     assert len(rig.trigger_edges) == 1
     header = device.qDRR([1, 2], 1, 20)
-    while device.bufstate is not True:
-        pass
+    values = fetched(device)
     assert header["NDATA"] == 20
     assert header["SAMPLE_TIME"] == pytest.approx(50e-6)
-    np.testing.assert_allclose(device.bufdata[1], volts, atol=2e-6)
-    header = device.qGWD(1, 1, 20)
-    while device.bufstate is not True:
-        pass
-    np.testing.assert_allclose(device.bufdata[0], volts, atol=1e-6)
+    np.testing.assert_allclose(values[1], volts, atol=2e-6)
+    device.qGWD(1, 1, 20)
+    np.testing.assert_allclose(fetched(device)[0], volts, atol=1e-6)
 
 
 def test_the_fault_that_is_wrapped_is_still_there(there: tuple[Rig, GcsFront, Any]) -> None:
     _, front, device = there
-    front.faults.next(Fault(delay=0.3))
-    with pytest.raises(pipython.GCSError) as error:
+    front.faults.next(Fault(delay=0.4))
+    with pytest.raises(pipython.GCSError, match=r"(?i)time ?out"):
         device.qPOS("1")
-    assert error.value == -7
-    import time
-
     time.sleep(0.15)
     with pytest.raises(ValueError, match="format"):
         device.qSVA("1")

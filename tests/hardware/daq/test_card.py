@@ -133,6 +133,19 @@ def test_a_card_that_is_gone_is_a_lost_link_and_has_to_be_powered_up_anew() -> N
         card.write(0, 1.0)
 
 
+def test_outputs_that_another_program_holds_or_switches_off_are_noticed_at_once() -> None:
+    rig, front = bench()
+    card = card_on(front, rig)
+    for word in (0, 1 << 23 | ENABLE):
+        card.power_up()
+        card.write(0, 1.0)
+        front.registers.write32(3, 0x68, word)
+        with pytest.raises(LinkLost, match="from outside"):
+            card.write(0, 2.0)
+        with pytest.raises(ProtocolFault, match="power_up"):
+            card.write(0, 2.0)
+
+
 def test_digital_lines() -> None:
     rig, front = bench()
     card = card_on(front, rig)

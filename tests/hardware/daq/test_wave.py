@@ -150,14 +150,27 @@ def test_abort_and_closing_stop_where_the_output_is_and_lower_the_trigger() -> N
 
 @pytest.mark.parametrize(
     ("fault", "error", "monitors"),
-    [("gone", LinkLost, (0, 1)), ("gone", LinkLost, ()), ("endless", TimedOut, (0, 1))],
+    [
+        ("gone", LinkLost, (0, 1)),
+        ("gone", LinkLost, ()),
+        ("reset", LinkLost, (0, 1)),
+        ("reset", LinkLost, ()),
+        ("endless", TimedOut, (0, 1)),
+    ],
 )
 def test_a_fault_in_the_middle_carries_what_was_written(
     fault: str, error: type[HardwareError], monitors: tuple[int, ...]
 ) -> None:
     rig, front, wave = player(Wiring(monitors=monitors))
     wave.load(sine(1000, 1000.0), 1000.0)
-    rig.at(0.0305, lambda: setattr(front.faults, fault, True))
+
+    def strike() -> None:
+        if fault == "reset":
+            front.registers.power_cycle()
+        else:
+            setattr(front.faults, fault, True)
+
+    rig.at(0.0305, strike)
     playing = wave.play()
     assert next(playing).samples == 20
     with pytest.raises(error) as caught:
@@ -165,6 +178,10 @@ def test_a_fault_in_the_middle_carries_what_was_written(
     (chunk,) = caught.value.partial
     assert chunk.first == 20
     assert 8 <= chunk.n <= 10
+    assert rig.extremes.highest < 100.0
+    if error is LinkLost:
+        with pytest.raises(ProtocolFault, match="power_up"):
+            wave.play()
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 101.0, -0.5])
@@ -188,7 +205,7 @@ def test_misuse_is_one_line() -> None:
         SoftwareTimedWave(card_on(front, rig), EPA_104, Wiring(monitors=(0, 1)))
 
 
-def test_over_tcp_a_sample_with_monitors_takes_two_messages() -> None:
+def test_over_tcp_a_waveform_and_its_monitors_arrive_as_in_the_process() -> None:
     rig = Rig(Capacitor())
     front = CardFront(rig, wires=Wires(noise=0.0))
     registers = SocketRegisters(front.start())

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import threading
+import time
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,16 +40,11 @@ class RigOutput:
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
         self.history: list[float] = []
-        self.hold_at = float("inf")
-        self.held, self.release = threading.Event(), threading.Event()
 
     def power_up(self) -> None:
         self.rig.drive(0.0)
 
     def write(self, volts: float) -> None:
-        if volts >= self.hold_at:
-            self.held.set()
-            self.release.wait(5.0)
         self.history.append(volts)
         self.rig.drive(volts)
 
@@ -62,8 +58,8 @@ class RigOutput:
 class RigWave:
     """A player of waveforms on the rig; it reports every 20 ms."""
 
-    def __init__(self, rig: Rig) -> None:
-        self.rig = rig
+    def __init__(self, rig: Rig, clock: YieldingClock) -> None:
+        self.rig, self._clock = rig, clock
         self._loaded = (np.zeros(0), 1.0)
         self._going = False
 
@@ -81,6 +77,7 @@ class RigWave:
                     return
                 self.rig.drive(float(v))
                 self.rig.wait(1.0 / rate)
+            self._clock.sleep(0.0)
             chunk = Chunk("output", first, {"V": part}, {"V": "V"})
             yield Written(first + part.size, volts.size, chunks=(chunk,))
 
@@ -131,8 +128,15 @@ class RigBlock:
         return Chunk(self.stream, first, {"x": x}, {"x": "m"})
 
 
+class Length(NamedTuple):
+    """One displacement."""
+
+    value: float
+    flags: Flag
+
+
 class RigLength:
-    """A displacement sensor that can be asked."""
+    """A displacement sensor that can be asked; an answer takes 2 ms."""
 
     identity = Identity("none", "rig sensor", "8")
 
@@ -145,11 +149,28 @@ class RigLength:
         self._zero = self._now()
         self.flags = Flag.GOOD
 
-    def length(self) -> tuple[float, Flag]:
-        return self._now() - self._zero, self.flags
+    def read(self) -> Length:
+        self.rig.wait(2e-3)
+        return Length(self._now() - self._zero, self.flags)
 
     def _now(self) -> float:
         return float(self.rig.seen(np.array([self.rig.now])).x[0])
+
+
+class YieldingClock:
+    """Virtual time; a wait lets the other threads run, for `real` seconds if that is set."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._own = LocalClock(rig)
+        self.real = 0.0
+
+    def now(self) -> float:
+        return self._own.now()
+
+    def sleep(self, seconds: float) -> None:
+        self._own.sleep(seconds)
+        if self.real:
+            time.sleep(self.real)
 
 
 class Bench:
@@ -157,10 +178,10 @@ class Bench:
 
     def __init__(self, fault: str = "") -> None:
         self.rig = Rig(Spring())
-        self.clock = LocalClock(self.rig)
+        self.clock = YieldingClock(self.rig)
         self.raw = RigOutput(self.rig)
         self.output = GuardedOutput(self.raw, P840_1_UNIPOLAR, self.clock)
-        self.wave = GuardedWave(self.output, RigWave(self.rig))
+        self.wave = GuardedWave(self.output, RigWave(self.rig, self.clock))
         self.sensor = RigLength(self.rig)
         self.fault = fault
         self.blocks: list[RigBlock] = []

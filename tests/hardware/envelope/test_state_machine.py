@@ -135,6 +135,21 @@ class Bench(RuleBasedStateMachine):
     def small_step(self, step: float) -> None:
         self.attempt(lambda: self.output.set((self.output.present or 0.0) + step))
 
+    @rule(step=st.floats(-20.0, 20.0), place=st.integers(0, 6), again=st.booleans())
+    def interrupted_step(self, step: float, place: int, again: bool) -> None:
+        self.interrupts.left = place
+        try:
+            self.output.set((self.output.present or 0.0) + step)
+            self.output.set((self.output.present or 0.0) + step)
+        except HardwareError:
+            pass
+        except KeyboardInterrupt:
+            if again:
+                self.interrupts.left = place
+                self.attempt(self.output.stop)
+            self.rescue()
+        self.interrupts.left = None
+
     @rule(
         volts=VOLTS,
         rate=st.one_of(st.none(), st.sampled_from([math.nan, -1.0, 0.0, 1e9, 3e3, 1e4])),
@@ -204,7 +219,7 @@ class Bench(RuleBasedStateMachine):
 
     @rule(seconds=st.sampled_from([1e-4, 0.01, 0.1, 0.5]))
     def rest(self, seconds: float) -> None:
-        self.clock.sleep(seconds)
+        self.attempt(lambda: self.clock.sleep(seconds))
         self.attempt(self.output.tend)
 
     @rule(count=st.integers(0, 60))

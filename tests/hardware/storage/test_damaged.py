@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -28,15 +29,14 @@ def opened(path: Path) -> JournalFile | None:
 
 
 def test_cut_at_every_byte(tmp_path: Path) -> None:
-    path, cut = tmp_path / "a.journal", tmp_path / "cut.journal"
+    path = tmp_path / "a.journal"
     written(path, [chunk(n=4), chunk(first=4, n=3), chunk("output", n=2)], [{"event": "end"}])
-    data = path.read_bytes()
     counts: list[int] = []
-    for size in range(len(data)):
-        cut.write_bytes(data[:size])
-        found = opened(cut)
+    for size in reversed(range(path.stat().st_size)):
+        os.truncate(path, size)
+        found = opened(path)
         if found is None:
-            assert not counts
+            counts.append(-1)
             continue
         n = 0
         for stream in found.streams:
@@ -46,11 +46,11 @@ def test_cut_at_every_byte(tmp_path: Path) -> None:
         assert not found.closed
         assert (found.size == size) == (found.cut == "")
         counts.append(n)
-    assert counts == sorted(counts)
-    assert set(counts) == {0, 4, 7, 9}
+    assert counts == sorted(counts, reverse=True)
+    assert set(counts) == {-1, 0, 4, 7, 9}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.data())
 def test_flipped_bits_are_never_accepted(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
@@ -84,7 +84,7 @@ def test_foreign_bytes(
         open_journal(path)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     st.sampled_from([1, 2, 3, 4, 5]),
     st.binary(max_size=60) | st.text('{}[]:,"$01na').map(str.encode),
@@ -125,7 +125,7 @@ def test_a_damaged_record_is_stepped_over_on_request(tmp_path: Path) -> None:
     assert "stepped over" in found.cut
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.data())
 def test_beyond_damage_nothing_wrong_is_accepted(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

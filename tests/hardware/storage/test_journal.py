@@ -288,18 +288,3 @@ def test_a_file_that_changes_after_opening(tmp_path: Path) -> None:
     path.write_bytes(data)
     with pytest.raises(BondsightError, match="changed"):
         found.read("interferometer")
-
-
-def test_a_block_is_stored_in_far_less_than_its_budget(tmp_path: Path) -> None:
-    n = 32768
-    values = np.random.default_rng(0).normal(size=n)
-    units = {"x": "m", "V": "V", "i": "A"}
-    with Journal.create(tmp_path / "a.journal", {}) as journal:
-        times = []
-        for k in range(5):
-            block = Chunk("s", k * n, dict.fromkeys(units, values), units)
-            start = time.perf_counter()
-            journal.append(block)
-            times.append(time.perf_counter() - start)
-    assert min(times) < 0.05
-    assert open_journal(tmp_path / "a.journal").read("s").n == 5 * n

@@ -88,7 +88,7 @@ def test_one_clock_gives_one_recording(tmp_path: Path) -> None:
     header = journal_header("run", streams, alignment=ClockAlignment("shared clock", 1.0))
     path = broken_off(
         tmp_path / "a.journal", [chunk(n=40), volts(0, 30), chunk(first=40)], header,
-        [{"event": "output", "state": "parked"}],
+        [{"event": "output", "state": "driven"}, {"output_end": "parked"}],
     )  # fmt: skip
     (file,) = recover(path)
     assert file.name == "a.npz"
@@ -135,6 +135,28 @@ def test_a_cut_journal_says_so(tmp_path: Path) -> None:
     r = Recording.open(file)
     assert r.n == 10
     assert any("ends within a record" in n for n in r.notes)
+
+
+def test_damage_within_is_stepped_over(tmp_path: Path) -> None:
+    path = broken_off(tmp_path / "a.journal", [chunk(n=10), chunk(first=10), chunk(first=18)])
+    data = bytearray(path.read_bytes())
+    at = data.index(expected_x([12.0]).tobytes())
+    data[at] ^= 1
+    path.write_bytes(data)
+    a, b = (Recording.open(f) for f in recover(path))
+    assert (a.n, b.n) == (10, 8)
+    assert np.allclose(b["x"], 1e-6 * expected_x(range(18, 26)))
+    assert any("stepped over" in n for n in b.notes)
+    # the header too: then somebody must know the rate
+    data[40] ^= 1
+    other = tmp_path / "b.journal"
+    other.write_bytes(data)
+    with pytest.raises(UnusableInput, match="its rate is not known"):
+        recover(other)
+    assert len(recover(other, {"interferometer": 16000.0})) == 2
+    other.write_bytes(b"foreign" * 9)
+    with pytest.raises(UnusableInput, match="no journal"):
+        recover(other)
 
 
 def test_a_rate_that_nobody_wrote_down_is_asked_for(tmp_path: Path) -> None:

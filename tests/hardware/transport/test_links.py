@@ -120,7 +120,7 @@ def test_time_out_keeps_what_came(ends: Ends) -> None:
     began = time.monotonic()
     with pytest.raises(TimedOut) as late:
         ends.link.read_until(b"\n", SHORT)
-    assert SHORT * 0.9 < time.monotonic() - began < 10 * SHORT
+    assert SHORT * 0.9 < time.monotonic() - began < 1.0
     assert late.value.partial == b"half an ans"
     ends.send(b"wer\n")
     assert ends.link.read_until(b"\n", SHORT) == b"half an answer\n"
@@ -133,7 +133,7 @@ def test_drain_forgets_and_does_not_wait(ends: Ends) -> None:
     began = time.monotonic()
     assert ends.link.drain() == b"two\nthr"
     assert ends.link.drain() == b""
-    assert time.monotonic() - began < SHORT
+    assert time.monotonic() - began < 0.5
     with pytest.raises(TimedOut) as late:
         ends.link.read_until(b"\n", 0.0)
     assert late.value.partial == b""

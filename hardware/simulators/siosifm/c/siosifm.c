@@ -7,9 +7,12 @@
  *
  * BONDSIGHT_BENCH_SIOS=host:port   the bench, for all ways to open but the network
  * BONDSIGHT_BENCH_SIOS_TIMEOUT=s   time after which a silent bench counts as unplugged (2)
+ * BONDSIGHT_BENCH_SIOS_STATUS=device   IfmStatus tells the device's present state instead of that
+ *                                  of the value read last; which of the two holds is not public
  */
 #define _POSIX_C_SOURCE 200809L
 #include <arpa/inet.h>
+#include <math.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -519,7 +522,9 @@ unsigned IfmStatus(int dev, int channel)
 {
     ENTER(STATUS_BAD_REQUEST)
     unsigned bits = STATUS_BAD_REQUEST;
-    if (channel == 0 && d->has_current) bits = d->current.status;
+    const char *whose = getenv("BONDSIGHT_BENCH_SIOS_STATUS");
+    int present = whose && strcmp(whose, "device") == 0;
+    if (channel == 0 && d->has_current && !present) bits = d->current.status;
     else if (channel == 0 && d->alive) {
         int code = ask(d, NULL, 0, NULL, "STATUS");
         if (code >= 0) bits = (unsigned)code;
@@ -617,4 +622,14 @@ void IfmResetManualEnvironment(int dev, int channel, int mask)
     device *d = get(dev);
     if (d) failed(ask(d, NULL, 0, NULL, "RESETAIR %d %d", channel, mask));
     pthread_mutex_unlock(&lock);
+}
+
+/* Wavelength (nm) in air of T (degC), P (Pa), H (%): Birch and Downs, vapour by Magnus. */
+double IfmCalculateWavelength(double vacuum, double T, double P, double H)
+{
+    double s = 1e6 / (vacuum * vacuum);
+    double n = 1e-8 * (8342.54 + 2406147.0 / (130.0 - s) + 15998.0 / (38.9 - s));
+    double vapour = H / 100.0 * 611.2 * exp(17.62 * T / (243.12 + T));
+    double density = (1.0 + 1e-8 * (0.601 - 0.00972 * T) * P) / (1.0 + 0.003661 * T);
+    return vacuum / (1.0 + P * n / 96095.43 * density - vapour * (3.7345 - 0.0401 * s) * 1e-10);
 }

@@ -28,29 +28,49 @@ void bench_start(Bench *b, int plant, int nc, const double *c, int ne, const dou
   }
 }
 
-/* n steps; y: readings at their ends, before the command changes; 0 if it grew beyond bounds */
-int bench_advance(Bench *b, long n, double step, int sub, const double *u, double *y) {
+static void piece(Bench *b, double t, double h, const Input *in) {
   double k1[MAX_STATES] = {0}, k2[MAX_STATES] = {0}, k3[MAX_STATES] = {0}, k4[MAX_STATES] = {0};
-  double w[MAX_STATES], h = step / sub, *x = b->x;
-  int ns = b->ns, ny = SENSORS[b->plant];
+  double w[MAX_STATES], end = t + h * (1 - 1e-5), *x = b->x;
   Sim *s = &b->s;
+  int ns = b->ns;
+  s->commit = 1;
+  slope(b->plant, s, b->c, in, t, x, k1);
+  s->commit = 0;
+  for (int i = 0; i < ns; i++) w[i] = x[i] + h / 2 * k1[i];
+  slope(b->plant, s, b->c, in, t + h / 2, w, k2);
+  for (int i = 0; i < ns; i++) w[i] = x[i] + h / 2 * k2[i];
+  slope(b->plant, s, b->c, in, t + h / 2, w, k3);
+  for (int i = 0; i < ns; i++) w[i] = x[i] + h * k3[i];
+  slope(b->plant, s, b->c, in, end, w, k4);
+  for (int i = 0; i < ns; i++) x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+}
+
+/* n steps with edges of the command: positions in steps (rising), commands before the first one
+ * and after each; y: readings at the ends of the steps, before an edge there; 0 if the motion grew
+ * beyond bounds */
+int bench_advance(Bench *b, long n, double step, int sub, long edges, const double *at,
+                  const double *u, double *y) {
+  int ny = SENSORS[b->plant];
+  double h = step / sub, *x = b->x, k1[MAX_STATES] = {0};
+  Sim *s = &b->s;
+  long e = 0;
   for (long k = 0; k < n; k++) {
-    Input in = {u + k, 1, 0, step};
-    for (int m = 0; m < sub; m++) {
-      double t = b->done * step + m * h, end = t + h * (1 - 1e-5);
-      s->commit = 1;
-      slope(b->plant, s, b->c, &in, t, x, k1);
-      s->commit = 0;
-      for (int i = 0; i < ns; i++) w[i] = x[i] + h / 2 * k1[i];
-      slope(b->plant, s, b->c, &in, t + h / 2, w, k2);
-      for (int i = 0; i < ns; i++) w[i] = x[i] + h / 2 * k2[i];
-      slope(b->plant, s, b->c, &in, t + h / 2, w, k3);
-      for (int i = 0; i < ns; i++) w[i] = x[i] + h * k3[i];
-      slope(b->plant, s, b->c, &in, end, w, k4);
-      for (int i = 0; i < ns; i++) x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+    double from = k;
+    while (from < k + 1) {
+      while (e < edges && at[e] <= from) e++;
+      Input in = {u + e, 1, 0, step};
+      double to = e < edges && at[e] < k + 1 ? at[e] : k + 1;
+      double start = b->done * step + (from - k) * step;
+      int whole = to - from == 1;
+      int pieces = whole ? sub : (int)ceil((to - from) * sub - 1e-9);
+      if (pieces < 1) pieces = 1;
+      double part = whole ? h : (to - from) * step / pieces;
+      for (int m = 0; m < pieces; m++) piece(b, start + m * part, part, &in);
       if (!(x[0] * x[0] < 1e30) || !(x[1] * x[1] < 1e30)) return 0;
+      from = to;
     }
     b->done++;
+    Input in = {u + e, 1, 0, step};
     slope(b->plant, s, b->c, &in, b->done * step - 1e-6 * h, x, k1);
     read_out(b->plant, s, x, y + k * ny);
   }

@@ -1,0 +1,95 @@
+"""The waveform of a take, from what the user types."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.errors import UnusableInput, real_number
+from bondgraph.signals import Recording
+from hardware.envelope import Capacitance, Envelope
+from identification.design import demagnetise
+from identification.design.limits import Envelope as Limits
+from identification.design.take import session_signal
+
+__all__ = ["KINDS", "waveform"]
+
+KINDS = "session, sine:HZ, sine:HZ:LOW:HIGH, demagnetise:VOLTS, or a file with one channel in V"
+
+
+def limits_of(envelope: Envelope) -> Limits:
+    """Return the envelope as the design of signals knows it."""
+    c = envelope.capacitance
+    farads = c.largest if isinstance(c, Capacitance) else c
+    current = np.inf if envelope.i_max is None or farads is None else envelope.i_max
+    return Limits(envelope.v_min, envelope.v_max, envelope.slew, float(current), farads)
+
+
+def waveform(
+    text: str, rate: float, samples: int, envelope: Envelope, seed: int
+) -> NDArray[np.float64]:
+    """Return the voltages (V, (N,)) of a signal.
+
+    Parameters
+    ----------
+    text : str
+        See `KINDS`.
+    rate : float
+        Hz.
+    samples : int
+        Length; a file and a demagnetisation have their own.
+    envelope : Envelope
+        Limits.
+    seed : int
+        Of a drawn signal.
+
+    Raises
+    ------
+    UnusableInput
+        The text is no signal.
+    """
+    kind, _, rest = text.partition(":")
+    limits = limits_of(envelope)
+    if kind == "session" and not rest:
+        return session_signal(rate, samples, limits, seed=seed).values
+    if kind == "sine":
+        return _sine(text, rest, rate, samples, limits)
+    if kind == "demagnetise":
+        return _demagnetise(rest, rate, envelope, limits)
+    if Path(text).exists() or Path(text).suffix:
+        return _from_file(Path(text), rate)
+    raise UnusableInput(f"--signal {text}: is no signal; give {KINDS}")
+
+
+def _sine(text: str, rest: str, rate: float, samples: int, limits: Limits) -> NDArray[np.float64]:
+    parts = rest.split(":")
+    if len(parts) not in (1, 3) or not parts[0]:
+        raise UnusableInput(f"--signal {text}: write sine:HZ or sine:HZ:LOW:HIGH")
+    frequency, *ends = (real_number(f"--signal {text}", p) for p in parts)
+    low, high = ends or (limits.low, limits.high)
+    if not 0.0 < frequency < 0.5 * rate:
+        raise UnusableInput(
+            f"--signal {text}: {frequency:g} Hz does not fit a rate of {rate:g} Hz; stay below half"
+        )
+    t = np.arange(samples) / rate
+    # it starts and ends at the lowest voltage, where an actuator rests
+    return np.asarray(low + 0.5 * (high - low) * (1.0 - np.cos(2.0 * np.pi * frequency * t)))
+
+
+def _demagnetise(rest: str, rate: float, envelope: Envelope, limits: Limits) -> NDArray[np.float64]:
+    span = envelope.v_max - envelope.v_min
+    bias = real_number("--signal demagnetise", rest) if rest else envelope.v_min + 0.5 * span
+    thresholds = [0.5 * share * span for share in (0.1, 0.2, 0.4, 0.8)]
+    return demagnetise(thresholds, bias, rate, envelope=limits, start=envelope.safe).values
+
+
+def _from_file(file: Path, rate: float) -> NDArray[np.float64]:
+    recording = Recording.read(file, fs=rate if file.suffix != ".npz" else None)
+    volts = [n for n in recording.channels if recording.units[n] == "V"]
+    if len(volts) != 1:
+        raise UnusableInput(
+            f"{file.name}: has {len(volts)} channels in V ({', '.join(volts)}); leave one"
+        )
+    return np.asarray(recording[volts[0]])

@@ -1,0 +1,177 @@
+"""``bondsight bench serve``: a virtual bench whose devices speak their real protocols."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from bondgraph.errors import UnusableInput
+from identification.command_line.arguments import nonnegative
+
+__all__ = ["add_bench_serve_options", "bench_config", "bench_serve", "station_text", "stub_library"]
+
+
+def add_bench_serve_options(p: argparse.ArgumentParser) -> None:
+    """Add the options of ``serve``."""
+    g = p.add_argument_group("bench serve")
+    g.add_argument("--config", type=Path, default=None, help="plant, clocks, air, faults (TOML)")
+    g.add_argument("--effect", default=None, help="conceal this effect ('drawn' leaves it open)")
+    g.add_argument("--place", default=None, help="at this element")
+    g.add_argument("--strength", default=None, help="weak, medium or strong")
+    g.add_argument("--seed", type=nonnegative, default=None, help="draw of the plant")
+    g.add_argument("--reveal", action="store_true", help="print the sealed truth at the end")
+    g.add_argument(
+        "--station", type=Path, default=None, help="write the station file for bondsight acquire"
+    )
+    g.add_argument("--ready", type=Path, default=None, help="write addresses as JSON when ready")
+    g.add_argument("--end", type=Path, default=None, help="end and reveal when this file appears")
+
+
+def bench_serve(options: argparse.Namespace) -> int:
+    """Serve until Ctrl-C."""
+    from hardware.simulators.bench_server import serve
+
+    if len(options.what) > 1:
+        raise UnusableInput(f"bench serve takes options only, not {' '.join(options.what[1:])}")
+    config = bench_config(
+        options.config, options.effect, options.place, options.strength, options.seed
+    )
+    if options.station is not None:
+        _check_station(options.station)
+    try:
+        return serve(
+            config, plants=plants(), reveal=options.reveal, ready_file=options.ready,
+            reveal_request=options.end,
+            started=None if options.station is None else _writer(options.station, config),
+        )  # fmt: skip
+    except ValueError as error:
+        raise UnusableInput(str(error)) from None
+
+
+def bench_config(
+    path: Path | None, effect: str | None, place: str | None, strength: str | None, seed: int | None
+) -> Any:
+    """Return the configuration of a file with what the command line says instead."""
+    from dataclasses import replace
+
+    from hardware.simulators.bench_server import BenchConfig, load_config
+
+    try:
+        config = load_config(path) if path is not None else BenchConfig()
+        said = {"effect": effect, "place": place, "strength": strength, "seed": seed}
+        given: dict[str, Any] = {k: v for k, v in said.items() if v is not None}
+        return replace(config, plant=replace(config.plant, **given)) if given else config
+    except ValueError as error:
+        raise UnusableInput(str(error)) from None
+
+
+def _trial(plant: str, cell: str) -> Any:
+    """Return a maker of the sealed trial's plants."""
+
+    def make(config: Any) -> Any:
+        import secrets
+
+        from hardware.simulators.bench_server import Stand
+        from identification.blind.bench_plant import TrialPlant, drawn
+
+        seed = secrets.randbits(31) if config.seed is None else config.seed
+        found = TrialPlant(plant) if config.effect == "none" else drawn(seed, plant, cell)
+        return Stand(found, {"seed": seed, "plant": plant, **found.truth})
+
+    return make
+
+
+def _model(name: str) -> Any:
+    """Return a maker of a model of the catalogue."""
+
+    def make(config: Any) -> Any:
+        from actuators.catalogue import MODELS
+        from bondgraph.elements import Sensor, Source
+        from hardware.simulators.bench_server import Stand
+        from hardware.virtual import ModelPlant
+
+        graph = MODELS[name]()
+        sources = [e.name for e in graph.of_type(Source) if e.unit == "V"]
+        lengths = [e.name for e in graph.of_type(Sensor) if e.unit == "m"]
+        if not sources or not lengths:
+            raise ValueError(f"bench: {name} has no source in V, or no sensor in m")
+        return Stand(ModelPlant(graph, sources[0], lengths[0]), {"model": name})
+
+    return make
+
+
+def plants() -> dict[str, Any]:
+    """Return the makers of all plants beside the virtual stack."""
+    from actuators.catalogue import MODELS
+
+    trial = {f"trial-{n}": _trial(n, "single") for n in ("stack",)}
+    outside = {f"trial-{n}-outside": _trial(n, "outside") for n in ("stack",)}
+    return {**trial, **outside, **{f"model-{n}": _model(n) for n in MODELS}}
+
+
+def station_text(addresses: dict[str, str], config: Any, library: str, ppm: float = 0.0) -> str:
+    """Return the station file (TOML) of a virtual bench.
+
+    Parameters
+    ----------
+    addresses : mapping
+        Address of each device by name.
+    config : BenchConfig
+        What it is made of.
+    library : str
+        Path of the stub library of the interferometer.
+    ppm : float
+        Error of the program's clock.
+    """
+    lines = [
+        'name = "virtual bench"', "", "[envelope]", 'preset = "P-840.1-unipolar"', "", "[clock]",
+        f'bench = "{addresses["control"]}"', f"ppm = {ppm!r}", "", "[output]",
+    ]  # fmt: skip
+    if "card" in addresses:
+        lines += [
+            f'kind = "{config.card_model.lower()}"', f'address = "{addresses["card"]}"',
+            "trigger = 0", "clock = 0", "", "[amplifier]", 'name = "simulated amplifier"',
+            f"gain = {config.gain!r}", f"offset = {config.offset!r}", "voltage_monitor = 0.05",
+        ]  # fmt: skip
+    elif "gcs" in addresses:
+        lines += ['kind = "gcs"', f'address = "{addresses["gcs"]}"', "trigger = 1"]
+    else:
+        raise UnusableInput("bench serve: only a card or a GCS controller gets a station file")
+    if "interferometer" in addresses:
+        host, _, port = addresses["interferometer"].rpartition(":")
+        lines += [
+            "", "[interferometer]", f'connection = "net:{host}:{port}"', f'library = "{library}"',
+            f"dead_path = {config.air.dead_path!r}",
+        ]  # fmt: skip
+    return "\n".join([*lines, ""])
+
+
+def stub_library() -> str:
+    """Compile the stub of the vendor's library into the user's cache; returns its path."""
+    import os
+
+    from hardware.simulators.siosifm import build
+
+    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    try:
+        return str(build(Path(root) / "bondsight" / "bench"))
+    except OSError as error:
+        raise UnusableInput(f"bench: {error}") from None
+
+
+def _check_station(path: Path) -> None:
+    if not path.parent.is_dir():
+        raise UnusableInput(f"{path.parent}: there is no such folder; make it first")
+
+
+def _writer(path: Path, config: Any) -> Any:
+    def write(addresses: dict[str, str]) -> list[str]:
+        from bondgraph.atomic import replacing
+
+        text = station_text(addresses, config, stub_library(), config.card.ppm)
+        with replacing(path) as stream:
+            stream.write(text.encode())
+        return [f"  bondsight acquire {path} --diagnose stack_with_payload"]
+
+    return write

@@ -1,0 +1,62 @@
+"""The adapters over our own interferometer, through the stub of the vendor's library."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from hardware.contracts import Flag
+from hardware.ecosystem import BlockPlan, BlueskyBlock, BlueskyDisplacement, DisplacementSource
+from hardware.errors import BeamLost, Overrun
+from hardware.interferometer import Block
+from tests.hardware.interferometer import bench as benches
+
+
+@pytest.fixture
+def bench() -> Iterator[benches.Bench]:
+    if not benches.has_gcc():
+        pytest.skip("the stub of siosifm is C code and there is no gcc")
+    with benches.make_bench() as made:
+        yield made
+
+
+def _block(bench: benches.Bench) -> BlueskyBlock:
+    return BlueskyBlock(
+        lambda n, rate: Block(bench.device, n, rate, start=False),
+        {"x": "m"},
+        clock=bench.device.clock,
+    )
+
+
+def test_displacement_of_the_interferometer(bench: benches.Bench) -> None:
+    assert isinstance(bench.device, DisplacementSource)
+    displacement = BlueskyDisplacement(bench.device)
+    displacement.stage().wait(5.0)
+    bench.rig.drive(10.0)
+    bench.rig.wait(0.05)
+    displacement.trigger().wait(5.0)
+    reading = displacement.read()
+    assert reading["displacement"]["value"] == pytest.approx(10.0 * benches.GAIN, abs=2e-9)
+    assert not reading["displacement_flags"]["value"] & Flag.BEAM_LOST
+
+
+def test_a_full_block_of_the_interferometer(bench: benches.Bench) -> None:
+    block = _block(bench)
+    block.prepare(BlockPlan(32768, 1e6)).wait(1.0)
+    block.trigger().wait(5.0)
+    reading = block.read()
+    assert reading["block_x"]["value"].shape == (32768,)
+    assert np.isfinite(reading["block_x"]["value"]).all()
+    assert "SIOS" in str(block.describe()["block_x"]["source"])
+
+
+def test_what_the_device_refuses_the_adapter_refuses(bench: benches.Bench) -> None:
+    block = _block(bench)
+    block.prepare(BlockPlan(40000, 1e6)).wait(1.0)
+    with pytest.raises(Overrun):
+        block.kickoff()
+    bench.device.beam_lost()
+    with pytest.raises(BeamLost):
+        BlueskyDisplacement(bench.device).trigger().wait(5.0)

@@ -1,0 +1,247 @@
+"""The guard of waveforms: refusals, ways out, marks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from hardware.contracts import Flag, WaveOut, Written
+from hardware.envelope import Converter, Dwell, Envelope, GuardedWave, OutputState, RawWave, parked
+from hardware.errors import LimitViolation, LinkLost, ProtocolFault
+from tests.hardware.envelope.device import RawPlayer, TellingPlayer, unsafe
+from tests.hardware.envelope.test_guard import LIMITS, Bench, bench
+
+RATE = 1e3
+TIME = np.arange(100) / RATE
+WAVE = 40.0 - 40.0 * np.cos(2.0 * np.pi * 10.0 * TIME)
+
+
+def waves(b: Bench, telling: bool = True) -> tuple[GuardedWave, RawPlayer]:
+    player = (TellingPlayer if telling else RawPlayer)(b.device)
+    return GuardedWave(b.output, player), player
+
+
+def test_a_waveform_is_played_and_its_end_stays() -> None:
+    b = bench()
+    wave, player = waves(b)
+    assert isinstance(wave, WaveOut)
+    assert isinstance(player, RawWave)
+    wave.prepare(WAVE, RATE)
+    assert wave.rate == RATE
+    reports = list(wave.play())
+    assert [r.samples for r in reports] == [20, 40, 60, 80, 100]
+    assert b.output.present == pytest.approx(WAVE[-1])
+    assert b.output.state is OutputState.DRIVEN
+    assert list(wave.play())[-1].samples == 100
+    b.output.stop()
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
+def test_refused_before_a_byte_leaves() -> None:
+    b = bench()
+    wave, player = waves(b)
+    sent = len(b.device.steps)
+    for bad in (WAVE + 50.0, WAVE * math.nan, 5.0 * WAVE, np.array([0.0, 50.0]), []):
+        with pytest.raises(LimitViolation):
+            wave.prepare(bad, RATE)
+        with pytest.raises(LimitViolation, match="no waveform is prepared"):
+            wave.play()
+    assert player.loads == 0
+    assert len(b.device.steps) == sent
+
+
+def test_what_was_checked_is_what_is_played() -> None:
+    b = bench()
+    wave, player = waves(b)
+    mine = WAVE.copy()
+    wave.prepare(mine, RATE)
+    mine[:] = 1e6
+    assert not player.volts.flags.writeable
+    for _ in wave.play():
+        pass
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
+def test_the_step_into_it_counts_when_it_is_played() -> None:
+    b = bench(up=False)
+    wave, player = waves(b)
+    wave.prepare(WAVE + 20.0, RATE)
+    assert player.loads == 0
+    with pytest.raises(LimitViolation, match="not powered up"):
+        wave.play()
+    b.output.power_up()
+    with pytest.raises(LimitViolation, match=r"ramp\(20\) first"):
+        wave.play()
+    b.output.ramp(20.0)
+    playing = wave.play()
+    b.output.ramp(60.0)
+    with pytest.raises(LimitViolation, match="entry"):
+        next(playing)
+    b.output.ramp(20.0)
+    assert list(wave.play())[-1].samples == 100
+    assert player.loads == 1
+
+
+@pytest.mark.parametrize("telling", [True, False])
+@pytest.mark.parametrize("way", ["close", "throw", "interrupt", "stop", "abandon"])
+def test_every_way_out_parks(way: str, telling: bool) -> None:
+    b = bench()
+    wave, player = waves(b, telling)
+    wave.prepare(WAVE, RATE)
+    playing = wave.play()
+    next(playing)
+    next(playing)
+    if way == "close":
+        playing.close()  # type: ignore[attr-defined]
+    elif way == "throw":
+        with pytest.raises(ZeroDivisionError):
+            playing.throw(ZeroDivisionError())  # type: ignore[attr-defined]
+    elif way == "interrupt":
+        b.interrupts.left = 7
+        with pytest.raises(KeyboardInterrupt):
+            next(playing)
+    elif way == "stop":
+        b.output.stop()
+        with pytest.raises(LimitViolation, match="ended by another command"):
+            next(playing)
+    else:
+        with pytest.raises(ZeroDivisionError), parked(b.output):
+            for _ in wave.play() if way == "never" else playing:
+                raise ZeroDivisionError
+    assert b.device.volts == 0.0
+    assert b.output.state is OutputState.PARKED
+    assert player.aborted >= 1
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
+def test_abort_leaves_the_voltage_and_ends_the_iterator() -> None:
+    b = bench()
+    wave, _ = waves(b)
+    wave.abort()
+    wave.prepare(WAVE, RATE)
+    playing = wave.play()
+    next(playing)
+    for refused in (lambda: b.output.set(1.0), lambda: wave.prepare(WAVE, RATE)):
+        with pytest.raises(LimitViolation, match="a waveform is playing"):
+            refused()
+    wave.abort()
+    assert b.output.present == pytest.approx(WAVE[19])
+    with pytest.raises(LimitViolation, match="ended by another command"):
+        next(playing)
+    assert b.device.volts == pytest.approx(WAVE[19])
+
+
+@pytest.mark.parametrize("after", [10, 200, 700])
+def test_a_link_lost_within_it(after: int) -> None:
+    b = bench()
+    wave, _ = waves(b)
+    wave.prepare(WAVE, RATE)
+    b.device.budget = after
+    with pytest.raises(LinkLost):
+        list(wave.play())
+    assert b.output.state is OutputState.PARKED
+    assert b.device.volts == 0.0
+    b.output.ramp(0.0)
+    wave.prepare(WAVE, RATE)
+    b.device.budget = after
+    playing = wave.play()
+    b.device.reachable = False
+    with pytest.raises(LinkLost) as caught:
+        list(playing)
+    assert "the way down failed too" in caught.value.__notes__[0]
+    assert b.output.state is OutputState.UNKNOWN
+
+
+def test_a_player_that_ends_early_is_a_fault() -> None:
+    class Short(TellingPlayer):
+        def play(self) -> Iterator[Written]:
+            for written in super().play():
+                yield written
+                self.running = False
+
+    b = bench()
+    wave = GuardedWave(b.output, Short(b.device))
+    wave.prepare(WAVE, RATE)
+    with pytest.raises(ProtocolFault, match="20 of 100 samples"):
+        list(wave.play())
+    assert b.output.state is OutputState.PARKED
+
+
+def test_a_device_that_plays_on_by_itself_is_found_where_it_really_is() -> None:
+    class Autonomous:
+        """Plays in hardware: reports lag behind, and only abort ends it."""
+
+        def __init__(self) -> None:
+            self.position = 0
+
+        def load(self, volts: np.ndarray, rate: float) -> None:
+            self.volts = volts
+
+        def play(self) -> Iterator[Written]:
+            for k in range(1, 6):
+                for v in self.volts[20 * (k - 1) : 20 * k]:
+                    b.device.command(float(v), "wave")
+                yield Written(20 * k, 100)
+
+        def abort(self) -> None:
+            for v in self.volts[40:55]:
+                b.device.command(float(v), "wave")
+            self.position = 55
+
+    b = bench()
+    wave = GuardedWave(b.output, Autonomous())
+    wave.prepare(WAVE, RATE)
+    playing = wave.play()
+    next(playing)
+    next(playing)
+    b.output.stop()
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+    assert b.device.volts == 0.0
+
+
+def test_clamped_samples_are_flagged() -> None:
+    b = bench(clamp=True)
+    wave, player = waves(b)
+    wave.prepare(1.4 * WAVE, RATE)
+    assert player.volts.max() == 100.0
+    flags = np.concatenate([c.flags for r in wave.play() for c in r.chunks])
+    np.testing.assert_array_equal(flags == Flag.CLAMPED, 1.4 * WAVE > 100.0)
+    assert (flags == Flag.CLAMPED).any()
+    with pytest.raises(LimitViolation, match="not finite"):
+        wave.prepare(np.full(5, math.inf), RATE)
+
+
+def test_rounding_is_trimmed() -> None:
+    b = bench()
+    wave, player = waves(b)
+    wave.prepare(WAVE + 20.0 + 1e-8, RATE)
+    assert player.volts.max() == 100.0
+
+
+def test_dwell_goes_on_across_waveforms() -> None:
+    b = bench(Envelope(-20.0, 100.0, 1e4, gentle=500.0, dwell=[Dwell(60.0, 0.2)]))
+    wave, _ = waves(b)
+    up = np.linspace(0.0, 80.0, 100)
+    wave.prepare(up, RATE)
+    list(wave.play())
+    b.clock.sleep(0.12)
+    wave.prepare(np.full(100, 80.0), RATE)
+    with pytest.raises(LimitViolation, match="before it"):
+        wave.play()
+    b.clock.sleep(0.1)
+    with pytest.raises(LimitViolation, match="ramped to 0 V"):
+        b.output.tend()
+
+
+def test_the_converter_limits_waveforms() -> None:
+    b = bench(converter=Converter(-10.0, 60.0))
+    wave, _ = waves(b)
+    with pytest.raises(LimitViolation, match="converter's own range"):
+        wave.prepare(WAVE, RATE)
+
+
+def test_limits_of_these_tests() -> None:
+    assert LIMITS.largest_step(0.0, 100.0) == 10.0
