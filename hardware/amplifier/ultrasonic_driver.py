@@ -19,7 +19,9 @@ from dataclasses import dataclass, replace
 from typing import final
 
 from hardware.amplifier.channel import AnalogueChannel, DigitalLines
+from hardware.amplifier.data import Amplifier
 from hardware.contracts import Identity
+from hardware.envelope.limits import Converter
 from hardware.errors import HardwareError, LimitViolation
 
 __all__ = ["UltrasonicDriver", "UltrasonicLimits"]
@@ -93,6 +95,23 @@ class UltrasonicDriver:
         """The board and the card."""
         card = self._channel.identity
         return replace(card, model=f"C-184.161 behind {card.model}".strip())
+
+    @property
+    def amplifier(self) -> Amplifier:
+        """The control voltage as that of an amplifier of gain 1, for playing waveforms.
+
+        A player does not look at the ends of travel: call `check_ends` between its reports.
+        """
+        largest = self._limits.largest
+        return Amplifier(
+            1.0, lowest=-largest, highest=largest, name="C-184.161 input", source="its range"
+        )
+
+    @property
+    def converter(self) -> Converter:
+        """What can be produced at the board's input, for the guard."""
+        largest = self._limits.largest
+        return Converter(-largest, largest, self._channel.resolution)
 
     @property
     def has_watchdog(self) -> bool:

@@ -3,9 +3,10 @@
 from hardware.controllers.ascii_controller import AsciiController
 from hardware.controllers.ascii_dialect import AsciiDialect
 from hardware.controllers.ascii_dialects import ASCII_DIALECTS, D_DRIVE, MDT69X, NV200
-from hardware.controllers.gcs_controller import GcsController, GcsSetup
+from hardware.controllers.gcs_controller import GcsController
 from hardware.controllers.gcs_errors import device_error
 from hardware.controllers.gcs_recorder import GcsRecorder
+from hardware.controllers.gcs_setup import GcsSetup
 from hardware.controllers.gcs_talk import GcsTalk, OwnGcsTalk
 from hardware.controllers.gcs_wave import GcsWave
 from hardware.controllers.pipython_talk import PIPythonTalk

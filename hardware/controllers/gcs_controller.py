@@ -1,67 +1,29 @@
-"""A digital piezo controller that speaks GCS 2, as a raw output and with its own sensor."""
+"""A digital piezo controller that speaks GCS 2, as a raw output and with its own sensor.
+
+Commands, answers and numbers are those of public documents for the E-712 and E-727 and of PIPython;
+none of it was tried on a device here. Start with the actuator unplugged: compare ``VOL?`` with what
+was set, then look at the trigger output and at one recording.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import final
 
 from bondgraph.errors import UnusableInput
 from hardware.contracts import Clock, Identity, WallClock
+from hardware.controllers.gcs_setup import GcsSetup
 from hardware.controllers.gcs_talk import GcsTalk
 from hardware.controllers.walking import walk
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
-__all__ = ["GcsController", "GcsSetup"]
+__all__ = ["GcsController"]
 
 _STOPPED = 10
 _UNKNOWN = 2
 _SERVO_TIME = 0x0E000200
 _TELLING = 2.0
 """Difference of control value and voltage that tells of a wrong setup (V)."""
-
-
-@dataclass(frozen=True, slots=True)
-class GcsSetup:
-    """What the controller does not tell about itself.
-
-    Parameters
-    ----------
-    axis : str
-        Axis that carries the actuator.
-    channel : str
-        Output channel of this axis.
-    generator, table : int
-        Wave generator of the axis and a wave table that may be overwritten.
-    scale : float
-        Voltage per unit of the open-loop control value. On some models the control value is a
-        voltage (1), on others a position; compare ``VOL?`` with ``SVA?`` once and set it.
-    offset : float
-        Voltage at control value zero (V).
-    safe : float
-        Where the output rests (V).
-    gentle : float
-        Rate of going there on power-up (V/s).
-    watchdog : bool
-        Whether this device goes to its safe value when the program is gone. The public documents
-        of GCS know no such thing; true only where the maker confirms it.
-    arguments : int
-        Most arguments of one command.
-    servo_time : float, optional
-        Period of servo and wave generator (s); asked for (parameter 0x0E000200) if not given.
-    """
-
-    axis: str = "1"
-    channel: str = "1"
-    generator: int = 1
-    table: int = 1
-    scale: float = 1.0
-    offset: float = 0.0
-    safe: float = 0.0
-    gentle: float = 100.0
-    watchdog: bool = False
-    arguments: int = 32
-    servo_time: float | None = None
 
 
 @final

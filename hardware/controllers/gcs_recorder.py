@@ -1,4 +1,8 @@
-"""The controller's own data recorder as an acquisition: position and voltage on its clock."""
+"""The controller's own data recorder as an acquisition: position and voltage on its clock.
+
+Record options 2 and 16 and the trigger option 4 are those of the E-712's public list; other models
+number them differently (ask ``HDR?``).
+"""
 
 from __future__ import annotations
 
@@ -18,7 +22,6 @@ __all__ = ["GcsRecorder", "gcs_array"]
 POINTS = 0x16000200
 """Parameter number of the points of all recorder tables together."""
 
-_POSITION, _VOLTAGE = 2, 16
 _DEFAULT, _IMMEDIATE = 0, 4
 _PIECE = 4096
 
@@ -39,6 +42,8 @@ class GcsRecorder:
         Start with the wave generator, or on `kickoff`.
     stream : str
         Name of the stream.
+    options : tuple of int
+        Record options of this model for position (um) of an axis and voltage (V) of a channel.
     """
 
     def __init__(
@@ -48,6 +53,7 @@ class GcsRecorder:
         rate: float,
         trigger: Literal["wave", "now"] = "wave",
         stream: str = "controller",
+        options: tuple[int, int] = (2, 16),
     ) -> None:
         if trigger not in ("wave", "now"):
             raise UnusableInput(f"{stream}: trigger {trigger!r} is unknown; choose wave or now")
@@ -58,6 +64,7 @@ class GcsRecorder:
         self._rate = rate
         self._trigger = trigger
         self._stream = stream
+        self._options = options
         self._taken = 0
 
     @property
@@ -99,7 +106,8 @@ class GcsRecorder:
             )
         divider = c.divider(self._rate, "record")
         self._taken = 0
-        talk.send(f"DRC 1 {c.setup.axis} {_POSITION} 2 {c.setup.channel} {_VOLTAGE}")
+        position, voltage = self._options
+        talk.send(f"DRC 1 {c.setup.axis} {position} 2 {c.setup.channel} {voltage}")
         talk.send(f"RTR {divider}")
         talk.send(f"DRT 0 {_IMMEDIATE if self._trigger == 'now' else _DEFAULT} 0")
 

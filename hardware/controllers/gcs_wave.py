@@ -1,4 +1,8 @@
-"""Waveforms by the controller's wave generator: timed in the device, not by the program."""
+"""Waveforms by the controller's wave generator: timed in the device, not by the program.
+
+The generator's start mode 1, the trigger mode 4 of ``CTO`` and the meaning of ``#9`` are known from
+public documents only.
+"""
 
 from __future__ import annotations
 

@@ -12,125 +12,37 @@ here enables outputs.
 from __future__ import annotations
 
 import math
-from abc import ABC
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.contracts import Clock, Identity, WallClock
-from hardware.daq.codes import HIGHEST, LOWEST, STEP, ZERO, dac_codes, dac_volts, input_volts
-from hardware.daq.registers import Access, Kind, Registers
-from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
+from hardware.daq.card_state import CardState
+from hardware.daq.codes import HIGHEST, LOWEST, ZERO, dac_codes, dac_volts, input_volts
+from hardware.daq.register_map import RegisterMap
+from hardware.daq.registers import Access, Kind
+from hardware.errors import HardwareError, LimitViolation, ProtocolFault, TimedOut
 
 __all__ = ["MF624", "MF634", "Card", "RegisterMap"]
 
-ALL_ONES = 0xFFFFFFFF
 CHANNELS = 8
 _BUSY_LOOKS = 64
 
 
-@dataclass(frozen=True, slots=True)
-class RegisterMap:
-    """Where the registers of a model lie.
-
-    Parameters
-    ----------
-    model : str
-        Name.
-    device : int
-        PCI device number.
-    bars : tuple of int
-        Its BARs, in the order of the drivers' maps.
-    control_bar, control : int
-        The general control register (32 bits).
-    data_bar : int
-        BAR of the registers below (16 bits each).
-    inputs, start, digital, outputs : int
-        Input queue (read) and list of inputs (write); start of a conversion (read); digital lines;
-        first output (write).
-    converting, hold, enable : int
-        Bits of the control register: high while a conversion runs; outputs keep their values until
-        it falls; outputs are connected (else grounded).
-    """
-
-    model: str
-    device: int
-    bars: tuple[int, ...]
-    control_bar: int
-    control: int
-    data_bar: int = 2
-    inputs: int = 0x00
-    start: int = 0x20
-    digital: int = 0x10
-    outputs: int = 0x20
-    converting: int = 1 << 17
-    hold: int = 1 << 23
-    enable: int = 1 << 26
-
-
-class Card(ABC):
+class Card(CardState):
     """A card behind an accessor of registers; one caller at a time.
 
     Parameters
     ----------
-    registers : Registers
-        The accessor.
-    clock : Clock, optional
-        For time-outs.
-    timeout : float
-        Longest conversion (s).
+    registers, clock, timeout
+        See `CardState`.
     """
-
-    layout: ClassVar[RegisterMap]
-
-    def __init__(
-        self, registers: Registers, clock: Clock | None = None, timeout: float = 0.1
-    ) -> None:
-        self.registers = registers
-        self.clock: Clock = WallClock() if clock is None else clock
-        self.timeout = timeout
-        self._lines = 0
-        self._scan: tuple[int, ...] = ()
-        self._ready = False
-
-    @property
-    def identity(self) -> Identity:
-        """Maker and model; the card tells no serial number."""
-        return Identity(maker="Humusoft", model=self.layout.model)
-
-    @property
-    def ready(self) -> bool:
-        """Whether `power_up` has been through."""
-        return self._ready
 
     @property
     def lines(self) -> int:
         """Digital outputs as last written."""
         return self._lines
-
-    def control(self) -> int:
-        """Read the control register; `LinkLost` if the card is gone."""
-        m = self.layout
-        word = self.registers.read32(m.control_bar, m.control)
-        self.require_present(word)
-        return word
-
-    def gone(
-        self,
-        why: str = (
-            "all bits read as one, so the card is gone; check it and its bus, then power up anew: "
-            "its outputs are unknown"
-        ),
-    ) -> LinkLost:
-        """Make the error of a card that no longer does what it is told."""
-        return LinkLost(f"{self.layout.model} ({self.registers.address}): {why}")
-
-    def enabled(self) -> bool:
-        """Whether the outputs are connected, perhaps since an earlier program."""
-        return bool(self.control() & self.layout.enable)
 
     def power_up(self) -> None:
         """Bring all outputs to 0 V without ever connecting another value.
@@ -174,6 +86,7 @@ class Card(ABC):
         bool
             False if they are off, or if values wait to be loaded; then only `power_up` is safe.
         """
+        self.forget()
         state = self.control()
         self._ready = bool(state & self.layout.enable) and not state & self.layout.hold
         return self._ready
@@ -206,49 +119,6 @@ class Card(ABC):
         accesses = (self.output_access(channel, int(code[0])), self.state_access())
         self.require_present(self.registers.batch(accesses)[1])
         return float(dac_volts(code)[0])
-
-    def require_in_range(self, volts: NDArray[np.float64]) -> None:
-        """Refuse a record (V) with anything that an output cannot give."""
-        bad = ~((volts >= LOWEST) & (volts <= HIGHEST))
-        if bad.any():
-            n = int(np.argmax(bad))
-            raise LimitViolation(
-                f"{self.layout.model}: {float(volts.flat[n])!r} V (sample {n}) is not within "
-                f"{LOWEST:g} to {HIGHEST:g} V of its outputs; nothing was written"
-            )
-
-    def forget_inputs(self) -> None:
-        """Take the list of inputs as lost."""
-        self._scan = ()
-
-    def forget(self) -> None:
-        """Take the outputs as unknown and the list of inputs as lost."""
-        self._ready = False
-        self._scan = ()
-
-    def require_present(self, state: int) -> None:
-        """Raise `LinkLost` if the control register shows a card that is gone or was reset."""
-        if state == ALL_ONES:
-            self.forget()
-            raise self.gone()
-        if self._ready and state & (self.layout.enable | self.layout.hold) != self.layout.enable:
-            self.forget()
-            raise self.gone(
-                "its outputs were switched off or are held from outside (a reset, another "
-                "program); end that program and power up anew"
-            )
-
-    def saturated(self, volts: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which input voltages (V) are at an end of the converter."""
-        return np.asarray((volts <= LOWEST) | (volts >= HIGHEST - 1.5 * STEP))
-
-    def require_ready(self) -> None:
-        """Refuse to write to a card whose outputs are unknown."""
-        if not self._ready:
-            raise ProtocolFault(
-                f"{self.layout.model} ({self.registers.address}): its outputs are unknown; call "
-                "power_up() first"
-            )
 
     def output_access(self, channel: int, code: int) -> Access:
         """Return the access that writes an output code."""
@@ -306,6 +176,8 @@ class Card(ABC):
         if wanted == self._scan:
             return
         mask = sum(1 << c for c in wanted)
+        # an interruption in between must not leave an old list believed
+        self._scan = ()
         self.registers.write16(self.layout.data_bar, self.layout.inputs, mask)
         self._scan = wanted
 
@@ -356,9 +228,6 @@ class Card(ABC):
                     )
                 self.clock.sleep(1e-3)
             state = self.registers.batch((self.state_access(),))[0]
-
-    def _write_control(self, word: int) -> None:
-        self.registers.write32(self.layout.control_bar, self.layout.control, word)
 
 
 @final

@@ -148,7 +148,9 @@ class CompiledWave(CardWave):
             if not run.playback.stop:
                 run.thread.start()
             while reported < total:
-                alive = run.thread.is_alive()
+                if alive := run.thread.is_alive():
+                    self._clock.sleep(REPORT)
+                    alive = run.thread.is_alive()
                 position = run.position
                 if position > reported:
                     chunk = self._between(run, reported, position)
@@ -158,8 +160,8 @@ class CompiledWave(CardWave):
                 elif not alive:
                     self._raise_for(run.playback.state)
                     return
-                if reported < total and alive:
-                    self._clock.sleep(REPORT)
+                else:
+                    yield Written(reported, total, late)
         finally:
             run.end()
             self._card.lines_access(run.playback.lines)

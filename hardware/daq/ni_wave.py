@@ -170,6 +170,8 @@ class NiWave:
                         f"{self._channel.name}: no new sample within {self._timeout:g} s after "
                         f"{reported} of {total}; does the start trigger come?"
                     )
+                else:
+                    yield Written(reported, total)
         except HardwareError as error:
             left = readings.shape[1]
             if left and error.partial is None:

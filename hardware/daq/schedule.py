@@ -50,6 +50,10 @@ class Schedule:
         self._start = self._clock.now() + lead
         self._last = float("-inf")
 
+    def slack(self, k: int) -> float:
+        """Time (s) until sample `k` is due; negative behind it."""
+        return self._start + k * self._period - self._clock.now()
+
     def wait(self, k: int) -> tuple[float, float]:
         """Wait for sample `k`; return how late (s) it is and the present instant (s)."""
         due = self._start + k * self._period

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import socket
 import struct
+import threading
 from collections.abc import Sequence
 from typing import final
 
@@ -38,18 +39,12 @@ class SocketRegisters:
     """
 
     def __init__(self, address: str, timeout: float = 1.0) -> None:
+        self._where = address
         self._address = f"registers at {address}"
         self._timeout = timeout
-        host, _, port = address.rpartition(":")
-        try:
-            self._socket: socket.socket | None = socket.create_connection(
-                (host, int(port)), timeout=timeout
-            )
-        except (OSError, ValueError) as error:
-            raise LinkLost(
-                f"{self._address}: no connection ({error}); is `bondsight bench serve` running?"
-            ) from error
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._lock = threading.Lock()
+        self._interrupted = False
+        self._socket: socket.socket | None = self._connected()
 
     @property
     def address(self) -> str:
@@ -84,7 +79,8 @@ class SocketRegisters:
         """
         count = len(accesses)
         request = _HEAD.pack(count) + b"".join([_ACCESS.pack(*a) for a in accesses])
-        answer = self._exchange(request, 2 + 4 * count)
+        with self._lock:
+            answer = self._exchange(request, 2 + 4 * count)
         if _HEAD.unpack_from(answer)[0] != count:
             self.close()
             raise ProtocolFault(f"{self._address}: answer to another request; the link is closed")
@@ -92,11 +88,30 @@ class SocketRegisters:
 
     def close(self) -> None:
         """Disconnect."""
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
+        self._interrupted = False
+        self._drop()
+
+    def _drop(self) -> None:
+        link, self._socket = self._socket, None
+        if link is not None:
+            link.close()
+
+    def _connected(self) -> socket.socket:
+        host, _, port = self._where.rpartition(":")
+        try:
+            link = socket.create_connection((host, int(port)), timeout=self._timeout)
+        except (OSError, ValueError) as error:
+            raise LinkLost(
+                f"{self._address}: no connection ({error}); is `bondsight bench serve` running?"
+            ) from error
+        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return link
 
     def _exchange(self, request: bytes, length: int) -> bytes:
+        if self._interrupted:
+            # Ctrl-C in the middle of an exchange: its rest must not be taken for this answer
+            self._interrupted = False
+            self._socket = self._connected()
         link = self._socket
         if link is None:
             raise LinkLost(f"{self._address}: the link is closed; open it again")
@@ -117,3 +132,7 @@ class SocketRegisters:
         except OSError as error:
             self.close()
             raise LinkLost(f"{self._address}: link lost ({error})") from error
+        except BaseException:
+            self._drop()
+            self._interrupted = True
+            raise

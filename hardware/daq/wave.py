@@ -76,6 +76,10 @@ class SoftwareTimedWave(CardWave):
         try:
             schedule.begin(min(1e-3, 10.0 / self._rate))
             for first in range(0, total, block):
+                while block == 1 and self._playing and schedule.slack(first) > 1.5 * REPORT:
+                    # a slow waveform must not keep the others from being polled
+                    self._clock.sleep(REPORT)
+                    yield Written(first, total, late)
                 count = min(block, total - first)
                 chunk = self._block(schedule, first, count)
                 late += int(np.count_nonzero(chunk.flags & Flag.LATE))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, final
 
+from hardware.contracts import Clock, WallClock
 from hardware.ecosystem.documents import number_key, readings, source_of
 from hardware.ecosystem.status import ActionStatus
 from hardware.envelope import GuardedOutput, OutputState, check_ramp
@@ -29,6 +30,11 @@ class BlueskyVoltage:
         Of the ramps (V/s); by default the envelope's gentle one.
     readback : bool
         Whether a second field holds what the device measures.
+    settle : float
+        Time from the end of a ramp until the move counts as done (s): what is read right behind
+        the last step still sees the actuator on its way.
+    clock : Clock, optional
+        Time of the program, in which it settles.
     """
 
     parent: None = None
@@ -40,11 +46,15 @@ class BlueskyVoltage:
         *,
         rate: float | None = None,
         readback: bool = False,
+        settle: float = 0.01,
+        clock: Clock | None = None,
     ) -> None:
         self._output = output
         self._name = name
         self._rate = rate
         self._readback = readback
+        self._settle = settle
+        self._clock: Clock = WallClock() if clock is None else clock
         self._setpoint: float | None = None
         self._move = ActionStatus.finished(f"{name} at rest")
 
@@ -79,10 +89,12 @@ class BlueskyVoltage:
         """Ramp to a voltage (V); refused at once if it is outside of the envelope."""
         self.check_value(value)
         self._setpoint = float(value)
-        self._move = ActionStatus.run(
-            f"{self._name} to {value:g} V", lambda: self._output.ramp(value, self._rate)
-        )
+        self._move = ActionStatus.run(f"{self._name} to {value:g} V", lambda: self._go(value))
         return self._move
+
+    def _go(self, value: float) -> None:
+        self._output.ramp(value, self._rate)
+        self._clock.sleep(self._settle)
 
     def locate(self) -> dict[str, float]:
         """Return where it should be and where it is (V)."""

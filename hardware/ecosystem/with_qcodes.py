@@ -1,21 +1,29 @@
-"""QCoDeS: a guarded voltage and a displacement as its instruments. Imports QCoDeS."""
+"""QCoDeS: a guarded voltage, a displacement and blocks as its instruments. Imports QCoDeS."""
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable, Mapping
 from typing import Any, final
 
-from hardware.contracts import Identity
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.errors import UnusableInput
+from hardware.contracts import Acquisition, Clock, Identity, WallClock
+from hardware.ecosystem.block import BlockPlan, Taken, block_arrays, take_block
 from hardware.ecosystem.bluesky_displacement import DisplacementSource
 from hardware.envelope import GuardedOutput
 from hardware.errors import DriverMissing
 
 try:
     from qcodes.instrument import Instrument
-    from qcodes.validators import Numbers
+    from qcodes.parameters import ParameterWithSetpoints
+    from qcodes.validators import Arrays, Ints, Numbers
 except ImportError as missing:
     raise DriverMissing("QCoDeS is not installed; pip install qcodes") from missing
 
-__all__ = ["DisplacementInstrument", "VoltageInstrument"]
+__all__ = ["BlockInstrument", "DisplacementInstrument", "VoltageInstrument"]
 
 
 @final
@@ -116,6 +124,94 @@ class DisplacementInstrument(Instrument):
         reading = self._source.read()
         self._flags = int(reading.flags)
         return reading.value
+
+
+@final
+class BlockInstrument(Instrument):
+    """Blocks of samples, as arrays over ``time`` (s, from the start of the block).
+
+    Parameters ``samples``, ``rate`` (Hz), ``time``, one for every channel and ``flags``. Reading a
+    channel returns the last block; `take` makes a new one.
+
+    Parameters
+    ----------
+    name : str
+        Of the instrument.
+    make : callable
+        Returns an acquisition that is ready for ``kickoff``, given samples and rate (Hz).
+    units : mapping of str to str
+        Channels and their units.
+    plan : BlockPlan, optional
+        First length and rate; by default 32768 samples at 3125 Hz.
+    clock : Clock, optional
+        Time of the program.
+    patience : float
+        Time (s) on top of the duration after which a missing sample is a fault.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        make: Callable[[int, float], Acquisition],
+        units: Mapping[str, str],
+        *,
+        plan: BlockPlan | None = None,
+        clock: Clock | None = None,
+        patience: float = 5.0,
+        **options: Any,
+    ) -> None:
+        super().__init__(name, **options)
+        first = BlockPlan(32768, 3125.0) if plan is None else plan
+        self._make, self._units, self._patience = make, dict(units), patience
+        self._clock: Clock = WallClock() if clock is None else clock
+        self._arrays: dict[str, NDArray[Any]] = {}
+        self.add_parameter(
+            "samples", initial_value=first.samples, set_cmd=None, get_cmd=None, vals=Ints(1)
+        )
+        self.add_parameter(
+            "rate", unit="Hz", initial_value=first.rate, set_cmd=None, get_cmd=None,
+            vals=Numbers(1e-3),
+        )  # fmt: skip
+        shape = Arrays(shape=(self.parameters["samples"].get_latest,))
+        self.add_parameter("time", unit="s", get_cmd=self._time, set_cmd=False, vals=shape)
+        for channel, unit in {**units, "flags": ""}.items():
+            self.add_parameter(
+                channel,
+                unit=unit,
+                parameter_class=ParameterWithSetpoints,
+                setpoints=(self.parameters["time"],),
+                get_cmd=lambda channel=channel: self._last(channel),
+                set_cmd=False,
+                vals=shape,
+                snapshot_value=False,
+            )
+
+    def take(self) -> None:
+        """Take a block.
+
+        Raises
+        ------
+        HardwareError
+            Of the device; what had arrived can be read, the rest is NaN and flagged.
+        """
+        plan = BlockPlan(int(self.parameters["samples"]()), float(self.parameters["rate"]()))
+        acquisition, taken = self._make(plan.samples, plan.rate), Taken()
+        acquisition.kickoff()
+        try:
+            take_block(
+                acquisition, None, plan, self._clock, taken, threading.Event(), self._patience
+            )
+        finally:
+            self._arrays = dict(block_arrays(taken.block, plan.samples, self._units))
+
+    def _time(self) -> NDArray[np.float64]:
+        return np.arange(self.parameters["samples"]()) / float(self.parameters["rate"]())
+
+    def _last(self, channel: str) -> NDArray[Any]:
+        samples = int(self.parameters["samples"]())
+        if not self._arrays or self._arrays["flags"].size != samples:
+            raise UnusableInput(f"{self.name}: no block of {samples} samples yet; call take()")
+        return self._arrays[channel]
 
 
 def _idn(identity: Identity) -> dict[str, str | None]:

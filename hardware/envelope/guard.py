@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, final
 
-from bondgraph.errors import UnusableInput
 from hardware.contracts import Clock, Identity, RawOutput, WallClock
 from hardware.envelope.limits import Converter, Envelope
 from hardware.envelope.line import Line
@@ -57,16 +56,9 @@ class GuardedOutput:
         converter: Converter | None = None,
     ) -> None:
         own = getattr(raw, "converter", None)
-        if converter is None and isinstance(own, Converter):
-            converter = own
+        converter = own if converter is None and isinstance(own, Converter) else converter
         self._converter = converter
-        self._line = line = Line(raw, envelope, WallClock() if clock is None else clock, converter)
-        for what, volts in (("power-up leaves", line.rest), ("parking needs", envelope.safe)):
-            if not line.low <= volts <= line.high:
-                raise UnusableInput(
-                    f"guard: {what} {volts:g} V, which lies outside {line.low:g} .. {line.high:g} "
-                    "V; widen the envelope or use another output"
-                )
+        self._line = Line(raw, envelope, WallClock() if clock is None else clock, converter)
         self._clamp = clamp
         self._clamped = False
         self._cuts = 0
@@ -106,10 +98,8 @@ class GuardedOutput:
     @property
     def status(self) -> OutputStatus:
         """State, reason and what follows; its text is a sentence."""
-        present = self.present
-        return OutputStatus(
-            self._line.state, self._line.reason, present, self._line.raw.has_watchdog
-        )
+        present, line = self.present, self._line
+        return OutputStatus(line.state, line.reason, present, line.raw.has_watchdog)
 
     @property
     def clamp(self) -> bool:

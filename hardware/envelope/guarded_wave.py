@@ -116,7 +116,7 @@ class GuardedWave:
             if known:
                 self._load()
 
-    def play(self) -> Iterator[Written]:
+    def play(self) -> Generator[Written, None, None]:
         """Play the prepared waveform; the last voltage stays.
 
         Any error, also of the one who iterates, ends it with a ramp to the safe value; so close
@@ -150,7 +150,7 @@ class GuardedWave:
                 line.new_epoch()
                 line.end_wave()
 
-    def _run(self, prepared: _Prepared) -> Iterator[Written]:
+    def _run(self, prepared: _Prepared) -> Generator[Written, None, None]:
         line = self._output._line
         with line.lock:
             self._output._ready("play")

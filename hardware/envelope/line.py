@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import final
 
+from bondgraph.errors import UnusableInput
 from hardware.contracts import Clock, RawOutput
 from hardware.envelope.dwelling import Dwelling
 from hardware.envelope.limits import Converter, Envelope
@@ -49,6 +50,12 @@ class Line:
         self.low, self.high = envelope.v_min, envelope.v_max
         if converter is not None:
             self.low, self.high = max(self.low, converter.v_min), min(self.high, converter.v_max)
+        for what, volts in (("power-up leaves", self.rest), ("parking needs", envelope.safe)):
+            if not self.low <= volts <= self.high:
+                raise UnusableInput(
+                    f"guard: {what} {volts:g} V, which lies outside {self.low:g} .. {self.high:g} "
+                    "V; widen the envelope or use another output"
+                )
         self.lock = threading.RLock()
         self.epoch = 0
         self.touched = False
@@ -175,7 +182,7 @@ class Line:
         span = target - start
         # half of what a single command may do: room for a read-back that is a little off
         step = min(speed * max(TICK, period), 0.5 * self.envelope.fastest(start, target) * period)
-        count = math.ceil(abs(span) / step) if span else 0
+        count = max(math.ceil(abs(span) / step), 1) if span else 0
         for k in range(1, count + 1):
             self.clock.sleep(max(abs(span) / count / speed, period))
             with self.lock:

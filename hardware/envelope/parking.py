@@ -118,7 +118,7 @@ class parked:
         failures = []
         for output in self._outputs:
             try:
-                output.stop()
+                _stop(output)
             except BaseException as failure:
                 status = getattr(output, "status", "output unknown")
                 failure.add_note(f"the output could not be parked: {status}")
@@ -143,6 +143,14 @@ class parked:
         """Park at the exit of the interpreter what was never left."""
         self._leaving = True
         self._park(None)
+
+
+def _stop(output: Parkable) -> None:
+    """Stop, and once more if something interrupted even that."""
+    try:
+        output.stop()
+    except (KeyboardInterrupt, SystemExit):
+        output.stop()
 
 
 def _act(number: int, before: Any, frame: FrameType | None) -> None:

@@ -40,11 +40,12 @@ class Connection:
         self.clock = clock
         self.busy: object | None = None
         self._zeroed = False
-        self._open = False
+        self._open = self._entered = False
         self._connect()
 
     def _connect(self) -> None:
         self.library.enter()
+        self._entered = True
         try:
             self.handle = open_handle(self.library, self.address)
             self._open = True
@@ -75,7 +76,8 @@ class Connection:
         if opened:
             quietly(lambda: self.library.call("IfmStop", self.handle))
             quietly(lambda: self.library.call("IfmCloseDevice", self.handle))
-        if opened or not hasattr(self, "handle"):
+        entered, self._entered = self._entered, False
+        if entered:
             quietly(self.library.leave)
 
     def __enter__(self) -> Self:

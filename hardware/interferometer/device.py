@@ -11,8 +11,9 @@ import numpy as np
 from bondgraph.errors import UnusableInput
 from hardware.contracts import Air, Clock, Flag, WallClock
 from hardware.errors import BeamLost, ProtocolFault, TimedOut
+from hardware.interferometer.connection import Connection
 from hardware.interferometer.constants import Aux, Info, Measure, Status, Trigger
-from hardware.interferometer.environment import Environment, EnvironmentWatch
+from hardware.interferometer.environment import RANGES, Environment, EnvironmentWatch
 from hardware.interferometer.library import Library
 from hardware.interferometer.pump import Drained, drain
 from hardware.interferometer.readouts import (
@@ -30,6 +31,7 @@ __all__ = ["Interferometer"]
 _READ_RATE = 1000.0
 _TRIES = 10
 _AT_REST = 10e-6
+_MANUAL_AIR = 0x0002 | 0x0004 | 0x0008
 
 
 @final
@@ -203,6 +205,31 @@ class Interferometer(Connection):
     def air(self) -> Air | None:
         """Return the state of the air."""
         return self.environment().air
+
+    def tell_air(self, temperature: float, pressure: float, humidity: float) -> None:
+        """Give the device the air (K, Pa, relative 0 to 1) that it has no sensors for.
+
+        Raises
+        ------
+        UnusableInput
+            If a value lies outside of what the correction is made for; nothing is sent then.
+        """
+        told = {"temperature": temperature, "pressure": pressure, "humidity": humidity}
+        for name, value in told.items():
+            low, high, unit = RANGES[name]
+            if not low <= value <= high:
+                raise UnusableInput(
+                    f"interferometer: {name} {value:g} {unit} outside {low:g} to {high:g}; give K, "
+                    "Pa and a relative humidity of 0 to 1"
+                )
+        d, c = self.handle, self.channel
+        self._call("IfmSetTemperature", d, c, temperature - 273.15)
+        self._call("IfmSetAirPressure", d, c, pressure)
+        self._call("IfmSetHumidity", d, c, 100.0 * humidity)
+
+    def use_sensors(self) -> None:
+        """Take the air from the device's sensors again."""
+        self._call("IfmResetManualEnvironment", self.handle, self.channel, _MANUAL_AIR)
 
     def correct_for_air(self, on: bool) -> None:
         """Switch the device's own correction for air on or off."""

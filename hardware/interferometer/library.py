@@ -6,6 +6,8 @@ import ctypes
 import ctypes.util
 import os
 import sys
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -82,7 +84,7 @@ class Library:
             ) from fault
         self.path = name
         self._functions: dict[str, Any] = {}
-        self._users = 0
+        self._users = _users_of(self._dll._handle)
 
     def function(self, name: str) -> Any:
         """Return a function of the library with its types set.
@@ -132,17 +134,17 @@ class Library:
         return kind(text)
 
     def enter(self) -> None:
-        """Initialise the library for its first user."""
-        if self._users == 0:
+        """Initialise the library for its first user in this process."""
+        if self._users.count == 0:
             if self.has("IfmSetOption"):
                 self.call("IfmSetOption", 1, 0)  # no debug files in the user's folder
             self.call("IfmInit")
-        self._users += 1
+        self._users.count += 1
 
     def leave(self) -> None:
-        """Release the library after its last user."""
-        self._users = max(self._users - 1, 0)
-        if self._users == 0:
+        """Release the library after its last user: that closes every device of the process."""
+        self._users.count = max(self._users.count - 1, 0)
+        if self._users.count == 0:
             self.call("IfmClose")
 
     def _text(self, code: int) -> str:
@@ -155,3 +157,14 @@ class Library:
 
 def _system_name() -> str | None:
     return ctypes.util.find_library("siosifm64") or ctypes.util.find_library("siosifm")
+
+
+@dataclass(slots=True)
+class _Users:
+    count: int = 0
+
+
+@cache
+def _users_of(loaded: int) -> _Users:
+    """Count users of a library that is loaded once however many objects stand for it."""
+    return _Users()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,8 +17,10 @@ from hardware.recorder.plan import Plan
 from hardware.recorder.station import Station
 from hardware.recorder.taking import Watch, take
 from hardware.storage import (
+    OUTPUT_ENDS,
     ClockAlignment,
     Journal,
+    JournalFailed,
     JournalFile,
     Scale,
     StreamOrigin,
@@ -92,12 +96,14 @@ def record(
         try:
             take(station, plan, journal, watch)
         except HardwareError as error:
-            journal.note({"output_end": _end(station)})
+            # the journal may be what failed; the first error is the one to tell
+            with contextlib.suppress(JournalFailed):
+                journal.note({"output_end": _end(station)})
             error.add_note(f"what had arrived is in {path.name}")
             raise
         journal.note({"output_end": _end(station)})
         raw = open_journal(path)
-        made = assemble(raw, plan, origins, wiring or wiring_of(plan))
+        made = assemble(raw, plan, origins, wiring or wiring_of(plan, origins[-1].nominal_rate))
         recording, provenance = recording_of(
             made, plan, raw, output_end=_end(station), envelope=dict(about),
             scales=_scales(station), air=_air(raw),
@@ -106,12 +112,13 @@ def record(
     return Taken(stored, archive, path, provenance.warnings)
 
 
-def wiring_of(plan: Plan) -> Wiring:
-    """Return what a plan says of clocks and trigger."""
+def wiring_of(plan: Plan, rate: float) -> Wiring:
+    """Return what a plan says of clocks and trigger, for a sensor of that rate (Hz)."""
     if plan.synchronisation == "clock":
         return Wiring(shared_clock=True, delay_error=1e-6)
     if plan.synchronisation == "start":
-        return Wiring(delay_error=None)
+        # the first sample lies within one period of the edge that starts it
+        return Wiring(delay_error=1.0 / (rate * math.sqrt(12.0)))
     return Wiring(most_delay=plan.seconds / 4.0)
 
 
@@ -137,7 +144,7 @@ def _command(plan: Plan) -> dict[str, Any]:
 def _end(station: Station) -> str:
     """Return the state of the output at the end, in the words that are stored."""
     state = str(station.output.provenance().get("state", "unknown")).lower()
-    return "parked" if "parked" in state else "unknown"
+    return state if state in OUTPUT_ENDS else "unknown"
 
 
 def _scales(station: Station) -> tuple[Scale, ...]:

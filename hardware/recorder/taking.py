@@ -7,11 +7,12 @@ goes to its safe value.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
-from hardware.contracts import Acquisition, Chunk, Flag, Written
+from hardware.contracts import Chunk, Flag, Written
 from hardware.errors import BeamLost, HardwareError, LinkLost, TimedOut
 from hardware.recorder.plan import Plan
 from hardware.recorder.station import Station
@@ -41,7 +42,7 @@ class Step:
     Parameters
     ----------
     phase : str
-        ``"prepare"``, ``"play"``, ``"drain"`` or ``"end"``.
+        ``"prepare"``, ``"arm"``, ``"play"``, ``"drain"`` or ``"end"``.
     seconds : float
         Since the start of the wave, by the program's clock.
     written, total : int
@@ -114,6 +115,7 @@ def _prepare(station: Station, plan: Plan, journal: Notebook, say: Watch) -> Non
 
 
 def _run(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
+    say(Step("arm", 0.0, 0, plan.volts.size))
     begin = station.clock.now()
     last = {s.stream: begin for s in station.sensors}
     for sensor in station.sensors:
@@ -165,7 +167,8 @@ def _check_silence(station: Station, plan: Plan, last: Mapping[str, float], wait
     now = station.clock.now()
     for sensor in station.sensors:
         silence = now - last[sensor.stream]
-        allowed = plan.patience + (0.0 if waiting else plan.seconds)
+        # a device that can say more about its silence speaks first
+        allowed = 2.0 * plan.patience + (0.0 if waiting else plan.seconds)
         if not sensor.done and silence > allowed:
             raise TimedOut(
                 f"{sensor.stream}: nothing came for {silence:.3g} s; check the trigger line and "
@@ -179,13 +182,14 @@ def _air(station: Station, journal: Notebook, when: str) -> None:
 
 
 def _keep(journal: Notebook, error: BaseException) -> None:
-    """Write what an error carries, and the error."""
-    if isinstance(error, HardwareError):
-        for chunk in _chunks(error.partial):
-            journal.append(chunk)
+    """Write what an error carries, and the error; the journal itself may be what failed."""
     kind = type(error).__name__
     flags = Flag.BEAM_LOST if isinstance(error, BeamLost | LinkLost) else Flag.GOOD
-    journal.note({"event": "error", "kind": kind, "message": str(error), "flag": int(flags)})
+    with contextlib.suppress(HardwareError):
+        if isinstance(error, HardwareError):
+            for chunk in _chunks(error.partial):
+                journal.append(chunk)
+        journal.note({"event": "error", "kind": kind, "message": str(error), "flag": int(flags)})
 
 
 def _chunks(partial: object) -> list[Chunk]:
@@ -199,7 +203,3 @@ def _chunks(partial: object) -> list[Chunk]:
 def _silent(progress: Step) -> None:
     """Watch nothing."""
 
-
-def streams(sensors: Iterable[Acquisition]) -> tuple[str, ...]:
-    """Return the names of the streams."""
-    return tuple(s.stream for s in sensors)

@@ -108,7 +108,7 @@ class Rig:
         self._now = 0.0
         self._volts = 0.0
         self._steps = Tape(2)
-        self._steps.append(0.0, np.nan)
+        self._steps.append(0.0, 0.0)
         self._edges = Tape(2)
         self._edges.append(0.0, 0.0)
         self._used = 0  # number of the last edge that lies before the steps still to be made

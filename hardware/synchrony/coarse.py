@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
 from bondgraph.errors import UnusableInput
-from hardware.synchrony.fit import Guess, Material, fit
+from hardware.synchrony.fit import Fitted, Guess, Material, fit
 from hardware.synchrony.held import Held
 from hardware.synchrony.time_map import TimeMap
 
@@ -18,6 +18,7 @@ __all__ = ["Coarse", "first_guess"]
 Array = NDArray[np.float64]
 LEAST_CORRELATION = 0.5
 MOST_ALIKE = 6
+MOST_SCANNED = 150
 ALIKE = 4.0
 """Standard errors by which the best delay must beat another to be the only one."""
 
@@ -64,7 +65,7 @@ def first_guess(
         If nothing in the record follows the drive.
     """
     step = float(np.median(np.diff(material.time)))
-    size = _first_window(material, held, step, skew)
+    size = _first_window(material, held, step, skew, abs(expected) + reach)
     early = slice(0, size)
     delays = _correlated(material.part(early), held, expected, reach, step, lag)
     begun = replace(material.part(early), free=("delay",), beliefs=())
@@ -77,19 +78,56 @@ def first_guess(
         sorted({g.map.delay for g in alike if abs(g.map.delay - guess.map.delay) > 2.0 * step})
     )
     early_guess = guess
+    loose: tuple[float, float] | None = None
+    settled_once = False
     drifting = "drift" in material.free
     while True:
         free: tuple[str, ...] = ("delay", "skew")
         if drifting and 2 * size >= material.time.size:
             free += ("drift",)
         known = replace(material.part(slice(0, size)), free=free, beliefs=(("skew", 0.0, skew),))
-        guess = fit(known, guess, steps=10, most=8.0).guess
-        if size >= material.time.size:
+        if loose is None:
+            fitted = fit(known, guess, steps=0)  # the delay alone is settled there
+        else:
+            fitted = fit(known, _scanned(known, guess, loose, skew), steps=10, most=8.0)
+        guess, loose = fitted.guess, _uncertain(known, fitted)
+        if size >= material.time.size and settled_once:
             return Coarse(guess, early_guess, others)
+        settled_once = True
         size = min(2 * size, material.time.size)
 
 
-def _first_window(material: Material, held: Held, step: float, skew: float) -> int:
+def _uncertain(material: Material, fitted: Fitted) -> tuple[float, float]:
+    """Return the standard deviation of the skew and how the delay goes with it (s)."""
+    j = fitted.jacobian[:, :2]
+    variance = fitted.rms**2 + 1e-300
+    h = j.T @ j / variance
+    h[1, 1] += 1.0 / material.beliefs[0][2] ** 2
+    spread = np.linalg.pinv(h, rcond=1e-15, hermitian=True)
+    return float(np.sqrt(spread[1, 1])), float(spread[0, 1] / max(spread[1, 1], 1e-300))
+
+
+def _scanned(material: Material, guess: Guess, loose: tuple[float, float], skew: float) -> Guess:
+    """Try ratios where the new end of the window may lie steps away from the prediction.
+
+    Between two edges far apart nothing tells the ratio: the second must be looked for.
+    """
+    sd, along = loose
+    step, span = material.held.step, float(material.time[-1] - material.time[0])
+    most = min(int(np.ceil(4.0 * min(sd, skew) * span / (0.5 * step))), MOST_SCANNED)
+    if 3.0 * sd * span < 0.5 * step or most == 0:
+        return guess
+    tried = []
+    for by in np.arange(-most, most + 1) * (4.0 * min(sd, skew) / most):
+        moved = replace(
+            guess.map, skew=guess.map.skew + float(by), delay=guess.map.delay + along * float(by)
+        )  # fmt: skip
+        tried.append(fit(material, Guess(moved, guess.lag), steps=0))
+    best, stay = min(tried, key=lambda f: f.power), fit(material, guess, steps=0)
+    return best.guess if best.power < 0.5 * stay.power else guess
+
+
+def _first_window(material: Material, held: Held, step: float, skew: float, shift: float) -> int:
     """Return how many samples to begin with: the drive has moved, the ratio does not matter yet."""
     n = material.time.size
     at = np.clip(material.time - material.time[0], 0.0, None)
@@ -101,7 +139,8 @@ def _first_window(material: Material, held: Held, step: float, skew: float) -> i
     # the travel of two strokes at least, if there is as much
     travel = np.cumsum(np.abs(np.diff(v)))
     moved = int(np.searchsorted(travel, min(2.0 * float(np.ptp(v)), 0.5 * total))) + 1
-    calm = int(0.25 * step / max(skew, 1e-12) / step)
+    moved += int(2.0 * shift / step) + 64
+    calm = int(0.25 / max(skew, 1e-12))
     return int(np.clip(max(moved, min(calm, n // 16)), min(256, n), n))
 
 

@@ -103,6 +103,7 @@ class BenchClock:
                     f"the virtual bench at {self._address} did not answer {line!r} in time"
                 ) from None
             except OSError as error:
+                self.close()
                 raise ConnectionError(
                     f"the virtual bench at {self._address} is gone: {error}"
                 ) from None

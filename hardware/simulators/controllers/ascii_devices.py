@@ -64,6 +64,7 @@ class AsciiDevice(ABC):
             if line.strip():
                 with self._rig.lock:
                     self.commands.add(line.strip())
+                    _ = self._rig.now  # a bench that is paced does here what is due
                     if self._watch:
                         self._watch.pat()
                     answer = self._obey(line.strip())

@@ -77,6 +77,7 @@ class GcsDevice:
     def _obey(self, line: str) -> Iterator[bytes]:
         with self._rig.lock:
             self.commands.add(line)
+            _ = self._rig.now  # a bench that is paced does here what is due
             if self._watch:
                 self._watch.pat()
             try:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, final
 
@@ -192,10 +193,10 @@ class RegisterModel:
         """Write 32 bits."""
         self.access(WRITE32, bar, offset, value)
 
-    def batch(self, accesses: object) -> list[int]:
+    def batch(self, accesses: Iterable[tuple[int, int, int, int]]) -> list[int]:
         """Do several accesses (kind, bar, offset, value) in their order."""
         with self.rig.lock:
-            return [self.access(*a) for a in accesses]  # type: ignore[attr-defined]
+            return [self.access(*a) for a in accesses]
 
     def close(self) -> None:
         """Nothing: the card does not notice that a program goes, and keeps its outputs."""

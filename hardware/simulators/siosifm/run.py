@@ -82,7 +82,7 @@ class Run:
             return 0
         c = self._clock
         own = passed = now - begin - c.offset
-        if passed < 0.0:
+        if passed < -1e-10:  # a rounding before the first sample
             return 0
         for _ in range(3):
             own = passed / (1.0 + 1e-6 * c.ppm + 1e-6 * c.drift_ppm * own / 120.0)

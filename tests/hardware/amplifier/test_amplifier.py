@@ -23,7 +23,7 @@ from hardware.amplifier import (
     monitor_calibrated,
 )
 from hardware.contracts import RawOutput
-from hardware.daq import Card, CardChannel, CardInputs
+from hardware.daq import Card, CardChannel, CardInputs, SoftwareTimedWave
 from hardware.errors import LimitViolation, LinkLost, TimedOut
 from hardware.simulators.registers import AmplifierData, CardFront, Wires
 from hardware.simulators.rig import Rig
@@ -198,6 +198,12 @@ def test_the_ultrasonic_driver_keeps_its_input_and_the_ends_of_travel() -> None:
     assert card.lines == 1 << 5
     driver.write(-6.0)
     assert rig.volts == pytest.approx(-6.0, abs=1e-3)
+    assert (driver.converter.v_min, driver.converter.v_max) == (-8.0, 8.0)
+    wave = SoftwareTimedWave(card, driver.amplifier)
+    with pytest.raises(LimitViolation, match="C-184"):
+        wave.load(np.array([0.0, 9.0]), 100.0)
+    wave.load(np.array([0.0, -2.0, -6.0]), 100.0)
+    assert list(wave.play())[-1].samples == 3
     front.registers.lines_in = 0b01
     assert driver.check_ends()
     assert rig.volts == 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from bondgraph.errors import UnusableInput
 from hardware.contracts import Acquisition, Flag, RawOutput
-from hardware.controllers import GcsRecorder, GcsSetup, GcsWave
+from hardware.controllers import GcsController, GcsRecorder, GcsSetup, GcsWave
 from hardware.controllers.gcs_recorder import gcs_array
 from hardware.envelope import RawWave
 from hardware.errors import LimitViolation, Overrun, ProtocolFault, TimedOut
@@ -229,6 +230,22 @@ def test_recorder_at_once_with_a_clock_of_its_own() -> None:
         assert again.poll() != ()  # what the device still holds
         again.kickoff()
         assert len(again.poll()) <= 1
+
+
+def test_bench_whose_time_passes_by_itself() -> None:
+    with bench("own") as there:
+        began = time.perf_counter()
+        there.rig.pace(lambda: time.perf_counter() - began)
+        controller = GcsController(there.talk)
+        controller.power_up()
+        player = GcsWave(controller)
+        player.load(wave(400), 10e3)
+        recorder = GcsRecorder(controller, 400, 10e3)
+        recorder.kickoff()
+        assert [w.samples for w in player.play()][-1] == 400
+        (chunk,) = recorder.finish()
+        np.testing.assert_allclose(chunk.channels["V_mon"], wave(400), atol=2e-6)
+        assert there.rig.extremes.largest_step < 1.0
 
 
 def test_watchdog_option_brings_the_output_down() -> None:

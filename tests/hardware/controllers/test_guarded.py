@@ -48,7 +48,7 @@ def test_guarded_wave_and_its_end(there: tuple[Bench, GuardedOutput]) -> None:
     player.prepare(volts, 10e3)
     playing = player.play()
     next(playing)
-    playing.close()  # type: ignore[attr-defined]
+    playing.close()
     assert b.rig.volts == 0.0
     assert output.state is OutputState.PARKED
     assert b.rig.extremes.highest <= 100.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hardware.daq import MF624, MF634, Card
+from hardware.daq import MF624, MF634, Card, Registers
 from hardware.simulators.plant_contract import Motion
 from hardware.simulators.registers import CardFront
 from hardware.simulators.rig import Rig
@@ -38,7 +38,7 @@ class RigClock:
         self.rig.wait(seconds)
 
 
-def card_on(front: CardFront, rig: Rig, registers: object = None) -> Card:
+def card_on(front: CardFront, rig: Rig, registers: Registers | None = None) -> Card:
     """The card of the front, by default through its registers in this process."""
     kind = MF624 if front.registers.model == "MF624" else MF634
-    return kind(registers or front.registers, RigClock(rig))  # type: ignore[arg-type]
+    return kind(registers or front.registers, RigClock(rig))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+
 import numpy as np
 import pytest
 
@@ -146,6 +148,17 @@ def test_outputs_that_another_program_holds_or_switches_off_are_noticed_at_once(
             card.write(0, 2.0)
 
 
+def test_a_card_that_was_reset_cannot_be_adopted_but_powered_up() -> None:
+    rig, front = bench()
+    card = card_on(front, rig)
+    card.power_up()
+    assert card.adopt()
+    front.registers.power_cycle()
+    assert not card.adopt()
+    card.power_up()
+    assert rig.extremes.highest == 0.0
+
+
 def test_digital_lines() -> None:
     rig, front = bench()
     card = card_on(front, rig)
@@ -224,6 +237,33 @@ def test_a_cut_connection_a_slow_answer_and_nobody_there() -> None:
         front.stop()
     with pytest.raises(LinkLost, match="no connection"):
         SocketRegisters(address)
+
+
+def test_an_interruption_in_the_middle_of_an_exchange_does_not_shift_the_answers() -> None:
+    rig, front = bench(wires=Wires(noise=0.0))
+    address = front.start()
+    registers = SocketRegisters(address)
+    card = card_on(front, rig, registers)
+    card.power_up()
+
+    def interrupt(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        front.faults.delay = 0.05
+        signal.setitimer(signal.ITIMER_REAL, 0.02)
+        with pytest.raises(KeyboardInterrupt):
+            card.write(0, 4.0)
+        front.faults.delay = 0.0
+        front.registers.lines_in = 0x5A
+        assert card.read_lines() == 0x5A
+        assert card.write(0, 1.0) == pytest.approx(1.0, abs=1e-3)
+        assert rig.volts == pytest.approx(20.0, abs=0.02)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+        registers.close()
+        front.stop()
 
 
 def test_unknown_faults_and_cards_are_refused() -> None:

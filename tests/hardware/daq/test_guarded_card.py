@@ -76,7 +76,7 @@ def test_interrupting_in_the_middle_ramps_down(bench: Bench) -> None:
             break
     before = bench.rig.volts
     assert before > 30.0
-    playing.close()  # type: ignore[attr-defined]
+    playing.close()
     assert bench.rig.volts == pytest.approx(0.0, abs=0.02)
     assert bench.rig.extremes.largest_step < 1.5
 

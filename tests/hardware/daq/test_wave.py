@@ -124,6 +124,18 @@ def test_after_a_stall_samples_are_late_and_flagged_but_never_come_in_a_burst() 
     assert lateness[-1] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_slow_waveform_still_reports_every_20_ms() -> None:
+    rig, front, wave = player()
+    wave.load(np.array([0.0, 1.0, 2.0, 3.0]), 2.0)
+    seen = []
+    for report in wave.play():
+        seen.append((rig.now, report.samples))
+    assert np.diff([t for t, _ in seen]).max() < 0.031
+    assert seen[-1][1] == 4
+    at = [e.instant for e in front.log if e.offset == 0x20 and e.kind == WRITE16][1:]
+    assert np.diff(at) == pytest.approx(0.5)
+
+
 def test_abort_and_closing_stop_where_the_output_is_and_lower_the_trigger() -> None:
     rig, front, wave = player(Wiring(trigger=0))
     wave.load(sine(1000, 1000.0), 1000.0)

@@ -59,7 +59,7 @@ def _block(bench: Bench, **more: Any) -> BlueskyBlock:
 
 
 def test_protocols_are_satisfied(bench: Bench) -> None:
-    voltage = BlueskyVoltage(bench.output)
+    voltage = BlueskyVoltage(bench.output, clock=bench.clock)
     displacement = BlueskyDisplacement(bench.sensor)
     block = _block(bench)
     for thing, names in (
@@ -97,7 +97,7 @@ def test_our_side_never_imports_bluesky() -> None:
 
 def test_count_and_list_scan(engine: Any, bench: Bench) -> None:
     seen = Documents()
-    voltage = BlueskyVoltage(bench.output, readback=True)
+    voltage = BlueskyVoltage(bench.output, readback=True, clock=bench.clock)
     displacement = BlueskyDisplacement(bench.sensor)
     engine(plans.count([displacement], num=3), seen)
     assert len(seen.events()) == 3
@@ -127,7 +127,7 @@ def test_count_and_list_scan(engine: Any, bench: Bench) -> None:
 
 def test_limits_are_refused_before_motion(engine: Any, bench: Bench) -> None:
     check_limits = pytest.importorskip("bluesky.simulators").check_limits
-    voltage = BlueskyVoltage(bench.output)
+    voltage = BlueskyVoltage(bench.output, clock=bench.clock)
     displacement = BlueskyDisplacement(bench.sensor)
     with pytest.raises(LimitViolation, match="above v_max"):
         check_limits(plans.list_scan([displacement], voltage, [10.0, 120.0]))
@@ -142,7 +142,7 @@ def test_limits_are_refused_before_motion(engine: Any, bench: Bench) -> None:
 
 
 def test_lost_beam_fails_the_run_and_parks(engine: Any, bench: Bench) -> None:
-    voltage = BlueskyVoltage(bench.output)
+    voltage = BlueskyVoltage(bench.output, clock=bench.clock)
     displacement = BlueskyDisplacement(bench.sensor, zero_on_stage=False)
     bench.sensor.flags = Flag.BEAM_LOST
     seen = Documents()
@@ -219,7 +219,7 @@ def test_declared_stream(engine: Any, bench: Bench) -> None:
 
 
 def test_pause_parks_and_resume_goes_on(engine: Any, bench: Bench) -> None:
-    voltage = BlueskyVoltage(bench.output)
+    voltage = BlueskyVoltage(bench.output, clock=bench.clock)
     displacement = BlueskyDisplacement(bench.sensor, zero_on_stage=False)
     seen = Documents()
     bench.output.power_up()
@@ -250,7 +250,7 @@ def test_pause_parks_and_resume_goes_on(engine: Any, bench: Bench) -> None:
 
 
 def test_abort_in_the_middle_of_a_ramp_parks(engine: Any, bench: Bench) -> None:
-    voltage = BlueskyVoltage(bench.output, rate=50.0)
+    voltage = BlueskyVoltage(bench.output, rate=50.0, clock=bench.clock)
     displacement = BlueskyDisplacement(bench.sensor)
     seen = Documents()
 

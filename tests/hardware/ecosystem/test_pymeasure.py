@@ -201,6 +201,7 @@ def test_displacement() -> None:
     bench = Bench()
     instrument = DisplacementInstrument(bench.sensor)
     bench.rig.drive(10.0)
+    bench.rig.wait(0.01)
     assert instrument.displacement == pytest.approx(10.0 * GAIN)
     assert instrument.flags == 0
     instrument.zero()

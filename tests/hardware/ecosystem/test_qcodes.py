@@ -7,10 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from bondgraph.errors import UnusableInput
 from hardware.contracts import Flag
-from hardware.errors import LimitViolation
+from hardware.ecosystem import BlockPlan
+from hardware.errors import LimitViolation, LinkLost
 from tests.hardware.ecosystem.bench import GAIN, Bench
 
 pytestmark = pytest.mark.filterwarnings("default")
@@ -70,6 +73,7 @@ def test_displacement_in_metres(instruments: Any) -> None:
     bench = Bench()
     length = instruments.DisplacementInstrument("length", bench.sensor)
     bench.rig.drive(50.0)
+    bench.rig.wait(0.01)
     assert length.displacement() == pytest.approx(50.0 * GAIN)
     assert length.displacement.unit == "m"
     length.zero()
@@ -79,3 +83,33 @@ def test_displacement_in_metres(instruments: Any) -> None:
     assert length.get_idn()["serial"] == "8"
     with pytest.raises(NotImplementedError):
         length.displacement(1.0)
+
+
+def test_blocks_as_arrays_over_time(instruments: Any) -> None:
+    bench = Bench()
+    block = instruments.BlockInstrument(
+        "block", bench.make, {"x": "m"}, plan=BlockPlan(1000, 2000.0), clock=bench.clock
+    )
+    with pytest.raises(UnusableInput, match="no block of 1000 samples yet"):
+        block.x()
+    bench.rig.drive(10.0)
+    bench.rig.wait(0.01)
+    block.take()
+    assert block.x() == pytest.approx(np.full(1000, 10.0 * GAIN))
+    assert block.x.unit == "m"
+    assert block.time()[-1] == pytest.approx(0.4995)
+    assert not block.flags().any()
+    block.x.validate_consistent_shape()
+    with pytest.raises(ValueError, match="0"):
+        block.samples(0)
+    block.samples(100)
+    with pytest.raises(UnusableInput, match="100 samples"):
+        block.x()
+    block.take()
+    assert block.x().shape == (100,)
+    bench.fault = "gone"
+    block.samples(2000)
+    with pytest.raises(LinkLost):
+        block.take()
+    assert 900 < np.isfinite(block.x()).sum() < 1200
+    assert block.flags()[-1] == Flag.LOST_BEFORE

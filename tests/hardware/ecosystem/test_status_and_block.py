@@ -137,7 +137,7 @@ def test_stopping_in_the_middle_parks() -> None:
 
 def test_voltage_refuses_before_anything_is_sent() -> None:
     bench = Bench()
-    voltage = BlueskyVoltage(bench.output)
+    voltage = BlueskyVoltage(bench.output, clock=bench.clock)
     assert np.isnan(voltage.position)
     with pytest.raises(LimitViolation, match="power_up"):
         voltage.set(10.0).wait(5.0)

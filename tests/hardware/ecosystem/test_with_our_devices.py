@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
 from hardware.contracts import Flag
-from hardware.ecosystem import BlockPlan, BlueskyBlock, BlueskyDisplacement, DisplacementSource
+from hardware.controllers import GcsController, OwnGcsTalk
+from hardware.ecosystem import (
+    BlockPlan,
+    BlueskyBlock,
+    BlueskyDisplacement,
+    BlueskyVoltage,
+    DisplacementSource,
+)
+from hardware.envelope import P840_1_UNIPOLAR, GuardedOutput
 from hardware.errors import BeamLost, Overrun
 from hardware.interferometer import Block
+from hardware.simulators.controllers import GcsFront
+from hardware.transport import TcpTransport
 from tests.hardware.interferometer import bench as benches
+
+pytestmark = pytest.mark.filterwarnings("default")
 
 
 @pytest.fixture
@@ -60,3 +73,33 @@ def test_what_the_device_refuses_the_adapter_refuses(bench: benches.Bench) -> No
     bench.device.beam_lost()
     with pytest.raises(BeamLost):
         BlueskyDisplacement(bench.device).trigger().wait(5.0)
+
+
+def test_a_scan_over_the_wire(bench: benches.Bench) -> None:
+    """RunEngine, guard, GCS over TCP, plant, interferometer's C interface: one bench."""
+    engines = pytest.importorskip("bluesky.run_engine")
+    plans = pytest.importorskip("bluesky.plans")
+    front = GcsFront(bench.rig)
+    host, _, port = front.start().rpartition(":")
+    clock = bench.device.clock
+    raw = GcsController(OwnGcsTalk(TcpTransport(host, int(port))), clock=clock)
+    output = GuardedOutput(raw, P840_1_UNIPOLAR, clock)
+    voltage = BlueskyVoltage(output, readback=True, clock=clock)
+    displacement = BlueskyDisplacement(bench.device)
+    events = []
+    try:
+        began = time.perf_counter()
+        engines.RunEngine({}, context_managers=[])(
+            plans.list_scan([displacement], voltage, [0.0, 8.0, 20.0, 4.0]),
+            {"event": [lambda _, event: events.append(event["data"])]},
+        )
+        print(f"{(time.perf_counter() - began) / 4 * 1e3:.0f} ms a point")
+    finally:
+        raw.close()
+        front.stop()
+    assert [e["voltage"] for e in events] == [0.0, 8.0, 20.0, 4.0]
+    assert [e["voltage_readback"] for e in events] == pytest.approx([0.0, 8.0, 20.0, 4.0], abs=0.01)
+    x = [e["displacement"] for e in events]
+    assert x == pytest.approx([benches.GAIN * v for v in (0.0, 8.0, 20.0, 4.0)], abs=2e-9)
+    assert bench.rig.volts == pytest.approx(0.0, abs=0.01)
+    assert bench.rig.extremes.highest < 20.1

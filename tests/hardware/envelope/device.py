@@ -192,6 +192,7 @@ class RawPlayer:
             for v in self.volts[first : first + block]:
                 self.device.clock.interrupts.place()
                 self.device.command(float(v), "wave")
+                self.device.clock.interrupts.place()
                 self.written += 1
                 self.device.clock.sleep(1.0 / self.rate)
             chunk = Chunk("output", first, {"V": self.volts[first : self.written]}, {"V": "V"})

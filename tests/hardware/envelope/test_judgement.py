@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,8 @@ def refusal(function: Any, *args: Any, **options: Any) -> str:
 
 
 def sine(frequency: float, peak_to_peak: float, rate: float, count: int = 1000) -> np.ndarray:
-    return 50.0 - peak_to_peak / 2.0 * np.cos(2.0 * np.pi * frequency * np.arange(count) / rate)
+    angle = 2.0 * np.pi * frequency * np.arange(count) / rate
+    return np.asarray(50.0 - peak_to_peak / 2.0 * np.cos(angle))
 
 
 def test_single_commands() -> None:
@@ -60,7 +62,20 @@ def test_the_current_limits_a_step_by_the_worst_capacitance() -> None:
 
 @pytest.mark.parametrize(
     "value",
-    [math.nan, math.inf, -math.inf, "5", b"5", None, True, np.True_, 1j, [1.0], np.ones(1), 10**400],
+    [
+        math.nan,
+        math.inf,
+        -math.inf,
+        "5",
+        b"5",
+        None,
+        True,
+        np.True_,
+        1j,
+        [1.0],
+        np.ones(1),
+        10**400,
+    ],
 )
 def test_what_is_no_number_is_refused(value: Any) -> None:
     assert "not one finite real number" in refusal(check_set, P840_1, 0.0, value)
@@ -171,7 +186,7 @@ def accepted_by_loop(
         ratios.append((v - e.v_min) / (e.v_max - e.v_min) * 2.0 - 1.0)
         ratios.append(-ratios[-1])
     duration = 1.0 / rate if 1.0 / rate < e.update_period else e.update_period
-    for a, b in zip(route, route[1:], strict=False):
+    for a, b in pairwise(route):
         ratios.append(abs(b - a) / duration / e.slew)
         if e.curve is not None and e.i_max is not None:
             table = list(zip(e.curve.volts, e.curve.farads, strict=True))
@@ -204,7 +219,8 @@ def envelopes(draw: st.DrawFn) -> Envelope:
     if draw(st.booleans()):
         knots = np.linspace(low, high, draw(st.integers(2, 9)))
         farads = draw(st.lists(st.floats(5e-7, 4e-6), min_size=knots.size, max_size=knots.size))
-        current = {"i_max": draw(st.floats(1e-3, 1.0)), "capacitance": Capacitance(tuple(knots), tuple(farads))}  # fmt: skip
+        table = Capacitance(tuple(knots), tuple(farads))
+        current = {"i_max": draw(st.floats(1e-3, 1.0)), "capacitance": table}
     dwell = [Dwell(0.7 * high, draw(st.floats(1e-3, 0.1)))] if draw(st.booleans()) else []
     return Envelope(
         low,

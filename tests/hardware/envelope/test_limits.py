@@ -81,7 +81,10 @@ def test_capacitance_counts_at_its_worst_on_the_way() -> None:
     rng = np.random.default_rng(1)
     a, b = rng.uniform(-20.0, 120.0, (2, 500))
     fine = np.linspace(0.0, 1.0, 2001)
-    dense = [np.interp(p + (q - p) * fine, peak.volts, peak.farads).max() for p, q in zip(a, b, strict=True)]
+    dense = [
+        np.interp(p + (q - p) * fine, peak.volts, peak.farads).max()
+        for p, q in zip(a, b, strict=True)
+    ]
     many = peak.worst_of_each(a, b)
     np.testing.assert_allclose(many, [peak.worst(p, q) for p, q in zip(a, b, strict=True)])
     assert np.all(many >= np.array(dense) - 1e-12)

@@ -88,9 +88,14 @@ def test_more_signals_on_the_way_down_do_not_cut_it() -> None:
 def test_a_signal_on_the_way_down_acts_afterwards(error: type[Exception] | None) -> None:
     b = driven()
     pressing(b, signal.SIGTERM)
-    with pytest.raises(SystemExit) as caught, parked(b.output):
-        if error is not None:
-            raise error
+
+    def block() -> None:
+        with parked(b.output):
+            if error is not None:
+                raise error
+
+    with pytest.raises(SystemExit) as caught:
+        block()
     assert b.device.volts == 0.0
     assert error is None or isinstance(caught.value.__context__, error)
 
@@ -109,8 +114,8 @@ def test_a_bouncing_key_is_one_signal() -> None:
 
 def test_the_first_error_survives_a_lost_link() -> None:
     b = driven()
+    b.device.reachable = False
     with pytest.raises(ValueError, match="mine") as caught, parked(b.output):
-        b.device.reachable = False
         raise ValueError("mine")
     assert "could not be parked" in caught.value.__notes__[0]
     assert "output unknown" in caught.value.__notes__[0]

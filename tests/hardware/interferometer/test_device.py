@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import threading
+import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +15,7 @@ from bondgraph.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.errors import BeamLost, DriverMissing, LinkLost, ProtocolFault
 from hardware.interferometer import VARIABLE, Interferometer, Library, Streaming
+from hardware.interferometer.quietly import quietly
 from hardware.interferometer.signatures import SIGNATURES
 from hardware.simulators.rig import Rig
 from hardware.simulators.siosifm import AirAround, Follower, Quadrature, RigClock, index_of_air
@@ -66,6 +70,20 @@ def test_nobody_there_and_unreadable_addresses(
     for address in ("gpib:3", "net:here", "usb:first", ""):
         with pytest.raises(UnusableInput, match="cannot be read"):
             Interferometer(address, library=stub(), clock=clock)
+
+
+def test_closing_one_device_leaves_the_others_open(bench: Bench) -> None:
+    address = f"net:{bench.address}"
+    for _ in range(3):
+        with Interferometer(address, library=stub(), clock=RigClock(bench.rig)) as other:
+            other.zero()
+    assert bench.device.present
+    bench.device.close()
+    for _ in range(10):  # more than the library has room for at once
+        with pytest.raises(LinkLost):
+            Interferometer("net:127.0.0.1:1", library=stub(), clock=RigClock(bench.rig))
+    bench.device.reopen()
+    bench.device.zero()
 
 
 def test_reading_follows_the_mirror_and_needs_a_zero() -> None:
@@ -163,6 +181,33 @@ def test_air_out_of_range_is_marked(bench: Bench, name: str, value: float, insid
     assert bench.device.read().flags & Flag.AIR_STALE
     setattr(bench.faults, name, inside)
     assert bench.device.environment().problems == ()
+
+
+def test_air_may_be_told_where_there_are_no_sensors(bench: Bench) -> None:
+    bench.faults.stale_air = True
+    bench.device.tell_air(298.15, 99e3, 0.3)
+    environment = bench.device.environment()
+    assert environment.air.temperature == pytest.approx(298.15)
+    assert environment.air.humidity == pytest.approx(0.3)
+    index = float(index_of_air(np.array(25.0), np.array(99e3), np.array(30.0)))
+    assert environment.air.index == pytest.approx(index, abs=1e-12)
+    assert not environment.air.measured
+    assert environment.flag == Flag.GOOD
+    with pytest.raises(UnusableInput, match="give K"):
+        bench.device.tell_air(25.0, 99e3, 0.3)
+    bench.faults.stale_air = False
+    bench.device.use_sensors()
+    assert bench.device.air() == replace(bench.device.environment().air, age=0.0)
+    assert bench.device.environment().air.measured
+
+
+def test_a_call_that_hangs_is_given_up() -> None:
+    hanging = threading.Event()
+    begin = time.perf_counter()
+    assert not quietly(hanging.wait, 0.02)
+    assert time.perf_counter() - begin < 0.5
+    hanging.set()
+    assert quietly(lambda: 1 / 0)
 
 
 def test_ellipse_correction_of_the_device() -> None:

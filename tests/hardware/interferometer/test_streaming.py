@@ -205,16 +205,11 @@ def test_fading_warns_before_the_beam_is_lost(bench: Bench) -> None:
 
 def test_without_amplitudes_the_signal_monitor_warns(bench: Bench) -> None:
     bench.device.amplitude = 0.0  # as of a device whose values have none
-    bench.faults.fade_from, bench.faults.fade_samples = 0, 10_000
+    bench.faults.fade_from, bench.faults.fade_samples = 0, 20_000
     stream = Streaming(bench.device, 10_000.0)
     stream.kickoff()
-    marks = flags(bench.run(stream, 0.7, 0.35))
-    assert not marks.any()
-    bench.rig.wait(0.1)
-    stream.poll()
-    bench.rig.wait(0.05)  # 15 % of the light; the look is a second after the last
-    bench.rig.wait(0.01)
-    assert not flags(stream.poll()).any()
+    assert not flags(bench.run(stream, 0.35, 0.35)).any()
+    assert np.all(flags(bench.run(stream, 1.15, 1.15)) == Flag.LEVEL_LOW)  # a quarter is left
     stream.abort()
 
 

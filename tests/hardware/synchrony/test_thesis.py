@@ -11,7 +11,6 @@ import pytest
 from hardware.contracts import Flag
 from hardware.simulators.rig import DeviceClock
 from hardware.synchrony import Budget, Stream, TimeMap, Wiring, align, false_width, merged
-
 from tests.hardware.synchrony.bench import LAG, RATE, record, sine, true_map, widths
 
 CLOCK = DeviceClock(ppm=37.0, offset=123e-6)
@@ -36,13 +35,12 @@ def test_false_width_of_a_late_trigger() -> None:
 
 @pytest.mark.parametrize("f", [2.0, 100.0])
 def test_false_width_is_made_by_a_skew(f: float) -> None:
-    # on the hysteretic loop a misfit adds to the width or takes away what the formula says
-    drive, sensor = record(sine(f), DeviceClock(ppm=10.0))
+    # a smooth drive; between the steps of a slow one the sign of the misfit matters as well
+    drive, sensor = record(sine(f), DeviceClock(ppm=10.0), drive_rate=8.0 * RATE)
     true, nominal = widths(drive, sensor, TimeMap(skew=10e-6), TimeMap())
-    # slope of the loop's own branches at 50 V instead of the sine's: within a third
-    assert abs(nominal - true) == pytest.approx(
-        false_width(4.4e-6, f, 10e-6 * 9.99), rel=0.35
-    )  # fmt: skip
+    # the loop is about 1.1 times as steep at 50 V as a sine of its stroke
+    made = false_width(4.4e-6, f, 10e-6 * 9.99)
+    assert abs(nominal - true) == pytest.approx(1.1 * made, rel=0.05)
 
 
 @pytest.mark.parametrize(("f", "allowed"), [(2.0, 1e-9), (100.0, 5e-9)])
@@ -86,7 +84,7 @@ def test_one_sine_without_a_copy_tells_the_ratio_only(f: float) -> None:
     assert found.how == "phase"
     low, high = found.skew_interval
     assert low < 37e-6 < high
-    assert high - low < 2.5e-6
+    assert high - low < 3e-6
     assert not found.delay_known
     assert found.flag is Flag.UNSYNCHRONISED
     assert found.delay_interval == (-math.inf, math.inf)

@@ -1,0 +1,167 @@
+"""Takes over the wire: what is stored, what happens when something fails on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bondgraph.errors import UnusableInput
+from bondgraph.signals import Recording
+from hardware.contracts import Flag
+from hardware.errors import BeamLost, HardwareError, LimitViolation, LinkLost, TimedOut
+from hardware.recorder import Plan, Step, record
+from hardware.storage import Provenance, flags_of, open_journal, open_raw, recover
+
+Make = Callable[..., Any]
+Wave = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def test_a_clocked_take_is_stored_with_all_that_is_known(
+    bench: Make, swing: Wave, target: Path
+) -> None:
+    server, station = bench(interferometer={"ppm": 80.0})
+    plan = Plan(swing, 10e3, "swing", "clock")
+    steps: list[Step] = []
+    taken = record(station.station(plan), plan, target, watch=steps.append)
+    again = Recording.open(taken.path)
+    assert again.n == swing.size
+    assert set(again.channels) == {"V", "V_mon", "x"}
+    # what the converter made of the command, not what was asked for
+    np.testing.assert_allclose(again["V"], swing, atol=20.0 * 20.0 / 2**14)
+    p = Provenance.of(again)
+    assert p.output_end == "parked"
+    assert p.alignment.method == "shared clock"
+    assert [s.stream for s in p.streams] == ["output", "interferometer"]
+    assert p.streams[1].device.maker == "SIOS"
+    assert p.streams[1].device.serial
+    assert p.air is not None
+    assert 1.0002 < p.air.index < 1.0003
+    assert p.envelope["envelope"]["v_max"] == 100.0
+    assert not flags_of(again).any()
+    assert open_raw(taken.path).closed
+    assert server.rig.volts == 0.0
+    assert list(dict.fromkeys(s.phase for s in steps))[:3] == ["prepare", "arm", "play"]
+    assert steps[-1].phase == "end"
+    assert sum(c.n for s in steps for c in s.chunks) <= 2 * swing.size
+
+
+def test_the_displacement_is_that_of_the_actuator(bench: Make, swing: Wave, target: Path) -> None:
+    server, station = bench()
+    plan = Plan(swing, 10e3, "swing", "clock")
+    taken = record(station.station(plan), plan, target)
+    edges = np.array(server.rig.trigger_edges)[-swing.size :]
+    true = server.rig.seen(edges).x
+    x = taken.recording["x"]
+    assert np.std(x - (true - true[0])) < 20e-9
+    assert np.std(x) > 20 * np.std(x - (true - true[0]))
+
+
+def test_two_clocks_are_told_apart_and_brought_together(
+    bench: Make, swing: Wave, target: Path
+) -> None:
+    _, station = bench(interferometer={"ppm": 300.0})
+    plan = Plan(np.tile(swing, 3), 10e3, "swing", "start")
+    taken = record(station.station(plan), plan, target)
+    clocks = Provenance.of(taken.recording).alignment
+    assert clocks.ratio is not None
+    assert clocks.ratio_uncertainty is not None
+    # the sensor's samples come later than nominal: fewer a second of the output's clock
+    assert abs(clocks.ratio - 1.0 / (1.0 + 300e-6)) < 5 * clocks.ratio_uncertainty + 2e-6
+    assert clocks.ratio_uncertainty < 50e-6
+    assert taken.recording.fs == pytest.approx(10e3)
+
+
+def test_a_wave_beyond_the_envelope_moves_nothing(bench: Make, target: Path) -> None:
+    server, station = bench()
+    for volts in (np.array([0.0, 150.0]), np.array([0.0, 99.0]), np.full(50, -5.0)):
+        plan = Plan(volts, 10e3, "wave", "clock")
+        with pytest.raises(LimitViolation):
+            record(station.station(plan), plan, target)
+    assert server.extremes.highest == 0.0
+    assert server.extremes.lowest == 0.0
+    assert not list(target.parent.iterdir())
+
+
+def test_a_lost_beam_is_flagged_and_the_output_parked(
+    bench: Make, swing: Wave, target: Path
+) -> None:
+    server, station = bench()
+    server.control.answer("FAULT interferometer beam_loss_at=150")
+    plan = Plan(swing, 10e3, "swing", "clock")
+    with pytest.raises(BeamLost) as caught:
+        record(station.station(plan), plan, target)
+    assert any("take.journal" in n for n in caught.value.__notes__)
+    assert server.rig.volts == 0.0
+    raw = open_journal(target.with_suffix(".journal"))
+    data = raw.read("interferometer")
+    assert (data.flags[150:] & Flag.BEAM_LOST).all()
+    assert not (data.flags[:150] & Flag.BEAM_LOST).any()
+    assert raw.read("output").n == swing.size
+    assert not target.with_suffix(".npz").exists()
+    assert recover(target.with_suffix(".journal"))
+
+
+def test_a_trigger_that_never_comes_ends_in_time(bench: Make, swing: Wave, target: Path) -> None:
+    server, station = bench()
+    plan = Plan(swing, 10e3, "swing", "start", patience=0.3)
+
+    def cut_the_line(step: Step) -> None:
+        if step.phase == "arm":
+            server.control.answer("FAULT interferometer no_trigger=1")
+
+    with pytest.raises(TimedOut, match="the trigger did not come"):
+        record(station.station(plan), plan, target, watch=cut_the_line)
+    assert server.rig.volts == 0.0
+    assert open_journal(target.with_suffix(".journal")).read("output").n == swing.size
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
+def test_whatever_stops_it_the_output_comes_down(
+    bench: Make, swing: Wave, target: Path, error: type[BaseException]
+) -> None:
+    server, station = bench()
+    plan = Plan(swing, 10e3, "swing", "clock")
+
+    def interrupt(step: Step) -> None:
+        if step.written > 150:
+            raise error
+
+    with pytest.raises(error):
+        record(station.station(plan), plan, target, watch=interrupt)
+    assert server.rig.volts == 0.0
+    assert station.output.provenance()["state"] == "parked"
+    assert open_journal(target.with_suffix(".journal")).read("output").n >= 150
+
+
+def test_a_card_that_is_pulled_leaves_an_unknown_output(
+    bench: Make, swing: Wave, target: Path
+) -> None:
+    server, station = bench()
+    plan = Plan(swing, 10e3, "swing", "clock")
+
+    def pull(step: Step) -> None:
+        if step.written > 150:
+            server.control.answer("FAULT card gone=1")
+
+    with pytest.raises(HardwareError) as caught:
+        record(station.station(plan), plan, target, watch=pull)
+    assert isinstance(caught.value, LinkLost)
+    assert station.output.provenance()["state"] == "unknown"
+    raw = open_journal(target.with_suffix(".journal"))
+    assert raw.read("output").n >= 150
+    assert raw.notes[-1].content["output_end"] == "unknown"
+    server.control.answer("FAULT card gone=0")
+    station.output.power_up()
+    assert server.rig.volts == 0.0
+
+
+def test_measurements_are_not_overwritten(bench: Make, swing: Wave, target: Path) -> None:
+    _, station = bench()
+    plan = Plan(swing[:60], 10e3, "swing", "clock")
+    record(station.station(plan), plan, target)
+    with pytest.raises(UnusableInput, match="exists"):
+        record(station.station(plan), plan, target)
