@@ -100,7 +100,8 @@ class UltrasonicDriver:
     def amplifier(self) -> Amplifier:
         """The control voltage as that of an amplifier of gain 1, for playing waveforms.
 
-        A player does not look at the ends of travel: call `check_ends` between its reports.
+        A player does not look at the ends of travel: call `check_ends` with the last voltage of
+        every report, and abort the player if it stops the stage.
         """
         largest = self._limits.largest
         return Amplifier(
@@ -148,15 +149,20 @@ class UltrasonicDriver:
             )
         self._present = self._channel.write(volts)
 
-    def check_ends(self) -> bool:
+    def check_ends(self, volts: float | None = None) -> bool:
         """Look at the switches, and stop if the stage drives into an end; call it while it moves.
+
+        Parameters
+        ----------
+        volts : float, optional
+            Control voltage now (V), where a player gives it; by default what `write` has set.
 
         Returns
         -------
         bool
             Whether it had to be stopped.
         """
-        if not self._reached(self._present):
+        if not self._reached(self._present if volts is None else volts):
             return False
         self._channel.write(0.0)
         self._present = 0.0

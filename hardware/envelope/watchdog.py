@@ -55,11 +55,14 @@ class Heartbeat:
         return None if self._fed is None else self._timeout
 
     def bitten(self, now: float) -> bool:
-        """Whether the silence until `now` (s) was longer than the device waits."""
+        """Whether the silence until `now` (s) was longer than the device waits.
+
+        After a clock that was set back nobody knows; then it counts as longer.
+        """
         return (
             self._fed is not None
             and self._last is not None
-            and not (now - self._last <= self._timeout)
+            and not (0.0 <= now - self._last <= self._timeout)
         )
 
     def beat(self, now: float) -> None:

@@ -16,6 +16,7 @@ from bondgraph.errors import UnusableInput
 from bondgraph.signals import Recording
 from bondgraph.units import parse_unit
 from hardware.contracts import Flag
+from hardware.recorder.correcting import corrected
 from hardware.recorder.plan import Plan
 from hardware.storage import ClockAlignment, JournalFile, Provenance, StreamData, StreamOrigin
 from hardware.synchrony import Alignment, Budget, Stream, Wiring, align, merged
@@ -66,6 +67,7 @@ def assemble(
     sensor: str = "interferometer",
     length: str = "x",
     copy: str = "V_copy",
+    index: float = 1.0,
 ) -> Assembled:
     """Put output and sensor of a take on the instants of the output.
 
@@ -81,6 +83,8 @@ def assemble(
         What is known of clocks and trigger beforehand.
     sensor, length, copy : str
         Stream of the sensor, its displacement, and its copy of the voltage where there is one.
+    index : float
+        Refraction index of the air.
 
     Raises
     ------
@@ -93,7 +97,9 @@ def assemble(
                 f"{journal.path.name}: nothing of stream {stream!r} arrived; there is "
                 f"{', '.join(journal.streams) or 'none'}"
             )
-    drive, measured = journal.read(OUTPUT), journal.read(sensor)
+    drive = journal.read(OUTPUT)
+    improved = corrected(journal.read(sensor), index, length)
+    measured = improved.stream
     known = {o.stream: o for o in origins}
     if plan.synchronisation == "clock":
         made = _same_clock(drive, measured, plan)
@@ -101,7 +107,7 @@ def assemble(
         made = _two_clocks(
             drive, measured, plan, known[sensor].nominal_rate, wiring, length=length, copy=copy
         )
-    made = _without_gaps(made)
+    made = _without_gaps(replace(made, sentences=(*improved.sentences, *made.sentences)))
     return replace(made, origins=_counted(known, {OUTPUT: drive, sensor: measured}, made.clocks))
 
 

@@ -103,10 +103,14 @@ def record(
             raise
         journal.note({"output_end": _end(station)})
         raw = open_journal(path)
-        made = assemble(raw, plan, origins, wiring or wiring_of(plan, origins[-1].nominal_rate))
+        air = _air(raw)
+        made = assemble(
+            raw, plan, origins, wiring or wiring_of(plan, origins[-1].nominal_rate),
+            index=1.0 if air is None else air.index,
+        )  # fmt: skip
         recording, provenance = recording_of(
             made, plan, raw, output_end=_end(station), envelope=dict(about),
-            scales=_scales(station), air=_air(raw),
+            scales=_scales(station), air=air,
         )  # fmt: skip
         stored = finish(journal, archive, recording, provenance)
     return Taken(stored, archive, path, provenance.warnings)

@@ -202,4 +202,3 @@ def _chunks(partial: object) -> list[Chunk]:
 
 def _silent(progress: Step) -> None:
     """Watch nothing."""
-

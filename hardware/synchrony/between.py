@@ -80,6 +80,7 @@ def between(values: Array, flags: NDArray[np.uint16], position: Array) -> Betwee
     on = np.abs(position - near) < 1e-9
     held = np.clip(near[on].astype(np.intp), 0, n - 1)
     touched[on] = marks[held]
+    out[on] = short[on] = filled[held]
     inner = np.clip(np.floor(position).astype(np.intp), 0, max(n - 2, 0))
     lost = np.where(on, missing[np.clip(near.astype(np.intp), 0, n - 1)],
                     missing[inner] | missing[np.minimum(inner + 1, n - 1)])  # fmt: skip

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 LEAST_CORRELATION = 0.5
 MOST_ALIKE = 6
 MOST_SCANNED = 150
+BEYOND = 1.2
 ALIKE = 4.0
 """Standard errors by which the best delay must beat another to be the only one."""
 
@@ -89,7 +90,11 @@ def first_guess(
         if loose is None:
             fitted = fit(known, guess, steps=0)  # the delay alone is settled there
         else:
-            fitted = fit(known, _scanned(known, guess, loose, skew), steps=10, most=8.0)
+            begin = _scanned(known, guess, loose, skew)
+            fitted = fit(known, begin, steps=10, most=8.0)
+            if abs(fitted.guess.map.skew) > BEYOND * skew:
+                # nothing here tells the ratio, so it was bent to please a few samples
+                fitted = fit(known, begin, steps=0)
         guess, loose = fitted.guess, _uncertain(known, fitted)
         if size >= material.time.size and settled_once:
             return Coarse(guess, early_guess, others)
@@ -114,11 +119,12 @@ def _scanned(material: Material, guess: Guess, loose: tuple[float, float], skew:
     """
     sd, along = loose
     step, span = material.held.step, float(material.time[-1] - material.time[0])
-    most = min(int(np.ceil(4.0 * min(sd, skew) * span / (0.5 * step))), MOST_SCANNED)
+    wide = min(4.0 * sd, skew)
+    most = min(int(np.ceil(wide * span / (0.5 * step))), MOST_SCANNED)
     if 3.0 * sd * span < 0.5 * step or most == 0:
         return guess
     tried = []
-    for by in np.arange(-most, most + 1) * (4.0 * min(sd, skew) / most):
+    for by in np.arange(-most, most + 1) * (wide / most):
         moved = replace(
             guess.map, skew=guess.map.skew + float(by), delay=guess.map.delay + along * float(by)
         )  # fmt: skip

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import final
 
 import numpy as np
 
-from hardware.simulators.controllers.command_log import CommandLog
+from hardware.simulators.controllers.command_log import CommandLog, standing_still
 from hardware.simulators.controllers.watchdog import Watch, Watchdog
 from hardware.simulators.rig import Rig
 
@@ -59,16 +60,16 @@ class AsciiDevice(ABC):
                 if len(self._bytes) > _LONGEST:
                     self._bytes.clear()
                 continue
-            line = self._bytes.decode("ascii", "replace")
+            line = self._bytes.decode("ascii", "replace").strip()
             self._bytes.clear()
-            if line.strip():
-                with self._rig.lock:
-                    self.commands.add(line.strip())
-                    _ = self._rig.now  # a bench that is paced does here what is due
-                    if self._watch:
-                        self._watch.pat()
-                    answer = self._obey(line.strip())
-                yield answer
+            if line:
+                yield standing_still(self._rig, partial(self._hear, line))
+
+    def _hear(self, line: str) -> bytes:
+        self.commands.add(line)
+        if self._watch:
+            self._watch.pat()
+        return self._obey(line)
 
     @abstractmethod
     def _obey(self, line: str) -> bytes:

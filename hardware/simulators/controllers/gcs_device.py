@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import final
 
-from hardware.simulators.controllers.command_log import CommandLog
+from hardware.simulators.controllers.command_log import CommandLog, standing_still
 from hardware.simulators.controllers.gcs_axis import Axis
 from hardware.simulators.controllers.gcs_generator import Generator
 from hardware.simulators.controllers.gcs_model import Acts, Arguments, Asks, GcsModel, Refusal
@@ -75,21 +75,21 @@ class GcsDevice:
                     self._error = 3
 
     def _obey(self, line: str) -> Iterator[bytes]:
-        with self._rig.lock:
-            self.commands.add(line)
-            _ = self._rig.now  # a bench that is paced does here what is due
-            if self._watch:
-                self._watch.pat()
-            try:
-                lines = self._answer(line)
-            except Refusal as refusal:
-                self._error = refusal.number
-                return
-            except (ValueError, IndexError):
-                self._error = 1
-                return
+        lines = standing_still(self._rig, lambda: self._understand(line))
         if lines is not None:
             yield (" \n".join(lines) + "\n").encode("cp1252")
+
+    def _understand(self, line: str) -> list[str] | None:
+        self.commands.add(line)
+        if self._watch:
+            self._watch.pat()
+        try:
+            return self._answer(line)
+        except Refusal as refusal:
+            self._error = refusal.number
+        except (ValueError, IndexError):
+            self._error = 1
+        return None
 
     def _answer(self, line: str) -> list[str] | None:
         if len(line) == 1 and ord(line) in _CODES:

@@ -202,8 +202,15 @@ def test_the_ultrasonic_driver_keeps_its_input_and_the_ends_of_travel() -> None:
     wave = SoftwareTimedWave(card, driver.amplifier)
     with pytest.raises(LimitViolation, match="C-184"):
         wave.load(np.array([0.0, 9.0]), 100.0)
+    driver.write(0.0)
     wave.load(np.array([0.0, -2.0, -6.0]), 100.0)
-    assert list(wave.play())[-1].samples == 3
+    list(wave.play())
+    front.registers.lines_in = 0b01
+    assert not driver.check_ends()
+    assert driver.check_ends(-6.0)
+    assert rig.volts == 0.0
+    front.registers.lines_in = 0b00
+    driver.write(-6.0)
     front.registers.lines_in = 0b01
     assert driver.check_ends()
     assert rig.volts == 0.0

@@ -165,3 +165,17 @@ def test_measurements_are_not_overwritten(bench: Make, swing: Wave, target: Path
     record(station.station(plan), plan, target)
     with pytest.raises(UnusableInput, match="exists"):
         record(station.station(plan), plan, target)
+
+
+def test_a_fringe_lost_without_a_word_is_flagged(bench: Make, target: Path) -> None:
+    server, station = bench()
+    # slow, so that 316 nm between two samples is no motion
+    plan = Plan(30.0 + 20.0 * np.sin(np.linspace(0.0, 6.0, 400)), 10e3, "slow", "clock")
+    server.control.answer("FAULT interferometer beam_loss_at=200 beam_bits=0")
+    taken = record(station.station(plan), plan, target)
+    flags = flags_of(taken.recording, "interferometer")
+    assert (flags[200:] & Flag.MISCOUNT).all()
+    assert not flags[:200].any()
+    assert any("whole fringes" in s for s in taken.sentences)
+    # the jump itself stays: nothing is repaired silently
+    assert np.diff(taken.recording["x"])[199] == pytest.approx(316.4e-9, abs=60e-9)

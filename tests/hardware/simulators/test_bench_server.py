@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -133,9 +134,8 @@ def test_a_fault_of_the_configuration_that_does_not_exist_leaves_nothing_open() 
 )
 def test_a_wrong_configuration_is_refused_in_one_line(data: Any, line: str) -> None:
     """What, where, why."""
-    with pytest.raises(ValueError) as refused:
+    with pytest.raises(ValueError, match=re.escape(line)) as refused:
         config_from(data)
-    assert str(refused.value).startswith(line)
     assert "\n" not in str(refused.value)
 
 
@@ -225,13 +225,14 @@ def test_serve_tells_what_a_person_needs(tmp_path: Path) -> None:
         "envelope_file": tmp_path / "truth.json",
         "reveal_request": tmp_path / "open",
         "stop": stop,
+        "started": lambda addresses: [f"drive {addresses['control']}"],
     }
     thread = threading.Thread(target=serve, args=(config,), kwargs=options)
     thread.start()
     soon(ready.exists)
     told = json.loads(ready.read_text())
     text = out.getvalue()
-    for needed in (*told["addresses"].values(), told["hash"], "bondsight acquire", "no watchdog"):
+    for needed in (*told["addresses"].values(), told["hash"], "drive 127", "no watchdog"):
         assert needed in text
     assert "C_q" not in text
     with pytest.raises(ValueError, match=f"sealed {told['hash']}"):
@@ -269,7 +270,8 @@ host, _, port = told["card"].rpartition(":")
 card = socket.create_connection((host, int(port)))
 
 def put(*accesses):
-    card.sendall(struct.pack("<H", len(accesses)) + b"".join(struct.pack("<BBHI", *a) for a in accesses))
+    data = b"".join(struct.pack("<BBHI", *a) for a in accesses)
+    card.sendall(struct.pack("<H", len(accesses)) + data)
     card.recv(2 + 4 * len(accesses))
 
 put((1, 2, 0x20, 0x2000), (3, 3, 0x68, 1 << 26))
@@ -322,7 +324,8 @@ def test_a_killed_program_and_its_voltage(bench_process: Any) -> None:
         volts = 0.0
     lowest, highest, step = map(float, ask(address, "EXTREMES").split())
     assert float(ask(address, "VOLTS")) == pytest.approx(volts, abs=0.02)
-    assert (lowest, highest) == (0.0, pytest.approx(100.0, abs=0.02))
+    assert lowest == 0.0
+    assert highest == pytest.approx(100.0, abs=0.02)
     assert step < 2.1
     process.send_signal(signal.SIGINT)
     out, _ = process.communicate(timeout=10.0)

@@ -1,0 +1,117 @@
+"""What is done to the samples of an interferometer before they are aligned; raw data stay."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bondgraph.errors import UnusableInput
+from hardware.contracts import Flag
+from hardware.optics import (
+    HELIUM_NEON,
+    displacement_per_fringe,
+    find_miscounts,
+    fit_ellipse,
+    quadrature_displacement,
+)
+from hardware.storage import StreamData
+
+__all__ = ["Corrected", "corrected"]
+
+SHORTEST = 64
+"""Samples below which nothing is looked for."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Corrected:
+    """A stream after its corrections.
+
+    Attributes
+    ----------
+    stream : StreamData
+        The same samples; ``x`` from the quadrature where that was recorded, flags added.
+    sentences : tuple of str
+        What was done, and what was seen.
+    """
+
+    stream: StreamData
+    sentences: tuple[str, ...]
+
+
+def corrected(stream: StreamData, index: float, length: str = "x") -> Corrected:
+    """Correct the periodic error if sine and cosine are there, and look for lost fringes.
+
+    Parameters
+    ----------
+    stream : StreamData
+        Of the interferometer: displacement (m), perhaps ``sin`` and ``cos``.
+    index : float
+        Refraction index of the air.
+    length : str
+        Channel of the displacement.
+    """
+    if length not in stream.channels or stream.n < SHORTEST:
+        return Corrected(stream, ())
+    found, said = _without_periodic_error(stream, index, length)
+    marked, seen = _with_miscounts(found, index, length)
+    return Corrected(marked, (*said, *seen))
+
+
+def _without_periodic_error(
+    stream: StreamData, index: float, length: str
+) -> tuple[StreamData, tuple[str, ...]]:
+    """Take the displacement from raw quadrature by Heydemann's correction."""
+    channels = dict(stream.channels)
+    if not {"sin", "cos"} <= set(channels):
+        return stream, ()
+    cosine, sine = channels.pop("cos"), channels.pop("sin")
+    layout = replace(stream.layout, units=_without(stream.layout.units, ("sin", "cos")))
+    kept = replace(stream, channels=channels, layout=layout)
+    try:
+        fit = fit_ellipse(cosine, sine)
+        x = quadrature_displacement(cosine, sine, fit.ellipse, HELIUM_NEON, index)
+    except UnusableInput as error:
+        return kept, (f"periodic error not corrected: {error}",)
+    change = x - x[0] - (channels[length] - channels[length][0])
+    if float(np.ptp(change)) > 0.5 * displacement_per_fringe(HELIUM_NEON, index):
+        return kept, (
+            "periodic error not corrected: quadrature and counter disagree by more than half a "
+            "fringe; the motion is too fast for the rate of the samples",
+        )
+    channels[length] = x - x[0] + channels[length][0]
+    e = fit.ellipse
+    sentence = (
+        f"periodic error corrected over {fit.arc:.2g} fringes: offsets {e.offset_1 / e.radius:.2%} "
+        f"and {e.offset_2 / e.radius:.2%}, ratio {e.ratio:.4g}, {np.degrees(e.skew):.3g} deg; "
+        f"changes of up to {1e9 * float(np.ptp(change)):.2g} nm"
+    )
+    return replace(kept, channels=channels), (sentence,)
+
+
+def _with_miscounts(
+    stream: StreamData, index: float, length: str
+) -> tuple[StreamData, tuple[str, ...]]:
+    """Flag jumps of whole fringes; nothing is repaired."""
+    try:
+        found = find_miscounts(stream.channels[length], displacement_per_fringe(HELIUM_NEON, index))
+    except UnusableInput as error:
+        return stream, (f"lost fringes not looked for: {error}",)
+    if not found.able:
+        return stream, (
+            "a lost fringe would not be seen: the motion between samples is too large for that",
+        )
+    whole = [j for j in found.jumps if j.whole]
+    if not whole:
+        return stream, ()
+    flags = stream.flags | (found.flags & np.uint16(Flag.MISCOUNT))
+    where = ", ".join(f"{j.fringes:+d} at sample {j.sample}" for j in whole[:5])
+    return replace(stream, flags=flags), (
+        f"the counter seems to have jumped by whole fringes ({where}); samples behind are flagged, "
+        "nothing was repaired: hardware.optics.repaired removes the jumps",
+    )
+
+
+def _without(units: Mapping[str, str], names: tuple[str, ...]) -> dict[str, str]:
+    return {k: u for k, u in units.items() if k not in names}
