@@ -33,7 +33,14 @@ from bondgraph.hysteresis import AlJanaideh
 from hardware.contracts import Flag
 from hardware.simulators.rig import DeviceClock
 from hardware.synchrony import (
-    Budget, Held, Stream, TimeMap, Wiring, align, false_width, merged,
+    Budget,
+    Held,
+    Stream,
+    TimeMap,
+    Wiring,
+    align,
+    false_width,
+    merged,
 )
 
 # %matplotlib inline
@@ -107,9 +114,14 @@ assert abs(late[0] - 17.7) < 0.05
 records = {f: record(f) for f in (2.0, 100.0)}
 figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), sharey=True, constrained_layout=True)
 for axis, (f, pair) in zip(axes, records.items(), strict=True):
-    for label, clocks, style in (("clocks taken as equal", TimeMap(), "C3."), ("true clocks", TRUTH, "C0.")):
+    for label, clocks, style in (
+        ("clocks taken as equal", TimeMap(), "C3."),
+        ("true clocks", TRUTH, "C0."),
+    ):
         v, x = seen(*pair, clocks)
-        axis.plot(v, 1e6 * x, style, markersize=2, label=f"{label}: {1e9 * width(v, x):.0f} nm wide")
+        axis.plot(
+            v, 1e6 * x, style, markersize=2, label=f"{label}: {1e9 * width(v, x):.0f} nm wide"
+        )
     axis.set(title=f"{f:g} Hz, last second", xlabel="voltage at the actuator (V)")
     axis.legend(loc="upper left", markerscale=4)
 axes[0].set_ylabel("length (um)")

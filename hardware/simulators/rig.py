@@ -17,8 +17,9 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from hardware.simulators.device_clock import DeviceClock
 from hardware.simulators.edges import push
-from hardware.simulators.noise import white
+from hardware.simulators.interpolation import cubic, linear
 from hardware.simulators.plant_contract import Moved, Plant, Rewindable
 from hardware.simulators.tape import Tape
 
@@ -28,39 +29,6 @@ Array = NDArray[np.float64]
 
 _LONGEST = 100_000
 """Steps made at once."""
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceClock:
-    """How the clock of a device runs against the true time.
-
-    Parameters
-    ----------
-    ppm : float
-        Its samples come by so many millionths later than its nominal rate says.
-    offset : float
-        Delay of its start behind the trigger (s).
-    jitter : float
-        Standard deviation of a single instant (s).
-    drift_ppm : float
-        Change of ``ppm`` in a minute.
-    seed : int
-        Of the jitter.
-    """
-
-    ppm: float = 0.0
-    offset: float = 0.0
-    jitter: float = 0.0
-    drift_ppm: float = 0.0
-    seed: int = 0
-
-    def instants(self, start: float, first: int, count: int, rate: float) -> Array:
-        """Return true instants (s) of samples `first`, ... behind the trigger at `start` (s)."""
-        own = (first + np.arange(count)) / rate
-        true = own * (1.0 + 1e-6 * self.ppm + 1e-6 * self.drift_ppm * own / 120.0)
-        if self.jitter:
-            true = true + self.jitter * white(self.seed, first, count)
-        return np.asarray(start + self.offset + true)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -313,27 +281,3 @@ class Rig:
         slope = x[-1] - x[-2] if x.size > 1 else 0.0
         later = x[-1] + slope * np.array([1.0, 2.0])
         return self._steps.column(0, later), self._steps.column(1, np.full(2, i[-1]))
-
-
-def linear(values: Array, position: Array) -> Array:
-    """Interpolate linearly at positions counted in samples; ends are held."""
-    k = np.clip(np.floor(position).astype(np.int64), 0, max(values.size - 2, 0))
-    if values.size < 2:
-        return np.asarray(values[k])
-    s = np.clip(position - k, 0.0, 1.0)
-    return np.asarray(np.where(s > 0.0, values[k] + s * (values[k + 1] - values[k]), values[k]))
-
-
-def cubic(values: Array, position: Array) -> Array:
-    """Four-point Lagrange interpolation at positions counted in samples; ends are held."""
-    if values.size < 4:
-        return linear(values, position)
-    k = np.clip(np.floor(position).astype(np.int64), 1, values.size - 3)
-    s = np.clip(position, 0.0, values.size - 1.0) - k
-    a, b, c, d = (values[k + j] for j in (-1, 0, 1, 2))
-    return np.asarray(
-        -s * (s - 1.0) * (s - 2.0) / 6.0 * a
-        + (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0 * b
-        - (s + 1.0) * s * (s - 2.0) / 2.0 * c
-        + (s + 1.0) * s * (s - 1.0) / 6.0 * d
-    )

@@ -16,6 +16,11 @@ from hardware.daq import (
     MF634,
     CardChannel,
     CardInputs,
+    CompiledWave,
+    MappedRegisters,
+    NiChannel,
+    NiTerminals,
+    NiWave,
     PciRegisters,
     Registers,
     SampleClock,
@@ -103,14 +108,14 @@ def _card(
 
     def wave(way: Synchronisation) -> RawWave:
         pulse = way == "clock"
-        return SoftwareTimedWave(
-            card, raw.amplifier,
-            Wiring(
-                settings.channel, inputs, settings.trigger if way == "start" else None,
-                settings.clock if pulse else None,
-                SampleClock.PULSE if pulse else SampleClock.NONE,
-            ),
+        wired_so = Wiring(
+            settings.channel, inputs, settings.trigger if way == "start" else None,
+            settings.clock if pulse else None, SampleClock.PULSE if pulse else SampleClock.NONE,
         )  # fmt: skip
+        if isinstance(registers, MappedRegisters):
+            # a real card: paced by compiled code, whose instants do not wait for Python
+            return CompiledWave(card, raw.amplifier, wired_so)
+        return SoftwareTimedWave(card, raw.amplifier, wired_so)
 
     return Driven(raw, wave, _gains(amplifier))
 
@@ -129,7 +134,25 @@ def _ni(
     clock: Clock,
     opened: contextlib.ExitStack,
 ) -> Driven:
-    raise UnusableInput("output: kind 'ni' is opened from Python; see hardware.daq.ni")
+    device = settings.address or "Dev1"
+    channel = NiChannel(f"{device}/ao{settings.channel}")
+    raw = AnalogueAmplifier(channel, amplifier, clock=clock)
+    opened.callback(raw.close)
+    inputs = tuple(f"{device}/ai{k}" for k in _monitor_inputs(wired))
+    pins = {"trigger": settings.trigger, "clock": settings.clock}
+    lines = {k: "" if v is None else f"/{device}/PFI{v}" for k, v in pins.items()}
+
+    def wave(way: Synchronisation) -> RawWave:
+        return NiWave(
+            channel, raw.amplifier,
+            NiTerminals(
+                inputs, lines["clock"] if way == "clock" else "",
+                lines["trigger"] if way == "start" else "",
+            ),
+            clock=clock,
+        )  # fmt: skip
+
+    return Driven(raw, wave, _gains(amplifier))
 
 
 def _gcs(settings: OutputSettings, clock: Clock, opened: contextlib.ExitStack) -> Driven:

@@ -149,9 +149,12 @@ class Alignment:
         if self.delay_known:
             delay = f"delay {1e6 * self.map.delay:.4g} +- {1e6 * self._half(0):.2g} us"
         else:
+            why = "cannot tell it from the actuator's own lag"
+            if self.how.startswith("copy"):
+                why = f"leaves +- {1e6 * self._half(0):.2g} us of it open"
             delay = (
-                f"delay NOT known ({1e6 * self.map.delay:.4g} us assumed): this record cannot tell "
-                "it from the actuator's own lag; share the clock, record a copy of the voltage "
+                f"delay NOT known ({1e6 * self.map.delay:.4g} us assumed): this record {why}; "
+                "share the clock, record a copy of the voltage "
                 "with the length, or let the trigger be known"
             )
         return f"clocks by {self.how}: skew {skew}; {delay}"

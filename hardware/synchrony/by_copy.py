@@ -75,7 +75,7 @@ def align_by_copy(
     coarse, fitted, rivals = solved(material)
     gaps: tuple[Gap, ...] = ()
     if structured(fitted):
-        mended = _mended(material, held, (coarse, fitted, rivals), solved)
+        mended = _mended(material, held, (coarse, fitted, rivals), wiring.lag, solved)
         gaps, material, (coarse, fitted, rivals) = mended
     notes: tuple[str, ...] = ()
     if structured(fitted):
@@ -145,10 +145,11 @@ def _mended(
     material: Material,
     held: Held,
     now: _Solved,
+    lag: float | None,
     solved: Callable[[Material], _Solved],
 ) -> tuple[tuple[Gap, ...], Material, _Solved]:
     """Look for lost samples; keep them only if they explain what was left."""
-    gaps = find_gaps(material, held, now[0].early)
+    gaps = find_gaps(material, held, now[0].early, lag)
     if not gaps:
         return (), material, now
     time, step = material.time.copy(), float(np.median(np.diff(material.time)))

@@ -18,6 +18,7 @@ from bondgraph.errors import UnusableInput
 from hardware.synchrony.alignment import Alignment
 from hardware.synchrony.coarse import first_guess
 from hardware.synchrony.fit import Fitted, Guess, Material, fit
+from hardware.synchrony.gaps import structured
 from hardware.synchrony.held import Held
 from hardware.synchrony.jitter import jitter_of
 from hardware.synchrony.period import fundamental, one_loop
@@ -36,6 +37,8 @@ PLAYS = (12, 20)
 SEPARABLE = 0.3
 """Least share of a shift in time that hysteresis and creep must not be able to imitate."""
 AS_GOOD = 1.5
+MISSED = 2.0
+"""Factor on the standard errors for what the plays leave out."""
 CREEP = (0.01, 0.1, 1.0, 10.0)
 """Time constants of the creep allowed for (s)."""
 FIRST_LAG = 0.4
@@ -169,7 +172,8 @@ def _by_plays(
         results.append((material, fitted))
         guess = fitted.guess
     material, fitted = min(results, key=lambda r: r[1].rms)
-    spread = covariance_of(material, fitted)
+    # plays on a grid are not the actuator: what they miss below the noise biases as well
+    spread = MISSED**2 * covariance_of(material, fitted)
     # how far the answer hangs on the model of the plant, among those that explain the record
     good = [r[1] for r in results if r[1].rms <= AS_GOOD * fitted.rms]
     delays = np.array([f.guess.map.delay - f.guess.lag for f in good])
@@ -177,6 +181,13 @@ def _by_plays(
     covariance = np.zeros((3, 3))
     where = [("delay", "skew", "drift").index(n) for n in free if n != "lag"]
     covariance[np.ix_(where, where)] = spread[: len(where), : len(where)]
+    if not wiring.shared_clock:
+        covariance[1, 1] += (0.5 * float(np.ptp([f.guess.map.skew for f in good]))) ** 2
+    if structured(fitted):
+        # so much time would explain what no model explained
+        late = float(np.mean(fitted.rest**2) / (np.mean(fitted.slope**2) + 1e-300))
+        covariance[0, 0] += late
+        covariance[1, 1] += 0.0 if wiring.shared_clock else 12.0 * late / float(np.ptp(t)) ** 2
     share = min(r[1].share for r in results)
     return _judged(
         fitted, covariance, model, share, sensor, wiring, reach(len(free))

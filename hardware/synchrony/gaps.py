@@ -20,6 +20,7 @@ SUSPECT = 3.0
 LAGS = (1, 2, 4, 8, 16, 32, 64)
 ALIKE = 0.4
 """Correlation that a filter before a converter may give its noise, but no more."""
+EXPLAINED = 1.3
 MOST = 2000
 MOST_SKEW = 1e-3
 MOST_GAPS = 50
@@ -33,7 +34,9 @@ def structured(fitted: Fitted) -> bool:
     return max(alike, default=0.0) > ALIKE
 
 
-def find_gaps(material: Material, held: Held, start: Guess) -> tuple[Gap, ...]:
+def find_gaps(
+    material: Material, held: Held, start: Guess, lag: float | None = None
+) -> tuple[Gap, ...]:
     """Follow the record from its beginning; where it leaves the prediction, look how far it jumped.
 
     Gaps shorter than what the drive moves above the noise cannot be seen, and under a periodic
@@ -47,13 +50,19 @@ def find_gaps(material: Material, held: Held, start: Guess) -> tuple[Gap, ...]:
         Its drive.
     start : Guess
         Right at the beginning of the record.
+    lag : float, optional
+        Of the amplifier (s), where it is known.
     """
     step = float(np.median(np.diff(material.time)))
     n = material.time.size
     look = _look(material, held, step)
     good, found = look, list[Gap]()
-    beliefs = (("skew", 0.0, MOST_SKEW), ("lag", start.lag, held.step))
-    now = replace(material, free=("delay", "skew", "lag"), beliefs=beliefs)
+    beliefs: tuple[tuple[str, float, float], ...] = (("skew", 0.0, MOST_SKEW),)
+    free: tuple[str, ...] = ("delay", "skew")
+    if lag is None:
+        free, beliefs = (*free, "lag"), (*beliefs, ("lag", start.lag, held.step))
+    start = start if lag is None else replace(start, lag=lag)
+    now = replace(material, free=free, beliefs=beliefs)
     best = fit(now.part(slice(0, good)), start, steps=15)
     noise = max(best.rms, 1e-12 * float(np.ptp(material.values)))
     while good < n and len(found) < MOST_GAPS:
@@ -64,15 +73,15 @@ def find_gaps(material: Material, held: Held, start: Guess) -> tuple[Gap, ...]:
             good = size
             best = fit(now.part(slice(0, good)), best.guess, steps=8)
             continue
-        gap = _jump(now, best, bad, look, noise, step)
-        if gap is None:
-            # perhaps the prediction only reached too far
-            further = min(max(bad + look, good + BLOCK), n)
-            again = fit(now.part(slice(0, further)), best.guess, steps=15)
-            if again.rms > SUSPECT * noise:
-                break
+        # perhaps the prediction only reached too far: a gap is what no refit explains
+        further = min(max(bad + look, good + BLOCK), n)
+        again = fit(now.part(slice(0, further)), best.guess, steps=10)
+        if again.rms <= EXPLAINED * noise:
             good, best = further, again
             continue
+        gap = _jump(now, best, bad, look, noise, step)
+        if gap is None:
+            break
         found.append(gap)
         time = now.time.copy()
         time[gap.first :] += gap.missing * step

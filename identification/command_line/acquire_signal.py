@@ -79,9 +79,15 @@ def _sine(text: str, rest: str, rate: float, samples: int, limits: Limits) -> ND
 
 
 def _demagnetise(rest: str, rate: float, envelope: Envelope, limits: Limits) -> NDArray[np.float64]:
-    span = envelope.v_max - envelope.v_min
-    bias = real_number("--signal demagnetise", rest) if rest else envelope.v_min + 0.5 * span
-    thresholds = [0.5 * share * span for share in (0.1, 0.2, 0.4, 0.8)]
+    low, high = envelope.v_min, envelope.v_max
+    bias = real_number("--signal demagnetise", rest) if rest else 0.5 * (low + high)
+    room = min(bias - low, high - bias)
+    if not room > 0.0:
+        raise UnusableInput(
+            f"--signal demagnetise:{bias:g}: is outside of {low:g} .. {high:g} V; give a voltage "
+            "between them"
+        )
+    thresholds = [share * room for share in (0.1, 0.2, 0.4, 0.8)]
     return demagnetise(thresholds, bias, rate, envelope=limits, start=envelope.safe).values
 
 

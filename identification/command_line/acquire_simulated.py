@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from bondgraph.errors import UnusableInput
+from bondgraph.errors import UnusableInput, unknown_name
 from hardware.errors import LinkLost
 
 __all__ = ["simulated"]
@@ -35,37 +35,57 @@ def simulated(
     LinkLost
         It does not answer.
     """
-    from hardware.station import settings_from
-    from identification.command_line.bench_serve import bench_config, station_text, stub_library
+    from hardware.envelope import P840_1_UNIPOLAR
+    from hardware.simulators import effects
+    from identification.command_line.acquire_signal import waveform
+    from identification.command_line.bench_serve import bench_config, stub_library
 
     if options.seed is None:
         options.seed = secrets.randbits(31)
     config = bench_config(
         options.bench, options.effect, options.place, options.strength, options.seed
     )
+    if config.plant.effect not in ("none", "drawn", *effects()) and config.plant.name == "stack":
+        raise UnusableInput(
+            str(unknown_name("effect", config.plant.effect, "the bench", effects()))
+        )
+    # refused before a process is started for it
+    waveform(options.signal, options.rate, options.samples, P840_1_UNIPOLAR, options.seed)
     library = stub_library()
     with tempfile.TemporaryDirectory(prefix="bondsight-bench-") as scratch:
         folder = Path(scratch)
-        server = _start(options, folder)
-        try:
-            ready = _await(server, folder / "ready.json")
-            print(f"truth sealed: sha256 {ready['hash']}")
-            text = station_text(ready["addresses"], config, library, config.card.ppm)
-            result = record_and_diagnose(options, settings_from(_parsed(text), "virtual bench"))
-            (folder / "end").touch()
-            said, _ = server.communicate(timeout=PATIENCE)
-        finally:
-            if server.poll() is None:
-                server.terminate()
-                server.wait(PATIENCE)
-    _conclude(said, ready["hash"], result, options.json)
+        with _start(options, folder) as server:
+            said, digest, result = _session(
+                options, server, folder, config, library, record_and_diagnose
+            )
+    _conclude(said, digest, result, options.json)
     return 0
 
 
-def _parsed(text: str) -> dict[str, Any]:
-    import tomllib
+def _session(
+    options: argparse.Namespace,
+    server: subprocess.Popen[str],
+    folder: Path,
+    config: Any,
+    library: str,
+    record_and_diagnose: Callable[[argparse.Namespace, Any], Any],
+) -> tuple[str, str, Any]:
+    """Record and diagnose while the bench lives; returns its last words, its hash, the diagnosis."""
+    from hardware.station import settings_from
+    from identification.command_line.bench_serve import station_table
 
-    return tomllib.loads(text)
+    try:
+        ready = _await(server, folder / "ready.json")
+        print(f"truth sealed: sha256 {ready['hash']}")
+        table = station_table(ready["addresses"], config, library, config.card.ppm)
+        result = record_and_diagnose(options, settings_from(table, "virtual bench"))
+        (folder / "end").touch()
+        said, _ = server.communicate(timeout=PATIENCE)
+    finally:
+        if server.poll() is None:
+            server.terminate()
+            server.wait(PATIENCE)
+    return said, str(ready["hash"]), result
 
 
 def _start(options: argparse.Namespace, folder: Path) -> subprocess.Popen[str]:

@@ -131,11 +131,27 @@ def fits() -> None:
     bench_fit(print)
 
 
+def interferometer() -> None:
+    """Measure blocks and streams of the interferometer, through the stub library."""
+    from hardware.interferometer.benchmark import measure
+
+    print("\n".join(measure().lines()))
+
+
+def recorder() -> None:
+    """Measure a take over the wire of a virtual bench, and what storing it costs."""
+    from identification.command_line.bench_recorder import bench_recorder
+
+    bench_recorder(print)
+
+
 MEASUREMENTS: dict[str, Callable[[], None]] = {
     "derivation": derivation,
     "simulation": simulation,
     "operators": operators,
     "graphs": graphs,
+    "interferometer": interferometer,
+    "recorder": recorder,
     "demo": demonstration,
     "diagnosis": diagnosis,
     "piezo": piezo,

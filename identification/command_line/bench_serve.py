@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import json
+import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from bondgraph.errors import UnusableInput
 from identification.command_line.arguments import nonnegative
 
-__all__ = ["add_bench_serve_options", "bench_config", "bench_serve", "station_text", "stub_library"]
+__all__ = [
+    "add_bench_serve_options",
+    "bench_config",
+    "bench_serve",
+    "station_table",
+    "station_text",
+    "stub_library",
+]
 
 
 def add_bench_serve_options(p: argparse.ArgumentParser) -> None:
@@ -110,8 +120,10 @@ def plants() -> dict[str, Any]:
     return {**trial, **outside, **{f"model-{n}": _model(n) for n in MODELS}}
 
 
-def station_text(addresses: dict[str, str], config: Any, library: str, ppm: float = 0.0) -> str:
-    """Return the station file (TOML) of a virtual bench.
+def station_table(
+    addresses: Mapping[str, str], config: Any, library: str, ppm: float = 0.0
+) -> dict[str, Any]:
+    """Return the station of a virtual bench as plain values.
 
     Parameters
     ----------
@@ -124,33 +136,49 @@ def station_text(addresses: dict[str, str], config: Any, library: str, ppm: floa
     ppm : float
         Error of the program's clock.
     """
-    lines = [
-        'name = "virtual bench"', "", "[envelope]", 'preset = "P-840.1-unipolar"', "", "[clock]",
-        f'bench = "{addresses["control"]}"', f"ppm = {ppm!r}", "", "[output]",
-    ]  # fmt: skip
+    table: dict[str, Any] = {
+        "name": "virtual bench",
+        "envelope": {"preset": "P-840.1-unipolar"},
+        "clock": {"bench": addresses["control"], "ppm": ppm},
+    }
     if "card" in addresses:
-        lines += [
-            f'kind = "{config.card_model.lower()}"', f'address = "{addresses["card"]}"',
-            "trigger = 0", "clock = 0", "", "[amplifier]", 'name = "simulated amplifier"',
-            f"gain = {config.gain!r}", f"offset = {config.offset!r}", "voltage_monitor = 0.05",
-        ]  # fmt: skip
+        table["output"] = {
+            "kind": config.card_model.lower(), "address": addresses["card"],
+            "trigger": 0, "clock": 0,
+        }  # fmt: skip
+        table["amplifier"] = {
+            "name": "simulated amplifier", "gain": config.gain, "offset": config.offset,
+            "voltage_monitor": 0.05,
+        }  # fmt: skip
     elif "gcs" in addresses:
-        lines += ['kind = "gcs"', f'address = "{addresses["gcs"]}"', "trigger = 1"]
+        table["output"] = {"kind": "gcs", "address": addresses["gcs"], "trigger": 1}
     else:
         raise UnusableInput("bench serve: only a card or a GCS controller gets a station file")
     if "interferometer" in addresses:
         host, _, port = addresses["interferometer"].rpartition(":")
-        lines += [
-            "", "[interferometer]", f'connection = "net:{host}:{port}"', f'library = "{library}"',
-            f"dead_path = {config.air.dead_path!r}",
-        ]  # fmt: skip
+        table["interferometer"] = {
+            "connection": f"net:{host}:{port}", "library": library,
+            "dead_path": config.air.dead_path,
+        }  # fmt: skip
+    return table
+
+
+def station_text(table: Mapping[str, Any]) -> str:
+    """Return a station as the TOML of its file."""
+    lines = [f"{k} = {_toml(v)}" for k, v in table.items() if not isinstance(v, Mapping)]
+    for name, inner in table.items():
+        if isinstance(inner, Mapping):
+            lines += ["", f"[{name}]", *(f"{k} = {_toml(v)}" for k, v in inner.items())]
     return "\n".join([*lines, ""])
+
+
+def _toml(value: Any) -> str:
+    # a JSON text is a TOML text too, and numbers are written alike
+    return json.dumps(value)
 
 
 def stub_library() -> str:
     """Compile the stub of the vendor's library into the user's cache; returns its path."""
-    import os
-
     from hardware.simulators.siosifm import build
 
     root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
@@ -169,7 +197,7 @@ def _writer(path: Path, config: Any) -> Any:
     def write(addresses: dict[str, str]) -> list[str]:
         from bondgraph.atomic import replacing
 
-        text = station_text(addresses, config, stub_library(), config.card.ppm)
+        text = station_text(station_table(addresses, config, stub_library(), config.card.ppm))
         with replacing(path) as stream:
             stream.write(text.encode())
         return [f"  bondsight acquire {path} --diagnose stack_with_payload"]

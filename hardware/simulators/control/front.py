@@ -1,6 +1,7 @@
 """The line protocol by which programs and experimenters handle the bench itself.
 
-Every line gets one line: ``OK ...`` or ``ERR reason``.
+Every line gets one line: ``OK ...`` or ``ERR reason``. A client that lets time pass or triggers is
+a program, whose end the watchdog sees; others only look.
 
 =====================  ============================================================
 ``NOW``                true time (s)
@@ -66,6 +67,10 @@ class Departure:
         )
 
 
+def _of_a_program(line: str) -> bool:
+    return line.upper().startswith(("WAIT", "EDGE"))
+
+
 @final
 class ControlFront:
     """Serves the line protocol.
@@ -105,7 +110,7 @@ class ControlFront:
         self._drive = drive
         self._sealed = sealed
         self._rate = rate
-        self._lines = LineServer(self.answer, self._left, port)
+        self._lines = LineServer(self.answer, self._left, _of_a_program, port)
         self._departures: deque[Departure] = deque(maxlen=256)
         self._simple: dict[str, Callable[[], str]] = {
             "NOW": lambda: f"{self._rig.now!r}",
@@ -204,4 +209,4 @@ class ControlFront:
             instant, volts = rig.now, rig.volts
             self._departures.append(Departure(instant, volts, self._watchdog is not None))
             if self._watchdog is not None and volts != 0.0:
-                self._watchdog.expire(rig, lambda: self._lines.clients == 0, self._drive)
+                self._watchdog.expire(rig, lambda: self._lines.programs == 0, self._drive)

@@ -25,7 +25,9 @@ class LineServer:
     answer : callable
         From a line to its answer, both without line ends.
     left : callable, optional
-        Called after a client is gone, with the number of those still there.
+        Called after a program is gone, with the number of those still there.
+    program : callable, optional
+        Whether a line is one of a program; only clients that sent such a line count as programs.
     port : int
         0 takes a free one.
     """
@@ -34,10 +36,13 @@ class LineServer:
         self,
         answer: Callable[[str], str],
         left: Callable[[int], None] | None = None,
+        program: Callable[[str], bool] = lambda line: True,
         port: int = 0,
     ) -> None:
         self._answer = answer
         self._left = left
+        self._program = program
+        self._programs: set[socket.socket] = set()
         self._port = port
         self._listener: socket.socket | None = None
         self._clients: set[socket.socket] = set()
@@ -45,10 +50,10 @@ class LineServer:
         self._lock = threading.Lock()
 
     @property
-    def clients(self) -> int:
+    def programs(self) -> int:
         """Programs connected now."""
         with self._lock:
-            return len(self._clients)
+            return len(self._programs)
 
     def start(self) -> str:
         """Listen; returns ``host:port``."""
@@ -101,9 +106,11 @@ class LineServer:
             self._talk(client)
         with self._lock:
             self._clients.discard(client)
-            rest, open_ = len(self._clients), self._listener is not None
+            counted = client in self._programs
+            self._programs.discard(client)
+            rest, open_ = len(self._programs), self._listener is not None
         client.close()
-        if self._left is not None and open_:
+        if self._left is not None and open_ and counted:
             self._left(rest)
 
     def _talk(self, client: socket.socket) -> None:
@@ -115,6 +122,9 @@ class LineServer:
                 if len(line) > LONGEST_LINE:
                     break
                 text = line.decode("ascii", "replace").strip()
+                if self._program(text):
+                    with self._lock:
+                        self._programs.add(client)
                 client.sendall(self._answer(text).encode("ascii", "replace") + b"\n")
             else:
                 if len(waiting) <= LONGEST_LINE:

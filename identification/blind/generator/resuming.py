@@ -37,7 +37,8 @@ def _library() -> ctypes.CDLL:
         with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
             made = Path(scratch) / "resume.so"
             flags = ["-O2", "-std=c11", "-shared", "-fPIC", "-o", str(made)]
-            subprocess.run([gcc, *flags, str(here / "resume.c"), "-lm"], check=True)
+            sources = ["-include", str(here / "run.c"), str(here / "resume.c")]
+            subprocess.run([gcc, *flags, *sources, "-lm"], check=True)
             made.replace(target)
     library = ctypes.CDLL(str(target))
     library.bench_size.restype = ctypes.c_long

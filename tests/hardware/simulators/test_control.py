@@ -174,12 +174,13 @@ def test_a_watchdog_brings_the_output_back_slowly(rig: Rig) -> None:
     front = ControlFront(rig, watchdog=Watchdog(timeout=0.2, fall=0.05, steps=50))
     address = front.start()
     first, second = BenchClock(address), BenchClock(address)
-    second.now()
+    second.edge()
     for k in range(81):
         rig.drive(float(k))
         first.sleep(1e-3)
     first.close()
     second.sleep(1.0)
+    assert ask(address, "VOLTS") == "80.0"
     assert rig.volts == 80.0
     begin = rig.now
     second.close()
@@ -194,13 +195,16 @@ def test_a_watchdog_brings_the_output_back_slowly(rig: Rig) -> None:
 def test_without_a_watchdog_it_stays_and_is_told(rig: Rig) -> None:
     """The voltage on the stack outlives the program."""
     front = ControlFront(rig)
-    clock = BenchClock(front.start())
+    front_address = front.start()
+    clock = BenchClock(front_address)
     clock.sleep(0.1)
     rig.drive(63.0)
     clock.close()
     soon(lambda: bool(front.departures))
     assert rig.volts == 63.0
     assert not front.departures[0].returned
+    assert ask(front_address, "NOW")
+    assert len(front.departures) == 1
     assert "63 V on the stack; no watchdog: the voltage stays" in str(front.departures[0])
     front.stop()
 
@@ -212,12 +216,12 @@ def test_a_program_that_comes_back_in_time_is_left_alone(rig: Rig) -> None:
     now = [0.0]
     rig.pace(lambda: now[0])
     first = BenchClock(address)
-    first.now()
+    first.edge()
     rig.drive(40.0)
     first.close()
     soon(lambda: len(front.departures) == 1)
     second = BenchClock(address)
-    second.now()
+    second.edge()
     now[0] = 1.0
     assert rig.volts == 40.0
     second.close()

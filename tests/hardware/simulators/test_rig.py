@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hardware.simulators.edges import EdgeDelay, averages
+from hardware.simulators.interpolation import cubic, linear
 from hardware.simulators.noise import white
 from hardware.simulators.plant_contract import EdgeDriven, Motion, Rewindable
-from hardware.simulators.rig import DeviceClock, Rig, cubic, linear
+from hardware.simulators.rig import DeviceClock, Rig
 from hardware.simulators.tape import Tape
 
 TAU = 1e-3
@@ -97,13 +98,13 @@ def test_edges_anywhere_agree_with_the_closed_form(look: bool) -> None:
     """Also while somebody looks after every edge: looking changes nothing."""
     rig = Rig(Lag())
     edges = drive(rig, 1, look=look)
-    t = np.sort(np.random.default_rng(2).uniform(0.0, rig.now, 3000))
+    t = np.asarray(np.sort(np.random.default_rng(2).uniform(0.0, rig.now, 3000)))
     x, v = closed_form(edges, t)
     seen = rig.seen(t)
     assert np.array_equal(seen.v, v)
     # slopes jump at the edges: a cubic across one is off by h dV/tau/20 at most
     assert np.abs(seen.x - x).max() < 100.0 * Lag.step / TAU / 4.0
-    at_steps = np.arange(1, int(rig.now / Lag.step)) * Lag.step
+    at_steps: Any = np.arange(1, int(rig.now / Lag.step)) * Lag.step
     exact, _ = closed_form(edges, at_steps)
     assert np.abs(rig.seen(at_steps).x - exact).max() < 1e-9
 
@@ -133,7 +134,7 @@ def test_a_plant_without_edges_gets_exact_means() -> None:
     assert not isinstance(Means(), Rewindable)
     rig = Rig(Means())
     edges = drive(rig, 4)
-    t = np.arange(1, int(rig.now / Lag.step)) * Lag.step
+    t: Any = np.arange(1, int(rig.now / Lag.step)) * Lag.step
     exact, _ = closed_form(edges, t)
     error = np.abs(rig.seen(t).x - exact).max()
     assert 1e-9 < error < 100.0 * (Lag.step / TAU) ** 2 * 5.0
@@ -273,7 +274,12 @@ def test_a_paced_bench_follows_its_clock() -> None:
     time = [0.0]
     rig.pace(lambda: time[0])
     seen: list[float] = []
-    rig.at(0.25, lambda: (rig.drive(7.0), seen.append(rig.now))[0])
+
+    def act() -> None:
+        rig.drive(7.0)
+        seen.append(rig.now)
+
+    rig.at(0.25, act)
     rig.wait(5.0)
     assert rig.now == 0.0
     time[0] = 1.0

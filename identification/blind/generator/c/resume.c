@@ -1,6 +1,6 @@
 /* The same plants and steps as run.c, but the state is the caller's, so that a record can go on.
- * The command is constant within a step; dead times are made by the caller. */
-#include "run.c"
+ * The command is constant between its edges; dead times are made by the caller. Compiled behind
+ * run.c, in one unit. */
 
 typedef struct {
   Sim s;
