@@ -30,7 +30,8 @@ class RawWave(Protocol):
 
     Give it an attribute ``position``, how many samples were really put out, valid after `abort`.
     Without it a waveform that is broken off leaves the output unknown: it is looked for by its
-    read-back or, if the device has none, powered up anew.
+    read-back or, if the device has none, powered up anew. One that may run faster than asked to
+    catch up after a stall says how much in an attribute ``haste`` (1.1: a tenth).
     """
 
     def load(self, volts: Array, rate: float) -> None:
@@ -110,6 +111,7 @@ class GuardedWave:
             wave = np.clip(wave, low, high)
             wave.setflags(write=False)
         check_wave(line.envelope, wave, rate, converter=output.converter)
+        self._check_haste(wave, finite_number(rate, "wave"))
         with line.lock:
             known = output.present is not None
             self._prepared = _Prepared(wave, finite_number(rate, "wave"), cut & ~rounding, False)
@@ -243,6 +245,18 @@ class GuardedWave:
             self._output.stop()
         except Exception as second:
             error.add_note(f"the way down failed too: {second}; {self._output.status}")
+
+    def _check_haste(self, wave: Array, rate: float) -> None:
+        """Refuse what leaves the limits when the player hurries after a stall."""
+        haste = float(getattr(self._raw, "haste", 1.0))
+        if haste <= 1.0:
+            return
+        try:
+            check_wave(self._output._line.envelope, wave, haste * rate)
+        except LimitViolation as error:
+            raise LimitViolation(
+                f"{error}; this player runs up to {haste:g} times faster to catch up after a stall"
+            ) from None
 
     def _load(self) -> None:
         prepared = self._require("load")

@@ -97,14 +97,16 @@ class Block(Measurement):
             self._salvage(chunks)
             raise
         if ready:
-            oldest = self._samples - 1
+            # fewer than asked for if some were lost: by an age beyond them the library gives others
+            held = int(device.library.call("IfmValueCount", device.handle))
+            count = min(held, self._samples) if held > 0 else self._samples
             values = drain(
                 device.library,
                 device.handle,
-                self._samples,
+                count,
                 self._watch.wanted,
                 channel=device.channel,
-                oldest=oldest,
+                oldest=count - 1,
                 native=self._native,
             )
             self._take(values, chunks)

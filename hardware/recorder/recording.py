@@ -121,8 +121,8 @@ def wiring_of(plan: Plan, rate: float) -> Wiring:
     if plan.synchronisation == "clock":
         return Wiring(shared_clock=True, delay_error=1e-6)
     if plan.synchronisation == "start":
-        # the first sample lies within one period of the edge that starts it
-        return Wiring(delay_error=1.0 / (rate * math.sqrt(12.0)))
+        # the edge may be taken one sample early or late: evenly within a period on either side
+        return Wiring(delay_error=1.0 / (rate * math.sqrt(3.0)))
     return Wiring(most_delay=plan.seconds / 4.0)
 
 

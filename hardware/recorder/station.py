@@ -19,6 +19,10 @@ class GuardedVoltage(VoltageOut, Protocol):
         """Bring the device to its safe value by its safe order."""
         ...
 
+    def tend(self) -> None:
+        """Feed a watchdog and end what lasts too long."""
+        ...
+
     def provenance(self) -> Mapping[str, Any]:
         """Return limits, device and state as plain values."""
         ...

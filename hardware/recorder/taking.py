@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
-from hardware.contracts import Chunk, Flag, Written
-from hardware.errors import BeamLost, HardwareError, LinkLost, TimedOut
+from hardware.contracts import Acquisition, Chunk, Flag, Written
+from hardware.errors import BeamLost, HardwareError, LinkLost, Overrun, TimedOut
 from hardware.recorder.plan import Plan
 from hardware.recorder.station import Station
 
@@ -127,6 +127,7 @@ def _run(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
         say(Step("play", station.clock.now() - begin, state.samples, state.total,
                      state.late, chunks))  # fmt: skip
         _check_silence(station, plan, last, waiting=False)
+        station.output.tend()
     while not all(s.done for s in station.sensors):
         chunks = _poll(station, journal, last)
         say(Step("drain", station.clock.now() - begin, state.samples, state.total,
@@ -134,9 +135,11 @@ def _run(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
         if plan.synchronisation != "start" and not chunks:
             break
         _check_silence(station, plan, last, waiting=True)
+        station.output.tend()
         station.clock.sleep(POLL)
     for sensor in station.sensors:
-        _write(journal, sensor.finish())
+        say(Step("drain", plan.seconds, state.samples, state.total, state.late,
+                     _heard(journal, sensor, sensor.finish)))  # fmt: skip
     _air(station, journal, "end")
 
 
@@ -148,11 +151,29 @@ def _write(journal: Notebook, chunks: Iterable[Chunk]) -> list[Chunk]:
     return written
 
 
+def _heard(
+    journal: Notebook, sensor: Acquisition, source: Callable[[], Sequence[Chunk]]
+) -> list[Chunk]:
+    """Write what a sensor hands out; samples that it lost are told, and the take goes on.
+
+    Only if nobody knows where they are missing the take ends: what follows has no time.
+    """
+    try:
+        return _write(journal, source())
+    except Overrun as error:
+        chunks = _chunks(error.partial)
+        if not any((c.flags & Flag.LOST_BEFORE).any() for c in chunks):
+            raise
+        error.partial = None
+        journal.note({"event": "overrun", "stream": sensor.stream, "message": str(error)})
+        return _write(journal, chunks)
+
+
 def _poll(station: Station, journal: Notebook, last: dict[str, float]) -> list[Chunk]:
     """Drain every sensor; remember when each of them last spoke."""
     arrived = []
     for sensor in station.sensors:
-        chunks = _write(journal, sensor.poll())
+        chunks = _heard(journal, sensor, sensor.poll)
         if chunks or sensor.done:
             last[sensor.stream] = station.clock.now()
         arrived += chunks

@@ -143,9 +143,8 @@ class Alignment:
         if self.how == "shared clock":
             skew = "0 ppm (one clock)"
         if self.covariance[2, 2] > 0.0:
-            skew += (
-                f", drifting by {6e7 * self.map.drift:.3g} +- {6e7 * self._half(2):.2g} a minute"
-            )
+            change = f"{6e7 * self.map.drift:.3g} +- {6e7 * self._half(2):.2g}"
+            skew += f", drifting by {change} ppm a minute"
         if self.delay_known:
             delay = f"delay {1e6 * self.map.delay:.4g} +- {1e6 * self._half(0):.2g} us"
         else:

@@ -70,7 +70,7 @@ def _session(
     library: str,
     record_and_diagnose: Callable[[argparse.Namespace, Any], Any],
 ) -> tuple[str, str, Any]:
-    """Record and diagnose while the bench lives; returns its last words, its hash, the diagnosis."""
+    """Record and diagnose while the bench lives; return its last words, hash, the diagnosis."""
     from hardware.station import settings_from
     from identification.command_line.bench_serve import station_table
 

@@ -47,6 +47,10 @@ class Device:
     drive: Callable[[float], None] | None = None
 
 
+def _by_itself(volts: float) -> None:
+    """Do nothing: the device has its own watchdog and only needs the time to pass."""
+
+
 def make_device(name: str, rig: Rig, config: BenchConfig, noise: float = 0.0) -> Device:
     """Make one of the devices of a configuration; `noise` is of its displacement (m)."""
     return _MAKERS[name](rig, config, noise)
@@ -109,17 +113,19 @@ def _gcs(rig: Rig, config: BenchConfig, noise: float) -> Device:
         config.controller.clock(),
         GcsModel(noise=noise, watchdog=dog, seed=config.plant.noise_seed),
     )
-    return Device(front, {"controller": _answers(front.faults)})
+    return Device(front, {"controller": _answers(front.faults)}, _by_itself)
 
 
 def _ascii(rig: Rig, config: BenchConfig, noise: float) -> Device:
-    from hardware.simulators.controllers import ASCII_DEVICES, AsciiFront
+    from hardware.simulators.controllers import ASCII_DEVICES, AsciiFront, Watchdog
 
     name = config.ascii_model or next(iter(ASCII_DEVICES))
     if name not in ASCII_DEVICES:
         raise ValueError(f"bench: no ASCII controller {name!r}; known: {', '.join(ASCII_DEVICES)}")
-    front = AsciiFront(rig, name)
-    return Device(front, {"controller": _answers(front.faults)})
+    dog = Watchdog(config.watchdog) if config.watchdog else None
+    made: Callable[..., Any] = ASCII_DEVICES[name]
+    front = AsciiFront(rig, made(rig, watchdog=dog))
+    return Device(front, {"controller": _answers(front.faults)}, _by_itself)
 
 
 _MAKERS: Mapping[str, Callable[[Rig, BenchConfig, float], Device]] = {

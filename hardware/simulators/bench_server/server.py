@@ -50,7 +50,7 @@ class BenchServer:
         self.control = ControlFront(
             self.rig,
             faults,
-            watchdog=Watchdog(config.watchdog) if config.watchdog else None,
+            watchdog=_watchdog(config),
             drive=next((d.drive for d in self.devices.values() if d.drive), None),
             sealed=self.envelope.hash if config.plant.sealed else "",
             rate=config.speed,
@@ -130,3 +130,11 @@ class BenchServer:
         if self.rig.volts != 0.0:
             lines.append(f"the output is left at {self.rig.volts:g} V")
         return lines
+
+
+def _watchdog(config: BenchConfig) -> Watchdog | None:
+    """Return that of the output; a controller's own one gets the time that it needs."""
+    if not config.watchdog:
+        return None
+    own = any(n in config.fronts for n in ("gcs", "ascii"))
+    return Watchdog(config.watchdog, fall=1.0 if own else 0.05)

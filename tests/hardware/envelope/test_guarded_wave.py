@@ -260,3 +260,17 @@ def test_the_converter_limits_waveforms() -> None:
 
 def test_limits_of_these_tests() -> None:
     assert LIMITS.largest_step(0.0, 100.0) == 10.0
+
+
+def test_a_player_that_may_hurry_is_judged_at_its_haste() -> None:
+    class Hasty(TellingPlayer):
+        haste = 1.1
+
+    b = bench()
+    low, high = 0.0, b.output.envelope.slew / RATE
+    steps = np.array([low, 0.95 * high, low])
+    GuardedWave(b.output, TellingPlayer(b.device)).prepare(steps, RATE)
+    hasty = GuardedWave(b.output, Hasty(b.device))
+    hasty.prepare(0.9 * steps, RATE)
+    with pytest.raises(LimitViolation, match="catch up after a stall"):
+        hasty.prepare(steps, RATE)

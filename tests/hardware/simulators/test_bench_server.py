@@ -90,6 +90,22 @@ def test_a_digital_controller_instead_of_the_card(front: str) -> None:
         assert [queue.take().chunk for _ in range(3)] == [1, 1, 0]
 
 
+@pytest.mark.parametrize(("front", "say"), [("gcs", b"SVA 1 80\n"), ("ascii", b"set,80\r")])
+def test_a_controllers_own_watchdog_gets_its_time(front: str, say: bytes) -> None:
+    """Time stands still on a virtual bench without a program; the bench lets it pass."""
+    config = BenchConfig(plant=QUICK, fronts=(front,), watchdog=0.2)
+    with BenchServer(config, plants=PLANTS) as server:
+        clock = BenchClock(server.addresses["control"])
+        clock.sleep(0.01)
+        device = server.devices[front].front.device  # type: ignore[attr-defined]
+        list(device.feed(say))
+        clock.sleep(0.1)
+        assert server.rig.volts == 80.0
+        clock.close()
+        soon(lambda: bool(server.departures) and server.rig.volts == 0.0)
+        assert server.extremes.largest_step <= 80.0
+
+
 def test_the_watchdog_goes_through_the_card() -> None:
     """Its registers say 0 V afterwards, so that the next program starts from the truth."""
     config = BenchConfig(plant=QUICK, watchdog=0.1)
