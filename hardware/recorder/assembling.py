@@ -17,6 +17,7 @@ from bondgraph.signals import Recording
 from bondgraph.units import parse_unit
 from hardware.contracts import Flag
 from hardware.recorder.correcting import corrected
+from hardware.recorder.marking import of_flags, of_losses, slip, with_jitter_judged
 from hardware.recorder.plan import Plan
 from hardware.storage import ClockAlignment, JournalFile, Provenance, StreamData, StreamOrigin
 from hardware.synchrony import Alignment, Budget, Stream, Wiring, align, merged
@@ -27,7 +28,9 @@ Array = NDArray[np.float64]
 Words = NDArray[np.uint16]
 OUTPUT = "output"
 INSTANT = "instant"
-NOT_STORED = (INSTANT, "sample")
+TAKEN = "clock"
+"""Channel of the sensor: when it took its sample, by its own clock (s)."""
+NOT_STORED = (INSTANT, "sample", TAKEN)
 """Channels that belong to the raw data only."""
 
 
@@ -107,7 +110,9 @@ def assemble(
         made = _two_clocks(
             drive, measured, plan, known[sensor].nominal_rate, wiring, length=length, copy=copy
         )
-    made = _without_gaps(replace(made, sentences=(*improved.sentences, *made.sentences)))
+    lost = (*of_losses(drive), *of_losses(measured))
+    made = _without_gaps(replace(made, sentences=(*improved.sentences, *lost, *made.sentences)))
+    made = replace(made, sentences=(*made.sentences, *of_flags(made.flags)))
     return replace(made, origins=_counted(known, {OUTPUT: drive, sensor: measured}, made.clocks))
 
 
@@ -144,11 +149,31 @@ def _same_clock(drive: StreamData, measured: StreamData, plan: Plan) -> Assemble
     clocks = ClockAlignment(
         "shared clock", 1.0, 0.0, 0.0, 0.0, "every sample of the output clocks one of the sensor"
     )
+    marks, said = measured.flags[b], ()
+    if INSTANT in drive.channels and TAKEN in measured.channels:
+        marks, said = _in_step(drive.channels[INSTANT][a], measured.channels[TAKEN][b], marks, plan)
     return Assembled(
         common / plan.rate, channels, _units(drive, measured),
-        {drive.layout.name: drive.flags[a], measured.layout.name: measured.flags[b]}, clocks,
-        (f"{missing} samples of the output have none of the sensor",) if missing else (),
+        {drive.layout.name: drive.flags[a], measured.layout.name: marks}, clocks,
+        (*((f"{missing} samples of the output have none of the sensor",) if missing else ()), *said),
     )  # fmt: skip
+
+
+def _in_step(
+    written: Array, taken: Array, flags: Words, plan: Plan
+) -> tuple[Words, tuple[str, ...]]:
+    """Flag what follows an edge of the sample clock that was too many or was missed."""
+    found = slip(written, taken, plan.rate)
+    if found is None:
+        return flags, ()
+    first, periods = found
+    marked = flags.copy()
+    marked[first:] |= np.uint16(Flag.UNSYNCHRONISED)
+    return marked, (
+        f"sample clock: by the sensor's own clock its samples are {abs(periods):.2g} periods too "
+        f"{'early' if periods < 0.0 else 'late'} from sample {first} on, so edges were "
+        f"{'too many' if periods < 0.0 else 'missed'}; these samples are flagged, see to the line",
+    )
 
 
 def _two_clocks(
@@ -168,6 +193,7 @@ def _two_clocks(
         output, sensor, wiring, length=length, copy=copy,
         budget=Budget(seconds=plan.skew_budget, excess="mark"),
     )  # fmt: skip
+    found = with_jitter_judged(found, plan.skew_budget)
     both = merged(output, sensor, found, base="drive", rate=2.0 * plan.rate)
     # of the points at halves and wholes of a step, the wholes: where the output changes
     phase = np.rint(both.time * 2.0 * plan.rate).astype(np.int64)

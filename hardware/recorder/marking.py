@@ -84,9 +84,9 @@ def slip(written: Array, taken: Array, rate: float) -> tuple[int, float] | None:
     steps = np.flatnonzero(np.abs(np.diff(steady)) > STEP)
     if not steps.size:
         return None
-    at = int(steps[0])
-    # the filter may place a step late by what surrounds it; the sample before is in step for sure
-    return at + 2, float(steady[at + 1] - steady[at])
+    # the sample at an edge too many lies somewhere between two instants
+    at = max(int(steps[0]) - 1, 0)
+    return at + 2, float(steady[min(at + 3, steady.size - 1)] - steady[at])
 
 
 def with_jitter_judged(found: Alignment, allowed: float) -> Alignment:

@@ -134,6 +134,9 @@ def _sensors(
     n = plan.volts.size
     made: Acquisition
     if plan.synchronisation == "clock":
+        # shows an edge of the sample clock that was too many or was missed
+        options["extras"] = (*options.get("extras", ()), "clock")
+    if plan.synchronisation == "clock":
         if n <= MEMORY:
             # the device needs a whole rate as what is expected; the edges decide
             made = Block(device, n, float(round(plan.rate)), start=False, external=True, **options)
@@ -146,9 +149,10 @@ def _sensors(
     if start and count <= MEMORY:
         made = Block(device, count, rate, start=True, **options)
     else:
-        made = Streaming(
-            device, min(settings.rate or NORMAL_RATE, NORMAL_RATE), None, start=start, **options
-        )
+        rate = min(settings.rate or NORMAL_RATE, NORMAL_RATE)
+        # what begins by itself has no end either: the take ends it
+        count = math.ceil((plan.seconds + 4.0 / plan.rate) * rate) if start else None
+        made = Streaming(device, rate, count, start=start, **options)
     return (made,), device
 
 
