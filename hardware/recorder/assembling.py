@@ -146,6 +146,7 @@ def _same_clock(drive: StreamData, measured: StreamData, plan: Plan) -> Assemble
     channels = {k: v[a] for k, v in _stored(drive).items()}
     channels.update({k: v[b] for k, v in _stored(measured).items()})
     missing = drive.n - common.size
+    alone = (f"{missing} samples of the output have none of the sensor",) if missing else ()
     clocks = ClockAlignment(
         "shared clock", 1.0, 0.0, 0.0, 0.0, "every sample of the output clocks one of the sensor"
     )
@@ -155,7 +156,7 @@ def _same_clock(drive: StreamData, measured: StreamData, plan: Plan) -> Assemble
     return Assembled(
         common / plan.rate, channels, _units(drive, measured),
         {drive.layout.name: drive.flags[a], measured.layout.name: marks}, clocks,
-        (*((f"{missing} samples of the output have none of the sensor",) if missing else ()), *said),
+        (*alone, *said),
     )  # fmt: skip
 
 

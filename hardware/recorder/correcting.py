@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -94,23 +95,37 @@ def _with_miscounts(
     stream: StreamData, index: float, length: str
 ) -> tuple[StreamData, tuple[str, ...]]:
     """Flag jumps of whole fringes; nothing is repaired."""
-    try:
-        found = find_miscounts(stream.channels[length], displacement_per_fringe(HELIUM_NEON, index))
-    except UnusableInput as error:
-        return stream, (f"lost fringes not looked for: {error}",)
-    if not found.able:
-        return stream, (
-            "a lost fringe would not be seen: the motion between samples is too large for that",
+    flags = stream.flags.copy()
+    said: list[str] = []
+    where: list[str] = []
+    # across lost samples the motion goes on unseen: every stretch is judged for itself
+    edges = [0, *(np.flatnonzero(np.diff(stream.numbers) > 1) + 1).tolist(), stream.n]
+    for a, b in pairwise(edges):
+        if b - a < SHORTEST:
+            continue
+        try:
+            found = find_miscounts(
+                stream.channels[length][a:b], displacement_per_fringe(HELIUM_NEON, index)
+            )
+        except UnusableInput as error:
+            said.append(f"lost fringes not looked for: {error}")
+            continue
+        if not found.able:
+            said.append(
+                "a lost fringe would not be seen: the motion between samples is too large for that"
+            )
+            continue
+        whole = [j for j in found.jumps if j.whole]
+        where += [f"{j.fringes:+d} at sample {stream.numbers[a + j.sample]}" for j in whole]
+        if whole:
+            flags[a:b] |= found.flags & np.uint16(Flag.MISCOUNT)
+            flags[b:] |= np.uint16(Flag.MISCOUNT)
+    if where:
+        said.append(
+            f"the counter seems to have jumped by whole fringes ({', '.join(where[:5])}); samples "
+            "behind are flagged, nothing was repaired: hardware.optics.repaired removes the jumps"
         )
-    whole = [j for j in found.jumps if j.whole]
-    if not whole:
-        return stream, ()
-    flags = stream.flags | (found.flags & np.uint16(Flag.MISCOUNT))
-    where = ", ".join(f"{j.fringes:+d} at sample {j.sample}" for j in whole[:5])
-    return replace(stream, flags=flags), (
-        f"the counter seems to have jumped by whole fringes ({where}); samples behind are flagged, "
-        "nothing was repaired: hardware.optics.repaired removes the jumps",
-    )
+    return replace(stream, flags=flags), tuple(dict.fromkeys(said))
 
 
 def _without(units: Mapping[str, str], names: tuple[str, ...]) -> dict[str, str]:

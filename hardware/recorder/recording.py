@@ -95,7 +95,7 @@ def record(
     with Journal.create(path, header) as journal:
         try:
             take(station, plan, journal, watch)
-        except HardwareError as error:
+        except BaseException as error:
             # the journal may be what failed; the first error is the one to tell
             with contextlib.suppress(JournalFailed):
                 journal.note({"output_end": _end(station)})
@@ -105,7 +105,7 @@ def record(
         raw = open_journal(path)
         air = _air(raw)
         made = assemble(
-            raw, plan, origins, wiring or wiring_of(plan, origins[-1].nominal_rate),
+            raw, plan, origins, wiring or wiring_of(plan, station, origins[-1].nominal_rate),
             index=1.0 if air is None else air.index,
         )  # fmt: skip
         recording, provenance = recording_of(
@@ -116,14 +116,15 @@ def record(
     return Taken(stored, archive, path, provenance.warnings)
 
 
-def wiring_of(plan: Plan, rate: float) -> Wiring:
-    """Return what a plan says of clocks and trigger, for a sensor of that rate (Hz)."""
+def wiring_of(plan: Plan, station: Station, rate: float) -> Wiring:
+    """Return what plan and station say of clocks and trigger, for a sensor of that rate (Hz)."""
+    lag: dict[str, Any] = {"lag": station.lag, "lag_error": station.lag_error}
     if plan.synchronisation == "clock":
         return Wiring(shared_clock=True, delay_error=1e-6)
     if plan.synchronisation == "start":
         # the edge may be taken one sample early or late: evenly within a period on either side
-        return Wiring(delay_error=1.0 / (rate * math.sqrt(3.0)))
-    return Wiring(most_delay=plan.seconds / 4.0)
+        return Wiring(delay_error=1.0 / (rate * math.sqrt(3.0)), **lag)
+    return Wiring(most_delay=plan.seconds / 4.0, **lag)
 
 
 def origins_of(station: Station, plan: Plan) -> tuple[StreamOrigin, ...]:

@@ -74,6 +74,9 @@ class Station:
         Entered around a take; leaves the output at its safe value whatever happens.
     gains : mapping
         Calibrations, plain values, for the provenance.
+    lag, lag_error : float
+        First-order lag of the amplifier and its standard deviation (s), where they are known; two
+        clocks are told apart much better then.
     """
 
     clock: Clock
@@ -83,3 +86,5 @@ class Station:
     preparation: Preparation = field(default_factory=no_preparation)
     safety: AbstractContextManager[Any] = field(default_factory=nullcontext)
     gains: Mapping[str, Any] = field(default_factory=dict)
+    lag: float | None = None
+    lag_error: float = 0.0

@@ -71,7 +71,7 @@ class OpenStation:
         sensors, preparation = _sensors(self.interferometer, self.settings.interferometer, plan)
         return Station(
             self.clock, self.output, wave, sensors, preparation, parked(self.output),
-            self._driven.gains,
+            self._driven.gains, self.settings.amplifier.lag, self.settings.amplifier.lag_error,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -145,8 +145,8 @@ def _sensors(
         return (made,), device
     start = plan.synchronisation == "start"
     rate = settings.rate or _block_rate(plan)
-    count = math.ceil((plan.seconds + 4.0 / plan.rate) * rate)
-    if start and count <= MEMORY:
+    count: int | None = math.ceil((plan.seconds + 4.0 / plan.rate) * rate)
+    if start and count is not None and count <= MEMORY:
         made = Block(device, count, rate, start=True, **options)
     else:
         rate = min(settings.rate or NORMAL_RATE, NORMAL_RATE)

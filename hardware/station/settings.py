@@ -101,6 +101,8 @@ class AmplifierSettings:
         V per V, V per A, on the inputs below.
     voltage_input, current_input : int
         Analogue inputs.
+    lag, lag_error : float
+        First-order lag and its standard deviation (s), where they are known.
     """
 
     name: str = "amplifier"
@@ -110,6 +112,8 @@ class AmplifierSettings:
     voltage_input: int = 0
     current_monitor: float | None = None
     current_input: int = 1
+    lag: float | None = None
+    lag_error: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +235,7 @@ def _amplifier(s: Section) -> AmplifierSettings:
         s.text("name", "amplifier"), s.number("gain", 1.0), s.number("offset", 0.0),
         s.optional("voltage_monitor"), s.whole("voltage_input", 0),
         s.optional("current_monitor"), s.whole("current_input", 1),
+        s.optional("lag"), s.number("lag_error", 0.0),
     )  # fmt: skip
     s.finished()
     return made

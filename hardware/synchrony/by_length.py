@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bondgraph.errors import UnusableInput
 from hardware.synchrony.alignment import Alignment
+from hardware.synchrony.by_response import skew_by_response
 from hardware.synchrony.coarse import first_guess
 from hardware.synchrony.fit import Fitted, Guess, Material, fit
 from hardware.synchrony.gaps import structured
@@ -189,6 +190,14 @@ def _by_plays(
         covariance[0, 0] += late
         covariance[1, 1] += 0.0 if wiring.shared_clock else 12.0 * late / float(np.ptp(t)) ** 2
     share = min(r[1].share for r in results)
+    if "skew" in free and not wiring.drifting:
+        answer = skew_by_response(drive, sensor, wiring.delay, command=command, length=length)
+        # free dynamics explain what plays leave of a resonant actuator, and tell the ratio better
+        if answer is not None and MISSED * answer.error < math.sqrt(float(covariance[1, 1])):
+            told = replace(fitted.guess.map, skew=answer.value)
+            fitted = replace(fitted, guess=replace(fitted.guess, map=told))
+            covariance[0, 1] = covariance[1, 0] = 0.0
+            covariance[1, 1] = (MISSED * answer.error) ** 2
     return _judged(
         fitted, covariance, model, share, sensor, wiring, reach(len(free))
     )  # fmt: skip

@@ -47,7 +47,10 @@ def bench(library: str) -> Iterator[Callable[..., Bench]]:
                         "trigger": 0,
                         "clock": 0,
                     },
-                    "amplifier": {"gain": 20.0, "voltage_monitor": 0.05},
+                    "amplifier": {
+                        "gain": 20.0,
+                        "voltage_monitor": 0.05,
+                    },
                     "interferometer": {
                         "connection": f"net:{host}:{port}",
                         "library": library,

@@ -1,0 +1,120 @@
+"""The ratio of two clocks from the answer of an actuator whose dynamics nobody knows.
+
+The length on the drive's grid is explained by the drive's recent past (a free finite response), by
+plays of it (hysteresis) and by slow memories of it (creep). None of these changes along the record,
+so what grows with time, in proportion to the velocity, is a wrong ratio. A constant delay is part
+of the response and stays unknown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
+
+from bondgraph.hysteresis import PrandtlIshlinskii
+from hardware.synchrony.stream import Stream
+
+__all__ = ["Skew", "skew_by_response"]
+
+Array = NDArray[np.float64]
+TAPS = 64
+"""Past of the drive in the response, samples."""
+PLAYS = 12
+SLOW = (0.01, 0.1, 1.0)
+"""Time constants of the slow memories (s)."""
+ECHOES = (0, 2, 5)
+"""Delays of the plays, samples."""
+BLOCKS = 24
+ROUNDS = 4
+LEAST = 6
+"""Samples of the drive for every unknown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Skew:
+    """Ratio less one, its standard deviation, and what the response leaves (unit of the length)."""
+
+    value: float
+    error: float
+    rms: float
+
+
+def skew_by_response(
+    drive: Stream, sensor: Stream, delay: float, *, command: str = "V", length: str = "x"
+) -> Skew | None:
+    """Estimate the ratio; None if the record is too short for it, or the drive does not move.
+
+    Parameters
+    ----------
+    drive, sensor : Stream
+    delay : float
+        Of the sensor's first sample (s), roughly.
+    command, length : str
+        Channels.
+    """
+    volts = np.interp(
+        np.arange(drive.numbers[0], drive.numbers[-1] + 1), drive.numbers, drive.channel(command)
+    )
+    usable = sensor.usable(length)
+    if float(np.ptp(volts)) == 0.0 or int(usable.sum()) < 4 * TAPS:
+        return None
+    own = CubicSpline(sensor.time[usable], sensor.channel(length)[usable])
+    first, last = (float(sensor.time[usable][k]) for k in (0, -1))
+    columns = _memories(volts, 1.0 / drive.rate)
+    time = (drive.numbers[0] + np.arange(volts.size)) / drive.rate
+    inside = (time > delay + 1.01 * first + 2.0 / sensor.rate) & (
+        time < delay + 0.99 * last - 2.0 / sensor.rate
+    )
+    inside[:TAPS] = False
+    if int(inside.sum()) < LEAST * (columns.shape[1] + 2):
+        return None
+    t, fixed = time[inside] - delay, columns[inside]
+    basis, _ = np.linalg.qr(fixed)
+    skew, found = 0.0, Skew(0.0, np.inf, np.inf)
+    for _ in range(ROUNDS):
+        s = t / (1.0 + skew)
+        found = _step(own(s), np.asarray(own(s, 1)), t, basis)
+        skew += found.value
+    return Skew(skew, found.error, found.rms)
+
+
+def _memories(volts: Array, step: float) -> Array:
+    """Return what a dynamic, hysteretic and creeping actuator may answer with, ``(n, k)``."""
+    u = (volts - volts.mean()) / np.ptp(volts)
+    past = [np.concatenate([np.full(k, u[0]), u[:-k]]) for k in range(1, TAPS + 1)]
+    radii = 0.5 * np.arange(1, PLAYS + 1) / (PLAYS + 1)
+    late = past[0]
+    widths = (0.0, *radii.tolist())
+    played = PrandtlIshlinskii(widths, (1.0,) * len(widths)).regressors(late)[:, 1:]
+    # hysteresis is followed by the mechanics: it may come later too
+    plays = [np.vstack([np.repeat(played[:1], k, axis=0), played[: u.size - k]]) for k in ECHOES]
+    slow = []
+    for constant in SLOW:
+        keep = np.exp(-step / constant)
+        start = [keep * late[0]]
+        slow.append(lfilter([1.0 - keep], [1.0, -keep], late, zi=start)[0])
+    n = np.arange(u.size) / u.size
+    return np.column_stack([np.ones(u.size), n, n**2, *past, *plays, *slow])
+
+
+def _step(x: Array, velocity: Array, t: Array, basis: Array) -> Skew:
+    """One step of Gauss-Newton; blocks of the score give an error that correlation cannot fool."""
+
+    def beside(a: Array) -> Array:
+        return np.asarray(a - basis @ (basis.T @ a))
+
+    tangents = np.column_stack([beside(velocity), beside(velocity * t)])
+    rest = beside(x)
+    normal = tangents.T @ tangents
+    change = np.linalg.solve(normal, tangents.T @ rest)
+    rest = rest - tangents @ change
+    scores = [
+        (tangents[b] * rest[b, None]).sum(axis=0) for b in np.array_split(np.arange(t.size), BLOCKS)
+    ]
+    inverse = np.linalg.inv(normal)
+    covariance = inverse @ (np.asarray(scores).T @ np.asarray(scores)) @ inverse
+    return Skew(float(change[1]), float(np.sqrt(covariance[1, 1])), float(rest.std()))

@@ -1,0 +1,63 @@
+"""The ratio of two clocks from the answer of actuators with dynamics, hysteresis and friction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hardware.envelope import P840_1_UNIPOLAR
+from hardware.simulators import draw_truth
+from hardware.simulators.plants import StackPlant
+from hardware.simulators.rig import DeviceClock, Rig
+from hardware.synchrony import Stream, Wiring, align
+from hardware.synchrony.by_response import skew_by_response
+from identification.command_line.acquire_signal import waveform
+
+RATE, FINE = 10e3, 40e3
+
+
+def streams(effect: str, seed: int, ppm: float, samples: int) -> tuple[Stream, Stream]:
+    """Drive an independent plant, read it by a clock of its own with 1 nm of noise."""
+    rig = Rig(StackPlant(draw_truth(seed, effect=effect)), keep=2.0)
+    volts = waveform("session", RATE, samples, P840_1_UNIPOLAR, seed)
+    for u in np.linspace(0.0, volts[0], 100):
+        rig.drive(float(u))
+        rig.wait(1e-3)
+    rig.wait(0.05)
+    start = rig.now
+    for u in volts:
+        rig.drive(float(u))
+        rig.wait(1.0 / RATE)
+    rig.wait(1e-3)
+    instants = DeviceClock(ppm=ppm).instants(start, 0, int(samples / RATE * FINE) - 20, FINE)
+    noise = 1e-9 * np.random.default_rng(seed).standard_normal(instants.size)
+    return Stream.of(RATE, V=volts), Stream.of(FINE, x=rig.seen(instants).x + noise)
+
+
+@pytest.mark.parametrize(
+    ("effect", "ppm", "within"),
+    [("none", -138.0, 0.3), ("hysteresis", 37.0, 4.0), ("creep", 290.0, 0.5),
+     ("coulomb_friction", 17.0, 6.0)],
+)  # fmt: skip
+def test_the_ratio_is_found_and_its_error_is_true(effect: str, ppm: float, within: float) -> None:
+    drive, sensor = streams(effect, 7, ppm, 2500)
+    found = skew_by_response(drive, sensor, 0.0)
+    assert found is not None
+    assert abs(1e6 * found.value - ppm) < 4.0 * 1e6 * found.error
+    assert 1e6 * found.error < within
+
+
+def test_align_takes_it_and_still_knows_no_delay() -> None:
+    drive, sensor = streams("hysteresis", 7, 37.0, 2500)
+    a = align(drive, sensor, Wiring())
+    low, high = a.skew_interval
+    assert low < 37e-6 < high
+    assert high - low < 30e-6
+    assert not a.delay_known
+
+
+def test_too_short_or_at_rest_gives_nothing() -> None:
+    drive, sensor = streams("none", 7, 0.0, 300)
+    assert skew_by_response(drive, sensor, 0.0) is None
+    still = Stream.of(RATE, V=np.ones(2500))
+    assert skew_by_response(still, Stream.of(FINE, x=np.zeros(9000)), 0.0) is None
