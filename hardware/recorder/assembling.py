@@ -150,7 +150,8 @@ def _same_clock(drive: StreamData, measured: StreamData, plan: Plan) -> Assemble
     clocks = ClockAlignment(
         "shared clock", 1.0, 0.0, 0.0, 0.0, "every sample of the output clocks one of the sensor"
     )
-    marks, said = measured.flags[b], ()
+    marks = measured.flags[b]
+    said: tuple[str, ...] = ()
     if INSTANT in drive.channels and TAKEN in measured.channels:
         marks, said = _in_step(drive.channels[INSTANT][a], measured.channels[TAKEN][b], marks, plan)
     return Assembled(

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from bondgraph.errors import UnusableInput
 from bondgraph.signals import Recording
 from hardware.contracts import Air
-from hardware.errors import HardwareError
 from hardware.recorder.assembling import OUTPUT, assemble, recording_of
 from hardware.recorder.plan import Plan
 from hardware.recorder.station import Station
@@ -104,10 +104,15 @@ def record(
         journal.note({"output_end": _end(station)})
         raw = open_journal(path)
         air = _air(raw)
-        made = assemble(
-            raw, plan, origins, wiring or wiring_of(plan, station, origins[-1].nominal_rate),
-            index=1.0 if air is None else air.index,
-        )  # fmt: skip
+        try:
+            made = assemble(
+                raw, plan, origins, wiring or wiring_of(plan, station, origins[-1].nominal_rate),
+                index=1.0 if air is None else air.index,
+            )  # fmt: skip
+        except UnusableInput as error:
+            raise UnusableInput(
+                f"{error}; what arrived is in {path.name}: see bondsight acquire --recover"
+            ) from error
         recording, provenance = recording_of(
             made, plan, raw, output_end=_end(station), envelope=dict(about),
             scales=_scales(station), air=air,

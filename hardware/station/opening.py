@@ -140,8 +140,13 @@ def _sensors(
         if n <= MEMORY:
             # the device needs a whole rate as what is expected; the edges decide
             made = Block(device, n, float(round(plan.rate)), start=False, external=True, **options)
-        else:
+        elif plan.rate <= NORMAL_RATE:
             made = Triggered(device, plan.rate, n, **options)
+        else:
+            raise UnusableInput(
+                f"{plan.name}: {n} samples clocked at {plan.rate:g} Hz fit neither a block of "
+                f"{MEMORY} nor a stream of {NORMAL_RATE:g} Hz; ask for less of one of them"
+            )
         return (made,), device
     start = plan.synchronisation == "start"
     rate = settings.rate or _block_rate(plan)

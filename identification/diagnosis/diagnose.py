@@ -22,7 +22,7 @@ from identification.diagnosis.decide import Decision, Thresholds
 from identification.diagnosis.freedom import freedom
 from identification.diagnosis.latent import Latent, latent
 from identification.diagnosis.next_experiment import Experiment, next_experiments
-from identification.diagnosis.nominal import nominal_fit
+from identification.diagnosis.nominal import deeper, nominal_fit
 from identification.diagnosis.pasts import scene
 from identification.diagnosis.precheck import Mixup, mixups, moved, stuck
 from identification.diagnosis.probes import probes
@@ -195,6 +195,12 @@ def diagnose(
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
         made = steps(base, options, limits, declared.chi2("test"), classes, say)
+        if (found := _deeper(nominal, made)) is not None:
+            # nothing may be called missing that better values of the same model explain
+            nominal = found
+            result = replace(result, nominal=nominal)
+            base = thinned(template, nominal, options)
+            made = steps(base, options, limits, declared.chi2("test"), classes, say)
         say("fitting the repaired model on all samples", 0.95)
         decisions = on_full_data(made.decisions, template, options.holds)
         open_question = not any(d.kind == "missing_physics" for d in decisions)
@@ -214,6 +220,14 @@ def diagnose(
     result = replace(result, advice=advice(result, frequencies))
     say("done", 1.0)
     return replace(result, seconds=time.perf_counter() - begin)
+
+
+def _deeper(nominal: Fit, made: Step) -> Fit | None:
+    """Fit the model as it is from the values of the best candidate."""
+    trials = made.decisions[0].trials if made.decisions else ()
+    if not trials:
+        return None
+    return deeper(nominal, min(trials, key=lambda t: t.train).fit.values)
 
 
 def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:

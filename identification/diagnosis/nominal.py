@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -140,6 +141,23 @@ def _first_fit(base: Problem) -> Fit:
     return result if result.problem is base else _rebased(base, result)
 
 
+def deeper(result: Fit, values: Mapping[str, float]) -> Fit | None:
+    """Return a clearly better fit of the same model from other values; None if there is none.
+
+    A candidate that explains the record may owe it to its parameters alone: the nominal fit was
+    then caught in a minimum of its own (at a bound, or in a valley of parameters that the sensors
+    do not tell apart), and nothing is missing.
+    """
+    base = result.problem
+    own = {k: v for k, v in values.items() if k in base.graph.parameters}
+    found = fit(replace(base, starts=own), max_iterations=40)
+    if found.status is Status.BROKEN or not found.cost < DEEPER * result.cost:
+        return None
+    return _rebased(base, found)
+
+
+DEEPER = 0.9
+"""Part of the misfit that another minimum leaves at most."""
 GOOD = 1.3
 """Misfit over the floor at which no other minimum is looked for."""
 FEW = 2000

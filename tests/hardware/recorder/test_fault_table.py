@@ -14,7 +14,7 @@ import pytest
 from bondgraph.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.errors import BeamLost, HardwareError, LimitViolation, LinkLost, Overrun
-from hardware.interferometer import Triggered
+from hardware.interferometer import Block, Triggered
 from hardware.live import Gathering
 from hardware.recorder import Plan, Step, Taken, record
 from hardware.recorder.marking import slip
@@ -39,13 +39,11 @@ def inject(server: Any, fault: str) -> None:
 def streaming(station: Any, rate: float = 16e3) -> None:
     """Let the sensor stream at a rate of its own instead of filling a block."""
     settings = station.settings
-    station.settings = replace(
-        settings, interferometer=replace(settings.interferometer, rate=rate)
-    )
+    station.settings = replace(settings, interferometer=replace(settings.interferometer, rate=rate))
 
 
-def carried(taken: Taken, flag: Flag) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    return (flags_of(taken.recording, SENSOR) & np.uint16(flag)) != 0
+def carried(taken: Taken, flag: Flag) -> Any:
+    return np.asarray(flags_of(taken.recording, SENSOR) & np.uint16(flag)) != 0
 
 
 def told(taken: Taken, text: str) -> bool:
@@ -57,7 +55,7 @@ def told(taken: Taken, text: str) -> bool:
 
 def test_fading_light_is_told_while_it_fades(bench: Make, swing: Wave, target: Path) -> None:
     server, station = bench()
-    inject(server, "fade_from=160 fade_samples=400")
+    inject(server, "fade_from=160 fade_samples=800")
     view = Gathering("swing", station.clock, {SENSOR: 640})
     warned: list[int] = []
 
@@ -73,9 +71,9 @@ def test_fading_light_is_told_while_it_fades(bench: Make, swing: Wave, target: P
     data = open_journal(target.with_suffix(".journal")).read(SENSOR)
     dim = int(np.flatnonzero(data.flags & Flag.LEVEL_LOW)[0])
     lost = int(np.flatnonzero(data.flags & Flag.BEAM_LOST)[0])
-    # half of the light is gone after 200 samples, the counter gives up at an eighth
-    assert dim == pytest.approx(361, abs=3)
-    assert lost - dim > 100
+    # flagged when half of the light is gone, the counter gives up at an eighth
+    assert dim == pytest.approx(561, abs=5)
+    assert lost - dim > 250
     # on the screen at least one report before the error
     assert warned
     assert warned[0] / RATE < lost / 16e3
@@ -109,8 +107,7 @@ def test_laser_and_air_mark_the_samples(
 ) -> None:
     server, station = bench()
     inject(server, fault)
-    # sensors of the air are stale after 4 s
-    plan = plan_of(swing[:200] if first == 0 else swing, settle=6.0 if "stale" in fault else 0.05)
+    plan = plan_of(swing[: 2 * first or 200])
     taken = record(station.station(plan), plan, target)
     marked = carried(taken, flag)
     assert marked[first:].all()
@@ -119,7 +116,7 @@ def test_laser_and_air_mark_the_samples(
     if flag is Flag.AIR_STALE:
         air = Provenance.of(taken.recording).air
         assert air is not None
-        assert air.age > 4.0 if "stale" in fault else not air.measured
+        assert air.measured == ("stale" in fault)
 
 
 # ---- overruns
@@ -136,9 +133,8 @@ def test_samples_lost_from_a_block_leave_a_gap_where_they_were(
     data = raw.read(SENSOR)
     np.testing.assert_array_equal(data.numbers, np.delete(np.arange(400), np.s_[150:180]))
     assert data.flags[150] & Flag.LOST_BEFORE
-    assert "30 samples lost, the first is 150" in [
-        n.content["message"] for n in raw.notes if n.content.get("event") == "overrun"
-    ][0]
+    (message,) = [n.content["message"] for n in raw.notes if n.content.get("event") == "overrun"]
+    assert "30 samples lost, the first is 150" in message
     assert told(taken, "30 samples were lost, the first is 150")
     assert told(taken, "the longest stretch without a gap was kept, 220 of 370")
     # what was kept still belongs together
@@ -171,9 +167,7 @@ def test_an_overrun_in_a_running_stream_is_no_silent_join(
     assert server.rig.volts == 0.0
 
 
-def test_losses_that_nobody_can_place_end_the_take(
-    bench: Make, swing: Wave, target: Path
-) -> None:
+def test_losses_that_nobody_can_place_end_the_take(bench: Make, swing: Wave, target: Path) -> None:
     server, station = bench()
     # the last samples of the block: behind them is none that could tell the gap
     inject(server, "overrun_at=380 overrun_samples=20")
@@ -184,20 +178,17 @@ def test_losses_that_nobody_can_place_end_the_take(
     assert open_journal(target.with_suffix(".journal")).read(SENSOR).n == 380
 
 
-def test_what_no_block_holds_is_streamed_or_refused_before_it_moves(
-    bench: Make, target: Path
-) -> None:
+def test_what_no_block_holds_is_streamed_or_refused_before_it_moves(bench: Make) -> None:
     server, station = bench()
     long = 10.0 - 10.0 * np.cos(np.linspace(0.0, 6.0, 32_769))
-    plan = plan_of(long)
-    (sensor,) = station.station(plan).sensors
+    (sensor,) = station.station(plan_of(long)).sensors
     assert isinstance(sensor, Triggered)
-    fast = Plan(long, 20e3, "fast", "clock")
-    with pytest.raises(HardwareError, match="IfmSetMeasurement|rate"):
-        record(station.station(fast), fast, target)
-    assert not any(r.startswith("START") for r in server.devices[SENSOR].front.requests[-6:])
-    assert open_journal(target.with_suffix(".journal")).streams == ()
-    assert server.rig.volts == 0.0
+    (sensor,) = station.station(plan_of(long[1:])).sensors
+    assert isinstance(sensor, Block)
+    with pytest.raises(UnusableInput, match=r"32769 samples .* 20000 Hz"):
+        station.station(Plan(long, 20e3, "fast", "clock"))
+    assert not server.devices["card"].front.log
+    assert not any(r.startswith("BLOCK ") for r in server.devices[SENSOR].front.requests)
 
 
 @pytest.mark.long
@@ -209,21 +200,23 @@ def test_a_clocked_take_longer_than_any_block_is_whole(bench: Make, target: Path
     assert not flags_of(taken.recording, SENSOR).any()
 
 
-def test_a_started_stream_ends_with_the_wave(bench: Make, target: Path) -> None:
+def test_a_started_stream_ends_with_the_wave(
+    bench: Make, swing: Wave, target: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     server, station = bench()
+    monkeypatch.setattr("hardware.station.opening.MEMORY", 256)
     streaming(station)
-    volts = 10.0 - 10.0 * np.cos(np.linspace(0.0, 20.0, 120))
-    plan = Plan(volts, 50.0, "slow", "start")  # 2.4 s: more than a block holds at 16 kHz
+    plan = plan_of(swing, "start")
     taken = record(station.station(plan), plan, target)
-    assert taken.recording.n >= 119
-    assert open_journal(taken.journal).read(SENSOR).n == np.ceil((2.4 + 0.08) * 16e3)
+    assert taken.recording.n >= 398
+    assert open_journal(taken.journal).read(SENSOR).n == np.ceil(404 * 1.6)
     assert server.rig.volts == 0.0
 
 
 # ---- triggers and clocks
 
 
-@pytest.mark.parametrize("late", [-1, 1])
+@pytest.mark.parametrize("late", [pytest.param(-1, marks=pytest.mark.long), 1])
 def test_a_trigger_one_sample_off_lies_within_what_is_stated(
     bench: Make, swing: Wave, target: Path, late: int
 ) -> None:
@@ -262,19 +255,20 @@ def test_an_edge_too_many_on_the_sample_clock_is_seen(
     assert told(taken, "edges were too many")
 
 
-def test_a_second_start_changes_nothing(bench: Make, swing: Wave, tmp_path: Path) -> None:
-    found = []
-    for name, extra in (("plain", False), ("twice", True)):
-        server, station = bench()
-        plan = plan_of(swing[:300], "start")
+def test_a_second_start_changes_nothing(bench: Make, swing: Wave, target: Path) -> None:
+    server, station = bench()
+    plan = plan_of(swing, "start")
 
-        def disturb(step: Step, server: Any = server, extra: bool = extra) -> None:
-            if extra and step.phase == "play":
-                server.control.answer("EDGE")
+    def disturb(step: Step) -> None:
+        if step.phase == "play":
+            server.control.answer("EDGE")
 
-        found.append(record(station.station(plan), plan, tmp_path / name, watch=disturb))
-    a, b = (t.recording for t in found)
-    np.testing.assert_array_equal(a["x"], b["x"])
+    taken = record(station.station(plan), plan, target, watch=disturb)
+    data = open_journal(taken.journal).read(SENSOR)
+    true = server.rig.seen(server.rig.trigger_edges[0] + data.numbers / 40e3).x
+    x = data.channels["x"]
+    assert np.std(x - true) < 20e-9
+    assert len(server.rig.trigger_edges) > 1
 
 
 def test_slips_are_told_from_stalls() -> None:
@@ -301,20 +295,27 @@ def test_slips_are_told_from_stalls() -> None:
         assert found[1] < -0.6
 
 
-def test_scatter_beyond_the_budget_is_marked(bench: Make, swing: Wave, tmp_path: Path) -> None:
-    """The same wave and the same wide budget: only the jittering sensor is out of it."""
-    marked = {}
-    for name, jitter in (("steady", 0.0), ("jittering", 200e-6)):
+def test_scatter_beyond_the_budget_is_marked(bench: Make, tmp_path: Path) -> None:
+    """The same wave, wiring and budget: only the sensor that jitters is out of it."""
+    t = np.arange(800) / RATE
+    volts = 40.0 + 20.0 * np.sin(2 * np.pi * 50 * t) + 10.0 * np.sin(2 * np.pi * 137 * t + 1.0)
+    for name, jitter in (("steady", 0.0), ("jittering", 30e-6)):
         _, station = bench(interferometer={"ppm": 40.0, "jitter": jitter, "seed": 3})
-        plan = plan_of(np.tile(swing, 2), "start", skew_budget=40e-6)
-        taken = record(
-            station.station(plan), plan, tmp_path / name,
-            wiring=Wiring(delay_error=1e-6, lag=20e-6, lag_error=2e-6),
-        )  # fmt: skip
-        marked[name] = carried(taken, Flag.UNSYNCHRONISED)
-        assert told(taken, "us allowed") == bool(jitter)
-    assert not marked["steady"].any()
-    assert marked["jittering"].all()
+        plan = plan_of(volts, "start", skew_budget=6e-6)
+        wiring = Wiring(delay_error=1e-6, lag=20e-6, lag_error=2e-6)
+        taken = record(station.station(plan), plan, tmp_path / name, wiring=wiring)
+        assert carried(taken, Flag.UNSYNCHRONISED).all() == bool(jitter)
+        assert carried(taken, Flag.UNSYNCHRONISED).any() == bool(jitter)
+        assert told(taken, "single instants of the sensor scatter by") == bool(jitter)
+        assert told(taken, "6 us allowed") == bool(jitter)
+
+
+def test_what_cannot_be_aligned_stays_recoverable(bench: Make, target: Path) -> None:
+    _, station = bench()
+    plan = plan_of(np.full(300, 30.0), "start")
+    with pytest.raises(UnusableInput, match=r"drive is constant.*take\.journal.*--recover"):
+        record(station.station(plan), plan, target)
+    assert len(recover(target.with_suffix(".journal"))) == 2
 
 
 # ---- the cable
@@ -351,53 +352,60 @@ def test_a_cable_pulled_in_the_middle_of_a_transfer(
 # ---- voltages that must never arrive
 
 
-BAD: dict[str, tuple[Wave, str]] = {
-    "nan": (np.array([0.0, 1.0, np.nan, 1.0]), "finite"),
-    "infinite": (np.array([0.0, 1.0, np.inf, 1.0]), "finite"),
-    "over-voltage": (np.linspace(0.0, 150.0, 4000), "V"),
-    "slew": (np.array([0.0, 0.0, 99.0, 99.0]), "V/s"),
-    "current": (50.0 - 50.0 * np.cos(2 * np.pi * 2e3 * np.arange(400) / 100e3), ""),
+BAD: dict[str, tuple[Wave, float, str]] = {
+    "nan": (np.array([0.0, 1.0, np.nan, 1.0]), RATE, "finite"),
+    "infinite": (np.array([0.0, 1.0, np.inf, 1.0]), RATE, "finite"),
+    "over-voltage": (np.linspace(0.0, 150.0, 4000), RATE, "100"),
+    "slew": (np.array([0.0, 0.0, 99.0, 99.0]), RATE, "V/s"),
+    "2 kHz, 100 V": (50.0 - 50.0 * np.cos(2 * np.pi * 2e3 * np.arange(4000) / 2e6), 2e6, "V/s"),
 }
 
 
-@pytest.mark.parametrize("kind", BAD)
-def test_no_unsafe_wave_moves_anything(bench: Make, target: Path, kind: str) -> None:
+def untouched(server: Any) -> bool:
+    e = server.extremes
+    return not server.devices["card"].front.log and e.highest == e.lowest == e.largest_step == 0.0
+
+
+def test_no_unsafe_wave_moves_anything(bench: Make, target: Path) -> None:
     server, station = bench()
-    volts, says = BAD[kind]
-    rate = 100e3 if kind == "current" else RATE
-    with pytest.raises((LimitViolation, UnusableInput), match=says):
-        plan = Plan(volts, rate, kind, "clock")
+
+    def attempt(kind: str) -> None:
+        plan = Plan(BAD[kind][0], BAD[kind][1], kind, "none")
         record(station.station(plan), plan, target)
-    log = server.devices["card"].front.log
-    assert not log
-    assert server.extremes.highest == server.extremes.lowest == 0.0
+
+    for kind, (_, _, says) in BAD.items():
+        with pytest.raises((LimitViolation, UnusableInput), match=says):
+            attempt(kind)
+        assert untouched(server), kind
     assert not list(target.parent.iterdir())
 
 
-@pytest.mark.parametrize("kind", BAD)
 def test_the_command_refuses_an_unsafe_file_in_one_line(
-    bench: Make, tmp_path: Path, kind: str, capfd: pytest.CaptureFixture[str]
+    bench: Make, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     server, station = bench()
-    volts, _ = BAD[kind]
-    (tmp_path / "wave.csv").write_text("V [V]\n" + "\n".join(map(repr, volts.tolist())) + "\n")
     s = station.settings
     (tmp_path / "station.toml").write_text(
-        '[envelope]\npreset = "P-840.1-unipolar"\n'
+        '[envelope]\npreset = "P-840.1-unipolar"\ni_max = 0.05\n'
         f'[clock]\nbench = "{s.clock.bench}"\n'
         f'[output]\nkind = "mf634"\naddress = "{s.output.address}"\ntrigger = 0\nclock = 0\n'
         "[amplifier]\ngain = 20.0\n"
     )
-    arguments = ["acquire", str(tmp_path / "station.toml"), "--signal", str(tmp_path / "wave.csv"),
-                 "--rate", "100000" if kind == "current" else "10000", "--quiet",
-                 "--out", str(tmp_path / "out")]  # fmt: skip
-    assert main(arguments) == 2
-    error = capfd.readouterr().err
-    assert error.startswith("bondsight: ")
-    assert error.count("\n") == 1
-    assert not server.devices["card"].front.log
-    assert server.extremes.highest == server.extremes.lowest == 0.0
-    assert not [p for p in (tmp_path / "out").glob("*")]
+    out = tmp_path / "out"
+    charging = 30.0 - 20.0 * np.cos(2 * np.pi * 500 * np.arange(400) / 100e3)  # 0.12 A
+    for kind, (volts, rate, says) in {**BAD, "current": (charging, 100e3, " mA into")}.items():
+        wave = tmp_path / f"{kind}.csv"
+        wave.write_text("V [V]\n" + "\n".join(map(repr, volts.tolist())) + "\n")
+        arguments = ["acquire", str(tmp_path / "station.toml"), "--signal", str(wave),
+                     "--rate", str(rate), "--synchronise", "none", "--quiet",
+                     "--out", str(out)]  # fmt: skip
+        assert main(arguments) == 2, kind
+        error = capfd.readouterr().err
+        assert error.startswith("bondsight: "), kind
+        assert error.count("\n") == 1, kind
+        assert says in error, kind
+        assert untouched(server), kind
+    assert not list(out.glob("*"))
 
 
 def test_all_outputs_are_at_zero_before_any_is_connected(

@@ -124,7 +124,7 @@ def left(program: Program) -> None:
     assert program.server.departures
 
 
-@pytest.mark.parametrize("watchdog", [0.0, 0.2])
+@pytest.mark.parametrize("watchdog", [0.0, pytest.param(0.2, marks=pytest.mark.long)])
 def test_a_killed_program_loses_nothing_that_had_arrived(
     program: Callable[..., Program],
     watchdog: float,
@@ -160,7 +160,11 @@ def test_a_killed_program_loses_nothing_that_had_arrived(
         assert recovered.n == raw.read(file.stem.removeprefix("take-")).n
 
 
-@pytest.mark.parametrize("again", ["never", pytest.param("at once", marks=pytest.mark.long), "late"])
+@pytest.mark.parametrize(
+    "again",
+    [pytest.param("never", marks=pytest.mark.long),
+     pytest.param("at once", marks=pytest.mark.long), "late"],
+)  # fmt: skip
 def test_ctrl_c_brings_the_output_down(program: Callable[..., Program], again: str) -> None:
     bench = program()
     bench.start()
@@ -190,6 +194,7 @@ def test_ctrl_c_brings_the_output_down(program: Callable[..., Program], again: s
     assert raw.notes[-1].content["output_end"] == "parked"
 
 
+@pytest.mark.long
 def test_a_full_disk_ends_the_take_with_all_that_had_fitted(
     program: Callable[..., Program],
 ) -> None:
