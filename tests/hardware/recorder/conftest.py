@@ -13,6 +13,7 @@ import pytest
 
 from hardware.simulators.bench_server import BenchServer, plants
 from hardware.simulators.bench_server.config import config_from
+from hardware.simulators.draw import draw_truth
 from hardware.simulators.siosifm import build
 from hardware.station import OpenStation, open_station, settings_from
 
@@ -30,7 +31,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> str:
 def _drawn_once() -> Iterator[None]:
     """Draw the actuator of a seed once: that takes longer than a take on it."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plants, "draw_truth", cache(plants.draw_truth))
+        patch.setattr(plants, "draw_truth", cache(draw_truth))
         yield
 
 
