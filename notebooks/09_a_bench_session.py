@@ -26,6 +26,9 @@
 EFFECT, PLACE, STRENGTH = "hysteresis", "C_nl", "strong"  # concealed; "drawn", "", "" to wonder
 SEED = 1  # of the plant; None for one that nobody knows
 SAMPLES, RATE = 4096, 10e3  # of the record, Hz
+untouched = (EFFECT, PLACE, STRENGTH, SEED, SAMPLES, RATE) == (
+    "hysteresis", "C_nl", "strong", 1, 4096, 10e3,
+)  # fmt: skip
 
 # %%
 import hashlib
@@ -189,7 +192,8 @@ print(f"{times[-1] - times[0]:.0f} s: {1e3 * warmer:+.0f} mK, index now {airs[-1
 print(f"in the dead path that is worth {1e9 * moved:+.1f} nm; the corrected reading went by "
       f"{1e9 * (lengths[-1] - lengths[0]):+.1f} nm")  # fmt: skip
 assert abs(moved) > 5e-9
-assert max(map(abs, lengths)) < 2e-9
+if untouched:
+    assert max(map(abs, lengths)) < 2e-9
 
 # %% [markdown]
 # ## Demagnetise
@@ -245,7 +249,6 @@ plt.show()
 # What the past does to the length is gone after the decay: both times it ends in the middle.
 
 # %%
-untouched = (EFFECT, PLACE, STRENGTH, SEED) == ("hysteresis", "C_nl", "strong", 1)
 if untouched:
     assert at_rest[3] - at_rest[1] > 80
     assert abs(at_rest[4] - at_rest[2]) < 2
@@ -366,7 +369,8 @@ plt.show()
 
 jump = beside[1500:1600].mean() - beside[1400:1500].mean()
 print(f"by the good take beside it, {jump:.0f} nm were lost; half a wavelength is 316 nm")
-assert abs(jump - 316.4) < 10
+if untouched:
+    assert abs(jump - 316.4) < 10
 assert np.array_equal(np.flatnonzero(lost), np.arange(1500, SAMPLES))
 assert broken.read("output").n == SAMPLES
 assert again.n == SAMPLES
@@ -382,8 +386,9 @@ assert np.array_equal(flags_of(again, "interferometer") & Flag.BEAM_LOST > 0, lo
 graph = stack_with_payload().remove("i")
 data = Recording.open(taken.path).select({"V_in": "V", "x": "x"})
 found = diagnose(
-    graph, data, model="stack_with_payload", options=Options(jobs=1, effects=1, keep=6, more=3)
-)
+    graph, data, model="stack_with_payload",
+    options=Options(jobs=1, effects=1, keep=6, more=3),  # one effect, few rivals: to be short
+)  # fmt: skip
 say(sentence(found), *(f"- {r}" for step in found.steps for r in step.reasons),
     *(f"advice: {a}" for a in found.advice), f"{found.seconds:.0f} s")  # fmt: skip
 
@@ -413,10 +418,15 @@ for name, fit, colour in (
     axes[1].plot(found.data.time, np.where(held, left, np.nan), color=colour, lw=0.8, label=name)
 axes[0].set(xlabel="voltage (V)", ylabel="measured less model (nm)", title="what is left, averaged")
 axes[1].set(xlabel="time (s)", ylabel="measured less model (nm)", title="what is left, held out")
-axes[0].legend(loc="lower right")
+axes[0].set_ylim(bottom=1.4 * axes[0].get_ylim()[0])
+axes[0].legend(loc="lower center", ncols=2)
 plt.show()
 
 # %% [markdown]
+# The name is clear; the place is one of three, and it says so: seen through the length alone, a
+# memory in the ceramic, before it or behind it is the same. It also says which sensor would tell
+# them apart, and that a little is left over.
+#
 # ## The seal is opened
 
 # %%
@@ -458,3 +468,10 @@ if untouched:
     assert after < 0.1 * before
     assert np.std(off) < 1.1 * truth.noise.x_rms
 print("ok")
+
+# %% [markdown]
+# Now let the bench conceal something that you do not know (`"drawn"`, `None`), cut the trigger line
+# (`no_trigger=1`), or pull the card (`FAULT card gone=1`) in the middle of a take. The same in one
+# line, with a bench in a process of its own:
+#
+#     bondsight acquire --simulated --diagnose stack_with_payload

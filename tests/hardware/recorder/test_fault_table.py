@@ -167,6 +167,18 @@ def test_an_overrun_in_a_running_stream_is_no_silent_join(
     assert server.rig.volts == 0.0
 
 
+def test_motion_across_lost_samples_is_no_lost_fringe(
+    bench: Make, swing: Wave, target: Path
+) -> None:
+    server, station = bench()
+    inject(server, "overrun_at=450 overrun_samples=100")
+    plan = plan_of(swing, "start")
+    taken = record(station.station(plan), plan, target)
+    assert told(taken, "100 samples were lost, the first is 450")
+    assert not told(taken, "whole fringes")
+    assert not carried(taken, Flag.MISCOUNT).any()
+
+
 def test_losses_that_nobody_can_place_end_the_take(bench: Make, swing: Wave, target: Path) -> None:
     server, station = bench()
     # the last samples of the block: behind them is none that could tell the gap

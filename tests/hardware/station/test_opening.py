@@ -1,0 +1,55 @@
+"""Stations of other kinds than a card, opened from their tables and used for a take."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hardware.recorder import Plan, record
+from hardware.simulators.bench_server import BenchServer
+from hardware.simulators.bench_server.config import config_from
+from hardware.simulators.siosifm import build
+from hardware.station import open_station, settings_from
+from hardware.storage import Provenance
+from identification.command_line.bench_serve import station_table
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the stub library is C code")
+
+
+@pytest.mark.parametrize("kind", ["gcs", "pipython"])
+def test_a_gcs_controller_drives_a_take(kind: str, tmp_path: Path) -> None:
+    if kind == "pipython":
+        pytest.importorskip("pipython")
+    config = config_from(
+        {"plant": {"effect": "none", "seed": 5}, "fronts": ["interferometer", "gcs"]}
+    )
+    with BenchServer(config) as server:
+        table = station_table(server.addresses, config, str(build(tmp_path / "stub")))
+        table["output"]["kind"] = kind
+        with open_station(settings_from(table)) as bench:
+            volts = 30.0 + 20.0 * np.sin(np.linspace(0.0, 12.0, 500))
+            plan = Plan(volts, 5e3, "gcs", "start")
+            taken = record(bench.station(plan), plan, tmp_path / "take")
+        assert server.rig.volts == 0.0
+        assert server.extremes.highest <= 50.1
+    x = taken.recording["x"]
+    k = np.polyfit(taken.recording["V"], x, 1)
+    # an actuator of some 50 nm/V, seen by the interferometer while the controller drives it
+    assert 20e-9 < k[0] < 100e-9
+    assert np.std(x - np.polyval(k, taken.recording["V"])) < 0.2 * np.std(x)
+    assert Provenance.of(taken.recording).output_end == "parked"
+
+
+def test_synchronisation_that_the_wiring_does_not_allow_is_refused(tmp_path: Path) -> None:
+    config = config_from({"plant": {"effect": "none", "seed": 5}})
+    with BenchServer(config) as server:
+        table = station_table(server.addresses, config, str(build(tmp_path / "stub")))
+        del table["output"]["clock"]
+        with open_station(settings_from(table)) as bench:
+            plan = Plan(np.array([1.0, 2.0, 1.0]), 1e3, "t", "clock")
+            with pytest.raises(ValueError, match=r"needs \[output\] clock"):
+                bench.station(plan)
+        assert server.extremes.highest == 0.0
