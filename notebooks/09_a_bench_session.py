@@ -470,8 +470,8 @@ if untouched:
 print("ok")
 
 # %% [markdown]
-# Now let the bench conceal something that you do not know (`"drawn"`, `None`), cut the trigger line
-# (`no_trigger=1`), or pull the card (`FAULT card gone=1`) in the middle of a take. The same in one
-# line, with a bench in a process of its own:
+# Now let the bench conceal something that you do not know (`"drawn"`, `None`), or pull the card
+# in the middle of a take (`FAULT card gone=1`, from a `watch`). A weak effect may be missed
+# in a record of 0.4 s. The same in one line, with a bench in a process of its own:
 #
 #     bondsight acquire --simulated --diagnose stack_with_payload

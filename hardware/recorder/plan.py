@@ -40,6 +40,10 @@ class Plan:
         Largest error of time that the alignment may leave (s); beyond it the recording is marked
         as unsynchronised.
 
+    erase : ndarray, optional
+        (M,), played before the take at the same rate and not recorded (V): a decay that
+        demagnetises, so that the record does not begin with the history of the actuator.
+
     Raises
     ------
     UnusableInput
@@ -53,15 +57,13 @@ class Plan:
     settle: float = 0.05
     patience: float = 2.0
     skew_budget: float = 2e-6
+    erase: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Check and freeze the waveform."""
-        volts = np.array(self.volts, dtype=np.float64)
-        if volts.ndim != 1 or volts.size < 2:
-            raise UnusableInput(f"{self.name}: the waveform must be (N,) with N >= 2 values in V")
-        if not np.all(np.isfinite(volts)):
-            bad = int(np.flatnonzero(~np.isfinite(volts))[0])
-            raise UnusableInput(f"{self.name}: sample {bad} of the waveform is not finite")
+        if self.erase is not None:
+            object.__setattr__(self, "erase", self._wave(self.erase))
+        object.__setattr__(self, "volts", self._wave(self.volts))
         if self.synchronisation not in SYNCHRONISATIONS:
             raise UnusableInput(
                 f"{self.name}: synchronisation {self.synchronisation!r} is unknown; choose one of "
@@ -72,8 +74,16 @@ class Plan:
                 raise UnusableInput(f"{self.name}: {what} must be positive")
         if real_number("settle", self.settle) < 0.0:
             raise UnusableInput(f"{self.name}: settle must not be negative")
+
+    def _wave(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        volts = np.array(values, dtype=np.float64)
+        if volts.ndim != 1 or volts.size < 2:
+            raise UnusableInput(f"{self.name}: the waveform must be (N,) with N >= 2 values in V")
+        if not np.all(np.isfinite(volts)):
+            bad = int(np.flatnonzero(~np.isfinite(volts))[0])
+            raise UnusableInput(f"{self.name}: sample {bad} of the waveform is not finite")
         volts.setflags(write=False)
-        object.__setattr__(self, "volts", volts)
+        return volts
 
     @property
     def seconds(self) -> float:

@@ -15,7 +15,7 @@ from hardware.contracts import Air
 from hardware.recorder.assembling import OUTPUT, assemble, recording_of
 from hardware.recorder.plan import Plan
 from hardware.recorder.station import Station
-from hardware.recorder.taking import Watch, take
+from hardware.recorder.taking import Watch, check, take
 from hardware.storage import (
     OUTPUT_ENDS,
     ClockAlignment,
@@ -84,7 +84,7 @@ def record(
     UnusableInput
         The files cannot be written, or what arrived cannot be put together.
     """
-    station.wave.prepare(plan.volts, plan.rate)
+    check(station, plan)
     path, archive = new_files(target)
     origins = origins_of(station, plan)
     about = station.output.provenance()

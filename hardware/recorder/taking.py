@@ -12,12 +12,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hardware.contracts import Acquisition, Chunk, Flag, Written
 from hardware.errors import BeamLost, HardwareError, LinkLost, Overrun, TimedOut
 from hardware.recorder.plan import Plan
 from hardware.recorder.station import Station
 
-__all__ = ["Notebook", "Step", "take"]
+__all__ = ["Notebook", "Step", "check", "take"]
 
 POLL = 0.01
 """Pause between polls when the wave is over and a sensor is not (s)."""
@@ -42,7 +45,7 @@ class Step:
     Parameters
     ----------
     phase : str
-        ``"prepare"``, ``"arm"``, ``"play"``, ``"drain"`` or ``"end"``.
+        ``"prepare"``, ``"erase"``, ``"arm"``, ``"play"``, ``"drain"`` or ``"end"``.
     seconds : float
         Since the start of the wave, by the program's clock.
     written, total : int
@@ -87,7 +90,7 @@ def take(station: Station, plan: Plan, journal: Notebook, watch: Watch | None = 
         its safe value or is declared unknown.
     """
     say = watch or _silent
-    station.wave.prepare(plan.volts, plan.rate)
+    check(station, plan)
     with station.safety:
         try:
             _prepare(station, plan, journal, say)
@@ -102,11 +105,36 @@ def take(station: Station, plan: Plan, journal: Notebook, watch: Watch | None = 
     say(Step("end", plan.seconds, plan.volts.size, plan.volts.size))
 
 
+def check(station: Station, plan: Plan) -> None:
+    """Hold both waves of a plan against the envelope; nothing is sent if one leaves it.
+
+    Raises
+    ------
+    LimitViolation
+        What, where, by how much.
+    """
+    for wave in (plan.erase, plan.volts):
+        if wave is not None:
+            station.wave.prepare(wave, plan.rate)
+
+
+def _erase(station: Station, wave: NDArray[np.float64], rate: float, say: Watch) -> None:
+    """Play the decay that takes the actuator's history away; nothing of it is recorded."""
+    station.output.ramp(float(wave[0]))
+    station.wave.prepare(wave, rate)
+    for state in station.wave.play():
+        say(Step("erase", 0.0, state.samples, state.total, state.late))
+        station.output.tend()
+
+
 def _prepare(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
     """Power up, go to the first voltage, zero, read the air."""
     say(Step("prepare", 0.0, 0, plan.volts.size))
     if station.output.present is None:
         station.output.power_up()
+    if plan.erase is not None:
+        _erase(station, plan.erase, plan.rate, say)
+        station.wave.prepare(plan.volts, plan.rate)
     station.output.ramp(float(plan.volts[0]))
     station.clock.sleep(plan.settle)
     station.preparation.zero()

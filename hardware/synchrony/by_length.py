@@ -194,10 +194,11 @@ def _by_plays(
         answer = skew_by_response(drive, sensor, wiring.delay, command=command, length=length)
         # free dynamics explain what plays leave of a resonant actuator, and tell the ratio better
         if answer is not None and MISSED * answer.error < math.sqrt(float(covariance[1, 1])):
-            told = replace(fitted.guess.map, skew=answer.value)
+            told = replace(fitted.guess.map, skew=answer.value, drift=answer.drift)
             fitted = replace(fitted, guess=replace(fitted.guess, map=told))
             covariance[0, 1] = covariance[1, 0] = 0.0
             covariance[1, 1] = (MISSED * answer.error) ** 2
+            covariance[2, 2] = (MISSED * answer.drift_error) ** 2
     return _judged(
         fitted, covariance, model, share, sensor, wiring, reach(len(free))
     )  # fmt: skip

@@ -17,6 +17,7 @@ from scipy.signal import lfilter
 
 from bondgraph.hysteresis import PrandtlIshlinskii
 from hardware.synchrony.stream import Stream
+from hardware.synchrony.time_map import TimeMap
 
 __all__ = ["Skew", "skew_by_response"]
 
@@ -30,17 +31,31 @@ ECHOES = (0, 2, 5)
 """Delays of the plays, samples."""
 BLOCKS = 24
 ROUNDS = 4
+SURE = 5.0
+"""Standard errors at which a drift is taken for one."""
 LEAST = 6
 """Samples of the drive for every unknown."""
 
 
 @dataclass(frozen=True, slots=True)
 class Skew:
-    """Ratio less one, its standard deviation, and what the response leaves (unit of the length)."""
+    """What the answer tells of the clocks.
+
+    Attributes
+    ----------
+    value, error : float
+        Ratio less one at the start, and its standard deviation.
+    rms : float
+        What the response leaves, in the unit of the length.
+    drift, drift_error : float
+        Change of the ratio (1/s) and its standard deviation; both 0 unless it shows.
+    """
 
     value: float
     error: float
     rms: float
+    drift: float = 0.0
+    drift_error: float = 0.0
 
 
 def skew_by_response(
@@ -74,12 +89,22 @@ def skew_by_response(
         return None
     t, fixed = time[inside] - delay, columns[inside]
     basis, _ = np.linalg.qr(fixed)
-    skew, found = 0.0, Skew(0.0, np.inf, np.inf)
+    plain = _descend(own, t, basis, drifting=False)
+    if t.size < LEAST * (columns.shape[1] + 3):
+        return plain
+    bent = _descend(own, t, basis, drifting=True)
+    return bent if abs(bent.drift) > SURE * bent.drift_error else plain
+
+
+def _descend(own: CubicSpline, t: Array, basis: Array, *, drifting: bool) -> Skew:
+    """Gauss-Newton on skew, and drift if asked for."""
+    now = np.zeros(2)
+    found = Skew(0.0, np.inf, np.inf)
     for _ in range(ROUNDS):
-        s = t / (1.0 + skew)
-        found = _step(own(s), np.asarray(own(s, 1)), t, basis)
-        skew += found.value
-    return Skew(skew, found.error, found.rms)
+        s = TimeMap(0.0, float(now[0]), float(now[1])).to_sensor(t)
+        found = _step(own(s), np.asarray(own(s, 1)), t, basis, drifting)
+        now += (found.value, found.drift)
+    return Skew(float(now[0]), found.error, found.rms, float(now[1]), found.drift_error)
 
 
 def _memories(volts: Array, step: float) -> Array:
@@ -101,13 +126,17 @@ def _memories(volts: Array, step: float) -> Array:
     return np.column_stack([np.ones(u.size), n, n**2, *past, *plays, *slow])
 
 
-def _step(x: Array, velocity: Array, t: Array, basis: Array) -> Skew:
+def _step(x: Array, velocity: Array, t: Array, basis: Array, drifting: bool) -> Skew:
     """One step of Gauss-Newton; blocks of the score give an error that correlation cannot fool."""
 
     def beside(a: Array) -> Array:
         return np.asarray(a - basis @ (basis.T @ a))
 
-    tangents = np.column_stack([beside(velocity), beside(velocity * t)])
+    late = [velocity, velocity * t] + ([0.5 * velocity * t**2] if drifting else [])
+    tangents = np.column_stack([beside(a) for a in late])
+    # columns of very different size: seconds and their squares
+    size = np.linalg.norm(tangents, axis=0)
+    tangents = tangents / size
     rest = beside(x)
     normal = tangents.T @ tangents
     change = np.linalg.solve(normal, tangents.T @ rest)
@@ -117,4 +146,6 @@ def _step(x: Array, velocity: Array, t: Array, basis: Array) -> Skew:
     ]
     inverse = np.linalg.inv(normal)
     covariance = inverse @ (np.asarray(scores).T @ np.asarray(scores)) @ inverse
-    return Skew(float(change[1]), float(np.sqrt(covariance[1, 1])), float(rest.std()))
+    change, error = change / size, np.sqrt(np.diag(covariance)) / size
+    bend = (float(change[2]), float(error[2])) if drifting else (0.0, 0.0)
+    return Skew(float(change[1]), float(error[1]), float(rest.std()), *bend)

@@ -34,6 +34,10 @@ def add_acquire_command(verbs: Any) -> None:
     p.add_argument("--strength", default="", help="with --simulated: weak, medium or strong")
     p.add_argument("--seed", type=nonnegative, default=None, help="of the bench and the signal")
     p.add_argument("--signal", default="session", help="session, sine:HZ, demagnetise, or a file")
+    p.add_argument(
+        "--erase", type=float, default=None, metavar="VOLTS",
+        help="before the take, take the actuator's history away by a decay around this voltage",
+    )  # fmt: skip
     p.add_argument("--rate", type=float, default=10e3, help="samples a second of the output (Hz)")
     p.add_argument("--samples", type=nonnegative, default=8192)
     p.add_argument("--synchronise", choices=("clock", "start", "none"), default="clock",
@@ -144,7 +148,11 @@ def _record(options: argparse.Namespace, settings: Any) -> Path:
     volts = waveform(
         options.signal, options.rate, options.samples, settings.envelope, options.seed or 0
     )
-    plan = Plan(volts, options.rate, options.name, options.synchronise)
+    erase = None
+    if options.erase is not None:
+        decay = f"demagnetise:{options.erase!r}"
+        erase = waveform(decay, options.rate, options.samples, settings.envelope, 0)
+    plan = Plan(volts, options.rate, options.name, options.synchronise, erase=erase)
     print(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
     print(
         f"signal:     {options.signal}, {volts.size} samples of {options.rate:g} Hz "

@@ -39,7 +39,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(options.run(options))
     except BondsightError as error:
-        print(f"bondsight: {' '.join(str(error).split())}", file=sys.stderr)
+        # notes say what became of data and outputs; they belong to the line
+        whole = "; ".join([str(error), *getattr(error, "__notes__", ())])
+        print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
         return 2
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -179,3 +180,27 @@ def test_a_fringe_lost_without_a_word_is_flagged(bench: Make, target: Path) -> N
     assert any("whole fringes" in s for s in taken.sentences)
     # the jump itself stays: nothing is repaired silently
     assert np.diff(taken.recording["x"])[199] == pytest.approx(316.4e-9, abs=60e-9)
+
+
+def test_a_decay_before_the_take_makes_it_begin_at_the_same_length(
+    bench: Make, target: Path
+) -> None:
+    # plays of 4 and 12 V remember from which side the start was reached
+    server, station = bench(
+        plant={"effect": "none", "seed": 5, "play_radii": [4.0, 12.0], "play_gains": [0.1, 0.1]}
+    )
+    k = np.arange(9)
+    turns = 30.0 + 22.0 * (-1.0) ** k * (1.0 - k / 8.0)
+    decay = np.concatenate([np.linspace(a, b, 40) for a, b in itertools.pairwise(turns)])
+    wave = np.full(80, 30.0)
+    ends = []
+    for n, history in enumerate((0.0, 60.0)):
+        station.output.power_up()
+        station.output.ramp(history)
+        plan = Plan(wave, 2e3, "still", "clock", erase=decay)
+        record(station.station(plan), plan, target.with_name(f"take{n}"))
+        ends.append(server.rig.seen(np.array([server.rig.trigger_edges[-1]])).x[0])
+    assert abs(ends[1] - ends[0]) < 5e-9
+    plan = Plan(wave, 2e3, "still", "clock", erase=decay + 60.0)
+    with pytest.raises(LimitViolation):
+        record(station.station(plan), plan, target)

@@ -16,7 +16,9 @@ from identification.command_line.acquire_signal import waveform
 RATE, FINE = 10e3, 40e3
 
 
-def streams(effect: str, seed: int, ppm: float, samples: int) -> tuple[Stream, Stream]:
+def streams(
+    effect: str, seed: int, ppm: float, samples: int, drift_ppm: float = 0.0
+) -> tuple[Stream, Stream]:
     """Drive an independent plant, read it by a clock of its own with 1 nm of noise."""
     rig = Rig(StackPlant(draw_truth(seed, effect=effect)), keep=2.0)
     volts = waveform("session", RATE, samples, P840_1_UNIPOLAR, seed)
@@ -29,7 +31,8 @@ def streams(effect: str, seed: int, ppm: float, samples: int) -> tuple[Stream, S
         rig.drive(float(u))
         rig.wait(1.0 / RATE)
     rig.wait(1e-3)
-    instants = DeviceClock(ppm=ppm).instants(start, 0, int(samples / RATE * FINE) - 20, FINE)
+    clock = DeviceClock(ppm=ppm, drift_ppm=drift_ppm)
+    instants = clock.instants(start, 0, int(samples / RATE * FINE) - 20, FINE)
     noise = 1e-9 * np.random.default_rng(seed).standard_normal(instants.size)
     return Stream.of(RATE, V=volts), Stream.of(FINE, x=rig.seen(instants).x + noise)
 
@@ -61,3 +64,16 @@ def test_too_short_or_at_rest_gives_nothing() -> None:
     assert skew_by_response(drive, sensor, 0.0) is None
     still = Stream.of(RATE, V=np.ones(2500))
     assert skew_by_response(still, Stream.of(FINE, x=np.zeros(9000)), 0.0) is None
+
+
+def test_a_drift_that_shows_is_told_and_none_is_invented() -> None:
+    # 6000 ppm a minute: 1e-4 a second
+    drive, sensor = streams("none", 7, 20.0, 2500, drift_ppm=6000.0)
+    found = skew_by_response(drive, sensor, 0.0)
+    assert found is not None
+    assert abs(found.drift - 1e-4) < 4.0 * found.drift_error
+    assert found.drift_error < 2e-5
+    assert abs(found.value - 20e-6) < 4.0 * found.error
+    steady = skew_by_response(*streams("none", 7, 20.0, 2500), 0.0)
+    assert steady is not None
+    assert steady.drift == 0.0
