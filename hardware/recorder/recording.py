@@ -99,7 +99,10 @@ def record(
             # the journal may be what failed; the first error is the one to tell
             with contextlib.suppress(JournalFailed):
                 journal.note({"output_end": _end(station)})
-            error.add_note(f"what had arrived is in {path.name}")
+            error.add_note(str(station.output.provenance().get("status", "output unknown")))
+            error.add_note(
+                f"what had arrived is in {path.name}: bondsight acquire --recover {path}"
+            )
             raise
         journal.note({"output_end": _end(station)})
         raw = open_journal(path)

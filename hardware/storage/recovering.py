@@ -112,7 +112,8 @@ def recovered(
     found: list[tuple[str, Piece]] = []
     if one_clock and len(known) == len(data) > 1:
         found += [("", p) for p in pieces(joined(data))]
-    else:
+    if not found:
+        # two clocks, or one stream without a sample of the other: each by itself
         for stream in known:
             suffix = "-" + re.sub(r"[^A-Za-z0-9_.-]", "_", stream)
             found += [(suffix, p) for p in pieces({stream: data[stream]})]

@@ -38,8 +38,14 @@ def add_acquire_command(verbs: Any) -> None:
         "--erase", type=float, default=None, metavar="VOLTS",
         help="before the take, take the actuator's history away by a decay around this voltage",
     )  # fmt: skip
-    p.add_argument("--rate", type=float, default=10e3, help="samples a second of the output (Hz)")
-    p.add_argument("--samples", type=nonnegative, default=8192)
+    p.add_argument(
+        "--rate", type=float, default=None,
+        help="samples a second of the output (default: 10000, or that of the file)",
+    )  # fmt: skip
+    p.add_argument(
+        "--samples", type=nonnegative, default=8192,
+        help="of session and sine (default 8192); files and decays have their own",
+    )  # fmt: skip
     p.add_argument("--synchronise", choices=("clock", "start", "none"), default="clock",
                    help="how the sensor knows when the output changes")  # fmt: skip
     p.add_argument("--name", default="take", help="of the recording and its files")
@@ -60,13 +66,17 @@ def add_acquire_command(verbs: Any) -> None:
 
 
 def _acquire(options: argparse.Namespace) -> int:
+    from hardware.storage import new_files
+
     if options.recover is not None:
         return _recover(options.recover)
     if options.simulated == (options.station is not None):
         raise UnusableInput(
             "acquire: give a station file, or --simulated for a virtual bench (not both)"
         )
+    _check_name(options.name)
     writable(options.out)
+    new_files(options.out / options.name)
     if options.diagnose:
         from bondgraph.causality import assign_causality
         from identification.command_line.models import load_model
@@ -74,6 +84,7 @@ def _acquire(options: argparse.Namespace) -> int:
         graph = load_model(options.diagnose)
         graph.require_sound()
         assign_causality(graph)  # a conflict is refused before anything moves
+        _check_maps(graph, options.maps)
     if not options.simulated:
         from hardware.station import read_settings
 
@@ -84,11 +95,39 @@ def _acquire(options: argparse.Namespace) -> int:
     return simulated(options, record_and_diagnose)
 
 
-def _recover(journal: Path) -> int:
-    from hardware.storage import recover
+def _check_name(name: str) -> None:
+    """Refuse a name that is no plain file name."""
+    if not name or name != Path(name).name or not name.isprintable() or name.startswith("."):
+        raise UnusableInput(
+            f"--name {name!r}: is no plain file name; give one without folders, and --out for those"
+        )
 
+
+def _check_maps(graph: Any, maps: list[str]) -> None:
+    """Refuse a map of something that is neither in the model nor of the right form."""
+    from bondgraph.elements import Sensor, Source
+    from bondgraph.errors import unknown_name
+
+    known = [e.name for e in graph.of_type(Source, Sensor)]
+    for text in maps:
+        name, equals, column = (part.strip() for part in text.partition("="))
+        if not (name and equals and column):
+            raise UnusableInput(f"--map {text} is not NAME=COLUMN; write --map V_in=V")
+        if name not in known:
+            raise UnusableInput(str(unknown_name("source or sensor", name, graph.name, known)))
+
+
+def _recover(journal: Path) -> int:
+    from bondgraph.signals import Recording
+    from hardware.storage import Provenance, recover
+
+    said: dict[str, None] = {}
     for path in recover(journal):
-        print(f"recording:  {path}")
+        recording = Recording.open(path)
+        print(f"recording:  {path}  {recording!r}")
+        said.update(dict.fromkeys(Provenance.of(recording).warnings))
+    for sentence in said:
+        print(f"note:       {sentence}")
     return 0
 
 
@@ -145,17 +184,17 @@ def _record(options: argparse.Namespace, settings: Any) -> Path:
     from identification.command_line.acquire_signal import waveform
     from identification.command_line.acquire_view import watching
 
-    volts = waveform(
+    volts, rate = waveform(
         options.signal, options.rate, options.samples, settings.envelope, options.seed or 0
     )
     erase = None
     if options.erase is not None:
         decay = f"demagnetise:{options.erase!r}"
-        erase = waveform(decay, options.rate, options.samples, settings.envelope, 0)
-    plan = Plan(volts, options.rate, options.name, options.synchronise, erase=erase)
+        erase = waveform(decay, rate, options.samples, settings.envelope, 0)[0]
+    plan = Plan(volts, rate, options.name, options.synchronise, erase=erase)
     print(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
     print(
-        f"signal:     {options.signal}, {volts.size} samples of {options.rate:g} Hz "
+        f"signal:     {options.signal}, {volts.size} samples of {rate:g} Hz "
         f"({plan.seconds:.3g} s), {volts.min():.4g} to {volts.max():.4g} V"
     )
     with open_station(settings) as bench:

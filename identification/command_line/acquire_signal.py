@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,10 @@ from identification.design import demagnetise
 from identification.design.limits import Envelope as Limits
 from identification.design.take import session_signal
 
-__all__ = ["KINDS", "waveform"]
+__all__ = ["KINDS", "RATE", "waveform"]
+
+RATE = 10e3
+"""Of a signal that has none of its own (Hz)."""
 
 KINDS = "session, sine:HZ, sine:HZ:LOW:HIGH, demagnetise:VOLTS, or a file with one channel in V"
 
@@ -28,16 +32,16 @@ def limits_of(envelope: Envelope) -> Limits:
 
 
 def waveform(
-    text: str, rate: float, samples: int, envelope: Envelope, seed: int
-) -> NDArray[np.float64]:
-    """Return the voltages (V, (N,)) of a signal.
+    text: str, rate: float | None, samples: int, envelope: Envelope, seed: int
+) -> tuple[NDArray[np.float64], float]:
+    """Return the voltages (V, (N,)) of a signal, and their rate (Hz).
 
     Parameters
     ----------
     text : str
         See `KINDS`.
-    rate : float
-        Hz.
+    rate : float, optional
+        Hz; by default that of a file with a time of its own, else `RATE`.
     samples : int
         Length; a file and a demagnetisation have their own.
     envelope : Envelope
@@ -52,12 +56,15 @@ def waveform(
     """
     kind, _, rest = text.partition(":")
     limits = limits_of(envelope)
+    if rate is not None and not (math.isfinite(rate) and rate > 0.0):
+        raise UnusableInput(f"--rate {rate:g}: give a positive number of samples a second")
+    hz = RATE if rate is None else rate
     if kind == "session" and not rest:
-        return session_signal(rate, samples, limits, seed=seed).values
+        return session_signal(hz, samples, limits, seed=seed).values, hz
     if kind == "sine":
-        return _sine(text, rest, rate, samples, limits)
+        return _sine(text, rest, hz, samples, limits), hz
     if kind == "demagnetise":
-        return _demagnetise(rest, rate, envelope, limits)
+        return _demagnetise(rest, hz, envelope, limits), hz
     if Path(text).exists() or Path(text).suffix:
         return _from_file(Path(text), rate)
     raise UnusableInput(f"--signal {text}: is no signal; give {KINDS}")
@@ -91,11 +98,23 @@ def _demagnetise(rest: str, rate: float, envelope: Envelope, limits: Limits) -> 
     return demagnetise(thresholds, bias, rate, envelope=limits, start=envelope.safe).values
 
 
-def _from_file(file: Path, rate: float) -> NDArray[np.float64]:
-    recording = Recording.read(file, fs=rate if file.suffix != ".npz" else None)
+def _from_file(file: Path, rate: float | None) -> tuple[NDArray[np.float64], float]:
+    """Return the one voltage of a file; its own time decides the rate where it has one."""
+    try:
+        recording = Recording.read(file)
+    except UnusableInput:
+        if rate is None:
+            raise
+        # no time in it: the user's rate makes one
+        recording = Recording.read(file, fs=rate)
+    if rate is not None and abs(recording.fs / rate - 1.0) > 1e-6:
+        raise UnusableInput(
+            f"{file.name}: was sampled at {recording.fs:.6g} Hz, not {rate:g}; leave --rate "
+            "out to play it as it is"
+        )
     volts = [n for n in recording.channels if recording.units[n] == "V"]
     if len(volts) != 1:
         raise UnusableInput(
             f"{file.name}: has {len(volts)} channels in V ({', '.join(volts)}); leave one"
         )
-    return np.asarray(recording[volts[0]])
+    return np.asarray(recording[volts[0]]), recording.fs

@@ -50,8 +50,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         where = f" {error.filename}" if error.filename else ""
         print(f"bondsight: cannot read or write{where}: {error.strerror or error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        print("bondsight: stopped; files already named above are complete", file=sys.stderr)
+    except KeyboardInterrupt as error:
+        said = ["stopped; files already named above are complete"]
+        whole = "; ".join([*said, *getattr(error, "__notes__", ())])
+        print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
         return 130
 
 

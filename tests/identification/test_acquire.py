@@ -51,6 +51,13 @@ def test_a_simulated_take_ends_with_its_seal(
         (["--simulated", "--signal", "sine"], "sine:HZ"),
         (["--simulated", "--signal", "sine:9999"], "stay below half"),
         (["--simulated", "--samples", "10"], "too few"),
+        (["--simulated", "--rate", "0"], "positive number"),
+        (["--simulated", "--rate", "nan"], "positive number"),
+        (["--simulated", "--name", "../up"], "no plain file name"),
+        (["--simulated", "--name", ""], "no plain file name"),
+        (["--simulated", "--name", "a\nb"], "no plain file name"),
+        (["--simulated", "--diagnose", "stack_with_payload", "--map", "x"], "NAME=COLUMN"),
+        (["--simulated", "--diagnose", "stack_with_payload", "--map", "y=x"], "'y'"),
         (["--recover", "nothing.journal"], "nothing.journal"),
         (["nothing.toml"], "cannot be read"),
     ],
@@ -91,17 +98,22 @@ def test_a_served_bench_writes_the_file_that_acquire_takes(tmp_path: Path) -> No
 def test_signals_keep_to_the_envelope(tmp_path: Path) -> None:
     e = P840_1_UNIPOLAR
     for text in ("session", "sine:20", "sine:5:10:60", "demagnetise", "demagnetise:40"):
-        volts = waveform(text, 10e3, 2048, e, 1)
+        volts, _ = waveform(text, 10e3, 2048, e, 1)
         check_wave(e, volts, 10e3)
         assert np.ptp(volts) > 10.0
-    session = waveform("session", 10e3, 8192, e, 1)
+    session, _ = waveform("session", 10e3, 8192, e, 1)
     assert session.min() < 10.0
     assert session.max() > 90.0
-    np.testing.assert_array_equal(session, waveform("session", 10e3, 8192, e, 1))
-    assert np.any(session != waveform("session", 10e3, 8192, e, 2))
+    np.testing.assert_array_equal(session, waveform("session", 10e3, 8192, e, 1)[0])
+    assert np.any(session != waveform("session", 10e3, 8192, e, 2)[0])
     file = tmp_path / "mine.csv"
     file.write_text("V[V]\n1\n2\n3\n")
-    np.testing.assert_array_equal(waveform(str(file), 10.0, 99, e, 0), [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(waveform(str(file), 10.0, 99, e, 0)[0], [1.0, 2.0, 3.0])
+    file.write_text("t[s],V[V]\n0,1\n0.002,2\n0.004,3\n")
+    # the file's own time decides, and a rate that contradicts it is refused
+    assert waveform(str(file), None, 99, e, 0)[1] == pytest.approx(500.0)
+    with pytest.raises(BondsightError, match="was sampled at 500 Hz"):
+        waveform(str(file), 10e3, 99, e, 0)
     file.write_text("V[V],x[V]\n1,2\n2,3\n")
     with pytest.raises(BondsightError, match="2 channels in V"):
         waveform(str(file), 10.0, 99, e, 0)

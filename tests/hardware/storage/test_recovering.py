@@ -180,3 +180,18 @@ def test_what_holds_nothing_or_is_alive_is_refused(tmp_path: Path) -> None:
         recover(tmp_path / "c.journal")
     with pytest.raises(UnusableInput, match="cannot be opened"):
         recover(tmp_path / "d.journal")
+
+
+def test_a_block_that_was_cut_does_not_take_the_output_with_it(tmp_path: Path) -> None:
+    origins = [StreamOrigin(s, Identity(), 100.0) for s in ("output", "sensor")]
+    header = journal_header("cut", origins, alignment=ClockAlignment("shared clock", 1.0))
+    file = tmp_path / "cut.journal"
+    with Journal.create(file, header, sync=None) as journal:
+        journal.append(Chunk("output", 0, {"V": np.arange(50.0)}, {"V": "V"}))
+        whole = journal.size
+        journal.append(Chunk("sensor", 0, {"x": np.arange(50.0)}, {"x": "m"}))
+    # within the sensor's only chunk, behind the record that announces its stream
+    content = file.read_bytes()
+    file.write_bytes(content[: whole + (len(content) - whole) * 2 // 3])
+    (path,) = recover(file)
+    np.testing.assert_array_equal(Recording.open(path)["V"], np.arange(50.0))

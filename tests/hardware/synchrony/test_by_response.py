@@ -21,7 +21,7 @@ def streams(
 ) -> tuple[Stream, Stream]:
     """Drive an independent plant, read it by a clock of its own with 1 nm of noise."""
     rig = Rig(StackPlant(draw_truth(seed, effect=effect)), keep=2.0)
-    volts = waveform("session", RATE, samples, P840_1_UNIPOLAR, seed)
+    volts = waveform("session", RATE, samples, P840_1_UNIPOLAR, seed)[0]
     for u in np.linspace(0.0, volts[0], 100):
         rig.drive(float(u))
         rig.wait(1e-3)
