@@ -90,7 +90,8 @@ def _session(
 
 def _start(options: argparse.Namespace, folder: Path) -> subprocess.Popen[str]:
     arguments = ["bench", "serve", "--ready", str(folder / "ready.json"),
-                 "--end", str(folder / "end"), "--seed", str(options.seed)]  # fmt: skip
+                 "--end", str(folder / "end"), "--seed", str(options.seed),
+                 "--parent", str(os.getpid())]  # fmt: skip
     for name in ("effect", "place", "strength"):
         if getattr(options, name):
             arguments += [f"--{name}", getattr(options, name)]

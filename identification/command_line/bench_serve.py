@@ -36,6 +36,9 @@ def add_bench_serve_options(p: argparse.ArgumentParser) -> None:
     )
     g.add_argument("--ready", type=Path, default=None, help="write addresses as JSON when ready")
     g.add_argument("--end", type=Path, default=None, help="end and reveal when this file appears")
+    g.add_argument(
+        "--parent", type=nonnegative, default=None, metavar="PID", help="end with this process"
+    )
 
 
 def bench_serve(options: argparse.Namespace) -> int:
@@ -52,7 +55,7 @@ def bench_serve(options: argparse.Namespace) -> int:
     try:
         return serve(
             config, plants=plants(), reveal=options.reveal, ready_file=options.ready,
-            reveal_request=options.end,
+            reveal_request=options.end, parent=options.parent,
             started=None if options.station is None else _writer(options.station, config),
         )  # fmt: skip
     except ValueError as error:
@@ -200,6 +203,8 @@ def _writer(path: Path, config: Any) -> Any:
         text = station_text(station_table(addresses, config, stub_library(), config.card.ppm))
         with replacing(path) as stream:
             stream.write(text.encode())
-        return [f"  bondsight acquire {path} --diagnose stack_with_payload"]
+        # a controller gives an edge at the start only, and an acquire line has to work as it is
+        way = "" if "card" in addresses else " --synchronise start"
+        return [f"  bondsight acquire {path}{way} --diagnose stack_with_payload"]
 
     return write

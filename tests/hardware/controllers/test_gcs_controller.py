@@ -171,6 +171,33 @@ def test_leaving_a_wave_stops_it_where_it_is(there: Bench) -> None:
     assert not there.controller.wave_runs()
 
 
+def position(player: GcsWave) -> int | None:
+    return player.position
+
+
+def test_only_what_the_device_tells_of_its_position_is_told(there: Bench) -> None:
+    player = GcsWave(there.controller)
+    assert position(player) == 0
+    player.load(wave(), 20e3)
+    playing = player.play()
+    assert position(player) == 0
+    next(playing)
+    with pytest.raises(ProtocolFault, match="playing"):
+        player.load(0.5 * wave(), 20e3)
+    playing.close()  # type: ignore[attr-defined]
+    assert position(player) is None
+    chunks = [k for report in player.play() for k in report.chunks]
+    assert np.array_equal(np.concatenate([k.channels["V"] for k in chunks]), wave())
+    assert position(player) == 2000
+    player.play()
+    player.abort()
+    assert position(player) == 0
+    player.load(1.5 * wave(), 20e3)
+    with pytest.raises(LimitViolation, match="302"):
+        list(player.play())
+    assert position(player) == 0
+
+
 def test_wave_that_stops_at_the_device(there: Bench) -> None:
     player = GcsWave(there.controller)
     player.load(wave(), 20e3)

@@ -53,6 +53,10 @@ class Bench:
         self.fail: dict[str, Exception] = {}
         self.triggered = True
         self.tasks: list[Any] = []
+        self.stopping = 0.0
+        """Time that a card needs to stop (s)."""
+        self.forgets = False
+        """Whether the driver tells 0 samples once a task has stopped."""
 
     def now(self) -> float:
         return self.time
@@ -79,6 +83,7 @@ def make(bench: Bench) -> types.ModuleType:
             self.rate, self.count, self.source = 0.0, 0, ""
             self.data = np.zeros(0)
             self.started: float | None = None
+            self.kept = 0
             self.taken = 0
             self.closed = False
             self.ao_channels = self.ai_channels = self.timing = self
@@ -136,7 +141,9 @@ def make(bench: Bench) -> types.ModuleType:
 
         def _clocked(self) -> int:
             """Edges of the sample clock since the start; that of the output if it is used."""
-            if self.started is None or not bench.triggered:
+            if self.started is None:
+                return 0 if bench.forgets else self.kept
+            if not bench.triggered:
                 return 0
             start, own = self.started, self
             if self.source.endswith("/ao/SampleClock"):
@@ -167,7 +174,8 @@ def make(bench: Bench) -> types.ModuleType:
         def stop(self) -> None:
             bench.note("stop", self.kind)
             if self.started is not None and self.kind == "ao":
-                _ = self.total_samp_per_chan_generated
+                bench.time += bench.stopping
+                self.kept = self.total_samp_per_chan_generated
             self.started = None
 
         def close(self) -> None:

@@ -7,7 +7,7 @@ import signal
 import numpy as np
 import pytest
 
-from hardware.daq import SocketRegisters
+from hardware.daq import Access, Kind, SocketRegisters
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 from hardware.simulators.registers import AmplifierData, CardFront, Wires
 from hardware.simulators.registers.model import WRITE16, WRITE32
@@ -237,6 +237,37 @@ def test_a_cut_connection_a_slow_answer_and_nobody_there() -> None:
         front.stop()
     with pytest.raises(LinkLost, match="no connection"):
         SocketRegisters(address)
+
+
+def test_a_second_program_may_look_but_not_drive_while_the_first_lives() -> None:
+    rig, front = bench()
+    address = front.start()
+    first, second = SocketRegisters(address), SocketRegisters(address)
+    card = card_on(front, rig, first)
+    try:
+        card.power_up()
+        card.write(0, 2.0)
+        assert second.read32(3, 0x68) & ENABLE
+        before = len(front.log)
+        with pytest.raises(LinkLost, match="another program drives this card") as refused:
+            card_on(front, rig, second).power_up()
+        assert "\n" not in str(refused.value)
+        assert not any(e.kind in (WRITE16, WRITE32) for e in list(front.log)[before:])
+        with pytest.raises(LinkLost, match="closed"):
+            second.read32(3, 0x68)
+        for reads in ((Access(Kind.READ16, 2, 0x20),), (Access(Kind.READ16, 2, 0x00),)):
+            with pytest.raises(LinkLost, match="another program"):
+                SocketRegisters(address).batch(reads)
+        assert card.write(0, 1.0) == pytest.approx(1.0, abs=1e-3)
+        first.close()
+        third = SocketRegisters(address)
+        third.write16(2, 0x20, 0x2000)
+        assert rig.volts == 0.0
+        third.close()
+    finally:
+        first.close()
+        second.close()
+        front.stop()
 
 
 def test_an_interruption_in_the_middle_of_an_exchange_does_not_shift_the_answers() -> None:

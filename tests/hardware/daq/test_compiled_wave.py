@@ -127,6 +127,19 @@ def test_abort_stops_the_thread_and_the_position_stands() -> None:
     assert drained(playing) == 0
 
 
+def test_loading_during_a_wave_changes_nothing_of_it() -> None:
+    registers, wave = player()
+    volts = np.linspace(0.0, 100.0, 3000)
+    wave.load(volts, 50e3)
+    playing = wave.play()
+    reports = [next(playing)]
+    wave.load(np.zeros(5), 10.0)
+    reports += playing
+    assert reports[-1].samples == reports[-1].total == 3000
+    assert np.abs(joined(reports, "V") - volts).max() <= 20.0 * STEP
+    assert registers.read16(2, 0x20) == 0x2000 + round(5.0 / STEP)
+
+
 def test_a_long_period_is_left_at_once() -> None:
     _, wave = player()
     wave.load(np.zeros(10), 0.1)

@@ -36,6 +36,10 @@ def wave_on(bench: Bench, terminals: NiTerminals | None = None) -> NiWave:
     return NiWave(NiChannel("Dev1/ao0"), STACK, terminals, clock=bench)
 
 
+def position(wave: NiWave) -> int | None:
+    return wave.position
+
+
 def test_without_the_package_one_line_tells_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -112,6 +116,43 @@ def test_abort_tells_how_far_the_card_has_got(bench: Bench) -> None:
     assert bench.outputs["Dev1/ao0"] == pytest.approx(5.0 * 120 / 999)
     assert list(playing) == []
     wave.abort()
+    assert wave.position == 121
+
+
+def test_what_is_put_out_while_the_card_stops_counts_too(bench: Bench) -> None:
+    wave = wave_on(bench)
+    wave.load(np.linspace(0.0, 100.0, 1000), 1000.0)
+    bench.stopping = 0.03
+    playing = wave.play()
+    next(playing)
+    wave.abort()
+    assert bench.outputs["Dev1/ao0"] == pytest.approx(5.0 * 50 / 999)
+    assert position(wave) == 51
+
+    bench.forgets = True
+    playing = wave.play()
+    next(playing)
+    playing.close()  # type: ignore[attr-defined]
+    assert position(wave) is None
+
+    assert list(wave.play())[-1].samples == 1000
+    assert position(wave) == 1000
+    wave.play()
+    wave.abort()
+    assert position(wave) == 0
+
+
+def test_loading_during_a_wave_changes_nothing_of_it(bench: Bench) -> None:
+    wave = wave_on(bench)
+    volts = np.linspace(0.0, 100.0, 1000)
+    wave.load(volts, 10e3)
+    playing = wave.play()
+    reports = [next(playing)]
+    wave.load(np.zeros(2000), 1e3)
+    reports += playing
+    shown = np.concatenate([c.channels["V"] for r in reports for c in r.chunks])
+    assert shown.tolist() == volts.tolist()
+    assert (reports[-1].total, wave.position) == (1000, 1000)
 
 
 def test_a_trigger_that_never_comes_times_out_and_lets_the_card_go(bench: Bench) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import mmap
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -73,6 +75,65 @@ def test_a_card_powers_up_over_files(tmp_path: Path) -> None:
     other.close()
     assert (folder / "resource3").read_bytes()[0x6B] == 0x04
     assert (folder / "resource2").read_bytes()[0x20:0x30] == b"\x00\x20" * 8
+
+
+def test_a_second_program_on_the_card_is_refused_until_the_first_lets_go(tmp_path: Path) -> None:
+    uio_tree(tmp_path)
+    pci_tree(tmp_path)
+    for kind in (UioRegisters, PciRegisters):
+        first = kind(root=tmp_path)
+        with pytest.raises(LinkLost, match="another program drives this card"):
+            kind(root=tmp_path)
+        first.write32(0, 0x4, 7)
+        first.close()
+        again = kind(root=tmp_path)
+        assert again.read32(0, 0x4) == 7
+        again.close()
+
+
+def test_one_card_by_two_ways_is_one_card(tmp_path: Path) -> None:
+    uio_tree(tmp_path)
+    folder = pci_tree(tmp_path, "0x0624")
+    link = tmp_path / "sys/class/uio/uio0/device"
+    for file in link.iterdir():
+        file.unlink()
+    link.rmdir()
+    link.symlink_to(folder)
+    first = UioRegisters(root=tmp_path)
+    with pytest.raises(LinkLost, match="another program drives this card"):
+        PciRegisters(0x0624, (0, 2), root=tmp_path)
+    first.close()
+    PciRegisters(0x0624, (0, 2), root=tmp_path).close()
+
+
+def test_the_other_program_is_named_and_its_death_frees_the_card(tmp_path: Path) -> None:
+    node = uio_tree(tmp_path)
+    code = (
+        "import fcntl, sys, time; f = open(sys.argv[1]); fcntl.flock(f, fcntl.LOCK_EX); "
+        "print(flush=True); time.sleep(60)"
+    )
+    other = subprocess.Popen([sys.executable, "-c", code, str(node)], stdout=subprocess.PIPE)
+    try:
+        assert other.stdout is not None
+        other.stdout.readline()
+        with pytest.raises(LinkLost, match="another program drives this card") as refused:
+            UioRegisters(root=tmp_path)
+        assert "\n" not in str(refused.value)
+        if f"FLOCK  ADVISORY  WRITE {other.pid} " in Path("/proc/locks").read_text():
+            assert f"(process {other.pid}, " in str(refused.value)
+    finally:
+        other.kill()
+        other.communicate()
+    UioRegisters(root=tmp_path).close()
+
+
+def test_a_card_that_cannot_be_opened_whole_is_not_held(tmp_path: Path) -> None:
+    folder = pci_tree(tmp_path)
+    (folder / "resource3").rename(folder / "away")
+    with pytest.raises(DriverMissing, match="no such memory"):
+        PciRegisters(root=tmp_path)
+    (folder / "away").rename(folder / "resource3")
+    PciRegisters(root=tmp_path).close()
 
 
 def test_what_is_missing_is_one_line(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from hardware.daq import (
     SocketRegisters,
     SoftwareTimedWave,
     Wiring,
+    dac_codes,
 )
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 from hardware.simulators.registers import CardFront, Wires
@@ -254,3 +255,20 @@ def test_the_schedule_tells_how_late_a_sample_is() -> None:
     rig.wait(0.025)
     assert list(schedule.wait(1)) == pytest.approx([0.015, 0.075])
     assert schedule.wait(2)[0] == pytest.approx(0.075 + 0.01 / 1.1 - 0.07)
+
+
+def test_loading_during_a_wave_changes_nothing_of_it() -> None:
+    _, front, wave = player(Wiring(monitors=(0, 1)))
+    volts = sine(300, 1000.0)
+    wave.load(volts, 1000.0)
+    playing = wave.play()
+    reports = [next(playing)]
+    wave.load(np.full(1000, 100.0), 10e3)
+    reports += playing
+    sent = [e for e in front.log if e.kind == WRITE16 and e.offset == 0x20][1:]
+    codes = dac_codes(STACK.input_record(volts)).tolist()
+    assert [e.value for e in sent] == codes
+    assert np.diff([e.instant for e in sent]) == pytest.approx(1e-3)
+    assert dac_codes(STACK.input_record(joined(reports, "V"))).tolist() == codes
+    assert wave.rate == 10e3
+    assert next(wave.play()).total == 1000

@@ -150,7 +150,8 @@ def test_a_killed_program_loses_nothing_that_had_arrived(
     x = raw.read("interferometer").channels["x"]
     assert x.size >= n / RATE * 16e3 - 40
     assert main(["acquire", "--recover", str(bench.journal)]) == 0
-    found = [Path(line.split()[-1]) for line in capfd.readouterr().out.splitlines()]
+    told = [line.split() for line in capfd.readouterr().out.splitlines()]
+    found = [Path(words[1]) for words in told if words[0] == "recording:"]
     assert {f.name for f in found} == {"take-output.npz", "take-interferometer.npz"}
     for file in found:
         recovered = Recording.open(file)

@@ -263,6 +263,40 @@ def test_serve_tells_what_a_person_needs(tmp_path: Path) -> None:
     assert not ready.exists()
 
 
+ORPHAN = """
+import os, sys
+from hardware.simulators.bench_server import BenchConfig, PlantConfig, Stand, serve
+from hardware.simulators.plants import StackPlant
+from tests.hardware.simulators.test_bench_server import LINEAR, QUICK, PLANTS
+parent = os.getpid()
+child = os.fork()
+if child == 0:
+    sys.exit(serve(BenchConfig(plant=QUICK), plants=PLANTS, ready_file=sys.argv[1], parent=parent))
+os.waitpid(child, 0)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a parent's end is told on POSIX")
+def test_a_bench_ends_with_the_program_that_started_it(tmp_path: Path) -> None:
+    """SIGKILL of the parent leaves no process behind, and no file that says it is ready."""
+    ready = tmp_path / "ready.json"
+    parent = subprocess.Popen(
+        [sys.executable, "-c", ORPHAN, str(ready)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    soon(ready.exists, 30.0)
+    told = json.loads(ready.read_text())
+    assert ask(told["addresses"]["control"], "NOW") == "0.0"
+    assert told["pid"] != parent.pid
+    parent.kill()
+    parent.communicate(timeout=10.0)  # the end of its output: the bench had it open too
+    assert not ready.exists()
+    with pytest.raises(ConnectionError):
+        ask(told["addresses"]["control"], "NOW")
+
+
 SERVER = """
 import sys
 from hardware.simulators.bench_server import BenchConfig, PlantConfig, Stand, serve

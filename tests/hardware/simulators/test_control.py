@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 import socket
+import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import pytest
@@ -12,7 +14,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hardware.contracts import Clock
-from hardware.simulators.control import BenchClock, ControlFront, LocalClock, Watchdog, ask
+from hardware.simulators.control import (
+    BenchClock,
+    ControlFront,
+    LocalClock,
+    Watchdog,
+    ask,
+    client,
+)
 from hardware.simulators.draw import ChannelNoise, Truth
 from hardware.simulators.effects import HiddenEffect
 from hardware.simulators.plant import NOMINAL
@@ -167,6 +176,77 @@ def test_a_bench_that_is_gone_is_told_in_one_line(front: Any) -> None:
         BenchClock(address)
     with pytest.raises(ConnectionError, match="no virtual bench at nowhere"):
         BenchClock("nowhere")
+
+
+@pytest.fixture
+def stranger() -> Iterator[Callable[[bytes], str]]:
+    """Give what starts a server that is no bench; empty words stand for silence."""
+    listeners, links = [], []
+
+    def start(words: bytes) -> str:
+        listener = socket.create_server(("127.0.0.1", 0))
+        listeners.append(listener)
+
+        def serve() -> None:
+            link, _ = listener.accept()
+            links.append(link)
+            if words:
+                link.recv(100)
+                link.sendall(words)
+
+        threading.Thread(target=serve, daemon=True).start()
+        host, port = listener.getsockname()[:2]
+        return f"{host}:{port}"
+
+    yield start
+    for link in (*links, *listeners):
+        link.close()
+
+
+def test_something_else_behind_the_port_is_told_soon_and_by_its_words(
+    stranger: Callable[[bytes], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A silent server costs 2 s at most; what answers is shown; one line each."""
+    monkeypatch.setattr(client, "_FIRST", 0.05)
+    for words, told in (
+        (b"", "something listens there but does not answer NOW within 0.05 s"),
+        (b"HTTP/1.0 400 Bad request\r\n\r\n", "answers 'HTTP/1.0 400 Bad request' to NOW"),
+        (b"\xff\xfe\n", "to NOW; give the address of control"),
+        (b"OK soon\n", "answers 'OK soon' to NOW"),
+        (b"x" * 70_000, "answers without end"),
+    ):
+        began = time.monotonic()
+        with pytest.raises(ConnectionError, match="^no virtual bench at") as refused:
+            BenchClock(stranger(words))
+        assert told in str(refused.value)
+        assert "\n" not in str(refused.value)
+        assert time.monotonic() - began < 2.0
+    for port in ("0", "65536", "-1", "99999999999999999999"):
+        with pytest.raises(ConnectionError, match="a port is a number from 1 to 65535"):
+            BenchClock(f"127.0.0.1:{port}")
+
+
+def test_an_interrupted_question_does_not_shift_the_answers(rig: Rig, front: Any) -> None:
+    """Ctrl-C while a wait is under way: the way down afterwards gets its own answers."""
+    clock = BenchClock(front.start())
+    rig.at(1.0, lambda: time.sleep(0.1))
+
+    def interrupt(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.03)
+        with pytest.raises(KeyboardInterrupt):
+            clock.sleep(2.0)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert clock.ask("VOLTS") == "0.0"
+    assert clock.now() == 2.0
+    clock.sleep(1.0)
+    assert rig.now == 3.0
+    clock.close()
 
 
 def test_a_watchdog_brings_the_output_back_slowly(rig: Rig) -> None:

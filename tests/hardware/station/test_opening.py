@@ -43,6 +43,46 @@ def test_a_gcs_controller_drives_a_take(kind: str, tmp_path: Path) -> None:
     assert Provenance.of(taken.recording).output_end == "parked"
 
 
+def test_errors_of_the_virtual_clock_are_those_of_a_device(tmp_path: Path) -> None:
+    server = BenchServer(config_from({"plant": {"effect": "none", "seed": 5}, "fronts": ["card"]}))
+    table = station_table(server.start(), server.config, "")
+    with open_station(settings_from(table)) as bench:
+        assert isinstance(bench.clock, Clock)
+        before = bench.clock.now()
+        bench.clock.sleep(0.5)
+        assert bench.clock.now() == pytest.approx(before + 0.5)
+        with pytest.raises(ProtocolFault, match="WAIT takes 0 to 3600 s"):
+            bench.clock.sleep(1e9)
+        server.stop()
+        for ask in (bench.clock.now, lambda: bench.clock.sleep(0.1)):
+            with pytest.raises(LinkLost, match="virtual bench at .* is gone") as lost:
+                ask()
+            assert "\n" not in str(lost.value)
+    table["clock"]["bench"] = "127.0.0.1:70000"
+    with pytest.raises(LinkLost, match="1 to 65535"):
+        open_station(settings_from(table))
+
+
+@pytest.mark.parametrize(
+    ("front", "way"), [("card", "clock"), ("gcs", "start")], ids=["card", "gcs"]
+)
+def test_the_acquire_line_that_bench_serve_prints_can_be_used(
+    front: str, way: str, tmp_path: Path
+) -> None:
+    config = config_from(
+        {"plant": {"effect": "none", "seed": 5}, "fronts": ["interferometer", front]}
+    )
+    parser = argparse.ArgumentParser()
+    add_acquire_options(parser)
+    with BenchServer(config) as server:
+        (line,) = _writer(tmp_path / "station.toml", config)(server.addresses)
+        words = line.split()[2:]
+        options, (station,) = parser.parse_known_args(words)
+        assert options.synchronise == way
+        with open_station(load_settings(Path(station))) as bench:
+            bench.station(Plan(np.array([1.0, 2.0, 1.0]), 1e3, "t", options.synchronise))
+
+
 def test_synchronisation_that_the_wiring_does_not_allow_is_refused(tmp_path: Path) -> None:
     config = config_from({"plant": {"effect": "none", "seed": 5}})
     with BenchServer(config) as server:
