@@ -45,8 +45,20 @@ class GcsWave:
     def __init__(self, controller: GcsController, trigger_line: int | None = 1) -> None:
         self._controller = controller
         self._line = trigger_line
-        self._volts = np.zeros(0)
+        self._volts: NDArray[np.float64] = np.zeros(0)
         self._rate = 0.0
+        self._position: int | None = 0
+        self._playing = False
+
+    @property
+    def position(self) -> int | None:
+        """Samples of the last waveform that were put out, valid after `abort`.
+
+        None after a waveform was broken off: GCS has no question for the point at which the
+        generator stood still (``WGN?`` counts whole cycles), and the time between a command and
+        its effect is unknown. Read the output back then (`GcsController.read`).
+        """
+        return self._position
 
     @property
     def rate(self) -> float:
@@ -60,6 +72,8 @@ class GcsWave:
         ------
         UnusableInput
             If the generator cannot play at this rate; the nearest one is named.
+        ProtocolFault
+            If a waveform is playing: the table belongs to the device, which reads it.
         LimitViolation
             If a value is not finite.
         Overrun
@@ -69,6 +83,10 @@ class GcsWave:
         address = self._controller.talk.address
         if wave.ndim != 1 or wave.size == 0 or not np.all(np.isfinite(wave)):
             raise LimitViolation(f"{address}: a waveform needs finite voltages (n,); nothing sent")
+        if self._playing:
+            raise ProtocolFault(
+                f"{address}: a waveform is playing; abort it before loading another"
+            )
         divider = self._controller.divider(rate, "play")
         room = self._room()
         if room is not None and wave.size > room:
@@ -76,7 +94,9 @@ class GcsWave:
         self._volts = np.zeros(0)
         self._send_table(wave)
         self._arm(divider)
+        wave.setflags(write=False)
         self._volts, self._rate = wave, self._controller.servo_rate() / divider
+        self._position = 0
 
     def play(self) -> Iterator[Written]:
         """Play it; yields about every 20 ms and at the end.
@@ -88,39 +108,57 @@ class GcsWave:
         TimedOut
             If it does not stop, likewise; the generator is stopped then.
         """
-        c, total = self._controller, self._volts.size
-        if not total:
-            raise UnusableInput(f"{c.talk.address}: load a waveform before playing")
-        before = c.clock.now()
-        c.talk.send(f"WGO {c.setup.generator} 1")
-        start = 0.5 * (before + c.clock.now())
-        length = total / self._rate
+        if not self._volts.size:
+            raise UnusableInput(f"{self._controller.talk.address}: load a waveform before playing")
+        self._position = 0
+        return self._play(self._volts, self._rate)
+
+    def _play(self, volts: NDArray[np.float64], rate: float) -> Iterator[Written]:
+        c, total = self._controller, volts.size
+        length = total / rate
         reported, runs = 0, True
+        self._playing, self._position = True, None
         try:
+            start = self._start()
             while runs:
                 c.clock.sleep(_REPORT)
                 runs = c.wave_runs()
                 elapsed = c.clock.now() - start
-                done = min(int(elapsed * self._rate) + 1, total)
+                done = min(int(elapsed * rate) + 1, total)
                 if not runs and elapsed < length * (1.0 - _SLACK) - _REPORT:
                     raise ProtocolFault(
                         f"{c.talk.address}: the generator stopped after about {done} of {total} "
                         "samples; stopped at the device, or by its watchdog",
-                        self._report(start, reported, done),
+                        self._report(volts, rate, start, reported, done),
                     )
                 if runs and elapsed > length * (1.0 + _SLACK) + 1.0:
                     raise TimedOut(
                         f"{c.talk.address}: the generator still runs after {elapsed:.3g} s of "
                         f"{length:.3g} s",
-                        self._report(start, reported, done),
+                        self._report(volts, rate, start, reported, done),
                     )
                 done = total if not runs else min(done, total - 1)
-                report = self._report(start, reported, done)
+                if not runs:
+                    self._position = total
+                report = self._report(volts, rate, start, reported, done)
                 reported = max(done, reported)
                 yield report
         finally:
+            self._playing = False
             if runs:
                 self.abort()
+
+    def _start(self) -> float:
+        """Start the generator; return about when it did (s)."""
+        c = self._controller
+        before = c.clock.now()
+        try:
+            c.talk.send(f"WGO {c.setup.generator} 1")
+        except LimitViolation:
+            # refused by the device: nothing was put out
+            self._position = 0
+            raise
+        return 0.5 * (before + c.clock.now())
 
     def abort(self) -> None:
         """Stop the generator, if need be everything; the voltage stays. Never raises."""
@@ -170,8 +208,10 @@ class GcsWave:
             c.talk.send(f"CTO {self._line} 3 {_GENERATOR_TRIGGER}")
             c.talk.send(f"TWS {self._line} 1 1 {self._line} 2 0")
 
-    def _report(self, start: float, first: int, done: int) -> Written:
-        total = self._volts.size
+    def _report(
+        self, volts: NDArray[np.float64], rate: float, start: float, first: int, done: int
+    ) -> Written:
+        total = volts.size
         if done <= first:
             return Written(first, total)
         k = np.arange(first, done)
@@ -179,7 +219,7 @@ class GcsWave:
         chunk = Chunk(
             "output",
             first,
-            {"V": self._volts[first:done], "instant": start + k / self._rate},
+            {"V": volts[first:done], "instant": start + k / rate},
             {"V": "V", "instant": "s"},
             np.full(k.size, int(flag), np.uint16),
         )

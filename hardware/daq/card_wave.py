@@ -17,7 +17,7 @@ from hardware.daq.card import Card
 from hardware.daq.codes import dac_codes, dac_volts
 from hardware.errors import HardwareError, ProtocolFault
 
-__all__ = ["REPORT", "CardWave", "SampleClock", "Wiring"]
+__all__ = ["REPORT", "CardWave", "Loaded", "SampleClock", "Wiring"]
 
 REPORT = 0.02
 """Time between two reports (s)."""
@@ -60,6 +60,31 @@ class Wiring:
     clocking: SampleClock = SampleClock.NONE
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Loaded:
+    """A waveform as converted; whoever plays it keeps it, so that loading changes nothing then.
+
+    Parameters
+    ----------
+    codes : ndarray
+        (n,), output codes.
+    rate : float
+        Hz.
+    """
+
+    codes: NDArray[np.uint16]
+    rate: float
+
+    def __post_init__(self) -> None:
+        """Freeze."""
+        self.codes.setflags(write=False)
+
+    @property
+    def total(self) -> int:
+        """Number of samples."""
+        return int(self.codes.size)
+
+
 class CardWave(ABC):
     """Plays waveforms through a card and an amplifier; unguarded.
 
@@ -98,8 +123,7 @@ class CardWave(ABC):
                 f"{amplifier.name} has monitors {amplifier.monitors.channels()}, the wiring has "
                 f"inputs {self._wiring.monitors}; name one input for each"
             )
-        self._codes: NDArray[np.uint16] = np.zeros(0, np.uint16)
-        self._rate = 0.0
+        self._loaded = Loaded(np.zeros(0, np.uint16), 0.0)
 
     @property
     def haste(self) -> float:
@@ -116,8 +140,8 @@ class CardWave(ABC):
         """Stop before the next sample; never raises."""
 
     @abstractmethod
-    def _begin(self) -> Iterator[Written]:
-        """Play what is loaded on a card that is ready."""
+    def _begin(self, wave: Loaded) -> Iterator[Written]:
+        """Play a waveform on a card that is ready."""
 
     @property
     def identity(self) -> Identity:
@@ -127,10 +151,10 @@ class CardWave(ABC):
     @property
     def rate(self) -> float:
         """Rate of the loaded waveform (Hz), by the program's clock."""
-        return self._rate
+        return self._loaded.rate
 
     def load(self, volts: NDArray[np.float64], rate: float) -> None:
-        """Convert a waveform (V at the actuator, ``(n,)``) and keep it.
+        """Convert a waveform (V at the actuator, ``(n,)``) and keep it for the next `play`.
 
         Raises
         ------
@@ -146,8 +170,7 @@ class CardWave(ABC):
             )
         inputs = self._amplifier.input_record(record)
         self._card.require_in_range(inputs)
-        self._codes = dac_codes(inputs)
-        self._rate = rate
+        self._loaded = Loaded(dac_codes(inputs), rate)
 
     def play(self) -> Iterator[Written]:
         """Write all samples; yields about every 20 ms.
@@ -157,10 +180,10 @@ class CardWave(ABC):
         HardwareError
             With the chunks that were not reported yet as `partial`.
         """
-        if self._codes.size == 0:
+        if not self._loaded.total:
             raise ProtocolFault("no waveform is loaded; call load() first")
         self._card.require_ready()
-        return self._begin()
+        return self._begin(self._loaded)
 
     def _lower_lines(self) -> None:
         wiring = self._wiring
@@ -176,15 +199,16 @@ class CardWave(ABC):
 
     def _chunk(
         self,
+        wave: Loaded,
         first: int,
         instants: NDArray[np.float64],
         lateness: NDArray[np.float64],
         readings: NDArray[np.float64],
     ) -> Chunk:
         n = instants.size
-        written = dac_volts(self._codes[first : first + n])
+        written = dac_volts(wave.codes[first : first + n])
         channels = {"V": self._amplifier.output_record(written), "instant": instants}
-        flags = np.where(lateness > 0.5 / self._rate, int(Flag.LATE), 0)
+        flags = np.where(lateness > 0.5 / wave.rate, int(Flag.LATE), 0)
         for column, name in enumerate(self._names):
             raw = readings[:, column]
             channels[name] = self._amplifier.monitors.scaled(name, raw)

@@ -22,7 +22,7 @@ from bondgraph.native import build
 from hardware.amplifier.data import Amplifier
 from hardware.contracts import Chunk, Flag, WallClock, Written
 from hardware.daq.card import Card
-from hardware.daq.card_wave import REPORT, CardWave, SampleClock, Wiring
+from hardware.daq.card_wave import REPORT, CardWave, Loaded, SampleClock, Wiring
 from hardware.daq.codes import input_volts
 from hardware.daq.mapped import MappedRegisters
 from hardware.errors import DriverMissing, HardwareError, TimedOut
@@ -66,7 +66,14 @@ def _library() -> ctypes.CDLL:
 class _Run:
     """One waveform under way, with the arrays that the compiled code fills."""
 
-    def __init__(self, playback: _Playback, kept: tuple[Any, ...], arrays: dict[str, Any]) -> None:
+    def __init__(
+        self,
+        wave: Loaded,
+        playback: _Playback,
+        kept: tuple[Any, ...],
+        arrays: dict[str, Any],
+    ) -> None:
+        self.wave = wave
         self.playback = playback
         self.kept = kept
         self.arrays = arrays
@@ -135,15 +142,15 @@ class CompiledWave(CardWave):
         if self._run is not None:
             self._run.end()
 
-    def _begin(self) -> Iterator[Written]:
+    def _begin(self, wave: Loaded) -> Iterator[Written]:
         if self._names:
             self._card.select(self._wiring.monitors)
-        run = self._prepared()
+        run = self._prepared(wave)
         self._run = run
         return self._play(run)
 
     def _play(self, run: _Run) -> Iterator[Written]:
-        total, reported, late = self._codes.size, 0, 0
+        total, reported, late = run.wave.total, 0, 0
         try:
             if not run.playback.stop:
                 run.thread.start()
@@ -189,7 +196,7 @@ class CompiledWave(CardWave):
         columns = self._columns()
         readings = input_volts(run.arrays["readings"][here])[:, columns]
         return self._chunk(
-            first, run.arrays["instants"][here], run.arrays["lateness"][here], readings
+            run.wave, first, run.arrays["instants"][here], run.arrays["lateness"][here], readings
         )
 
     def _columns(self) -> list[int]:
@@ -197,8 +204,8 @@ class CompiledWave(CardWave):
         ordered = sorted(self._wiring.monitors)
         return [ordered.index(c) for c in self._wiring.monitors]
 
-    def _prepared(self) -> _Run:
-        m, w, total = self._card.layout, self._wiring, self._codes.size
+    def _prepared(self, wave: Loaded) -> _Run:
+        m, w, total = self._card.layout, self._wiring, wave.total
         data = ctypes.c_char.from_buffer(self._registers.window(m.data_bar))
         control = ctypes.c_char.from_buffer(self._registers.window(m.control_bar))
         base = ctypes.addressof(data)
@@ -213,10 +220,10 @@ class CompiledWave(CardWave):
             start=base + m.start,
             inputs=base + m.inputs,
             control=ctypes.addressof(control) + m.control,
-            codes=self._codes.ctypes.data,
+            codes=wave.codes.ctypes.data,
             total=total,
-            period=1.0 / self._rate,
-            closest=1.0 / (self._rate * self._haste),
+            period=1.0 / wave.rate,
+            closest=1.0 / (wave.rate * self._haste),
             lead=1e-3,
             spin=self._spin,
             patience=self._card.timeout,
@@ -230,4 +237,4 @@ class CompiledWave(CardWave):
             clocking=0 if w.clock is None else _CLOCKING[w.clocking],
             **{k: a.ctypes.data for k, a in arrays.items()},
         )
-        return _Run(playback, (data, control, self._codes), arrays)
+        return _Run(wave, playback, (data, control), arrays)

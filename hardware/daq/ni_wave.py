@@ -96,7 +96,9 @@ class NiWave:
         self._volts: NDArray[np.float64] = np.zeros(0)
         self._rate = 0.0
         self._task: Any = None
-        self._position = 0
+        self._total = 0
+        self._running = False
+        self._position: int | None = 0
 
     @property
     def identity(self) -> Identity:
@@ -109,8 +111,12 @@ class NiWave:
         return self._rate
 
     @property
-    def position(self) -> int:
-        """Samples of the last waveform that were put out, valid after `abort`."""
+    def position(self) -> int | None:
+        """Samples of the last waveform that were put out, valid after `abort`.
+
+        None after a waveform was broken off and the driver no longer tells how far it was once the
+        card had stopped: what it told before is too little by what was put out until then.
+        """
         return self._position
 
     def load(self, volts: NDArray[np.float64], rate: float) -> None:
@@ -134,25 +140,32 @@ class NiWave:
         if self._volts.size == 0:
             raise ProtocolFault("no waveform is loaded; call load() first")
         self._position = 0
-        return self._play()
+        return self._play(self._volts, self._rate)
 
     def abort(self) -> None:
         """Stop; the output keeps its value. Never raises."""
         task, self._task = self._task, None
         if task is not None:
+            before = _generated(task)
+            try:
+                task.stop()
+                # only what stands still can be counted
+                after = _generated(task)
+            except Exception:
+                after = None
             with suppress(Exception):
-                self._position = int(task.out_stream.total_samp_per_chan_generated)
-            for end in (task.stop, task.close):
-                with suppress(Exception):
-                    end()
+                task.close()
+            if self._running and self._position != self._total:
+                known = before is not None and after is not None and after >= before
+                self._position = after if known else None
         self._monitors.stop()
 
-    def _play(self) -> Iterator[Written]:
-        total = self._volts.size
+    def _play(self, volts: NDArray[np.float64], rate: float) -> Iterator[Written]:
+        total = volts.size
         reported, since = 0, self._clock.now()
         readings = np.zeros((len(self._names), 0))
         try:
-            self._start()
+            self._start(volts, rate)
             while reported < total:
                 self._clock.sleep(REPORT)
                 if self._task is None:
@@ -161,8 +174,9 @@ class NiWave:
                 count = min(generated, reported + readings.shape[1]) if self._names else generated
                 if count > reported:
                     since = self._clock.now()
-                    chunk = self._chunk(reported, readings[:, : count - reported], count - reported)
-                    readings = readings[:, count - reported :]
+                    new = count - reported
+                    chunk = self._chunk(reported, volts[reported:count], readings[:, :new])
+                    readings = readings[:, new:]
                     reported = count
                     yield Written(reported, total, 0, (chunk,))
                 elif self._clock.now() - since > self._timeout:
@@ -175,28 +189,30 @@ class NiWave:
         except HardwareError as error:
             left = readings.shape[1]
             if left and error.partial is None:
-                error.carrying((self._chunk(reported, readings, left),))
+                error.carrying(
+                    (self._chunk(reported, volts[reported : reported + left], readings),)
+                )
             raise
         finally:
             self.abort()
 
-    def _start(self) -> None:
+    def _start(self, volts: NDArray[np.float64], rate: float) -> None:
         """Prepare the output, arm the inputs, start the output last: it gives the clock."""
         self._channel.release()
         terminals = self._terminals
         with translated(f"{self._channel.name} waveform") as nidaqmx:
             kinds = nidaqmx.constants
             task = nidaqmx.Task()
-            self._task = task
+            self._task, self._total, self._running = task, volts.size, False
             task.ao_channels.add_ao_voltage_chan(
                 self._channel.name, min_val=self._channel.lowest, max_val=self._channel.highest
             )
             task.timing.cfg_samp_clk_timing(
-                self._rate,
+                rate,
                 source="",
                 active_edge=kinds.Edge.RISING,
                 sample_mode=kinds.AcquisitionType.FINITE,
-                samps_per_chan=self._volts.size,
+                samps_per_chan=volts.size,
             )
             if terminals.trigger:
                 task.triggers.start_trigger.cfg_dig_edge_start_trig(
@@ -208,13 +224,14 @@ class NiWave:
             ):
                 if terminal:
                     task.export_signals.export_signal(signal, terminal)
-            written = task.write(self._amplifier.input_record(self._volts), auto_start=False)
-            if written != self._volts.size:
+            written = task.write(self._amplifier.input_record(volts), auto_start=False)
+            if written != volts.size:
                 raise ProtocolFault(
-                    f"{self._channel.name}: the driver took {written} of {self._volts.size} samples"
+                    f"{self._channel.name}: the driver took {written} of {volts.size} samples"
                 )
             if self._names:
-                self._monitors.start(self._rate, self._volts.size)
+                self._monitors.start(rate, volts.size)
+            self._running = True
             task.start()
 
     def _progress(self, readings: NDArray[np.float64]) -> tuple[int, NDArray[np.float64]]:
@@ -222,13 +239,23 @@ class NiWave:
         with translated(f"{self._channel.name} waveform"):
             finished = bool(self._task.is_task_done())
             generated = int(self._task.out_stream.total_samp_per_chan_generated)
-        self._position = self._volts.size if finished else min(generated, self._volts.size)
+        position = self._total if finished else min(generated, self._total)
+        self._position = position
         if self._names:
             readings = np.concatenate([readings, self._monitors.drain()], axis=1)
-        return self._position, readings
+        return position, readings
 
-    def _chunk(self, first: int, readings: NDArray[np.float64], count: int) -> Chunk:
-        channels = {"V": self._volts[first : first + count]}
+    def _chunk(
+        self, first: int, volts: NDArray[np.float64], readings: NDArray[np.float64]
+    ) -> Chunk:
+        channels = {"V": volts}
         for name, raw in zip(self._names, readings, strict=True):
             channels[name] = self._amplifier.monitors.scaled(name, raw)
         return Chunk("output", first, channels, {k: _UNITS[k] for k in channels})
+
+
+def _generated(task: Any) -> int | None:
+    """Return how many samples were put out; None if the driver does not tell."""
+    with suppress(Exception):
+        return int(task.out_stream.total_samp_per_chan_generated)
+    return None

@@ -1,7 +1,8 @@
 """Registers at the other end of a TCP connection: those of a simulated card.
 
 A request is the number of accesses (16 bits) and 8 bytes for each: kind, BAR, offset (16 bits),
-value (32 bits); the answer is the number again and one 32 bit word for each. All little-endian.
+value (32 bits); the answer is the number again and one 32 bit word for each. To a second program
+that drives the card the answer is 0xFFFF and the port of the first one. All little-endian.
 """
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ __all__ = ["SocketRegisters"]
 
 _HEAD = struct.Struct("<H")
 _ACCESS = struct.Struct("<BBHI")
+_PORT = struct.Struct("<I")
+_REFUSED = 0xFFFF
+_REFUSED_HEAD = _HEAD.pack(_REFUSED)
 
 
 @final
@@ -75,13 +79,23 @@ class SocketRegisters:
         TimedOut
             No answer; the link is closed, because what would come later belongs to nothing.
         LinkLost
-            The other side is gone.
+            The other side is gone, or another program drives the card.
         """
         count = len(accesses)
+        if count >= _REFUSED:
+            raise ProtocolFault(f"{self._address}: {count} accesses in one message; send fewer")
         request = _HEAD.pack(count) + b"".join([_ACCESS.pack(*a) for a in accesses])
         with self._lock:
             answer = self._exchange(request, 2 + 4 * count)
-        if _HEAD.unpack_from(answer)[0] != count:
+        head = _HEAD.unpack_from(answer)[0]
+        if head == _REFUSED:
+            self.close()
+            port = _PORT.unpack_from(answer, 2)[0]
+            raise LinkLost(
+                f"{self._address}: another program drives this card (connected from port {port}); "
+                "end it first; the link is closed"
+            )
+        if head != count:
             self.close()
             raise ProtocolFault(f"{self._address}: answer to another request; the link is closed")
         return list(struct.unpack_from(f"<{count}I", answer, 2))
@@ -123,6 +137,8 @@ class SocketRegisters:
                 if not piece:
                     raise ConnectionResetError("closed by the other side")
                 answer += piece
+                if answer[:2] == _REFUSED_HEAD:
+                    length = _HEAD.size + _PORT.size
             return answer
         except TimeoutError as error:
             self.close()

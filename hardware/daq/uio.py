@@ -7,12 +7,14 @@ a udev rule) and no other driver (comedi) on the card.
 
 from __future__ import annotations
 
+import contextlib
 import mmap
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import final
 
+from hardware.daq.holding import held
 from hardware.daq.mapped import MappedRegisters
 from hardware.errors import DriverMissing, LinkLost
 
@@ -20,6 +22,7 @@ __all__ = ["PciRegisters", "UioRegisters"]
 
 HUMUSOFT = 0x186C
 _PAGE = mmap.PAGESIZE
+_BOTH_WAYS = os.O_RDWR | getattr(os, "O_SYNC", 0)
 
 
 def _number(path: Path) -> int | None:
@@ -45,40 +48,40 @@ def _choose(found: list[Path], index: int, missing: str) -> Path:
 
 
 class _OpenedRegisters(MappedRegisters):
-    """Registers in mapped files."""
+    """Registers in mapped files, which no other program may hold at the same time."""
 
-    def __init__(self, maps: Mapping[int, tuple[mmap.mmap, int, int]], address: str) -> None:
-        self._maps = [m for m, _, _ in maps.values()]
+    def __init__(
+        self,
+        maps: Mapping[int, tuple[mmap.mmap, int, int]],
+        address: str,
+        opened: contextlib.ExitStack,
+    ) -> None:
+        self._opened = opened
         super().__init__({b: memoryview(m)[o : o + n] for b, (m, o, n) in maps.items()}, address)
 
     def close(self) -> None:
         """Let go of the memory and of the files."""
         super().close()
-        for mapped in self._maps:
-            try:
-                mapped.close()
-            except BufferError:
-                # compiled code may still hold a pointer; the process's end unmaps it
-                continue
-        self._maps = []
+        self._opened.close()
 
 
-def _map(path: Path, length: int, offset: int) -> mmap.mmap:
+def _map(
+    file: int, path: Path, length: int, offset: int, opened: contextlib.ExitStack
+) -> mmap.mmap:
     try:
-        file = os.open(path, os.O_RDWR | os.O_SYNC)
-    except OSError as error:
-        raise DriverMissing(
-            f"{path}: cannot be opened ({error.strerror}); give the user access to it by a udev "
-            "rule, or run as root"
-        ) from error
-    try:
-        return mmap.mmap(file, length, mmap.MAP_SHARED, offset=offset)
+        mapped = mmap.mmap(file, length, mmap.MAP_SHARED, offset=offset)
     except (OSError, ValueError) as error:
         raise LinkLost(f"{path}: its memory cannot be mapped ({error}); is the card alive?") from (
             error
         )
-    finally:
-        os.close(file)
+    opened.callback(_unmap, mapped)
+    return mapped
+
+
+def _unmap(mapped: mmap.mmap) -> None:
+    # compiled code may still hold a pointer; the process's end unmaps it
+    with contextlib.suppress(BufferError):
+        mapped.close()
 
 
 @final
@@ -100,6 +103,8 @@ class UioRegisters(_OpenedRegisters):
     ------
     DriverMissing
         No such card has a UIO driver, or its node cannot be opened.
+    LinkLost
+        Another program drives the card, or its memory cannot be mapped.
     """
 
     def __init__(
@@ -118,14 +123,18 @@ class UioRegisters(_OpenedRegisters):
         )
         node = root / "dev" / folder.name
         maps = {}
-        for n, bar in enumerate(bars):
-            size = _number(folder / f"maps/map{n}/size")
-            if size is None:
-                raise DriverMissing(f"{node}: its driver has no map {n}; expected {len(bars)}")
-            inner = _number(folder / f"maps/map{n}/offset") or 0
-            whole = -(-(inner + size) // _PAGE) * _PAGE
-            maps[bar] = (_map(node, whole, n * _PAGE), inner, size)
-        super().__init__(maps, str(node))
+        with contextlib.ExitStack() as opened:
+            # the card itself: it can also be reached by its resource files
+            held(folder / "device", os.O_RDONLY, opened)
+            file = held(node, _BOTH_WAYS, opened)
+            for n, bar in enumerate(bars):
+                size = _number(folder / f"maps/map{n}/size")
+                if size is None:
+                    raise DriverMissing(f"{node}: its driver has no map {n}; expected {len(bars)}")
+                inner = _number(folder / f"maps/map{n}/offset") or 0
+                whole = -(-(inner + size) // _PAGE) * _PAGE
+                maps[bar] = (_map(file, node, whole, n * _PAGE, opened), inner, size)
+            super().__init__(maps, str(node), opened.pop_all())
 
 
 @final
@@ -147,6 +156,8 @@ class PciRegisters(_OpenedRegisters):
     ------
     DriverMissing
         No such card, or its files cannot be opened.
+    LinkLost
+        Another program drives the card, or its memory cannot be mapped.
     """
 
     def __init__(
@@ -161,11 +172,15 @@ class PciRegisters(_OpenedRegisters):
             found, index, f"no PCI card {HUMUSOFT:04x}:{device:04x} (number {index}); see lspci -n"
         )
         maps = {}
-        for bar in bars:
-            path = folder / f"resource{bar}"
-            try:
-                size = path.stat().st_size
-            except OSError as error:
-                raise DriverMissing(f"{path}: the card has no such memory") from error
-            maps[bar] = (_map(path, size, 0), 0, size)
-        super().__init__(maps, str(folder))
+        with contextlib.ExitStack() as opened:
+            # the card itself: it can also be reached by a UIO driver
+            held(folder, os.O_RDONLY, opened)
+            for bar in bars:
+                path = folder / f"resource{bar}"
+                try:
+                    size = path.stat().st_size
+                except OSError as error:
+                    raise DriverMissing(f"{path}: the card has no such memory") from error
+                file = held(path, _BOTH_WAYS, opened)
+                maps[bar] = (_map(file, path, size, 0, opened), 0, size)
+            super().__init__(maps, str(folder), opened.pop_all())

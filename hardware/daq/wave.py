@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hardware.amplifier.data import Amplifier
 from hardware.contracts import Chunk, Clock, Flag, Written
 from hardware.daq.card import Card
-from hardware.daq.card_wave import REPORT, CardWave, SampleClock, Wiring
+from hardware.daq.card_wave import REPORT, CardWave, Loaded, SampleClock, Wiring
 from hardware.daq.registers import Access
 from hardware.daq.schedule import Schedule
 from hardware.errors import HardwareError
@@ -61,27 +61,27 @@ class SoftwareTimedWave(CardWave):
         """Stop before the next sample."""
         self._playing = False
 
-    def _begin(self) -> Iterator[Written]:
+    def _begin(self, wave: Loaded) -> Iterator[Written]:
         self._playing = True
         self._position = 0
-        return self._play()
+        return self._play(wave)
 
-    def _play(self) -> Iterator[Written]:
-        total = self._codes.size
-        block = max(1, round(REPORT * self._rate))
-        schedule = Schedule(self._clock, 1.0 / self._rate, self._haste)
+    def _play(self, wave: Loaded) -> Iterator[Written]:
+        total = wave.total
+        block = max(1, round(REPORT * wave.rate))
+        schedule = Schedule(self._clock, 1.0 / wave.rate, self._haste)
         if self._names:
             self._card.select(self._wiring.monitors)
         late = 0
         try:
-            schedule.begin(min(1e-3, 10.0 / self._rate))
+            schedule.begin(min(1e-3, 10.0 / wave.rate))
             for first in range(0, total, block):
                 while block == 1 and self._playing and schedule.slack(first) > 1.5 * REPORT:
                     # a slow waveform must not keep the others from being polled
                     self._clock.sleep(REPORT)
                     yield Written(first, total, late)
                 count = min(block, total - first)
-                chunk = self._block(schedule, first, count)
+                chunk = self._block(wave, schedule, first, count)
                 late += int(np.count_nonzero(chunk.flags & Flag.LATE))
                 yield Written(first + chunk.n, total, late, (chunk,) if chunk.n else ())
                 if chunk.n < count:
@@ -90,7 +90,7 @@ class SoftwareTimedWave(CardWave):
             self._playing = False
             self._lower_lines()
 
-    def _block(self, schedule: Schedule, first: int, count: int) -> Chunk:
+    def _block(self, wave: Loaded, schedule: Schedule, first: int, count: int) -> Chunk:
         """Write some samples and return what was written and read."""
         instants = np.zeros(count)
         lateness = np.zeros(count)
@@ -101,21 +101,21 @@ class SoftwareTimedWave(CardWave):
                 if not self._playing:
                     break
                 lateness[k], instants[k] = schedule.wait(first + k)
-                self._tick(first + k, readings[k])
+                self._tick(wave, first + k, readings[k])
                 done = k + 1
         except HardwareError as error:
             raise error.carrying(
-                (self._chunk(first, instants[:done], lateness[:done], readings[:done]),)
+                (self._chunk(wave, first, instants[:done], lateness[:done], readings[:done]),)
             ) from None
-        return self._chunk(first, instants[:done], lateness[:done], readings[:done])
+        return self._chunk(wave, first, instants[:done], lateness[:done], readings[:done])
 
-    def _tick(self, k: int, reading: NDArray[np.float64]) -> None:
+    def _tick(self, wave: Loaded, k: int, reading: NDArray[np.float64]) -> None:
         """One sample: sample the inputs, write the output, move the lines, collect the inputs."""
         card, wiring = self._card, self._wiring
         accesses: list[Access] = []
         if self._names:
             accesses.append(card.start_access())
-        accesses.append(card.output_access(wiring.output, int(self._codes[k])))
+        accesses.append(card.output_access(wiring.output, int(wave.codes[k])))
         lines = self._lines_at(k)
         if lines != card.lines:
             accesses.append(card.lines_access(lines))

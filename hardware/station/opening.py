@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Iterator
 from types import TracebackType
 from typing import Any, Self, final
 
 from bondgraph.errors import UnusableInput
 from hardware.contracts import Acquisition, Clock, WallClock
 from hardware.envelope import GuardedOutput, GuardedWave, parked
-from hardware.errors import LinkLost
+from hardware.errors import LinkLost, ProtocolFault
 from hardware.interferometer import NORMAL_RATE, Block, Interferometer, Streaming, Triggered
 from hardware.recorder.plan import Plan
 from hardware.recorder.station import Preparation, Station, no_preparation
@@ -107,7 +108,35 @@ def _clock(settings: ClockSettings, opened: contextlib.ExitStack) -> Clock:
     except OSError as error:
         raise LinkLost(f"{error}; start one with bondsight bench serve") from None
     opened.callback(clock.close)
-    return clock
+    return _VirtualTime(clock)
+
+
+@final
+class _VirtualTime:
+    """The clock of a virtual bench, with errors of the bench as those of a device."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+
+    def now(self) -> float:
+        """Present time (s)."""
+        with _as_hardware():
+            return self._clock.now()
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass (s)."""
+        with _as_hardware():
+            self._clock.sleep(seconds)
+
+
+@contextlib.contextmanager
+def _as_hardware() -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise LinkLost(f"{error}; its time stands still, and with it every device") from None
+    except ValueError as error:
+        raise ProtocolFault(f"the clock of the virtual bench: {error}") from None
 
 
 def _interferometer(

@@ -18,6 +18,7 @@ __all__ = [
     "bench_serve",
     "station_table",
     "station_text",
+    "station_writer",
     "stub_library",
 ]
 
@@ -56,7 +57,7 @@ def bench_serve(options: argparse.Namespace) -> int:
         return serve(
             config, plants=plants(), reveal=options.reveal, ready_file=options.ready,
             reveal_request=options.end, parent=options.parent,
-            started=None if options.station is None else _writer(options.station, config),
+            started=None if options.station is None else station_writer(options.station, config),
         )  # fmt: skip
     except ValueError as error:
         raise UnusableInput(str(error)) from None
@@ -196,7 +197,9 @@ def _check_station(path: Path) -> None:
         raise UnusableInput(f"{path.parent}: there is no such folder; make it first")
 
 
-def _writer(path: Path, config: Any) -> Any:
+def station_writer(path: Path, config: Any) -> Any:
+    """Return what writes the station file of a started bench and tells how to use it."""
+
     def write(addresses: dict[str, str]) -> list[str]:
         from bondgraph.atomic import replacing
 

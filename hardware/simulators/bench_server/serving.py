@@ -50,6 +50,7 @@ def serve(
     reveal: bool = False,
     reveal_request: str | Path | None = None,
     stop: threading.Event | None = None,
+    parent: int | None = None,
     started: Callable[[Mapping[str, str]], list[str]] | None = None,
 ) -> int:
     """Run a bench until Ctrl-C, SIGTERM or `stop`; returns the exit code.
@@ -72,6 +73,9 @@ def serve(
         The bench ends, and reveals, as soon as this file is there.
     stop : Event, optional
         Ends it from another thread; signals are left alone then.
+    parent : int, optional
+        Process that started this one: the bench ends, without a word, when it is gone, however it
+        ended. Only where the system tells (POSIX).
     started : callable, optional
         Told of the addresses when the bench answers; the lines it returns are printed.
 
@@ -91,12 +95,15 @@ def serve(
                 _say(out, started(server.addresses))
             if ready_file is not None:
                 _write_ready(server, Path(ready_file))
-            requested = _wait(end, reveal_request)
+            requested = _wait(end, reveal_request, parent)
     finally:
         for number, handler in old.items():
             signal.signal(number, handler)
         if ready_file is not None:
             Path(ready_file).unlink(missing_ok=True)
+    if _orphaned(parent):
+        # nobody is left to read what would come now
+        return 0
     _say(out, server.report())
     if envelope_file is not None:
         server.envelope.save(envelope_file)
@@ -113,9 +120,14 @@ def _on_signals(end: threading.Event) -> dict[signal.Signals, Any]:
     return old
 
 
-def _wait(end: threading.Event, request: str | Path | None) -> bool:
+def _orphaned(parent: int | None) -> bool:
+    """Tell whether the process that started this one is gone."""
+    return parent is not None and os.name == "posix" and os.getppid() != parent
+
+
+def _wait(end: threading.Event, request: str | Path | None, parent: int | None) -> bool:
     """Wait for the end; returns whether the truth was asked for."""
-    while not end.wait(_LOOK):
+    while not end.wait(_LOOK) and not _orphaned(parent):
         if request is not None and Path(request).exists():
             return True
     return False

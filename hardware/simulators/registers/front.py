@@ -1,7 +1,9 @@
 """A simulated card behind a TCP port, one message for several accesses.
 
 The wire is little-endian: a request is the number of accesses (16 bits), then 8 bytes each (kind 8,
-BAR 8, offset 16, value 32); the answer is the number and 32 bits each.
+BAR 8, offset 16, value 32); the answer is the number and 32 bits each. One connection at a time may
+drive the card: the answer to another one is 0xFFFF and the port of the first (32 bits), then the
+end of the connection.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from collections.abc import Callable, Mapping
 from typing import final
 
 from hardware.simulators.registers.amplifier import AmplifierData
+from hardware.simulators.registers.holding import Holder, drives
 from hardware.simulators.registers.model import CardFaults, Logged, RegisterModel, Wires
 from hardware.simulators.rig import DeviceClock, Rig
 
@@ -22,6 +25,7 @@ __all__ = ["CardFront"]
 
 _HEAD = struct.Struct("<H")
 _ACCESS = struct.Struct("<BBHI")
+_REFUSED = 0xFFFF
 
 
 @final
@@ -59,6 +63,7 @@ class CardFront:
         self.registers = RegisterModel(rig, model, amplifier, wires, self.clock)
         self._port = port
         self._listener: socket.socket | None = None
+        self._holder = Holder()
         self._links: list[socket.socket] = []
         self._threads: list[threading.Thread] = []
         self._stopped = threading.Event()
@@ -133,17 +138,26 @@ class CardFront:
 
     def _talk(self, link: socket.socket) -> None:
         with contextlib.suppress(OSError), link:
-            while True:
-                count = _HEAD.unpack(_exactly(link, 2))[0]
-                request = _exactly(link, 8 * count)
-                if self._cut(count):
-                    # half of an answer, as by a cable pulled in the middle of it
-                    link.sendall(_HEAD.pack(count))
-                    return
-                answers = self.registers.batch(_ACCESS.iter_unpack(request))
-                if self.faults.delay:
-                    self._stopped.wait(self.faults.delay)
-                link.sendall(struct.pack(f"<H{count}I", count, *answers))
+            try:
+                self._answer(link)
+            finally:
+                self._holder.release(link)
+
+    def _answer(self, link: socket.socket) -> None:
+        while True:
+            count = _HEAD.unpack(_exactly(link, 2))[0]
+            accesses = list(_ACCESS.iter_unpack(_exactly(link, 8 * count)))
+            if drives(accesses) and (other := self._holder.claim(link)) is not None:
+                link.sendall(struct.pack("<HI", _REFUSED, other))
+                return
+            if self._cut(count):
+                # half of an answer, as by a cable pulled in the middle of it
+                link.sendall(_HEAD.pack(count))
+                return
+            answers = self.registers.batch(accesses)
+            if self.faults.delay:
+                self._stopped.wait(self.faults.delay)
+            link.sendall(struct.pack(f"<H{count}I", count, *answers))
 
     def _cut(self, count: int) -> bool:
         left = self.faults.cut

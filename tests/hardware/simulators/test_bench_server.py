@@ -286,12 +286,14 @@ def test_a_bench_ends_with_the_program_that_started_it(tmp_path: Path) -> None:
         stdout=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )
-    soon(ready.exists, 30.0)
-    told = json.loads(ready.read_text())
-    assert ask(told["addresses"]["control"], "NOW") == "0.0"
-    assert told["pid"] != parent.pid
-    parent.kill()
-    parent.communicate(timeout=10.0)  # the end of its output: the bench had it open too
+    try:
+        soon(lambda: ready.exists() or parent.poll() is not None, 30.0)
+        told = json.loads(ready.read_text())
+        assert ask(told["addresses"]["control"], "NOW") == "0.0"
+        assert told["pid"] != parent.pid
+    finally:
+        parent.kill()
+        parent.communicate(timeout=10.0)  # until its output ends: the bench had it open too
     assert not ready.exists()
     with pytest.raises(ConnectionError):
         ask(told["addresses"]["control"], "NOW")

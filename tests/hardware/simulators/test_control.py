@@ -216,7 +216,7 @@ def test_something_else_behind_the_port_is_told_soon_and_by_its_words(
         (b"x" * 70_000, "answers without end"),
     ):
         began = time.monotonic()
-        with pytest.raises(ConnectionError, match="^no virtual bench at") as refused:
+        with pytest.raises(ConnectionError, match=r"^no virtual bench at") as refused:
             BenchClock(stranger(words))
         assert told in str(refused.value)
         assert "\n" not in str(refused.value)

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import argparse
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hardware.contracts import Clock
+from hardware.errors import LinkLost, ProtocolFault
 from hardware.recorder import Plan, record
 from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
 from hardware.simulators.siosifm import build
-from hardware.station import open_station, settings_from
+from hardware.station import open_station, read_settings, settings_from
 from hardware.storage import Provenance
-from identification.command_line.bench_serve import station_table
+from identification.command_line.acquire import add_acquire_command
+from identification.command_line.bench_serve import station_table, station_writer
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the stub library is C code")
 
@@ -55,7 +59,7 @@ def test_errors_of_the_virtual_clock_are_those_of_a_device(tmp_path: Path) -> No
             bench.clock.sleep(1e9)
         server.stop()
         for ask in (bench.clock.now, lambda: bench.clock.sleep(0.1)):
-            with pytest.raises(LinkLost, match="virtual bench at .* is gone") as lost:
+            with pytest.raises(LinkLost, match=r"virtual bench at .* is gone") as lost:
                 ask()
             assert "\n" not in str(lost.value)
     table["clock"]["bench"] = "127.0.0.1:70000"
@@ -73,13 +77,12 @@ def test_the_acquire_line_that_bench_serve_prints_can_be_used(
         {"plant": {"effect": "none", "seed": 5}, "fronts": ["interferometer", front]}
     )
     parser = argparse.ArgumentParser()
-    add_acquire_options(parser)
+    add_acquire_command(parser.add_subparsers())
     with BenchServer(config) as server:
-        (line,) = _writer(tmp_path / "station.toml", config)(server.addresses)
-        words = line.split()[2:]
-        options, (station,) = parser.parse_known_args(words)
+        (line,) = station_writer(tmp_path / "station.toml", config)(server.addresses)
+        options = parser.parse_args(line.split()[1:])
         assert options.synchronise == way
-        with open_station(load_settings(Path(station))) as bench:
+        with open_station(read_settings(options.station)) as bench:
             bench.station(Plan(np.array([1.0, 2.0, 1.0]), 1e3, "t", options.synchronise))
 
 
