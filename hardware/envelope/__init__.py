@@ -2,10 +2,12 @@
 
 from hardware.envelope.capacitance import Capacitance
 from hardware.envelope.guard import GuardedOutput
-from hardware.envelope.guarded_wave import GuardedWave, RawWave
+from hardware.envelope.guarded_wave import GuardedWave
 from hardware.envelope.limits import Converter, Dwell, Envelope
+from hardware.envelope.monitor import check_monitor
 from hardware.envelope.parking import Parkable, parked
 from hardware.envelope.presets import P840_1, P840_1_UNIPOLAR, PRESETS
+from hardware.envelope.raw_wave import RawWave
 from hardware.envelope.single import check_ramp, check_set
 from hardware.envelope.state import OutputState, OutputStatus
 from hardware.envelope.watchdog import Fed, Heartbeat
@@ -27,6 +29,7 @@ __all__ = [
     "OutputStatus",
     "Parkable",
     "RawWave",
+    "check_monitor",
     "check_ramp",
     "check_set",
     "check_wave",

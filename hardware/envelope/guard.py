@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, final
+from typing import Any, NoReturn, final
+
+from numpy.typing import ArrayLike
 
 from hardware.contracts import Clock, Identity, RawOutput, WallClock
 from hardware.envelope.limits import Converter, Envelope
 from hardware.envelope.line import Line
 from hardware.envelope.plain_numbers import engineering, finite_number
+from hardware.envelope.proof import compare, noise_of, probe_step
 from hardware.envelope.provenance import provenance
+from hardware.envelope.readiness import refuse_again, require_open, require_ready
 from hardware.envelope.single import check_ramp, check_set
 from hardware.envelope.state import OutputState, OutputStatus
+from hardware.envelope.way_down import close, park
+from hardware.envelope.way_up import power_up
 from hardware.errors import HardwareError, LimitViolation
 
 __all__ = ["GuardedOutput"]
@@ -37,6 +43,9 @@ class GuardedOutput:
         current and everything else are refused all the same, and what is no number too.
     converter : Converter, optional
         What the device can produce, if it does not tell itself.
+    probe : float, optional
+        Step (V) by which `power_up` proves that the read-back follows; by default 2 % of the
+        range, 0 for no proof.
 
     Raises
     ------
@@ -44,7 +53,7 @@ class GuardedOutput:
         If the value of the device after power-up or the safe value cannot be reached.
     """
 
-    __slots__ = ("_clamp", "_clamped", "_closed", "_converter", "_cuts", "_line")
+    __slots__ = ("_clamp", "_clamped", "_converter", "_cuts", "_line", "_probe")
 
     def __init__(
         self,
@@ -54,15 +63,18 @@ class GuardedOutput:
         *,
         clamp: bool = False,
         converter: Converter | None = None,
+        probe: float | None = None,
     ) -> None:
+        refuse_again(self)
         own = getattr(raw, "converter", None)
         converter = own if converter is None and isinstance(own, Converter) else converter
         self._converter = converter
-        self._line = Line(raw, envelope, WallClock() if clock is None else clock, converter)
+        line = Line(raw, envelope, WallClock() if clock is None else clock, converter)
+        self._probe = probe_step(line, probe, converter)
+        self._line = line
         self._clamp = clamp
         self._clamped = False
         self._cuts = 0
-        self._closed = False
 
     @property
     def identity(self) -> Identity:
@@ -121,28 +133,22 @@ class GuardedOutput:
             clamp=self._clamp,
             cuts=self._cuts,
             faults=self._line.faults,
+            probe=self._probe,
+            monitor=self._line.proof,
         )
 
     def power_up(self) -> None:
-        """Bring the device to its safe value in its own safe order.
+        """Bring the device to its safe value in its own safe order, and prove its read-back.
 
-        A driven output is ramped down first. A read-back that contradicts the result leaves the
-        output unknown.
+        A driven output is ramped down first. A read-back that contradicts the result, or does not
+        follow a small step (`probe`), leaves the output unknown and not to be driven.
 
         Raises
         ------
         HardwareError
-            Of the device; the output is then unknown.
+            Of the device; the output is then unknown. Or another command came in between.
         """
-        self._require_open("power_up")
-        if self.state is not OutputState.UNKNOWN:
-            self.stop()
-        line = self._line
-        with line.lock:
-            epoch = line.new_epoch()
-            line.end_wave()
-            line.power_up()
-        line.walk(self.envelope.safe, self.envelope.ramp_rate, epoch, "powered up")
+        power_up(self._line, self._probe, noise_of(self._converter))
 
     def set(self, volts: float) -> None:
         """Jump to a voltage (V), after the rest of the update period if there is any.
@@ -155,14 +161,19 @@ class GuardedOutput:
             Of the device; the output is unknown then.
         """
         line, envelope = self._line, self._line.envelope
+        number = finite_number(volts, "set")
+        require_open(line, "set")
         with line.lock:
-            self._ready("set")
-            target = self._cut(volts, "set")
+            require_ready(line, "set")
+            target = self._cut(number)
             now = line.clock.now()
             held = line.dwelling.held(now) if envelope.dwell else ()
             check_set(envelope, line.present, target, converter=self._converter, held=held)
+            epoch = line.epoch
             line.settle()
             line.wait_for_turn(now)
+            if epoch != line.epoch:
+                raise HardwareError(f"set({target:g}): another command came in between")
             line.new_epoch()
             line.write(target, "set")
             line.beat()
@@ -178,9 +189,12 @@ class GuardedOutput:
             Of the device (the output is unknown then), or another command ended the ramp.
         """
         line = self._line
+        number = finite_number(volts, "ramp")
+        rate = None if rate is None else finite_number(rate, "ramp: rate")
+        require_open(line, "ramp")
         with line.lock:
-            self._ready("ramp")
-            target = self._cut(volts, "ramp")
+            require_ready(line, "ramp")
+            target = self._cut(number)
             held = line.dwelling.held(line.clock.now())
             speed = check_ramp(
                 line.envelope, line.present, target, rate, converter=self._converter, held=held
@@ -192,7 +206,9 @@ class GuardedOutput:
     def stop(self) -> None:
         """Park: end what is playing and ramp to the safe value, from wherever the output is.
 
-        An unknown output is looked for by its read-back, else powered up anew. Before the first
+        Commands are refused until it has ended, and at its end the safe value is written whatever
+        is known. An unknown output is looked for by its read-back, else powered up anew; one that
+        contradicts the last command is not believed, and `status` says so. Before the first
         `power_up` and after `close` there is nothing to park.
 
         Raises
@@ -201,19 +217,8 @@ class GuardedOutput:
             If the device cannot be reached at two attempts; the output is unknown then.
         """
         line = self._line
-        if not line.touched or self._closed:
-            return
-        with line.lock:
-            epoch = line.new_epoch()
-            line.end_wave()
-        try:
-            line.park(epoch)
-        except Exception as first:
-            try:
-                line.park(epoch)
-            except Exception as second:
-                first.add_note(f"a second attempt to park failed too: {second}")
-                raise first from None
+        if line.touched and not line.released:
+            park(line)
 
     def read(self) -> float | None:
         """Voltage at the actuator as the device tells (V); None where it cannot.
@@ -227,14 +232,21 @@ class GuardedOutput:
         """
         line = self._line
         with line.lock:
-            self._require_open("read")
+            if line.closed:
+                raise LimitViolation("read: the output is closed; open the device anew")
             if not line.touched:
                 raise LimitViolation("read: the output is not powered up; call power_up() first")
-            try:
-                return line.raw.read()
-            except Exception as error:
-                line.lose(error, "read")
-                raise
+            return line.read("read")
+
+    def compare(self, commanded: ArrayLike, read: ArrayLike, before: int = 0) -> int:
+        """Hold readings against their commands; see `check_monitor`.
+
+        Raises
+        ------
+        LimitViolation
+            They do not belong together. After `stop` nothing is driven until `power_up`.
+        """
+        return compare(self._line, commanded, read, before)
 
     def tend(self) -> None:
         """Feed the watchdog and end what lasts too long; call it in every loop that waits.
@@ -248,7 +260,7 @@ class GuardedOutput:
         """
         line = self._line
         with line.lock:
-            if self._closed or self.state is OutputState.UNKNOWN:
+            if line.closed or self.state is OutputState.UNKNOWN:
                 return
             line.beat()
             late = None if line.halt is not None else line.dwelling.exceeded(line.clock.now())
@@ -261,40 +273,25 @@ class GuardedOutput:
             )
 
     def close(self) -> None:
-        """Park and let go of the device, any number of times."""
-        if self._closed:
-            return
-        try:
-            self.stop()
-        finally:
-            with self._line.lock:
-                self._closed = True
-                self._line.raw.close()
+        """Refuse all commands, park and let go of the device, any number of times.
+
+        Ctrl-C on the way down leaves the link open, so that `stop` or another `close` ends it.
+        """
+        close(self._line)
+
+    def __reduce_ex__(self, protocol: object) -> NoReturn:
+        """Refuse copies: there is one guard to a device."""
+        raise TypeError("GuardedOutput: cannot be copied or pickled; pass the object itself on")
 
     def __repr__(self) -> str:
         """Return device, limits and state."""
         return f"<GuardedOutput {self.identity.model}: {self.envelope.describe()}; {self.status}>"
 
-    def _cut(self, volts: object, what: str) -> float:
-        """Return the command as a number, cut to the limits if that was asked for."""
-        number = finite_number(volts, what)
-        low, high = self._line.low, self._line.high
+    def _cut(self, number: float) -> float:
+        """Return the command, cut to the limits if that was asked for."""
+        low, high = self.limits
         self._clamped = self._clamp and not low <= number <= high
         if self._clamped:
             self._cuts += 1
             return min(max(number, low), high)
         return number
-
-    def _require_open(self, what: str) -> None:
-        if self._closed:
-            raise LimitViolation(f"{what}: the output is closed; open the device anew")
-
-    def _ready(self, what: str) -> None:
-        """Refuse a command in a state that does not allow it."""
-        self._require_open(what)
-        if self.state is OutputState.UNKNOWN:
-            raise LimitViolation(
-                f"{what}: the output is unknown ({self._line.reason}); call stop() or power_up()"
-            )
-        if self._line.halt is not None:
-            raise LimitViolation(f"{what}: a waveform is playing; end it with stop() first")

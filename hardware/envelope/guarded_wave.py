@@ -3,48 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Sequence
+import threading
+from collections.abc import Generator, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Protocol, final, runtime_checkable
+from dataclasses import dataclass
+from typing import NoReturn, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.errors import UnusableInput
-from hardware.contracts import Chunk, Flag, Written
+from hardware.contracts import Written
 from hardware.envelope.guard import GuardedOutput
+from hardware.envelope.marks import marked
 from hardware.envelope.plain_numbers import finite_number, finite_wave
+from hardware.envelope.raw_wave import RawWave
+from hardware.envelope.readiness import refuse_again, require_open, require_ready, require_rest
 from hardware.envelope.runs import trail
 from hardware.envelope.wave import check_join, check_wave
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault
 
-__all__ = ["GuardedWave", "RawWave"]
+__all__ = ["GuardedWave"]
 
 Array = NDArray[np.float64]
-
-
-@runtime_checkable
-class RawWave(Protocol):
-    """A player of waveforms without protection, on the same device as a raw output.
-
-    Give it an attribute ``position``, how many samples were really put out, valid after `abort`.
-    Without it a waveform that is broken off leaves the output unknown: it is looked for by its
-    read-back or, if the device has none, powered up anew. One that may run faster than asked to
-    catch up after a stall says how much in an attribute ``haste`` (1.1: a tenth).
-    """
-
-    def load(self, volts: Array, rate: float) -> None:
-        """Transfer a waveform (V at the actuator, (n,)) and its rate (Hz); nothing moves."""
-        ...
-
-    def play(self) -> Iterator[Written]:
-        """Play what was loaded; yields about every 20 ms, and at the end."""
-        ...
-
-    def abort(self) -> None:
-        """End playing at once: no further sample is put out. Never raises."""
-        ...
+PATIENCE = 1.0
+"""How long a stop waits for another thread that is inside the player (s, real time)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +35,6 @@ class _Prepared:
     volts: Array
     rate: float
     cut: NDArray[np.bool_]
-    loaded: bool
 
 
 @final
@@ -67,19 +49,26 @@ class GuardedWave:
         Handed over for good.
     """
 
-    __slots__ = ("_inside", "_output", "_prepared", "_raw", "_samples")
+    __slots__ = (
+        "_idle", "_inside", "_output", "_player", "_playing", "_prepared", "_raw", "_samples",
+    )  # fmt: skip
 
     def __init__(self, output: GuardedOutput, raw: RawWave) -> None:
+        refuse_again(self)
         self._output = output
         self._raw = raw
         self._prepared: _Prepared | None = None
+        self._playing: _Prepared | None = None
         self._samples = 0
         self._inside = False
+        self._player = 0
+        self._idle = threading.Event()
+        self._idle.set()
 
     @property
     def rate(self) -> float:
         """Nominal rate of the prepared waveform (Hz); NaN before one is prepared."""
-        return math.nan if self._prepared is None else self._prepared.rate
+        return math.nan if (prepared := self._prepared) is None else prepared.rate
 
     @property
     def samples(self) -> int:
@@ -99,24 +88,20 @@ class GuardedWave:
         HardwareError
             Of the device.
         """
-        output, line = self._output, self._output._line
-        if line.halt is not None:
-            raise LimitViolation("prepare: a waveform is playing; end it with stop() first")
-        self._prepared = None
-        wave = finite_wave(volts, "wave")
-        low, high = output.limits
-        cut = (wave < low) | (wave > high)
-        rounding = (wave >= low - line.envelope.slack) & (wave <= high + line.envelope.slack)
-        if output.clamp or rounding.all():
-            wave = np.clip(wave, low, high)
-            wave.setflags(write=False)
-        check_wave(line.envelope, wave, rate, converter=output.converter)
-        self._check_haste(wave, finite_number(rate, "wave"))
+        line = self._output._line
+        try:
+            prepared = self._judged(volts, rate)
+        except BaseException:
+            with line.lock:
+                if line.halt is None:
+                    self._prepared = None
+            raise
         with line.lock:
-            known = output.present is not None
-            self._prepared = _Prepared(wave, finite_number(rate, "wave"), cut & ~rounding, False)
-            if known:
-                self._load()
+            require_open(line, "prepare")
+            require_rest(line, "prepare")
+            self._prepared = prepared
+            if self._output.present is not None:
+                self._load(prepared)
 
     def play(self) -> Generator[Written, None, None]:
         """Play the prepared waveform; the last voltage stays.
@@ -131,18 +116,14 @@ class GuardedWave:
         HardwareError
             Of the device.
         """
-        output, line = self._output, self._output._line
-        prepared = self._require("play")
+        line = self._output._line
         with line.lock:
-            output._ready("play")
-            envelope, present = line.envelope, line.present
-            check_join(envelope, present, float(prepared.volts[0]), prepared.rate, "entry")
-            held = line.dwelling.held(line.clock.now())
-            if any(held):
-                check_wave(envelope, prepared.volts, prepared.rate, held=held)
-            if not prepared.loaded:
-                self._load()
-        return self._run(self._require("play"))
+            if (prepared := self._prepared) is None:
+                raise LimitViolation("play: no waveform is prepared; call prepare(volts, rate)")
+            self._judge_start(prepared)
+            if line.loaded is not prepared:
+                self._load(prepared)
+        return self._run(prepared)
 
     def abort(self) -> None:
         """Stop playing; never raises. The output stays where it is."""
@@ -152,17 +133,20 @@ class GuardedWave:
                 line.new_epoch()
                 line.end_wave()
 
+    def __reduce_ex__(self, protocol: object) -> NoReturn:
+        """Refuse copies."""
+        raise TypeError("GuardedWave: cannot be copied or pickled; pass the object itself on")
+
     def _run(self, prepared: _Prepared) -> Generator[Written, None, None]:
         line = self._output._line
         with line.lock:
-            self._output._ready("play")
-            if prepared is not self._prepared:
+            if prepared is not self._prepared or line.loaded is not prepared:
                 raise LimitViolation("play: another waveform was prepared since; call play() again")
-            check_join(
-                line.envelope, line.present, float(prepared.volts[0]), prepared.rate, "entry"
-            )
+            require_ready(line, "play")
             line.settle()
+            self._judge_start(prepared)
             epoch = line.new_epoch()
+            self._playing = prepared
             self._samples = 0
             self._inside = False
             line.dwelling.moved(float(prepared.volts[0]), line.clock.now())
@@ -171,14 +155,14 @@ class GuardedWave:
         source: Iterator[Written] | None = None
         try:
             source = self._raw.play()
-            while (written := self._next(source, epoch)) is not None:
-                yield _marked(written, prepared.cut)
+            while (written := self._next(source, prepared, epoch)) is not None:
+                yield marked(written, prepared.cut)
             if self._samples != prepared.volts.size:
                 raise ProtocolFault(
                     f"play: ended after {self._samples} of {prepared.volts.size} samples without "
                     "an error; see whether the device has stopped itself"
                 )
-            self._ended(prepared)
+            self._ended(prepared, epoch)
         except BaseException as caught:
             error = caught
             raise
@@ -187,26 +171,29 @@ class GuardedWave:
                 self._rescue(error)
             _close(source)
 
-    def _next(self, source: Iterator[Written], epoch: int) -> Written | None:
+    def _next(self, source: Iterator[Written], prepared: _Prepared, epoch: int) -> Written | None:
         """Return the next report; None at the end."""
         line = self._output._line
         with line.lock:
             self._require_reign(epoch)
-        # stays set if an interrupt ends the transfer: then the last report is not the last sample
-        self._inside = True
+            self._player = threading.get_ident()
+            # stays set if an interrupt ends the transfer: the last report is not the last sample
+            self._inside = True
+            self._idle.clear()
         try:
             written = next(source, None)
+            self._inside = False
         except Exception as error:
             line.lose(error, "play")
             raise
-        self._inside = False
+        finally:
+            self._idle.set()
         with line.lock:
             self._require_reign(epoch)
             if written is None:
                 return None
             self._samples = written.samples
             if written.samples > 0:
-                prepared = self._require("play")
                 k = min(written.samples, prepared.volts.size) - 1
                 line.reached(float(prepared.volts[k]), "playing a waveform")
             line.beat()
@@ -216,28 +203,36 @@ class GuardedWave:
         if epoch != self._output._line.epoch:
             raise LimitViolation("play: the waveform was ended by another command")
 
-    def _ended(self, prepared: _Prepared) -> None:
-        """Note the regular end: the last voltage stays, and the time beyond levels counts on."""
-        line, envelope = self._output._line, self._output.envelope
-        trailing: list[float | None] = []
+    def _ended(self, prepared: _Prepared, epoch: int) -> None:
+        """Note the regular end; the last voltage stays."""
+        line, envelope, trailing = self._output._line, self._output.envelope, list[float | None]()
         for dwell in envelope.dwell:
             above = dwell.level > envelope.safe
             beyond = prepared.volts > dwell.level if above else prepared.volts < dwell.level
             trailing.append(None if beyond.all() else trail(beyond) / prepared.rate)
         with line.lock:
+            self._require_reign(epoch)
             line.halt = None
             line.dwelling.after_wave(trailing, line.clock.now())
             line.reached(float(prepared.volts[-1]), "end of a waveform")
 
-    def _halted(self) -> float | None:
-        """Abort, and return where the output stands (V), None if nobody can tell."""
+    def _halted(self) -> tuple[float, float] | None:
+        """Abort; return where the output stands and where it may be (V), None if unknown."""
         self._raw.abort()
-        prepared, line = self._require("abort"), self._output._line
+        if not self._idle.is_set() and self._player != threading.get_ident():
+            # a player that has only just begun may not have heard it
+            heard = self._idle.wait(PATIENCE)
+            self._raw.abort()
+            if not heard:
+                return None
+        prepared, line = self._playing, self._output._line
         count = getattr(self._raw, "position", None)
-        if not isinstance(count, int) or not 0 <= count <= prepared.volts.size:
+        if prepared is None or not isinstance(count, int) or not 0 <= count <= prepared.volts.size:
             return None
         line.interrupted = self._inside
-        return float(prepared.volts[count - 1]) if count else line.present
+        here = float(prepared.volts[count - 1]) if count else line.present
+        after = min(count, prepared.volts.size - 1)
+        return here, float(prepared.volts[after]) if self._inside else here
 
     def _rescue(self, error: BaseException) -> None:
         """Ramp down after `error`, which goes on; a failure of the ramp becomes its note."""
@@ -258,8 +253,32 @@ class GuardedWave:
                 f"{error}; this player runs up to {haste:g} times faster to catch up after a stall"
             ) from None
 
-    def _load(self) -> None:
-        prepared = self._require("load")
+    def _judged(self, volts: ArrayLike, rate: float) -> _Prepared:
+        """Return a copy that was held against the envelope."""
+        wave, rate = finite_wave(volts, "wave"), finite_number(rate, "wave: rate")
+        output, envelope = self._output, self._output.envelope
+        low, high = output.limits
+        cut = (wave < low) | (wave > high)
+        rounding = (wave >= low - envelope.slack) & (wave <= high + envelope.slack)
+        if output.clamp or rounding.all():
+            wave = np.clip(wave, low, high)
+            wave.setflags(write=False)
+        check_wave(envelope, wave, rate, converter=output.converter)
+        self._check_haste(wave, rate)
+        return _Prepared(wave, rate, cut & ~rounding)
+
+    def _judge_start(self, prepared: _Prepared) -> None:
+        """Refuse to play from where the output stands now."""
+        line, envelope = self._output._line, self._output.envelope
+        require_ready(line, "play")
+        check_join(envelope, line.present, float(prepared.volts[0]), prepared.rate, "entry")
+        held = line.dwelling.held(line.clock.now())
+        if any(held):
+            check_wave(envelope, prepared.volts, prepared.rate, held=held)
+
+    def _load(self, prepared: _Prepared) -> None:
+        line = self._output._line
+        line.loaded = None
         try:
             self._raw.load(prepared.volts, prepared.rate)
         except (LimitViolation, Overrun, UnusableInput):
@@ -268,14 +287,9 @@ class GuardedWave:
             raise
         except Exception as error:
             self._prepared = None
-            self._output._line.lose(error, "loading a waveform")
+            line.lose(error, "loading a waveform")
             raise
-        self._prepared = replace(prepared, loaded=True)
-
-    def _require(self, what: str) -> _Prepared:
-        if self._prepared is None:
-            raise LimitViolation(f"{what}: no waveform is prepared; call prepare(volts, rate)")
-        return self._prepared
+        line.loaded = prepared
 
 
 def _close(source: Iterator[Written] | None) -> None:
@@ -283,20 +297,3 @@ def _close(source: Iterator[Written] | None) -> None:
     if isinstance(source, Generator):
         with suppress(HardwareError):
             source.close()
-
-
-def _marked(written: Written, cut: NDArray[np.bool_]) -> Written:
-    """Return the report with the samples flagged that were cut to the limits."""
-    if not cut.any():
-        return written
-    return replace(written, chunks=_flagged(written.chunks, cut))
-
-
-def _flagged(chunks: Sequence[Chunk], cut: NDArray[np.bool_]) -> tuple[Chunk, ...]:
-    marked = []
-    for chunk in chunks:
-        flags = chunk.flags.copy()
-        here = cut[chunk.first : chunk.first + chunk.n]
-        flags[: here.size][here] |= np.uint16(Flag.CLAMPED)
-        marked.append(replace(chunk, flags=flags))
-    return tuple(marked)

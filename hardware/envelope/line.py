@@ -14,7 +14,7 @@ from hardware.envelope.limits import Converter, Envelope
 from hardware.envelope.plain_numbers import engineering
 from hardware.envelope.state import OutputState
 from hardware.envelope.watchdog import Heartbeat
-from hardware.errors import LimitViolation, ProtocolFault
+from hardware.errors import HardwareError, LimitViolation, ProtocolFault
 
 __all__ = ["Line"]
 
@@ -29,8 +29,9 @@ class Line:
     """A raw output together with all that is known about its voltage.
 
     Its methods expect commands that were judged before; only `write` has a gate of its own, as
-    the last barrier. Callers hold `lock`, except around `walk` and `park`, which take it for each
-    step so that a stop from another thread comes in between.
+    the last barrier. Callers hold `lock`, except around `walk`, which takes it for each step so
+    that a stop from another thread comes in between. `span` holds the voltages between which it
+    must be by what was commanded, None if that says nothing.
 
     Parameters
     ----------
@@ -58,7 +59,20 @@ class Line:
                 )
         self.lock = threading.RLock()
         self.epoch = 0
+        self.parkers: set[object] = set()
+        self.charge: int | None = None
+        self.parks = 0
+        self.closed = False
+        self.released = False
         self.touched = False
+        self.cleared = False
+        self.proven = False
+        self.proof = "not proven: not powered up"
+        self.doubt = ""
+        self.hindrance = ""
+        self.span: tuple[float, float] | None = None
+        self.restarted = False
+        self.loaded: object = None
         self.state = OutputState.UNKNOWN
         self.reason = "not powered up"
         self.present = envelope.safe
@@ -66,7 +80,7 @@ class Line:
         self.last: float | None = None
         self.dwelling = Dwelling(envelope)
         self.heart = Heartbeat(raw)
-        self.halt: Callable[[], float | None] | None = None
+        self.halt: Callable[[], tuple[float, float] | None] | None = None
         self.faults: list[str] = []
 
     def new_epoch(self) -> int:
@@ -74,14 +88,33 @@ class Line:
         self.epoch += 1
         return self.epoch
 
+    def take_charge(self) -> int:
+        """Begin the way down: end what plays, overrule everybody; return the number."""
+        with self.lock:
+            self.charge = self.new_epoch()
+            self.end_wave()
+            return self.epoch
+
+    def clear(self, *, proven: bool, proof: str) -> None:
+        """Allow commands after a power-up."""
+        self.cleared, self.proven, self.proof = True, proven, proof
+        self.doubt = self.hindrance = ""
+
+    def revoke(self, why: str) -> None:
+        """Allow no commands until a power-up has ended in order."""
+        self.cleared = self.proven = False
+        self.proof = "not proven: " + why
+        self.hindrance = why
+
     def forget(self, reason: str) -> None:
         """Declare the voltage unknown."""
-        self.state = OutputState.UNKNOWN
-        self.reason = reason
+        self.forget_quietly(reason)
         self.faults.append(reason)
 
     def lose(self, error: BaseException, what: str) -> None:
         """Declare the voltage unknown after an error of the device."""
+        # a device that fails so may have been off and on again
+        self.restarted = isinstance(error, HardwareError)
         self.forget(f"{what} at {self.present:g} V failed: {type(error).__name__}: {error}")
 
     def judge_silence(self) -> None:
@@ -92,6 +125,7 @@ class Line:
         if self.present == self.rest:
             return
         if self.heart.bitten(self.clock.now()):
+            self.restarted = True
             self.forget(
                 f"silent for more than the {engineering(self.heart.timeout, 's')} of its watchdog"
             )
@@ -102,25 +136,30 @@ class Line:
         Raises
         ------
         LimitViolation
-            The last barrier: not within the limits, or NaN.
+            The last barrier: not within the limits, NaN, or the device is closed.
         """
+        if self.released:
+            raise LimitViolation(f"{what}: the output is closed; open the device anew")
         if not self.low - self.envelope.slack <= volts <= self.high + self.envelope.slack:
             raise LimitViolation(
                 f"{what}: {volts!r} V lies outside {self.low:g} .. {self.high:g} V; not sent"
             )
         volts = min(max(volts, self.low), self.high)
+        around = (*(self.span or (self.present,)), volts)
         try:
             self.raw.write(volts)
         except LimitViolation:
             # the device's own refusal: nothing was sent
             raise
         except Exception as error:
+            self.span = min(around), max(around)
             self.lose(error, what)
             raise
         except BaseException:
             # Ctrl-C inside the transfer: the device has this voltage or the one before
             self.interrupted = True
             self.reached(volts, what)
+            self.span = min(around), max(around)
             raise
         self.interrupted = False
         self.reached(volts, what)
@@ -129,6 +168,8 @@ class Line:
         """Note that the output stands at a voltage (V) from now on."""
         now = self.clock.now()
         self.present = volts
+        self.span = volts, volts
+        self.restarted = False
         self.last = now
         self.dwelling.moved(volts, now)
         parked = volts == self.envelope.safe
@@ -171,8 +212,13 @@ class Line:
             self.lose(error, "feeding the watchdog")
             raise
 
-    def walk(self, target: float, speed: float, epoch: int, what: str) -> bool:
-        """Go to a voltage (V) at a speed (V/s) in small steps; False if overruled on the way."""
+    def walk(
+        self, target: float, speed: float, epoch: int, what: str, *, always: bool = False
+    ) -> bool:
+        """Go to a voltage (V) at a speed (V/s) in small steps; False if overruled on the way.
+
+        With `always` it is written even where the output is taken to stand there.
+        """
         with self.lock:
             if epoch != self.epoch:
                 return False
@@ -182,7 +228,7 @@ class Line:
         span = target - start
         # half of what a single command may do: room for a read-back that is a little off
         step = min(speed * max(TICK, period), 0.5 * self.envelope.fastest(start, target) * period)
-        count = max(math.ceil(abs(span) / step), 1) if span else 0
+        count = max(math.ceil(abs(span) / step), 1) if span or always else 0
         for k in range(1, count + 1):
             self.clock.sleep(max(abs(span) / count / speed, period))
             with self.lock:
@@ -196,6 +242,7 @@ class Line:
         """Let the device come up and compare what it tells with where it should be."""
         self.touched = True
         self.forget_quietly("power-up did not end")
+        self.span = None
         try:
             self.raw.power_up()
             reading = self.raw.read()
@@ -215,41 +262,37 @@ class Line:
 
     def forget_quietly(self, reason: str) -> None:
         """Declare the voltage unknown without counting a fault."""
+        self.loaded = None
         self.state = OutputState.UNKNOWN
         self.reason = reason
-
-    def find(self) -> None:
-        """Learn where an unknown output stands: by its read-back, else by powering it up anew."""
-        try:
-            reading = self.raw.read()
-        except Exception:
-            reading = None
-        margin = 0.5 * self.envelope.largest_step(self.low, self.high)
-        if reading is None or not self.low - margin <= reading <= self.high + margin:
-            self.power_up()
-            return
-        self.interrupted = False
-        self.reached(min(max(float(reading), self.low), self.high), "found by its read-back")
-
-    def park(self, epoch: int) -> None:
-        """Go to the safe value from wherever the output is; nothing if overruled."""
-        with self.lock:
-            if epoch != self.epoch:
-                return
-            self.judge_silence()
-            if self.state is OutputState.UNKNOWN:
-                self.find()
-        self.walk(self.envelope.safe, self.envelope.ramp_rate, epoch, "stop")
 
     def end_wave(self) -> None:
         """Stop the waveform that plays, if one does."""
         halt, self.halt = self.halt, None
         if halt is None:
             return
-        volts = halt()
+        around = halt()
+        self.span = None if around is None else (min(around), max(around))
         if self.state is OutputState.UNKNOWN:
             return
-        if volts is None:
+        if around is None:
             self.forget_quietly("a waveform was ended and the device cannot tell where")
         else:
-            self.reached(volts, "waveform ended early")
+            self.reached(around[0], "waveform ended early")
+            self.span = min(around), max(around)
+
+    def read(self, what: str) -> float | None:
+        """Return what the device tells (V)."""
+        with self.lock:
+            try:
+                return self.raw.read()
+            except Exception as error:
+                self.lose(error, what)
+                raise
+
+    def release(self) -> None:
+        """Let go of the device, once."""
+        with self.lock:
+            if not self.released:
+                self.released = True
+                self.raw.close()

@@ -22,6 +22,8 @@ def provenance(
     clamp: bool,
     cuts: int,
     faults: Sequence[str],
+    probe: float,
+    monitor: str,
 ) -> dict[str, Any]:
     """Return plain values: texts, numbers, lists and mappings only."""
     return {
@@ -36,4 +38,6 @@ def provenance(
         "volts": status.volts,
         "status": str(status),
         "faults": list(faults),
+        "probe": probe,
+        "monitor": monitor,
     }

@@ -7,6 +7,8 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from numpy.typing import ArrayLike
+
 from hardware.contracts import Acquisition, Air, Clock, VoltageOut, WaveOut
 
 __all__ = ["GuardedVoltage", "Preparation", "Station", "no_preparation"]
@@ -21,6 +23,10 @@ class GuardedVoltage(VoltageOut, Protocol):
 
     def tend(self) -> None:
         """Feed a watchdog and end what lasts too long."""
+        ...
+
+    def compare(self, commanded: ArrayLike, read: ArrayLike, before: int = 0) -> int:
+        """Hold readings of a monitor against their commands; refuse what does not follow."""
         ...
 
     def provenance(self) -> Mapping[str, Any]:

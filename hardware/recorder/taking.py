@@ -150,10 +150,15 @@ def _run(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
         sensor.kickoff()
     journal.note({"event": "start", "instant": begin})
     state = Written(0, plan.volts.size)
+    amiss = 0
     for state in station.wave.play():
-        chunks = [*_write(journal, state.chunks), *_poll(station, journal, last)]
+        driven = _write(journal, state.chunks)
+        chunks = [*driven, *_poll(station, journal, last)]
         say(Step("play", station.clock.now() - begin, state.samples, state.total,
                      state.late, chunks))  # fmt: skip
+        for chunk in driven:
+            if {"V", "V_mon"} <= set(chunk.channels):
+                amiss = station.output.compare(chunk.channels["V"], chunk.channels["V_mon"], amiss)
         _check_silence(station, plan, last, waiting=False)
         station.output.tend()
     while not all(s.done for s in station.sensors):

@@ -74,10 +74,16 @@ class LineOutput:
         return self._link.read_until(b"\n", 1.0).decode("ascii").strip()
 
 
+UP = tuple((f"SET {v:.3f}\n".encode(), b"OK\n") for v in (0.5, 1.0, 1.5, 2.0))
+DOWN = tuple((f"SET {v:.3f}\n".encode(), b"OK\n") for v in (1.5, 1.0, 0.5, 0.0))
+PROOF: Pairs = [(b"GET?\n", b"0.0\n"), *UP, (b"GET?\n", b"2.0\n"), *DOWN, (b"GET?\n", b"0.0\n")]
+"""The step that proves the read-back at power-up."""
+
+
 def _opened(pairs: Pairs) -> Any:
     return expected_protocol(
         VoltageInstrument,
-        [*POWER_UP, (b"GET?\n", b"0.0\n"), *pairs],
+        [*POWER_UP, (b"GET?\n", b"0.0\n"), *PROOF, *pairs],
         driver=LineOutput,
         envelope=P840_1_UNIPOLAR,
         clock=StillClock(),

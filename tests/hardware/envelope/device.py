@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +28,17 @@ class Interrupts:
 
 
 class TrueTime:
-    """A virtual clock: sleeping passes true time; the reading can be set forward and back."""
+    """A virtual clock: sleeping passes true time; the reading can be set forward and back.
+
+    `visits` are called one a sleep: what another thread or a signal handler does meanwhile.
+    """
 
     def __init__(self, interrupts: Interrupts | None = None) -> None:
         self.true = 0.0
         self.jump = 0.0
         self.interrupts = interrupts or Interrupts()
         self.device: Device | None = None
+        self.visits: list[Callable[[], None]] = []
 
     def now(self) -> float:
         return self.true + self.jump
@@ -45,6 +49,8 @@ class TrueTime:
             self.true += seconds
             if self.device is not None:
                 self.device.time_passed(seconds)
+        if self.visits:
+            self.visits.pop(0)()
         self.interrupts.place()
 
 
@@ -190,6 +196,8 @@ class RawPlayer:
         while self.running and self.written < self.volts.size:
             first = self.written
             for v in self.volts[first : first + block]:
+                if self.stopped():
+                    return
                 self.device.clock.interrupts.place()
                 self.device.command(float(v), "wave")
                 self.device.clock.interrupts.place()
@@ -197,6 +205,9 @@ class RawPlayer:
                 self.device.clock.sleep(1.0 / self.rate)
             chunk = Chunk("output", first, {"V": self.volts[first : self.written]}, {"V": "V"})
             yield Written(self.written, self.volts.size, 0, (chunk,))
+
+    def stopped(self) -> bool:
+        return not self.running
 
     def abort(self) -> None:
         self.aborted += 1

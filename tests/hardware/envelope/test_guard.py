@@ -70,7 +70,7 @@ def test_nothing_happens_before_power_up() -> None:
     b.output.tend()
     assert b.device.steps == []
     b.output.power_up()
-    assert b.causes() == ["power-up"]
+    assert b.causes()[0] == "power-up"
     assert b.output.present == 0.0
     assert b.output.state is OutputState.PARKED
 
@@ -86,7 +86,8 @@ def test_power_up_of_a_driven_output_ramps_down_first() -> None:
     b.output.ramp(80.0)
     b.output.power_up()
     assert unsafe(b.device, -20.0, 100.0, 10.0) == []
-    assert b.device.steps[-1][1:] == (0.0, 0.0, "power-up")
+    powered = [s for s in b.device.steps if s[3] == "power-up"]
+    assert powered[-1][1:3] == (0.0, 0.0)
 
 
 def test_a_read_back_that_contradicts_the_power_up_is_told() -> None:
@@ -188,7 +189,8 @@ def test_without_a_read_back_an_unknown_output_is_powered_up_anew() -> None:
     with pytest.raises(LinkLost):
         b.output.set(55.0)
     b.output.stop()
-    assert b.causes()[-1] == "power-up"
+    assert b.causes()[-2:] == ["power-up", "write"]
+    assert b.device.volts == 0.0
     assert b.output.state is OutputState.PARKED
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -178,7 +179,9 @@ class Bench(RuleBasedStateMachine):
         frequency=st.sampled_from([2.0, 20.0, 60.0, 500.0]),
         rate=st.sampled_from([500.0, 2e3, 1e4]),
         spoil=st.sampled_from([None] * 9 + [math.nan, 150.0, -math.inf]),
-        end=st.sampled_from(["whole", "close", "throw", "leave", "stop", "abort", "set"]),
+        end=st.sampled_from(
+            ["whole", "close", "throw", "leave", "stop", "abort", "set", "prepare"]
+        ),
         fresh=st.booleans(),
         protect=st.booleans(),
     )
@@ -217,6 +220,9 @@ class Bench(RuleBasedStateMachine):
                     self.output.stop()
                 elif end == "abort":
                     self.wave.abort()
+                elif end == "prepare":
+                    with pytest.raises(LimitViolation, match="a waveform is playing"):
+                        self.wave.prepare(np.full(9, middle), rate)
                 else:
                     self.output.set(middle)
             if end == "leave":
@@ -230,6 +236,47 @@ class Bench(RuleBasedStateMachine):
     @rule(protect=st.booleans())
     def stop(self, protect: bool) -> None:
         self.attempt(self.output.stop, protect)
+
+    @rule(
+        outer=st.sampled_from(["stop", "stop", "stop", "set", "ramp", "play", "power_up"]),
+        inner=st.sampled_from(["set", "ramp", "stop", "stop", "prepare", "abort", "power_up"]),
+        volts=st.sampled_from([5.0, 40.0, 70.0]),
+        after=st.integers(0, 12),
+        high=st.booleans(),
+    )
+    def meanwhile(self, outer: str, inner: str, volts: float, after: int, high: bool) -> None:
+        """Give a command while another one is on its way."""
+        self.attempt(lambda: self.output.ramp(70.0 if high else 20.0))
+        wave = np.full(50, self.output.present or 0.0)
+        self.attempt(lambda: self.wave.prepare(wave, 1e3))
+        commands: dict[str, Callable[[], object]] = {
+            "set": lambda: self.output.set(volts),
+            "ramp": lambda: self.output.ramp(volts),
+            "stop": self.output.stop,
+            "power_up": self.output.power_up,
+            "play": lambda: list(self.wave.play()),
+            "prepare": lambda: self.wave.prepare(np.full(9, volts), 1e3),
+            "abort": self.wave.abort,
+        }
+
+        def visit() -> None:
+            with suppress(HardwareError):
+                commands[inner]()
+            if outer == "stop" and self.player.running:
+                raise AssertionError("a waveform began on the way down")
+
+        self.clock.visits = [_nothing] * after + [visit]
+        try:
+            commands[outer]()
+        except HardwareError:
+            pass
+        except KeyboardInterrupt:
+            self.rescue()
+        else:
+            if outer == "stop":
+                assert self.output.state is not OutputState.DRIVEN
+        self.clock.visits = []
+        self.interrupts.left = None
 
     @rule(seconds=st.sampled_from([1e-4, 0.01, 0.1, 0.5]))
     def rest(self, seconds: float) -> None:
@@ -292,6 +339,10 @@ class Bench(RuleBasedStateMachine):
             self.nothing_unsafe_arrived()
 
 
+def _nothing() -> None:
+    """Visit without doing anything."""
+
+
 def run(examples: int) -> None:
     run_state_machine_as_test(
         Bench,
@@ -307,7 +358,7 @@ def run(examples: int) -> None:
 
 
 def test_nothing_unsafe_in_random_sequences() -> None:
-    run(150)
+    run(100)
 
 
 @pytest.mark.long

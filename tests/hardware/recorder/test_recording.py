@@ -204,3 +204,15 @@ def test_a_decay_before_the_take_makes_it_begin_at_the_same_length(
     plan = Plan(wave, 2e3, "still", "clock", erase=decay + 60.0)
     with pytest.raises(LimitViolation):
         record(station.station(plan), plan, target)
+
+
+@pytest.mark.parametrize("gain", [40.0, -20.0])
+def test_an_amplifier_that_is_not_the_declared_one_is_found_at_a_small_step(
+    bench: Make, swing: Wave, target: Path, gain: float
+) -> None:
+    server, station = bench(gain=gain)
+    plan = Plan(swing, 10e3, "swing", "clock")
+    with pytest.raises(HardwareError, match="gain"):
+        record(station.station(plan), plan, target)
+    # a probe of 2 V moved it, nothing more
+    assert max(abs(server.extremes.lowest), server.extremes.highest) < 5.0

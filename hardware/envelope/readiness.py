@@ -1,0 +1,44 @@
+"""Whether a line may take a command now."""
+
+from __future__ import annotations
+
+from hardware.envelope.line import Line
+from hardware.envelope.state import OutputState
+from hardware.errors import LimitViolation
+
+__all__ = ["refuse_again", "require_open", "require_ready", "require_rest"]
+
+
+def require_open(line: Line, what: str) -> None:
+    """Refuse what comes after `close`, or while a stop is on its way down."""
+    if line.closed:
+        raise LimitViolation(f"{what}: the output is closed; open the device anew")
+    if line.parkers:
+        raise LimitViolation(
+            f"{what}: stop() is on its way to {line.envelope.safe:g} V; wait until it has ended"
+        )
+
+
+def require_rest(line: Line, what: str) -> None:
+    """Refuse what does not go beside a waveform that plays."""
+    if line.halt is not None:
+        raise LimitViolation(f"{what}: a waveform is playing; end it with stop() first")
+
+
+def require_ready(line: Line, what: str) -> None:
+    """Refuse a command in a state that does not allow it; callers hold the lock."""
+    require_open(line, what)
+    line.judge_silence()
+    if line.state is OutputState.UNKNOWN:
+        raise LimitViolation(
+            f"{what}: the output is unknown ({line.reason}); call stop() or power_up()"
+        )
+    if not line.cleared:
+        raise LimitViolation(f"{what}: {line.hindrance}; call power_up() first")
+    require_rest(line, what)
+
+
+def refuse_again(guard: object) -> None:
+    """Refuse to set up a guard for a second time: its device would be without one."""
+    if hasattr(guard, "_line") or hasattr(guard, "_output"):
+        raise TypeError(f"{type(guard).__name__}: set up already; make another one")

@@ -1,0 +1,306 @@
+"""Whoever wants something else while it goes down, or while a waveform plays."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import threading
+import time
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hardware.contracts import Written
+from hardware.envelope import Envelope, GuardedOutput, GuardedWave, OutputState
+from hardware.errors import HardwareError, LimitViolation, LinkLost
+from tests.hardware.envelope.device import (
+    Device,
+    RawDevice,
+    RawPlayer,
+    TellingPlayer,
+    TrueTime,
+    unsafe,
+)
+from tests.hardware.envelope.test_guard import LIMITS, bench
+
+RISE = np.linspace(0.0, 100.0, 200)
+
+
+class Yielding(TrueTime):
+    """Lets the other threads run at every wait."""
+
+    def sleep(self, seconds: float) -> None:
+        super().sleep(seconds)
+        time.sleep(5e-5)
+
+
+def threaded(envelope: Envelope = LIMITS) -> tuple[Device, RawDevice, GuardedOutput]:
+    clock = Yielding()
+    device = Device(clock)
+    raw = RawDevice(device)
+    output = GuardedOutput(raw, envelope, clock)
+    output.power_up()
+    return device, raw, output
+
+
+class Hammer:
+    """A thread that commands over and over."""
+
+    def __init__(self, command: Callable[[], object]) -> None:
+        self.command = command
+        self.ends = False
+        self.refused: list[str] = []
+        self.thread = threading.Thread(target=self.run)
+
+    def run(self) -> None:
+        while not self.ends:
+            try:
+                self.command()
+            except HardwareError as error:
+                self.refused.append(str(error))
+
+    def __enter__(self) -> Hammer:
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.ends = True
+        self.thread.join(10.0)
+        assert not self.thread.is_alive()
+
+
+WIDE = Envelope(0.0, 100.0, 1e5, gentle=1e3, update_period=1e-3)
+
+
+def test_no_other_thread_overrules_a_stop() -> None:
+    device, _, output = threaded(WIDE)
+    output.ramp(60.0)
+    commands = 0
+    parked_at: list[float] = []
+
+    def command() -> None:
+        nonlocal commands
+        output.set(60.0)
+        commands += 1
+
+    stop = output.stop
+
+    def watch() -> None:
+        stop()
+        parked_at.append(device.volts)
+
+    with Hammer(command) as hammer:
+        while commands < 3:
+            time.sleep(1e-3)
+        begin = len(device.steps)
+        watch()
+        hammer.ends = True
+    down = [s[2] for s in device.steps[begin:]]
+    end = down.index(0.0)
+    # nothing came in between on the way down
+    assert all(b <= a for a, b in pairwise(down[: end + 1]))
+    assert hammer.refused
+    assert "stop() is on its way to 0 V" in hammer.refused[0]
+    assert len(parked_at) == 1
+
+
+def test_close_shuts_commands_out_before_it_goes_down() -> None:
+    device, raw, output = threaded(WIDE)
+    output.ramp(60.0)
+    with Hammer(lambda: output.set(60.0)) as hammer:
+        time.sleep(5e-3)
+        output.close()
+        assert device.volts == 0.0
+        assert raw.closed == 1
+        steps = len(device.steps)
+        time.sleep(5e-3)
+    assert len(device.steps) == steps
+    assert "closed" in hammer.refused[0]
+
+
+def test_two_threads_may_stop_at_once() -> None:
+    device, _, output = threaded()
+    output.ramp(80.0)
+    found: list[float] = []
+
+    def stop() -> None:
+        output.stop()
+        found.append(device.volts)
+
+    threads = [threading.Thread(target=stop) for _ in range(3)]
+    for t in threads:
+        t.start()
+    for t in threads:
+        t.join(10.0)
+    assert found == [0.0] * 3
+    assert unsafe(device, -20.0, 100.0, 10.0) == []
+
+
+def test_a_stop_within_a_stop() -> None:
+    b = bench()
+    b.output.ramp(80.0)
+    sleep, inner = b.clock.sleep, [True]
+
+    def again(seconds: float) -> None:
+        sleep(seconds)
+        if inner and b.device.volts < 40.0:
+            inner.pop()
+            b.output.stop()
+            with pytest.raises(LimitViolation, match=r"stop\(\) is on its way"):
+                b.output.set(1.0)
+
+    b.clock.sleep = again  # type: ignore[method-assign]
+    b.output.stop()
+    assert b.device.volts == 0.0
+    assert not inner
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+    b.output.set(1.0)
+
+
+def test_ctrl_c_in_close_leaves_the_link_for_the_way_down() -> None:
+    b = bench()
+    b.output.ramp(80.0)
+    b.interrupts.left = 9
+    with pytest.raises(KeyboardInterrupt):
+        b.output.close()
+    assert b.raw.closed == 0
+    with pytest.raises(LimitViolation, match="closed"):
+        b.output.set(1.0)
+    b.output.close()
+    assert b.device.volts == 0.0
+    assert b.raw.closed == 1
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
+def test_preparing_from_within_the_conversion_cannot_reach_a_playing_waveform() -> None:
+    b = bench()
+    player = TellingPlayer(b.device)
+    wave = GuardedWave(b.output, player)
+    playing: list[Iterator[Written]] = []
+
+    class Playing:
+        def __array__(self, dtype: Any = None, copy: Any = None) -> np.ndarray:
+            wave.prepare(RISE, 1e3)
+            playing.append(wave.play())
+            for _ in range(5):
+                next(playing[0])
+            return np.zeros(200)
+
+    with pytest.raises(LimitViolation, match="a waveform is playing"):
+        wave.prepare(Playing(), 1e3)
+    assert player.loads == 1
+    assert list(playing[0])[-1].samples == 200
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
+def test_preparing_in_another_thread_cannot_reach_a_playing_waveform() -> None:
+    device, _, output = threaded()
+    player = TellingPlayer(device)
+    wave = GuardedWave(output, player)
+    begun, released = threading.Event(), threading.Event()
+    refused: list[str] = []
+
+    class Slow:
+        def __array__(self, dtype: Any = None, copy: Any = None) -> np.ndarray:
+            begun.set()
+            assert released.wait(5.0)
+            return np.zeros(200)
+
+    def prepare() -> None:
+        try:
+            wave.prepare(Slow(), 1e3)
+        except LimitViolation as error:
+            refused.append(str(error))
+
+    thread = threading.Thread(target=prepare)
+    thread.start()
+    assert begun.wait(5.0)
+    wave.prepare(RISE, 1e3)
+    playing = wave.play()
+    for _ in range(6):
+        next(playing)
+    released.set()
+    thread.join(5.0)
+    assert list(playing)[-1].samples == 200
+    assert "a waveform is playing" in refused[0]
+    assert player.loads == 1
+    assert unsafe(device, -20.0, 100.0, 10.0) == []
+
+
+def test_two_guards_of_one_player_play_what_they_have_checked() -> None:
+    b = bench()
+    player = TellingPlayer(b.device)
+    one, other = GuardedWave(b.output, player), GuardedWave(b.output, player)
+    one.prepare(RISE, 1e3)
+    other.prepare(np.full(7, 60.0), 1e3)
+    assert list(one.play())[-1].samples == 200
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
+def test_a_stop_waits_for_a_player_of_another_thread() -> None:
+    inside, device_clock = threading.Event(), Yielding()
+    device = Device(device_clock)
+
+    class Deaf(RawPlayer):
+        """Hears an abort only at the end of its slice."""
+
+        position = 0
+
+        def play(self) -> Iterator[Written]:
+            for first in range(0, 200, 20):
+                for v in self.volts[first : first + 20]:
+                    device.command(float(v), "wave")
+                    self.position += 1
+                    inside.set()
+                    time.sleep(5e-4)
+                yield Written(first + 20, 200)
+
+    output = GuardedOutput(RawDevice(device), LIMITS, device_clock)
+    output.power_up()
+    wave = GuardedWave(output, Deaf(device))
+    wave.prepare(RISE, 1e3)
+    ended: list[str] = []
+
+    def play() -> None:
+        try:
+            list(wave.play())
+        except LimitViolation as error:
+            ended.append(str(error))
+
+    thread = threading.Thread(target=play)
+    thread.start()
+    assert inside.wait(5.0)
+    output.stop()
+    steps = len(device.steps)
+    thread.join(5.0)
+    assert "ended by another command" in ended[0]
+    assert len(device.steps) == steps
+    assert device.volts == 0.0
+    assert output.state is OutputState.PARKED
+    assert unsafe(device, -20.0, 100.0, 10.0) == []
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
+def test_no_copies(copied: Callable[[object], object]) -> None:
+    b = bench()
+    for guard in (b.output, GuardedWave(b.output, RawPlayer(b.device))):
+        with pytest.raises(TypeError, match="cannot be copied"):
+            copied(guard)
+    with pytest.raises(TypeError, match="set up already"):
+        b.output.__init__(b.raw, LIMITS)
+
+
+def test_a_stop_that_fails_says_so_and_lets_commands_in_again() -> None:
+    b = bench()
+    b.output.ramp(50.0)
+    b.device.reachable = False
+    with pytest.raises(LinkLost):
+        b.output.stop()
+    assert b.output.state is OutputState.UNKNOWN
+    b.device.reachable = True
+    b.output.stop()
+    b.output.set(1.0)
+    assert b.device.volts == 1.0
