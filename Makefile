@@ -10,11 +10,12 @@ TRIAL ?= bondsight-out/blind
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test proofs proof bench notebooks format clean
+.PHONY: help demo test coverage proofs proof bench notebooks format clean
 
 help:
 	@echo "make demo       set up and show what the project does"
-	@echo "make test       set up, then lint, types, tests with coverage"
+	@echo "make test       set up, then lint, types, tests"
+	@echo "make coverage   set up, then the tests with coverage by line"
 	@echo "make proofs     set up, then the tests of more than a minute"
 	@echo "make proof      set up, then the sealed trial into the folder TRIAL (hours; resumes)"
 	@echo "make bench      set up, then the virtual bench"
@@ -31,8 +32,11 @@ bench: $(VENV)/.core
 test: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
-	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --cov --cov-report=term --durations=15
+	$(BIN)/mypy -n $(WORKERS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations=15
+
+coverage: $(VENV)/.test
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --cov --cov-report=term
 
 proofs: $(VENV)/.test
 	$(BIN)/python -m pytest -m long

@@ -7,7 +7,7 @@ import pytest
 
 from hardware.envelope import P840_1_UNIPOLAR
 from hardware.simulators import draw_truth
-from hardware.simulators.plants import StackPlant
+from hardware.simulators.plants import Hysteretic, StackPlant
 from hardware.simulators.rig import DeviceClock, Rig
 from hardware.synchrony import Stream, Wiring, align
 from hardware.synchrony.by_response import skew_by_response
@@ -20,7 +20,10 @@ def streams(
     effect: str, seed: int, ppm: float, samples: int, drift_ppm: float = 0.0
 ) -> tuple[Stream, Stream]:
     """Drive an independent plant, read it by a clock of its own with 1 nm of noise."""
-    rig = Rig(StackPlant(draw_truth(seed, effect=effect)), keep=2.0)
+    plant = StackPlant(draw_truth(seed, effect="none"))
+    # plays of 5 to 40 V that together move as much as a quarter of the voltage
+    radii, gains = (5.0, 15.0, 40.0), (0.1, 0.1, 0.05)
+    rig = Rig(Hysteretic(plant, radii, gains) if effect == "hysteresis" else plant, keep=2.0)
     volts = waveform("session", RATE, samples, P840_1_UNIPOLAR, seed)[0]
     for u in np.linspace(0.0, volts[0], 100):
         rig.drive(float(u))
