@@ -101,7 +101,7 @@ def record(
                 journal.note({"output_end": _end(station)})
             error.add_note(str(station.output.provenance().get("status", "output unknown")))
             error.add_note(
-                f"what had arrived is in {path.name}: bondsight acquire --recover {path}"
+                f"what had arrived is in {path.name}: bondsight acquire --recover {path.name}"
             )
             raise
         journal.note({"output_end": _end(station)})

@@ -54,7 +54,7 @@ def test_bench_imports_nothing_of_the_tool() -> None:
 
 
 def shortened(pairs: list[tuple[str, str]]) -> list[Any]:
-    """Leave slip planes at k to `long`: a quarter of a minute, and the C plants are compared too."""
+    """Leave slip planes at k to `long`: they take a quarter of a minute."""
     slow = ("hysteresis", "k")
     return [pytest.param(*p, marks=pytest.mark.long) if p == slow else p for p in pairs]
 
