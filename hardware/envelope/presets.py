@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 from hardware.envelope.limits import Envelope
@@ -28,17 +29,7 @@ of the resonance at 18 kHz, unloaded. -20 V is the usual limit of such stacks. T
 200 mA is a figure quoted for the EPA-104 that was not confirmed: enter your own. No dwell is known.
 """
 
-P840_1_UNIPOLAR = Envelope(
-    v_min=0.0,
-    v_max=100.0,
-    slew=1e5,
-    i_max=0.2,
-    capacitance=1.875e-6,
-    f_max=9e3,
-    gentle=250.0,
-    update_period=2e-4,
-    name="P-840.1, 0..100 V",
-)
+P840_1_UNIPOLAR = replace(P840_1, v_min=0.0, name="P-840.1, 0..100 V")
 """The same within 0..100 V, where all measurements of the thesis lie."""
 
 PRESETS: Mapping[str, Envelope] = MappingProxyType(

@@ -53,13 +53,7 @@ def test_bench_imports_nothing_of_the_tool() -> None:
                     assert name.startswith("hardware.simulators"), (path.name, name)
 
 
-def shortened(pairs: list[tuple[str, str]]) -> list[Any]:
-    """Leave slip planes at k to `long`: they take a quarter of a minute."""
-    slow = ("hysteresis", "k")
-    return [pytest.param(*p, marks=pytest.mark.long) if p == slow else p for p in pairs]
-
-
-@pytest.mark.parametrize(("name", "place"), shortened(PAIRS))
+@pytest.mark.parametrize(("name", "place"), PAIRS)
 def test_halving_the_step_changes_less_than_the_noise_by_orders(name: Any, place: Any) -> None:
     """Error of the default step is far below the noise floor for every law."""
     t = truth(name, place)
@@ -71,7 +65,7 @@ def test_halving_the_step_changes_less_than_the_noise_by_orders(name: Any, place
     assert np.std(coarse.i - fine.i) < 1e-4 * t.noise.i_rms
 
 
-@pytest.mark.parametrize(("name", "place"), shortened(INNER))
+@pytest.mark.parametrize(("name", "place"), INNER)
 def test_bench_dissipates(name: Any, place: Any) -> None:
     """Supplied minus stored energy never falls by more than the error of its quadrature."""
     t = truth(name, place)

@@ -41,7 +41,7 @@ def test_charge_drive(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Non
     assert text.count("gain 0.7071 linear") == 3
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_clock_skew(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert clock_skew(tmp_path / "clock.svg") == 0
     text = capsys.readouterr().out

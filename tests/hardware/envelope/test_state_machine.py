@@ -358,7 +358,7 @@ def run(examples: int) -> None:
 
 
 def test_nothing_unsafe_in_random_sequences() -> None:
-    run(100)
+    run(150)
 
 
 @pytest.mark.long

@@ -20,7 +20,7 @@ def streams(
     effect: str, seed: int, ppm: float, samples: int, drift_ppm: float = 0.0
 ) -> tuple[Stream, Stream]:
     """Drive an independent plant, read it by a clock of its own with 1 nm of noise."""
-    plant = StackPlant(draw_truth(seed, effect="none"))
+    plant = StackPlant(draw_truth(seed, effect="none" if effect == "hysteresis" else effect))
     # plays of 5 to 40 V that together move as much as a quarter of the voltage
     radii, gains = (5.0, 15.0, 40.0), (0.1, 0.1, 0.05)
     rig = Rig(Hysteretic(plant, radii, gains) if effect == "hysteresis" else plant, keep=2.0)
@@ -42,10 +42,15 @@ def streams(
 
 @pytest.mark.parametrize(
     ("effect", "ppm", "within"),
-    [("none", -138.0, 1.0), ("hysteresis", 37.0, 10.0)],
+    [
+        ("none", -138.0, 0.3),
+        ("hysteresis", 37.0, 4.0),
+        ("creep", 290.0, 0.5),
+        ("coulomb_friction", 17.0, 6.0),
+    ],
 )
 def test_the_ratio_is_found_and_its_error_is_true(effect: str, ppm: float, within: float) -> None:
-    drive, sensor = streams(effect, 7, ppm, 1600)
+    drive, sensor = streams(effect, 7, ppm, 2500)
     found = skew_by_response(drive, sensor, 0.0)
     assert found is not None
     assert abs(1e6 * found.value - ppm) < 4.0 * 1e6 * found.error
@@ -53,29 +58,29 @@ def test_the_ratio_is_found_and_its_error_is_true(effect: str, ppm: float, withi
 
 
 def test_align_takes_it_and_still_knows_no_delay() -> None:
-    drive, sensor = streams("hysteresis", 7, 37.0, 1600)
+    drive, sensor = streams("hysteresis", 7, 37.0, 2500)
     a = align(drive, sensor, Wiring())
     low, high = a.skew_interval
     assert low < 37e-6 < high
-    assert high - low < 60e-6
+    assert high - low < 30e-6
     assert not a.delay_known
 
 
 def test_too_short_or_at_rest_gives_nothing() -> None:
     drive, sensor = streams("none", 7, 0.0, 300)
     assert skew_by_response(drive, sensor, 0.0) is None
-    still = Stream.of(RATE, V=np.ones(1600))
+    still = Stream.of(RATE, V=np.ones(2500))
     assert skew_by_response(still, Stream.of(FINE, x=np.zeros(9000)), 0.0) is None
 
 
 def test_a_drift_that_shows_is_told_and_none_is_invented() -> None:
     # 6000 ppm a minute: 1e-4 a second
-    drive, sensor = streams("none", 7, 20.0, 1600, drift_ppm=6000.0)
+    drive, sensor = streams("none", 7, 20.0, 2500, drift_ppm=6000.0)
     found = skew_by_response(drive, sensor, 0.0)
     assert found is not None
     assert abs(found.drift - 1e-4) < 4.0 * found.drift_error
     assert found.drift_error < 2e-5
     assert abs(found.value - 20e-6) < 4.0 * found.error
-    steady = skew_by_response(*streams("none", 7, 20.0, 1600), 0.0)
+    steady = skew_by_response(*streams("none", 7, 20.0, 2500), 0.0)
     assert steady is not None
     assert steady.drift == 0.0

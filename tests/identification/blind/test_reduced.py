@@ -20,7 +20,7 @@ from identification.blind.running import run_all
 from identification.blind.scoring import Score, score
 from identification.blind.truths import read_public
 
-COUNTS = {"control": 1, "single": 2, "outside": 1}
+COUNTS = {"control": 2, "single": 2, "outside": 1}
 """Recordings of each cell; oracles are asked for the singles."""
 
 
