@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from typing import Any, Self
 
-from bondgraph.errors import BondsightError
+from bondgraph.support.errors import BondsightError
 
 __all__ = [
     "BeamLost",
-    "ClockSkew",
+    "ClockSkewError",
     "DriverMissing",
     "HardwareError",
     "LimitViolation",
@@ -68,7 +68,7 @@ class Overrun(HardwareError):
     """Samples were lost, or more are asked for than the device can hold."""
 
 
-class ClockSkew(HardwareError):
+class ClockSkewError(HardwareError):
     """Two clocks differ by more than the declared budget and nothing in the record tells how."""
 
 

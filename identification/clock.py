@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import make_interp_spline
 
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput
 
 __all__ = [
     "ClockMap",

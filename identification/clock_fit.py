@@ -16,8 +16,8 @@ from scipy import stats
 from scipy.interpolate import make_interp_spline
 from scipy.linalg import qr
 
-from bondgraph.errors import UnusableInput
 from bondgraph.hysteresis import PrandtlIshlinskii
+from bondgraph.support.errors import UnusableInput
 from identification.clock import ClockMap, ratio_basis
 
 __all__ = ["FitEstimate", "clock_from_fit"]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from identification.clock import ClockMap, ratio_basis
 
 __all__ = ["PhaseEstimate", "clock_from_phase", "delay_from_lags"]

@@ -29,15 +29,15 @@ import numpy as np
 from IPython.display import HTML, Math, display
 
 from actuators import stack_bond_graph
-from actuators.catalogue import stack_with_payload
+from actuators.models.catalogue import stack_with_payload
 from bondgraph import Recording, derive, simulate
-from bondgraph.draw import svg
+from bondgraph.drawing.svg import svg
 from hardware.simulators import draw_truth, record
-from identification.data import available, load
+from identification.datasets import available, load
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.report.changed import changes
-from identification.diagnosis.search import Options
-from identification.diagnosis.verdict import normalised_error, sentence, verdict
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict.document import normalised_error, sentence, verdict
 
 # %config InlineBackend.figure_formats = ['svg']
 plt.rcParams.update({"figure.figsize": (6.0, 2.6), "font.size": 8, "svg.hashsalt": "bondsight"})
@@ -103,7 +103,7 @@ plt.show()
 # One call: noise floor, nominal fit, every effect at every port, decision, repair.
 
 # %%
-d = diagnose(graph, recording, split, options=Options(keep=3, more=2, effects=1))
+d = diagnose(graph, recording, split, options=DiagnosisOptions(keep=3, more=2, effects=1))
 print(sentence(d))
 v = verdict(d)
 assert v["verdict"] == "missing_physics"

@@ -33,39 +33,39 @@ from IPython.display import HTML, Math, display
 
 from actuators import compensation as comp
 from actuators import stack_bond_graph, stack_lumped
-from actuators.charge_drive import charge_of, current_driven, current_for
-from actuators.constitutive import FORMS
-from actuators.equivalent_circuit import Branch, EquivalentCircuit
-from actuators.excitation import (
+from actuators.materials.ceramics import MATERIALS, inconsistencies
+from actuators.materials.constitutive import FORMS
+from actuators.materials.equivalent_circuit import Branch, EquivalentCircuit
+from actuators.materials.impedance_fit import fit_circuit
+from actuators.materials.poled_ceramic import (
+    StackConstants,
+    coupling_factors,
+    longitudinal_stack,
+    transversely_isotropic,
+)
+from actuators.materials.resonance import characteristic_frequencies, effective_coupling
+from actuators.stack.charge_drive import charge_of, current_driven, current_for
+from actuators.stack.conversions import OPERATORS, STRUCTURES, paired
+from actuators.stack.excitation import (
     demagnetisation,
     join,
     loading_ramp,
     printed_demagnetisation,
     residual_bound,
 )
-from actuators.impedance_fit import fit_circuit
-from actuators.loops import loop_of
-from actuators.materials import MATERIALS, inconsistencies
-from actuators.pairing import OPERATORS, STRUCTURES, paired
-from actuators.poled_ceramic import (
-    StackConstants,
-    coupling_factors,
-    longitudinal_stack,
-    transversely_isotropic,
-)
-from actuators.printed import constant_rows, loop_rows
-from actuators.resonance import characteristic_frequencies, effective_coupling
-from actuators.sizing import P_840_1, operating_point, peak_current
-from actuators.sizing_sheet import sizing_sheet
+from actuators.stack.loading_curve import loading_slopes, transducer_constant
+from actuators.stack.loop_width import loop_of
+from actuators.stack.sizing import P_840_1, operating_point, peak_current
+from actuators.stack.sizing_sheet import sizing_sheet
+from actuators.thesis import constant_rows, loop_rows
 from bondgraph import Recording, UnusableInput, derive, simulate
-from bondgraph.backend import NUMPY
-from bondgraph.draw import svg
+from bondgraph.drawing.svg import svg
 from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.hysteresis.fitting import fit_loading_curve, fit_weights
 from bondgraph.laws import Hysteretic
+from bondgraph.support.ops import NUMPY
 from identification.clock import ClockMap, synchronised, thickness_from_misfit
 from identification.clock_phase import clock_from_phase
-from identification.mechanical import loading_slopes, transducer_constant
 
 # %config InlineBackend.figure_formats = ['png']
 plt.rcParams.update(

@@ -33,7 +33,7 @@ from IPython.display import HTML, display
 
 from actuators import ultrasonic as us
 from bondgraph import derive, simulate
-from bondgraph.draw import svg
+from bondgraph.drawing.svg import svg
 
 # %config InlineBackend.figure_formats = ['png']
 plt.rcParams.update(

@@ -61,21 +61,21 @@ from bondgraph import (
     system,
     use,
 )
-from bondgraph.composing.components import COMPONENTS
-from bondgraph.composing.simplification import merge_junctions
-from bondgraph.draw import svg
+from bondgraph.drawing.svg import svg
+from bondgraph.equations.codegen import program
 from bondgraph.export import document
 from bondgraph.export.c_code import c_code
 from bondgraph.export.control import to_control
 from bondgraph.export.fmu import fmu2_cosimulation, fmu3_model_exchange
-from bondgraph.export.graph_json import to_json
+from bondgraph.export.graph_json.read_graph import from_json
+from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.export.modelica import modelica
 from bondgraph.export.numpy_module import numpy_module
+from bondgraph.graph.composing.components import COMPONENTS
+from bondgraph.graph.composing.simplification import merge_junctions
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic
-from bondgraph.native import compiler
-from bondgraph.programming import program
-from bondgraph.reading.graph_json import from_json
+from bondgraph.support.native import compiler
 
 # %config InlineBackend.figure_formats = ['png']
 plt.rcParams.update(

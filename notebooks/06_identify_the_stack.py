@@ -34,23 +34,23 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from actuators import stack_bond_graph
-from actuators.pairing import polarisation_operator
+from actuators.stack.conversions import polarisation_operator
 from bondgraph import Recording, simulate
 from bondgraph.hysteresis import AlJanaideh
 from bondgraph.laws import StopSum
-from identification.data import known
-from identification.design.multisine import multisine
+from identification.datasets import known
 from identification.estimation import Study, Vary, estimate
 from identification.estimation.archive import open_fit, save
 from identification.estimation.starts import many_starts
-from identification.judgement import compare, judge
-from identification.judgement.figures import (
+from identification.experiments.design.multisine import multisine
+from identification.uncertainty.structural import identifiability
+from identification.validation import compare, judge
+from identification.validation.figures import (
     comparison_figure,
     residual_figure,
     trace_figure,
     waterfall_figure,
 )
-from identification.uncertainty.structural import identifiability
 
 threadpool_limits(1)  # small matrices: threads would only wait for each other
 # %config InlineBackend.figure_formats = ['png']

@@ -50,18 +50,18 @@ from scipy.signal import lfilter
 from threadpoolctl import threadpool_limits
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Recording, Se, Zero
-from bondgraph.draw import svg
-from identification.command_line.models import load_model
-from identification.command_line.recordings import load_recording
+from bondgraph.drawing.svg import svg
+from bondsight.cli.models import load_model
+from bondsight.cli.recordings import load_recording
 from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.next_experiment import next_experiments
-from identification.diagnosis.pasts import scene
+from identification.diagnosis.explanation.next_experiment import next_experiments
+from identification.diagnosis.localisation.recording import where, words
 from identification.diagnosis.report.found import confidence_of, found_of, places_of
 from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.page import page
-from identification.diagnosis.search import Options
-from identification.diagnosis.verdict import sentence, verdict
-from identification.diagnosis.where import where, words
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict.document import sentence, verdict
 
 threadpool_limits(1)  # small matrices: threads would only wait for each other
 # %matplotlib inline
@@ -189,7 +189,7 @@ figure.tight_layout()
 # ## The diagnosis
 
 # %%
-found = diagnose(graph, recording, split, options=Options(jobs=1))
+found = diagnose(graph, recording, split, options=DiagnosisOptions(jobs=1))
 say(sentence(found), "")
 for step in found.steps:
     for reason in step.reasons:
@@ -455,7 +455,7 @@ if untouched:
 
 # %%
 if RECORDING is None:
-    control = diagnose(linear(), measured(None), options=Options(jobs=1))
+    control = diagnose(linear(), measured(None), options=DiagnosisOptions(jobs=1))
     say(sentence(control))
     if untouched:
         assert control.kind in ("explained", "parameters_only")

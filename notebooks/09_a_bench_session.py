@@ -44,25 +44,25 @@ import matplotlib.pyplot as plt
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from actuators.catalogue import stack_with_payload
+from actuators.models.catalogue import stack_with_payload
 from bondgraph import Recording
+from bondsight.cli.acquire_signal import limits_of
+from bondsight.cli.demonstration import describe, judge
 from hardware.contracts import Flag
 from hardware.envelope import parked
 from hardware.errors import BeamLost, LimitViolation
-from hardware.recorder import Plan, record
+from hardware.recorder import TakePlan, record
 from hardware.simulators import Truth
 from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
 from hardware.simulators.siosifm import build
 from hardware.station import open_station, settings_from
 from hardware.storage import Provenance, flags_of, open_journal, recover
-from identification.command_line.acquire_signal import limits_of
-from identification.command_line.demo import describe, judge
-from identification.design import demagnetise, through
-from identification.design.take import session_signal
 from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.search import Options
-from identification.diagnosis.verdict import normalised_error, sentence, verdict
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict.document import normalised_error, sentence, verdict
+from identification.experiments.design import demagnetise, through
+from identification.experiments.design.take import session_signal
 
 threadpool_limits(1)  # small matrices: threads would only wait for each other
 # %matplotlib inline
@@ -155,8 +155,8 @@ unclear = np.where(t == t[120], np.nan, 50.0)
 trials = {
     "ramp to 150 V": lambda: bench.output.ramp(150.0),
     "jump to 90 V": lambda: bench.output.set(90.0),
-    "a sine of 500 Hz": lambda: bench.station(Plan(fast, RATE)).wave.prepare(fast, RATE),
-    "a wave with a gap (NaN)": lambda: bench.station(Plan(t, RATE)).wave.prepare(unclear, RATE),
+    "a sine of 500 Hz": lambda: bench.station(TakePlan(fast, RATE)).wave.prepare(fast, RATE),
+    "a wave with a gap (NaN)": lambda: bench.station(TakePlan(t, RATE)).wave.prepare(unclear, RATE),
 }
 refused = []
 for what, trial in trials.items():
@@ -219,7 +219,7 @@ decay = demagnetise(
     np.arange(8.0, 49.0, 8.0), MIDDLE, SLOW, frequency=25.0, start=MIDDLE, envelope=LIMITS
 ).values
 parts = [rest, excursion(0), rest, decay, rest, excursion(100), rest, decay, rest]
-plan = Plan(np.concatenate(parts), SLOW, "memory")
+plan = TakePlan(np.concatenate(parts), SLOW, "memory")
 memory = record(bench.station(plan), plan, target / "memory").recording
 print(f"{memory.n} samples; {bench.output.status}")
 
@@ -264,8 +264,8 @@ if untouched:
 
 # %%
 volts = session_signal(RATE, SAMPLES, LIMITS, bias=MIDDLE, seed=4).values
-plan = Plan(volts, RATE, "session")
-erase = Plan(decay, SLOW, "erase")
+plan = TakePlan(volts, RATE, "session")
+erase = TakePlan(decay, SLOW, "erase")
 steps = []
 with parked(bench.output):
     record(replace(bench.station(erase), safety=nullcontext()), erase, target / "erase")
@@ -388,7 +388,7 @@ graph = stack_with_payload().remove("i")
 data = Recording.open(taken.path).select({"V_in": "V", "x": "x"})
 found = diagnose(
     graph, data, model="stack_with_payload",
-    options=Options(jobs=1, effects=1, keep=6, more=3),  # one effect, few rivals: to be short
+    options=DiagnosisOptions(jobs=1, effects=1, keep=6, more=3),  # one effect, few rivals: to be short
 )  # fmt: skip
 say(sentence(found), *(f"- {r}" for step in found.steps for r in step.reasons),
     *(f"advice: {a}" for a in found.advice), f"{found.seconds:.0f} s")  # fmt: skip

@@ -34,10 +34,10 @@ from hardware.contracts import Flag
 from hardware.simulators.rig import DeviceClock
 from hardware.synchrony import (
     Budget,
-    Held,
+    ClockWiring,
+    HeldColumns,
     Stream,
     TimeMap,
-    Wiring,
     align,
     false_width,
     merged,
@@ -58,7 +58,7 @@ def record(f, clock=CLOCK, seed=0):
     rng = np.random.default_rng(seed)
     drive_time = np.arange(SAMPLES + 300) / RATE
     volts = 50 - 50 * np.cos(2 * np.pi * f * drive_time)
-    held = Held(volts[:, None], 1 / RATE, "zero", LAG)
+    held = HeldColumns(volts[:, None], 1 / RATE, "zero", LAG)
     s = clock.instants(0.0, 0, SAMPLES, RATE)
     both = np.concatenate([s, drive_time])
     order = np.argsort(both, kind="stable")
@@ -74,7 +74,7 @@ def record(f, clock=CLOCK, seed=0):
 
 def seen(drive, sensor, clocks):
     """Voltage and length over the last second, the voltage where these clocks put it."""
-    held = Held(drive.channels["V"][:, None], 1 / RATE, "zero", LAG)
+    held = HeldColumns(drive.channels["V"][:, None], 1 / RATE, "zero", LAG)
     late = slice(sensor.n - round(RATE), None)
     return held.at(clocks.to_drive(sensor.time[late]))[0][:, 0], sensor.channels["x"][late]
 
@@ -140,7 +140,7 @@ plt.show()
 # %%
 for f, pair in records.items():
     begun = time.perf_counter()
-    found = align(*pair, Wiring(lag=LAG))
+    found = align(*pair, ClockWiring(lag=LAG))
     took = time.perf_counter() - begun
     true, left, raw = (width(*seen(*pair, c)) for c in (TRUTH, found.map, TimeMap()))
     print(f"{f:g} Hz ({took:.2f} s)\n{found}")
@@ -158,7 +158,7 @@ for f, pair in records.items():
 # the drive's clock too, and the voltage is known everywhere.
 
 # %%
-together = merged(*records[100.0], align(*records[100.0], Wiring(lag=LAG)))
+together = merged(*records[100.0], align(*records[100.0], ClockWiring(lag=LAG)))
 print(together.sentence)
 assert together.errors["x"] == 0.0
 
@@ -209,9 +209,11 @@ for drive_rate in (3125.0, 2717.0):
     drive_time = np.arange(int(10.6 * drive_rate)) / drive_rate
     volts = 50 - 50 * np.cos(2 * np.pi * 2.0 * drive_time)
     s = CLOCK.instants(0.0, 0, SAMPLES, RATE)
-    copy = Held(volts[:, None], 1 / drive_rate).at(s)[0][:, 0]
+    copy = HeldColumns(volts[:, None], 1 / drive_rate).at(s)[0][:, 0]
     copy = copy + 10e-3 * np.random.default_rng(3).standard_normal(SAMPLES)
-    found = align(Stream.of(drive_rate, V=volts), Stream.of(RATE, V_copy=copy), Wiring(lag=0.0))
+    found = align(
+        Stream.of(drive_rate, V=volts), Stream.of(RATE, V_copy=copy), ClockWiring(lag=0.0)
+    )
     low, high = found.delay_interval
     half[drive_rate] = (high - low) / 2
     print(f"converter at {drive_rate:g} Hz: {found.sentence}")
@@ -224,12 +226,12 @@ assert half[2717.0] < 1.5e-6 < 20e-6 < half[3125.0]
 # %%
 drive, sensor = records[2.0]
 kept = np.r_[0:12345, 12382:SAMPLES]
-found = align(drive, Stream.of(RATE, V_copy=sensor.channels["V_copy"][kept]), Wiring(lag=LAG))
+found = align(drive, Stream.of(RATE, V_copy=sensor.channels["V_copy"][kept]), ClockWiring(lag=LAG))
 print(found)
 assert [(g.first, g.missing) for g in found.gaps] == [(12345, 37)]
 
 drift = DeviceClock(ppm=-20.0, offset=123e-6, drift_ppm=120.0)
-found = align(*record(2.0, drift), Wiring(lag=LAG, drifting=True))
+found = align(*record(2.0, drift), ClockWiring(lag=LAG, drifting=True))
 print(found.sentence)
 low, high = found.drift_interval
 assert low < 120e-6 / 60 < high

@@ -29,7 +29,7 @@ def test_the_first_block_alone_is_a_model_file() -> None:
 
 
 def test_the_table_of_effects_is_the_catalogue() -> None:
-    from identification.command_line.effects import catalogue_table
+    from bondsight.cli.effects import catalogue_table
 
     text = README.read_text(encoding="utf-8")
     found = re.findall(r"<!-- effects -->\n(.*?)\n<!-- /effects -->", text, re.S)
@@ -38,7 +38,7 @@ def test_the_table_of_effects_is_the_catalogue() -> None:
 
 
 def test_the_commands_of_the_readme_exist() -> None:
-    from identification.command_line.main import _parser
+    from bondsight.cli.main import _parser
 
     text = README.read_text(encoding="utf-8")
     used = set(re.findall(r"^    bondsight ([a-z]+)", text, re.M))

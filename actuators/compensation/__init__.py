@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from actuators.compensation.closed_loop import Loop as Loop
+from actuators.compensation.closed_loop import ControlLoop as ControlLoop
 from actuators.compensation.closed_loop import LoopRun as LoopRun
 from actuators.compensation.closed_loop import run_loop as run_loop
 from actuators.compensation.envelope import P840_1 as P840_1
 from actuators.compensation.envelope import UNIPOLAR as UNIPOLAR
-from actuators.compensation.envelope import Envelope as Envelope
 from actuators.compensation.envelope import VoltageLimit as VoltageLimit
+from actuators.compensation.envelope import VoltageRange as VoltageRange
 from actuators.compensation.exactness import bond_graph_residual as bond_graph_residual
 from actuators.compensation.exactness import lumped_residual as lumped_residual
 from actuators.compensation.exactness import operator_residual as operator_residual
@@ -19,8 +19,8 @@ from actuators.compensation.feedforward import feedforward as feedforward
 from actuators.compensation.feedforward import limited_feedforward as limited_feedforward
 from actuators.compensation.feedforward import linear_operator as linear_operator
 from actuators.compensation.margins import OPEN as OPEN
-from actuators.compensation.margins import Controller as Controller
 from actuators.compensation.margins import Margins as Margins
+from actuators.compensation.margins import ProportionalIntegral as ProportionalIntegral
 from actuators.compensation.margins import SampledPlant as SampledPlant
 from actuators.compensation.margins import choose_gains as choose_gains
 from actuators.compensation.margins import margins as margins
@@ -30,7 +30,7 @@ from actuators.compensation.model_inverse import LumpedStack as LumpedStack
 from actuators.compensation.model_inverse import bond_graph_feedforward as bond_graph_feedforward
 from actuators.compensation.model_inverse import field_law as field_law
 from actuators.compensation.model_inverse import lumped_feedforward as lumped_feedforward
-from actuators.compensation.motion import Motion as Motion
+from actuators.compensation.motion import AnalyticMotion as AnalyticMotion
 from actuators.compensation.reference import acceleration_jumps as acceleration_jumps
 from actuators.compensation.reference import smooth_reference as smooth_reference
 from actuators.compensation.reference import thesis_reference as thesis_reference

@@ -12,19 +12,19 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from actuators.compensation.envelope import UNIPOLAR, Envelope
+from actuators.compensation.envelope import UNIPOLAR, VoltageRange
 from actuators.compensation.feedforward import Invertible, limited_inverse
-from actuators.compensation.margins import OPEN, Controller
+from actuators.compensation.margins import OPEN, ProportionalIntegral
 from actuators.compensation.recursion import run_recursion
 from actuators.compensation.virtual_actuator import VirtualActuator
-from bondgraph.backend import FloatArray
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import FloatArray
 
-__all__ = ["Loop", "LoopRun", "run_loop"]
+__all__ = ["ControlLoop", "LoopRun", "run_loop"]
 
 
 @dataclass(frozen=True, slots=True)
-class Loop:
+class ControlLoop:
     """What stands between reference and actuator.
 
     Parameters
@@ -41,9 +41,9 @@ class Loop:
     """
 
     model: Invertible
-    controller: Controller = OPEN
+    controller: ProportionalIntegral = OPEN
     feedforward: bool = True
-    envelope: Envelope = UNIPOLAR
+    envelope: VoltageRange = UNIPOLAR
     sample_rate: float = 20_000.0
 
 
@@ -67,7 +67,7 @@ class LoopRun:
 
 
 def run_loop(
-    loop: Loop,
+    loop: ControlLoop,
     actuator: VirtualActuator,
     reference: FloatArray,
     noise: FloatArray | None = None,
@@ -120,7 +120,7 @@ def run_loop(
     return LoopRun(out[:, 0], out[:, 1], clipped)
 
 
-def _step(loop: Loop, actuator: VirtualActuator, substeps: int | None) -> ca.Function:
+def _step(loop: ControlLoop, actuator: VirtualActuator, substeps: int | None) -> ca.Function:
     """One sample; state: actuator, sum of errors, last error, memory of the model."""
     n, n_m, dt = actuator.n_states, loop.model.n_memory, 1.0 / loop.sample_rate
     kp, ki = loop.controller.proportional, loop.controller.integral

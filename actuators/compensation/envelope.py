@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
-from bondgraph.errors import BondsightError, UnusableInput
+from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.ops import FloatArray
 
-__all__ = ["P840_1", "UNIPOLAR", "Envelope", "VoltageLimit"]
+__all__ = ["P840_1", "UNIPOLAR", "VoltageLimit", "VoltageRange"]
 
 _ROUNDING = 1e-9
 
@@ -20,7 +20,7 @@ class VoltageLimit(BondsightError, ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Envelope:
+class VoltageRange:
     """Allowed voltages ``low <= V <= high``.
 
     Parameters
@@ -83,8 +83,8 @@ class Envelope:
         return np.asarray(np.clip(voltage, self.low, self.high))
 
 
-UNIPOLAR = Envelope(0.0, 100.0)
+UNIPOLAR = VoltageRange(0.0, 100.0)
 """0 to 100 V, the range of all measurements of the stack actuator thesis."""
 
-P840_1 = Envelope(-20.0, 120.0)
+P840_1 = VoltageRange(-20.0, 120.0)
 """What the data sheet of the P-840.1 allows."""

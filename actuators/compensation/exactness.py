@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from actuators.compensation.envelope import UNIPOLAR, Envelope
+from actuators.compensation.envelope import UNIPOLAR, VoltageRange
 from actuators.compensation.feedforward import Invertible, feedforward
 from actuators.compensation.model_inverse import (
     BondGraphStack,
@@ -14,10 +14,10 @@ from actuators.compensation.model_inverse import (
     bond_graph_feedforward,
     lumped_feedforward,
 )
-from actuators.compensation.motion import Motion
+from actuators.compensation.motion import AnalyticMotion
 from bondgraph import simulate
-from bondgraph.backend import Expression, FloatArray
 from bondgraph.hysteresis import Operator
+from bondgraph.support.ops import Expression, FloatArray
 
 __all__ = [
     "bond_graph_residual",
@@ -36,7 +36,7 @@ def operator_residual(
     memory: Sequence[Expression],
     believed: Sequence[Expression] | None = None,
     *,
-    envelope: Envelope = UNIPOLAR,
+    envelope: VoltageRange = UNIPOLAR,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the voltage of the inverse and what is left of the reference behind an operator.
 
@@ -65,7 +65,11 @@ def operator_residual(
 
 
 def lumped_residual(
-    motion: Motion, hysteresis: Operator, stack: LumpedStack, *, envelope: Envelope = UNIPOLAR
+    motion: AnalyticMotion,
+    hysteresis: Operator,
+    stack: LumpedStack,
+    *,
+    envelope: VoltageRange = UNIPOLAR,
 ) -> FloatArray:
     """Return what the simulated lumped-parameter model leaves of a motion, shape (N,), m.
 
@@ -85,7 +89,11 @@ def lumped_residual(
 
 
 def bond_graph_residual(
-    motion: Motion, law: Operator, stack: BondGraphStack, *, envelope: Envelope = UNIPOLAR
+    motion: AnalyticMotion,
+    law: Operator,
+    stack: BondGraphStack,
+    *,
+    envelope: VoltageRange = UNIPOLAR,
 ) -> FloatArray:
     """Return what the simulated general bond graph model leaves of a motion, shape (N,), m."""
     voltage = bond_graph_feedforward(motion, law, stack, envelope=envelope)
@@ -96,7 +104,7 @@ def bond_graph_residual(
 
 
 def voltage_steps(
-    reference: Callable[[FloatArray, float], Motion],
+    reference: Callable[[FloatArray, float], AnalyticMotion],
     frequency: float,
     hysteresis: Operator,
     stack: LumpedStack,

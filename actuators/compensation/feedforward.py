@@ -13,11 +13,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from actuators.compensation.envelope import UNIPOLAR, Envelope
+from actuators.compensation.envelope import UNIPOLAR, VoltageRange
 from actuators.compensation.recursion import run_recursion
-from bondgraph.backend import CASADI, Expression, FloatArray, Ops
 from bondgraph.hysteresis import Memory, Operator, PrandtlIshlinskii
 from bondgraph.hysteresis.checks import finite_record, memory_states
+from bondgraph.support.ops import CASADI, Expression, FloatArray, Ops
 
 __all__ = [
     "Invertible",
@@ -63,7 +63,7 @@ def feedforward(
     x_ref: ArrayLike,
     memory: Sequence[Expression] | None = None,
     *,
-    envelope: Envelope = UNIPOLAR,
+    envelope: VoltageRange = UNIPOLAR,
 ) -> FloatArray:
     """Return the voltage for which `operator`, starting from `memory`, gives `x_ref`.
 
@@ -126,7 +126,7 @@ class LimitedFeedforward:
 
 
 def limited_inverse(
-    operator: Invertible, wanted: Expression, memory: Memory, envelope: Envelope
+    operator: Invertible, wanted: Expression, memory: Memory, envelope: VoltageRange
 ) -> tuple[Expression, Expression, Expression, Memory]:
     """Return one step of the inverse whose memory follows the voltage that is really applied.
 
@@ -159,7 +159,7 @@ def limited_feedforward(
     x_ref: ArrayLike,
     memory: Sequence[Expression] | None = None,
     *,
-    envelope: Envelope = UNIPOLAR,
+    envelope: VoltageRange = UNIPOLAR,
 ) -> LimitedFeedforward:
     """Return the command of `feedforward` held within the envelope, with its clipped samples.
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from bondgraph.backend import FloatArray
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import FloatArray
 
 __all__ = [
     "OPEN",
-    "Controller",
     "Margins",
+    "ProportionalIntegral",
     "SampledPlant",
     "choose_gains",
     "margins",
@@ -30,7 +30,7 @@ _SHAPES = 25
 
 
 @dataclass(frozen=True, slots=True)
-class Controller:
+class ProportionalIntegral:
     """Discrete proportional-integral controller.
 
     Parameters
@@ -45,7 +45,7 @@ class Controller:
     integral: float = 0.0
 
 
-OPEN = Controller()
+OPEN = ProportionalIntegral()
 """No feedback."""
 
 
@@ -123,7 +123,7 @@ class Margins:
     radius: float
 
 
-def margins(plant: SampledPlant, controller: Controller) -> Margins:
+def margins(plant: SampledPlant, controller: ProportionalIntegral) -> Margins:
     """Return the margins of the loop of a controller and a plant.
 
     Parameters
@@ -145,7 +145,7 @@ def margins(plant: SampledPlant, controller: Controller) -> Margins:
 
 def choose_gains(
     plants: Sequence[SampledPlant], *, gain: float = 2.0, phase: float = 60.0
-) -> Controller:
+) -> ProportionalIntegral:
     """Return a controller with as much integral gain as the margins of all plants allow.
 
     For each of a row of ratios kp/ki the largest admissible gain is found by bisection. The
@@ -171,13 +171,15 @@ def choose_gains(
     tables = [(grid := _grid(p), p.response(grid)) for p in plants]
     found = [OPEN]
     for ratio in (0.0, *np.geomspace(0.05 * step, 200.0 * step, _SHAPES)):
-        shapes = [_controller(Controller(ratio, 1.0), w, step) * g for w, g in tables]
+        shapes = [_controller(ProportionalIntegral(ratio, 1.0), w, step) * g for w, g in tables]
 
         def admissible(
             ki: float, shapes: Sequence[np.ndarray] = shapes, ratio: float = ratio
         ) -> bool:
             for plant, (w, _), shape in zip(plants, tables, shapes, strict=True):
-                m = _margins(w, ki * shape, pole_radius(plant, Controller(ki * ratio, ki)))
+                m = _margins(
+                    w, ki * shape, pole_radius(plant, ProportionalIntegral(ki * ratio, ki))
+                )
                 if m.radius >= 1.0 or m.phase < phase or max(1.0 / m.gain, m.resonance) > 1 / gain:
                     return False
             return True
@@ -188,7 +190,7 @@ def choose_gains(
         while high / low > 1.001:
             middle = float(np.sqrt(low * high))
             low, high = (middle, high) if admissible(middle) else (low, middle)
-        found.append(Controller(float(ratio) * low, low))
+        found.append(ProportionalIntegral(float(ratio) * low, low))
     most = max(c.integral for c in found)
     if most == 0.0:
         raise UnusableInput(
@@ -211,7 +213,7 @@ def _grid(plant: SampledPlant) -> FloatArray:
     return np.asarray(grid[(grid >= wide[0]) & (grid <= top)])
 
 
-def _controller(controller: Controller, omega: FloatArray, step: float) -> np.ndarray:
+def _controller(controller: ProportionalIntegral, omega: FloatArray, step: float) -> np.ndarray:
     z = np.exp(1j * omega * step)
     total = controller.proportional + controller.integral * step * z / (z - 1.0)
     return np.asarray(total / z)
@@ -245,7 +247,7 @@ def _margins(omega: FloatArray, loop: np.ndarray, radius: float) -> Margins:
     )
 
 
-def pole_radius(plant: SampledPlant, controller: Controller) -> float:
+def pole_radius(plant: SampledPlant, controller: ProportionalIntegral) -> float:
     """Return the largest modulus of the closed loop's poles; below 1 it is stable.
 
     The states are those of the plant, the last error and the sum of errors.

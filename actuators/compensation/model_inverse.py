@@ -11,21 +11,21 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from actuators.compensation.envelope import UNIPOLAR, Envelope
-from actuators.compensation.motion import Motion
-from actuators.stack_bond_graph import stack_bond_graph
-from actuators.stack_lumped import stack_lumped
+from actuators.compensation.envelope import UNIPOLAR, VoltageRange
+from actuators.compensation.motion import AnalyticMotion
+from actuators.stack.bond_graph import stack_bond_graph
+from actuators.stack.lumped import stack_lumped
 from bondgraph import BondGraph
-from bondgraph.backend import Expression, FloatArray
 from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
     AngInverse,
-    DeadZone,
+    DeadZones,
     Operator,
     PrandtlIshlinskii,
 )
 from bondgraph.laws import Hysteretic
+from bondgraph.support.ops import Expression, FloatArray
 
 __all__ = [
     "BondGraphStack",
@@ -38,7 +38,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class LumpedStack:
-    """Parameters of `actuators.stack_lumped`, with its defaults; a resistance of 0 leaves it out.
+    """Parameters of `actuators.stack.lumped`, with its defaults; a resistance of 0 leaves it out.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class LumpedStack:
 
 @dataclass(frozen=True, slots=True)
 class BondGraphStack:
-    """Parameters of `actuators.stack_bond_graph`, with its defaults.
+    """Parameters of `actuators.stack.bond_graph`, with its defaults.
 
     Parameters
     ----------
@@ -102,13 +102,13 @@ class BondGraphStack:
 
 
 def lumped_feedforward(
-    motion: Motion,
+    motion: AnalyticMotion,
     hysteresis: Operator | None,
     stack: LumpedStack | None = None,
     memory: Sequence[Expression] | None = None,
     *,
     force: float = 0.0,
-    envelope: Envelope = UNIPOLAR,
+    envelope: VoltageRange = UNIPOLAR,
 ) -> FloatArray:
     """Return the voltage for which the lumped-parameter model follows a motion.
 
@@ -152,13 +152,13 @@ def lumped_feedforward(
 
 
 def bond_graph_feedforward(
-    motion: Motion,
+    motion: AnalyticMotion,
     law: Operator,
     stack: BondGraphStack | None = None,
     memory: Sequence[Expression] | None = None,
     *,
     force: float = 0.0,
-    envelope: Envelope = UNIPOLAR,
+    envelope: VoltageRange = UNIPOLAR,
 ) -> FloatArray:
     """Return the voltage for which the general bond graph model follows a motion.
 
@@ -234,7 +234,7 @@ def field_law(
     inverse = operator.inverse()
     if isinstance(inverse, AngInverse):
         stage, plays = inverse.dead_zone, inverse.play
-        first = DeadZone(
+        first = DeadZones(
             tuple(d / to_displacement for d in stage.thresholds),
             tuple(w * to_displacement for w in stage.weights),
         )

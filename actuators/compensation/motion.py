@@ -10,15 +10,15 @@ from math import comb
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
+from bondgraph.support.ops import FloatArray
 
-__all__ = ["Motion", "constant", "product", "ramp", "sine", "smooth_step"]
+__all__ = ["AnalyticMotion", "constant", "product", "ramp", "sine", "smooth_step"]
 
 ORDERS = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class AnalyticMotion:
     """A displacement and its analytic derivatives.
 
     Attributes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from bondgraph.backend import FloatArray
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["run_recursion"]
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from actuators.compensation.motion import Motion, constant, product, sine, smooth_step
-from bondgraph.backend import FloatArray
-from bondgraph.errors import UnusableInput
+from actuators.compensation.motion import AnalyticMotion, constant, product, sine, smooth_step
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["acceleration_jumps", "smooth_reference", "thesis_reference"]
 
@@ -17,7 +17,7 @@ FIRST, SECOND, OFFSET = 2000e-9, 1500e-9, 2500e-9
 """Amplitudes before and after half a period, and the mean after it, m."""
 
 
-def thesis_reference(time: ArrayLike, frequency: float = 1.0) -> Motion:
+def thesis_reference(time: ArrayLike, frequency: float = 1.0) -> AnalyticMotion:
     """Return the reference ``x_ref`` of eq. (7.3) with analytic derivatives.
 
     ``2000 nm (1 - cos w t)`` for half a period, then ``2500 nm - 1500 nm cos w t``; rest before
@@ -53,7 +53,7 @@ def thesis_reference(time: ArrayLike, frequency: float = 1.0) -> Motion:
     return _motion(t, np.where(t < 0.0, 0.0, jet))
 
 
-def smooth_reference(time: ArrayLike, frequency: float = 1.0) -> Motion:
+def smooth_reference(time: ArrayLike, frequency: float = 1.0) -> AnalyticMotion:
     """Return a relative of `thesis_reference` with a continuous third derivative.
 
     The start is faded in over the first quarter of a period, and amplitude and mean are exchanged
@@ -108,5 +108,5 @@ def _checked(time: ArrayLike, frequency: float) -> tuple[FloatArray, float]:
     return t, 2.0 * math.pi * frequency
 
 
-def _motion(t: FloatArray, jet: FloatArray) -> Motion:
-    return Motion(t, jet[0], jet[1], jet[2], jet[3])
+def _motion(t: FloatArray, jet: FloatArray) -> AnalyticMotion:
+    return AnalyticMotion(t, jet[0], jet[1], jet[2], jet[3])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from actuators.compensation.closed_loop import Loop
-from actuators.compensation.envelope import UNIPOLAR, Envelope
+from actuators.compensation.closed_loop import ControlLoop
+from actuators.compensation.envelope import UNIPOLAR, VoltageRange
 from actuators.compensation.feedforward import linear_operator
-from actuators.compensation.margins import OPEN, Controller
+from actuators.compensation.margins import OPEN, ProportionalIntegral
 from actuators.compensation.model_inverse import (
     BondGraphStack,
     LumpedStack,
@@ -15,10 +15,10 @@ from actuators.compensation.model_inverse import (
     field_law,
     lumped_feedforward,
 )
-from actuators.compensation.motion import Motion
+from actuators.compensation.motion import AnalyticMotion
 from actuators.compensation.virtual_actuator import VirtualActuator
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["actuator_like", "deviating", "model_voltages", "stack_of", "strategies"]
 
@@ -84,11 +84,11 @@ def strategies(
     model: AlJanaideh,
     other: Ang,
     linear_gain: float,
-    controller: Controller,
+    controller: ProportionalIntegral,
     *,
-    envelope: Envelope = UNIPOLAR,
+    envelope: VoltageRange = UNIPOLAR,
     sample_rate: float = 20_000.0,
-) -> dict[str, Loop]:
+) -> dict[str, ControlLoop]:
     """Return the open and closed loops that are compared.
 
     Parameters
@@ -104,17 +104,21 @@ def strategies(
     """
     linear, off = linear_operator(linear_gain), OPEN
     return {
-        "linear feedforward": Loop(linear, off, True, envelope, sample_rate),
-        "Al Janaideh inverse": Loop(model, off, True, envelope, sample_rate),
-        "Ang inverse": Loop(other, off, True, envelope, sample_rate),
-        "PI alone": Loop(linear, controller, False, envelope, sample_rate),
-        "PI + linear": Loop(linear, controller, True, envelope, sample_rate),
-        "PI + inverse": Loop(model, controller, True, envelope, sample_rate),
+        "linear feedforward": ControlLoop(linear, off, True, envelope, sample_rate),
+        "Al Janaideh inverse": ControlLoop(model, off, True, envelope, sample_rate),
+        "Ang inverse": ControlLoop(other, off, True, envelope, sample_rate),
+        "PI alone": ControlLoop(linear, controller, False, envelope, sample_rate),
+        "PI + linear": ControlLoop(linear, controller, True, envelope, sample_rate),
+        "PI + inverse": ControlLoop(model, controller, True, envelope, sample_rate),
     }
 
 
 def model_voltages(
-    model: AlJanaideh, nominal: VirtualActuator, motion: Motion, *, envelope: Envelope = UNIPOLAR
+    model: AlJanaideh,
+    nominal: VirtualActuator,
+    motion: AnalyticMotion,
+    *,
+    envelope: VoltageRange = UNIPOLAR,
 ) -> dict[str, FloatArray]:
     """Return the voltages, shape (N,), by which the inverses of whole models follow a motion.
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["Tracking", "loop_thickness", "tracking"]
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from actuators.compensation.recursion import run_recursion
-from bondgraph.backend import FloatArray
-from bondgraph.errors import UnusableInput
 from bondgraph.hysteresis.checks import finite_record
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["VirtualActuator"]
 

@@ -22,8 +22,8 @@ from actuators.ultrasonic.open_loop import lowest_sure_voltage as lowest_sure_vo
 from actuators.ultrasonic.open_loop import speed_at_sure_voltage as speed_at_sure_voltage
 from actuators.ultrasonic.plate import Plate as Plate
 from actuators.ultrasonic.plate import plate_graph as plate_graph
-from actuators.ultrasonic.sampled_loop import Controller as Controller
-from actuators.ultrasonic.sampled_loop import Loop as Loop
+from actuators.ultrasonic.sampled_loop import PositionController as PositionController
+from actuators.ultrasonic.sampled_loop import SampledLoop as SampledLoop
 from actuators.ultrasonic.sampled_loop import designed as designed
 from actuators.ultrasonic.sampled_loop import margin_rate as margin_rate
 from actuators.ultrasonic.sampled_loop import phase_margin as phase_margin

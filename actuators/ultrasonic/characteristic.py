@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from actuators.ultrasonic.data_sheet import M661
-from bondgraph.backend import NUMPY
-from bondgraph.errors import UnusableInput
-from bondgraph.laws.table import Table
+from bondgraph.laws.table import TableLaw
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import NUMPY
 
 Array = np.ndarray
 
@@ -25,14 +25,14 @@ DEAD_ZONE = VOLTAGE[1]
 FULL = VOLTAGE[-2]
 
 
-def voltage_force(largest: float = M661.push_force, join: str = "linear") -> Table:
+def voltage_force(largest: float = M661.push_force, join: str = "linear") -> TableLaw:
     """Law of a drive: force (N) at a control voltage (V).
 
     The reference slope is 1 N/V, the identity that a drive's law departs from.
     """
     if not largest > 0:
         raise UnusableInput(f"voltage_force: the largest force is {largest:g} N; it has to be > 0")
-    return Table.odd(VOLTAGE, tuple(largest * s for s in SHARE), join=join, unit="N")
+    return TableLaw.odd(VOLTAGE, tuple(largest * s for s in SHARE), join=join, unit="N")
 
 
 def force(control: Array | float, largest: float = M661.push_force) -> Array:

@@ -17,10 +17,10 @@ from actuators.ultrasonic.characteristic import DEAD_ZONE, SHARE, VOLTAGE, volta
 from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.driver import Driver, fitted_driver, settled_step
 from actuators.ultrasonic.motion import Stage, moved
-from actuators.ultrasonic.sampled_loop import Controller
-from bondgraph.backend import CASADI
-from bondgraph.errors import UnusableInput
-from bondgraph.laws.table import Table
+from actuators.ultrasonic.sampled_loop import PositionController
+from bondgraph.laws.table import TableLaw
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import CASADI
 
 Array = np.ndarray
 FINEST = 1e-4
@@ -102,7 +102,7 @@ class Answer:
 
 
 def step_answer(
-    controller: Controller,
+    controller: PositionController,
     sampling: Sampling,
     *,
     stage: Stage | None = None,
@@ -138,7 +138,12 @@ def step_answer(
 
 @lru_cache(maxsize=64)
 def _runner(
-    controller: Controller, sampling: Sampling, stage: Stage, driver: Driver, inner: int, count: int
+    controller: PositionController,
+    sampling: Sampling,
+    stage: Stage,
+    driver: Driver,
+    inner: int,
+    count: int,
 ) -> Any:
     """``(state, references) -> (states, positions between samples)``.
 
@@ -159,7 +164,7 @@ def _runner(
     return sample.mapaccum(count)
 
 
-def _decision(ca: Any, c: Controller, sampling: Sampling) -> Any:
+def _decision(ca: Any, c: PositionController, sampling: Sampling) -> Any:
     """Force from the reading; the integral stands while the force is at its limit."""
     x, integral, last, r = (ca.SX.sym(n) for n in ("x", "i", "last", "r"))
     period = 1 / sampling.rate
@@ -179,7 +184,7 @@ def _decision(ca: Any, c: Controller, sampling: Sampling) -> Any:
 def _inverse(ca: Any) -> Any:
     """Control voltage from a force: the inverse characteristic, 0 at 0."""
     f = ca.SX.sym("f")
-    rising = Table(SHARE[1:-1], VOLTAGE[1:-1])
+    rising = TableLaw(SHARE[1:-1], VOLTAGE[1:-1])
     size = rising.output(CASADI, ca.fabs(f) / M661.push_force, ())
     return ca.Function("inverse", [f], [ca.sign(f) * size])
 

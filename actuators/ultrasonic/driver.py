@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from actuators.ultrasonic.data_sheet import M661
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 Array = np.ndarray
 

@@ -15,10 +15,10 @@ import numpy as np
 
 from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.stage import MOVED_MASS
-from bondgraph.backend import CASADI
-from bondgraph.errors import UnusableInput
 from bondgraph.laws import Coulomb
-from bondgraph.laws.table import Table
+from bondgraph.laws.table import TableLaw
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import CASADI
 
 Array = np.ndarray
 
@@ -40,7 +40,7 @@ class Stage:
 
     mass: float = MOVED_MASS
     damping: float = M661.damping
-    friction: Table | float = 0.0
+    friction: TableLaw | float = 0.0
     holding: float = 0.0
     travel: float = M661.travel
 
@@ -48,14 +48,14 @@ class Stage:
         """Refuse what cannot move."""
         if not min(self.mass, self.damping, self.travel) > 0:
             raise UnusableInput("Stage: mass, damping and travel have to be > 0")
-        lowest = min(self.friction.values) if isinstance(self.friction, Table) else self.friction
+        lowest = min(self.friction.values) if isinstance(self.friction, TableLaw) else self.friction
         if lowest < 0 or self.holding < 0:
             raise UnusableInput("Stage: friction cannot be negative; raise its lowest value to 0")
 
     def level(self, x: Any, rest: Any) -> Any:
         """Friction (N) at position `x` (CasADi), `rest` being the share of the holding force."""
         table = self.friction
-        here = table.output(CASADI, x, ()) if isinstance(table, Table) else table
+        here = table.output(CASADI, x, ()) if isinstance(table, TableLaw) else table
         return here + self.holding * rest
 
 

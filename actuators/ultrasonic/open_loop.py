@@ -14,7 +14,7 @@ from actuators.ultrasonic.characteristic import DEAD_ZONE, control_voltage, forc
 from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.driver import Driver, envelope
 from actuators.ultrasonic.motion import Stage, move
-from bondgraph.laws.table import Table
+from bondgraph.laws.table import TableLaw
 
 Array = np.ndarray
 STEP = 1e-4
@@ -24,7 +24,7 @@ STILL = 1e-4
 
 def friction_along(
     seed: int, *, mean: float = 0.25, cell: float = 0.5e-3, travel: float = M661.travel
-) -> Table:
+) -> TableLaw:
     """Dry friction over the position, straight between drawn levels.
 
     The levels are uniform between 0 and twice the mean, an assumption: a quarter of the push
@@ -41,7 +41,9 @@ def friction_along(
     """
     n = max(round(travel / cell), 1)
     levels = np.random.default_rng(seed).uniform(0.0, 2.0 * mean, n + 1)
-    return Table(tuple(np.linspace(0.0, travel, n + 1).tolist()), tuple(levels.tolist()), unit="N")
+    return TableLaw(
+        tuple(np.linspace(0.0, travel, n + 1).tolist()), tuple(levels.tolist()), unit="N"
+    )
 
 
 def guided_stage(seed: int, *, mean: float = 0.25, holding: float = 0.0) -> Stage:
@@ -142,7 +144,7 @@ def constant_voltage(
 
 def lowest_sure_voltage(stage: Stage, largest: float = 1.0) -> float:
     """Voltage whose force is the highest friction along the way, V."""
-    highest = max(stage.friction.values) if isinstance(stage.friction, Table) else stage.friction
+    highest = max(stage.friction.values) if isinstance(stage.friction, TableLaw) else stage.friction
     return float(control_voltage(highest, largest))
 
 
@@ -151,6 +153,6 @@ def speed_at_sure_voltage(stage: Stage) -> float:
 
     Slower cannot be commanded in open loop without sticking somewhere.
     """
-    if not isinstance(stage.friction, Table):
+    if not isinstance(stage.friction, TableLaw):
         return 0.0
     return (max(stage.friction.values) - min(stage.friction.values)) / stage.damping

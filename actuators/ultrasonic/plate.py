@@ -14,7 +14,7 @@ import numpy as np
 from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.driver import LOADED_Q
 from bondgraph import BondGraph, C, Df, I, One, R, Se, Zero
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 Array = np.ndarray
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.stage import MOVED_MASS
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 Array = np.ndarray
 
@@ -24,7 +24,7 @@ MARGIN = 45.0
 
 
 @dataclass(frozen=True)
-class Controller:
+class PositionController:
     """Force (N) from the position error (m): ``K (e + sum e T / T_i + T_d (e_k - e_(k-1)) / T)``.
 
     Parameters
@@ -52,7 +52,7 @@ class Controller:
 
 
 @dataclass(frozen=True)
-class Loop:
+class SampledLoop:
     """A controller, the linear stage and the way between them.
 
     Parameters
@@ -62,7 +62,7 @@ class Loop:
         fetched during one sample and acted on at the next.
     """
 
-    controller: Controller
+    controller: PositionController
     mass: float = MOVED_MASS
     damping: float = M661.damping
     delay: int = 1
@@ -86,7 +86,7 @@ def designed(
     delay: int = 1,
     integral: float = 10.0,
     derivative: float = 0.0,
-) -> Loop:
+) -> SampledLoop:
     """Loop with its crossover at a wanted frequency (Hz) if it were not sampled.
 
     Parameters
@@ -101,10 +101,10 @@ def designed(
     w = 2 * pi * crossover
     lead = w * derivative - 1 / integral
     gain = w * sqrt((mass * w) ** 2 + damping**2) / sqrt(1 + lead**2)
-    return Loop(Controller(gain, integral / w, derivative), mass, damping, delay)
+    return SampledLoop(PositionController(gain, integral / w, derivative), mass, damping, delay)
 
 
-def continuous_margin(loop: Loop, crossover: float, rate: float) -> float:
+def continuous_margin(loop: SampledLoop, crossover: float, rate: float) -> float:
     """Phase margin (degrees) by the rule of thumb: the sampled loop is late by ``(1/2 + d) T``."""
     w = 2 * pi * crossover
     c = loop.controller
@@ -113,7 +113,7 @@ def continuous_margin(loop: Loop, crossover: float, rate: float) -> float:
     return degrees(pi / 2 - atan(w * loop.time_constant) + controller - late)
 
 
-def continuous_rate(loop: Loop, crossover: float, margin: float = MARGIN) -> float:
+def continuous_rate(loop: SampledLoop, crossover: float, margin: float = MARGIN) -> float:
     """Sample rate (Hz) at which the rule of thumb leaves `margin` degrees at the crossover."""
     rest = continuous_margin(loop, crossover, float("inf")) - margin
     if rest <= 0:
@@ -124,7 +124,7 @@ def continuous_rate(loop: Loop, crossover: float, margin: float = MARGIN) -> flo
     return 2 * pi * crossover * (0.5 + loop.delay) / radians(rest)
 
 
-def _held(loop: Loop, period: float) -> tuple[Array, Array]:
+def _held(loop: SampledLoop, period: float) -> tuple[Array, Array]:
     """Exact step of (x, v) under a force held for `period`."""
     tau, b = loop.time_constant, loop.damping
     phi = exp(-period / tau)
@@ -132,7 +132,7 @@ def _held(loop: Loop, period: float) -> tuple[Array, Array]:
     return a, np.array([(period - tau * (1 - phi)) / b, (1 - phi) / b])
 
 
-def open_loop_response(loop: Loop, rate: float, frequency: Array) -> Array:
+def open_loop_response(loop: SampledLoop, rate: float, frequency: Array) -> Array:
     """Complex loop gain at frequencies (Hz) below half the rate: sampled, held, delayed; exact."""
     period = 1 / rate
     z = np.exp(2j * pi * np.asarray(frequency, float) * period)
@@ -143,7 +143,7 @@ def open_loop_response(loop: Loop, rate: float, frequency: Array) -> Array:
     return np.asarray(c.gain * control * plant * z**-loop.delay)
 
 
-def phase_margin(loop: Loop, rate: float) -> float:
+def phase_margin(loop: SampledLoop, rate: float) -> float:
     """Phase margin (degrees) of the sampled loop at its last crossing of gain 1.
 
     Minus infinity if the gain never falls below 1.
@@ -161,7 +161,7 @@ def phase_margin(loop: Loop, rate: float) -> float:
     return degrees(phase[i] + share * (phase[i + 1] - phase[i])) + 180.0
 
 
-def closed_loop_matrix(loop: Loop, rate: float) -> Array:
+def closed_loop_matrix(loop: SampledLoop, rate: float) -> Array:
     """Step of the closed linear loop; states: x, v, integral, last x, forces under way."""
     period, c, d = 1 / rate, loop.controller, loop.delay
     a, g = _held(loop, period)
@@ -184,22 +184,22 @@ def closed_loop_matrix(loop: Loop, rate: float) -> Array:
     return m
 
 
-def spectral_radius(loop: Loop, rate: float) -> float:
+def spectral_radius(loop: SampledLoop, rate: float) -> float:
     """Largest pole of the closed linear loop; below 1 it is stable."""
     return float(np.abs(np.linalg.eigvals(closed_loop_matrix(loop, rate))).max())
 
 
-def stability_rate(loop: Loop) -> float:
+def stability_rate(loop: SampledLoop) -> float:
     """Lowest sample rate (Hz) above which the linear loop is stable, by its exact poles."""
     return _lowest(lambda rate: 1.0 - spectral_radius(loop, rate), loop)
 
 
-def margin_rate(loop: Loop, margin: float = MARGIN) -> float:
+def margin_rate(loop: SampledLoop, margin: float = MARGIN) -> float:
     """Lowest sample rate (Hz) above which the sampled loop has `margin` degrees; exact."""
     return _lowest(lambda rate: max(phase_margin(loop, rate), -360.0) - margin, loop)
 
 
-def _lowest(excess: Callable[[float], float], loop: Loop) -> float:
+def _lowest(excess: Callable[[float], float], loop: SampledLoop) -> float:
     from scipy.optimize import brentq
 
     start = 1.0 / (1.5 * loop.time_constant)

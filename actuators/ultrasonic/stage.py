@@ -10,7 +10,7 @@ from __future__ import annotations
 from actuators.ultrasonic.characteristic import voltage_force
 from actuators.ultrasonic.data_sheet import M661
 from bondgraph import BondGraph, Df, Dq, I, One, R, Se
-from bondgraph.drives import Drive
+from bondgraph.graph.drives import Drive
 from bondgraph.laws import Coulomb, Law
 
 MOVED_MASS = 10e-3

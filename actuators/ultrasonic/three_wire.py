@@ -15,7 +15,7 @@ import numpy as np
 from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.driver import Driver, envelope
 from actuators.ultrasonic.plate import Plate
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 Array = np.ndarray
 

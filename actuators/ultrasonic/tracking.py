@@ -24,7 +24,7 @@ import numpy as np
 from actuators.ultrasonic.characteristic import force
 from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.plate import Plate
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 Array = np.ndarray
 

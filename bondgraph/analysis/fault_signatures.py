@@ -9,8 +9,8 @@ from itertools import combinations
 
 from bondgraph.analysis.exact_algebra import modular, rank
 from bondgraph.analysis.residual_space import Diagnostic, ResidualSpace, generic_space
-from bondgraph.errors import unknown_name
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.support.errors import unknown_name
 
 __all__ = ["FaultSignatures", "signatures"]
 

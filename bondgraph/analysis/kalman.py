@@ -12,10 +12,10 @@ from typing import TypeAlias
 
 from bondgraph.analysis.exact_algebra import PRIME, generic_values, modular, rank
 from bondgraph.analysis.linear import linear_rates
-from bondgraph.deriving import system
-from bondgraph.elements import MGY, MTF, Sensor, Source, Switched, Valued
-from bondgraph.graph import BondGraph
-from bondgraph.system import System
+from bondgraph.equations.derivation import system
+from bondgraph.equations.system import System
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import MGY, MTF, Sensor, Source, Switched, Valued
 
 __all__ = [
     "SET_ASIDE",
@@ -50,7 +50,7 @@ def linear_skeleton(graph: BondGraph) -> BondGraph:
     A resistor whose law has no linear part becomes a linear one: it has a slope somewhere.
     """
     if graph.of_type(Switched):
-        from bondgraph.modes.resolve import in_mode
+        from bondgraph.simulation.modes.resolve import in_mode
 
         graph = in_mode(graph)
     for e in graph.of_type(Valued):

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from bondgraph.elements import symbol
-from bondgraph.elimination import rational
-from bondgraph.errors import UnusableInput, unknown_name
-from bondgraph.system import System
+from bondgraph.equations.elimination import rational
+from bondgraph.equations.system import System
+from bondgraph.graph.elements import symbol
+from bondgraph.support.errors import UnusableInput, unknown_name
 
 __all__ = [
     "Descriptor",

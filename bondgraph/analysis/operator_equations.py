@@ -15,7 +15,10 @@ import sympy as sp
 
 from bondgraph.analysis.exact_algebra import rational
 from bondgraph.analysis.linear import LAPLACE
-from bondgraph.elements import (
+from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.equations.field_laws import field_laws
+from bondgraph.graph.bond_graph import Bond, BondGraph
+from bondgraph.graph.elements import (
     GY,
     MGY,
     MTF,
@@ -37,11 +40,8 @@ from bondgraph.elements import (
     Zero,
     symbol,
 )
-from bondgraph.errors import BondsightError, GraphError
-from bondgraph.field_laws import field_laws
-from bondgraph.graph import Bond, BondGraph
-from bondgraph.modulation import port_variables
-from bondgraph.naming import Names
+from bondgraph.graph.modulation import port_variables
+from bondgraph.support.errors import BondsightError, GraphError
 
 __all__ = [
     "FAULT_ROLES",
@@ -132,7 +132,7 @@ def operator_equations(graph: BondGraph, places: Positions | None = None) -> Ope
         An element is not linear and has no law to set aside (modulation, reaction, heat).
     """
     if graph.of_type(Switched):
-        from bondgraph.modes.resolve import in_mode
+        from bondgraph.simulation.modes.resolve import in_mode
 
         graph = in_mode(graph)
     graph.require_sound()
@@ -157,7 +157,7 @@ def positions(graph: BondGraph) -> dict[str, Terms]:
     wanted = [s.name for s in graph.of_type(Dq)]
     if not wanted:
         return {}
-    from bondgraph.deriving import system
+    from bondgraph.equations.derivation import system
 
     try:
         model = system(graph)
@@ -180,7 +180,7 @@ class _Equations:
     made: list[OperatorEquation] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.names = Names(self.graph)
+        self.names = SignalNames(self.graph)
         sensors = {s.name for s in self.graph.of_type(Sensor)}
         bonds = self.graph.bonds
         self.power = frozenset(b for b in bonds if not {b.tail, b.head} & sensors)

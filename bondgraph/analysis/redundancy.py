@@ -15,8 +15,8 @@ from bondgraph.analysis.fault_signatures import FaultSignatures, signatures
 from bondgraph.analysis.redundancy_relation import RedundancyRelation as RedundancyRelation
 from bondgraph.analysis.redundancy_relation import relation
 from bondgraph.analysis.residual_space import ResidualSpace, blind, diagnostic, symbolic_space
-from bondgraph.errors import unknown_name
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.support.errors import unknown_name
 
 __all__ = ["Redundancy", "RedundancyRelation", "redundancy"]
 

@@ -12,8 +12,8 @@ import sympy as sp
 from bondgraph.analysis.exact_algebra import Row
 from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.residual_space import ResidualSpace
-from bondgraph.elements import symbol
-from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.graph.elements import symbol
+from bondgraph.support.errors import UnusableInput, unknown_name
 
 __all__ = ["RedundancyRelation", "relation"]
 

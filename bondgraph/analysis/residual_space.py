@@ -20,10 +20,15 @@ import sympy as sp
 from bondgraph.analysis.exact_algebra import Row, generic_values, solve
 from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.operator_equations import OperatorEquations, Positions, operator_equations
-from bondgraph.causality import CausalConflict, Causality, assign_causality, storage_ports
-from bondgraph.elements import Sensor
-from bondgraph.errors import GraphError, UnusableInput
-from bondgraph.graph import BondGraph
+from bondgraph.causality.assignment import (
+    CausalConflict,
+    Causality,
+    assign_causality,
+    storage_ports,
+)
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor
+from bondgraph.support.errors import GraphError, UnusableInput
 
 __all__ = ["Diagnostic", "ResidualSpace", "diagnostic", "generic_space", "symbolic_space"]
 

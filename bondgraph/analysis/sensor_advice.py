@@ -9,9 +9,9 @@ from html import escape
 from bondgraph.analysis.fault_signatures import Classes, FaultSignatures, separated, signatures
 from bondgraph.analysis.operator_equations import positions
 from bondgraph.analysis.residual_space import diagnostic
-from bondgraph.elements import De, Df, One, Sensor, Zero
-from bondgraph.errors import BondsightError
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import De, Df, One, Sensor, Zero
+from bondgraph.support.errors import BondsightError
 
 __all__ = ["Advice", "SensorAdvice", "splitting_sensors"]
 

@@ -28,12 +28,12 @@ from bondgraph.analysis.kalman import (
     transposed,
 )
 from bondgraph.analysis.operator_equations import positions
-from bondgraph.causality import CausalConflict, assign_causality, storage_ports
-from bondgraph.composing.rewriting import replace as replaced
-from bondgraph.deriving import system
-from bondgraph.elements import De, Df, Dq, Field, Se, Sf
-from bondgraph.graph import BondGraph
-from bondgraph.system import System
+from bondgraph.causality.assignment import CausalConflict, assign_causality, storage_ports
+from bondgraph.equations.derivation import system
+from bondgraph.equations.system import System
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.composing.rewriting import replace as replaced
+from bondgraph.graph.elements import De, Df, Dq, Field, Se, Sf
 
 if TYPE_CHECKING:
     import networkx as nx

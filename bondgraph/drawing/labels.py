@@ -11,8 +11,8 @@ import networkx as nx
 
 from bondgraph.drawing.geometry import Rect, hull
 from bondgraph.drawing.readings import expression
-from bondgraph.elements import Element, Junction, Multiport, Switched, TwoPort
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element, Junction, Multiport, Switched, TwoPort
 
 SIZE, SMALL, GLYPH, NOTE = 14.0, 10.5, 18.0, 24
 # advance of a bold glyph over the font size; DejaVu Sans, the widest of the usual fonts

@@ -16,21 +16,21 @@ from bondgraph.drawing.geometry import Point, Rect, cut, hull
 from bondgraph.drawing.labels import Label
 from bondgraph.drawing.parts import Part, Spacing, stacked
 from bondgraph.drawing.placing import Placer
-from bondgraph.drawing.readings import Reading, readings
+from bondgraph.drawing.readings import DrawnReading, readings
 from bondgraph.drawing.routing import route
 from bondgraph.drawing.skeleton import Component, components
-from bondgraph.graph import Bond, BondGraph
+from bondgraph.graph.bond_graph import Bond, BondGraph
 
 MARGIN, _STROKE = 4.0, 8.0
 _SEARCHED = 150  # larger graphs with rings are drawn from their first spanning tree
 _WIRED = 120  # elements in all variants whose wires are routed for comparison
 _REROUTED = 30  # up to so many wires a second round finds better ways
 _WIDER = (1.0, 1.4, 2.0)
-_Edge = Bond | Reading
+_Edge = Bond | DrawnReading
 
 
 @dataclass(frozen=True)
-class Layout:
+class GraphLayout:
     """A placed bond graph.
 
     Attributes
@@ -50,7 +50,7 @@ class Layout:
     anchors: Mapping[str, Point]
     labels: Mapping[str, Label]
     wires: Mapping[Bond, tuple[Point, ...]]
-    signals: Mapping[Reading, tuple[Point, ...]]
+    signals: Mapping[DrawnReading, tuple[Point, ...]]
     page: Rect
 
     @property
@@ -69,7 +69,7 @@ class Layout:
 
 def layout(
     graph: BondGraph, captions: Mapping[str, str] | None = None, ringed: Iterable[str] = ()
-) -> Layout:
+) -> GraphLayout:
     """Place `graph`.
 
     Parameters
@@ -86,7 +86,7 @@ def layout(
     signals = readings(graph)
     closing = len(graph.bonds) - len(graph.elements) + len(pieces) + len(signals)
     first = Spacing().scaled(1.0 + min(0.04 * closing, 0.4))
-    plans: list[tuple[int, int, float, Layout]] = []
+    plans: list[tuple[int, int, float, GraphLayout]] = []
     for by in _WIDER:
         spacing = first.scaled(by)
         ranked = [_ranked(graph, Placer(graph, *marks, spacing, signals), v) for v in pieces]
@@ -127,7 +127,9 @@ def _badness(graph: BondGraph, part: Part) -> float:
     return 120.0 * count_crossings([*joined, *open_ends]) + length + shape
 
 
-def _wired(graph: BondGraph, placer: Placer, part: Part, signals: Sequence[Reading]) -> Layout:
+def _wired(
+    graph: BondGraph, placer: Placer, part: Part, signals: Sequence[DrawnReading]
+) -> GraphLayout:
     labels, anchors = placer.labels, part.anchors
     boxes = {n: [r.shifted(*anchors[n]) for r in labels[n].parts] for n in graph.elements}
     page = hull([part.box, *(r for rs in boxes.values() for r in rs)])
@@ -138,7 +140,7 @@ def _wired(graph: BondGraph, placer: Placer, part: Part, signals: Sequence[Readi
         if via is not None or _in_line(b, anchors, obstacles):
             done[b] = _cut((anchors[b.tail], *(via or ()), anchors[b.head]), boxes, _ends(b))
     rest: list[_Edge] = [*(b for b in graph.bonds if b not in done), *signals]
-    rest.sort(key=lambda e: (isinstance(e, Reading), _distance(anchors, _ends(e))))
+    rest.sort(key=lambda e: (isinstance(e, DrawnReading), _distance(anchors, _ends(e))))
     for _ in range(2 if 1 < len(rest) <= _REROUTED else 1):
         for e in rest:
             done.pop(e, None)
@@ -146,13 +148,13 @@ def _wired(graph: BondGraph, placer: Placer, part: Part, signals: Sequence[Readi
             done[e] = _cut(path, boxes, _ends(e))
     points = [Rect(x, y, x, y) for w in done.values() for x, y in w]
     page = hull([*points, *(r for rs in boxes.values() for r in rs)]).grown(24.0)
-    return Layout(
+    return GraphLayout(
         anchors, labels, {b: done[b] for b in graph.bonds}, {s: done[s] for s in signals}, page
     )
 
 
 def _ends(e: _Edge) -> tuple[str, str]:
-    return (e.source, e.target) if isinstance(e, Reading) else (e.tail, e.head)
+    return (e.source, e.target) if isinstance(e, DrawnReading) else (e.tail, e.head)
 
 
 def _distance(anchors: Mapping[str, Point], ends: tuple[str, str]) -> float:
@@ -190,7 +192,7 @@ def _in_line(b: Bond, anchors: Mapping[str, Point], obstacles: Obstacles) -> boo
     return abs(a[1] - c[1]) < 1e-6 and not obstacles.hit((a, c), (b.tail, b.head))
 
 
-def _hidden(plan: Layout) -> int:
+def _hidden(plan: GraphLayout) -> int:
     """Count the wires that pass through a label of another element."""
     obstacles = Obstacles(plan.boxes)
     edges: list[tuple[_Edge, tuple[Point, ...]]] = [*plan.wires.items(), *plan.signals.items()]

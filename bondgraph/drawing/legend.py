@@ -15,7 +15,7 @@ _STROKE_TEXT = {"derivative": "derivative causality", "free": "causality chosen 
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class LegendEntry:
     """A line of the legend: what it says, in which colour, and its sample at a point."""
 
     text: str
@@ -28,24 +28,24 @@ class Entry:
         return _SAMPLE + text_width(self.text, SMALL) + 20.0
 
 
-def entries(domains: Iterable[str], strokes: Iterable[str], *, signals: bool) -> list[Entry]:
+def entries(domains: Iterable[str], strokes: Iterable[str], *, signals: bool) -> list[LegendEntry]:
     """Return the entries for the domains, the kinds of strokes and the signals of a drawing."""
     present, kinds = set(domains), set(strokes)
     found = []
     shown = [d for d in paint.FILL if d and d in present]
     for d in shown if len(shown) > 1 else ():
         fill, ink = paint.FILL[d]
-        found.append(Entry(d, ink, partial(_patch, fill=fill, ink=ink)))
+        found.append(LegendEntry(d, ink, partial(_patch, fill=fill, ink=ink)))
     for kind, text in _STROKE_TEXT.items():
         if kind in kinds:
             colour = paint.STROKES[kind]
-            found.append(Entry(text, colour, partial(_end, colour=colour)))
+            found.append(LegendEntry(text, colour, partial(_end, colour=colour)))
     if signals:
-        found.append(Entry("signal", paint.FAINT, _dashes))
+        found.append(LegendEntry("signal", paint.FAINT, _dashes))
     return found
 
 
-def framed(page: Rect, title: str | None, lines: list[Entry]) -> tuple[Rect, list[str]]:
+def framed(page: Rect, title: str | None, lines: list[LegendEntry]) -> tuple[Rect, list[str]]:
     """Return the page grown by heading and legend, and their SVG; a long legend is wrapped."""
     least = max(
         text_width(title or "", _TITLE) + 2 * _EDGE,

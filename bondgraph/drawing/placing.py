@@ -9,10 +9,10 @@ from itertools import pairwise
 from bondgraph.drawing.geometry import Rect, hull
 from bondgraph.drawing.labels import Label, label
 from bondgraph.drawing.parts import Part, Spacing, fanned, lane, merged, snake, wrap
-from bondgraph.drawing.readings import Reading
+from bondgraph.drawing.readings import DrawnReading
 from bondgraph.drawing.skeleton import Component
-from bondgraph.elements import Sensor, Source
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor, Source
 
 
 class Placer:
@@ -24,7 +24,7 @@ class Placer:
         captions: Mapping[str, str],
         ringed: frozenset[str],
         spacing: Spacing,
-        signals: Sequence[Reading],
+        signals: Sequence[DrawnReading],
     ) -> None:
         self.graph = graph
         self.captions = captions

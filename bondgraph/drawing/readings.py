@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from bondgraph.elements import X0, X1, Element, Modulated, Multiport, One, TwoPort, Zero
-from bondgraph.graph import Bond, BondGraph
+from bondgraph.graph.bond_graph import Bond, BondGraph
+from bondgraph.graph.elements import X0, X1, Element, Modulated, Multiport, One, TwoPort, Zero
 
-__all__ = ["Reading", "expression", "readings"]
+__all__ = ["DrawnReading", "expression", "readings"]
 
 _COMMON: dict[str, tuple[type[Element], ...]] = {"e": (Zero, X0), "f": (One, X1)}
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class DrawnReading:
     """A modulated element reads signals at another element.
 
     Attributes
@@ -39,7 +39,7 @@ def expression(e: Element) -> sp.Expr | None:
     return value if isinstance(value, sp.Expr) and value.free_symbols else None
 
 
-def readings(graph: BondGraph) -> tuple[Reading, ...]:
+def readings(graph: BondGraph) -> tuple[DrawnReading, ...]:
     """Return the readings of all modulated elements, one for each pair of elements.
 
     Parameters, inputs from outside, time and unknown names have no place in the graph; they are
@@ -55,7 +55,7 @@ def readings(graph: BondGraph) -> tuple[Reading, ...]:
             source = _source(graph, bonds, name)
             if source is not None and source != e.name:
                 found.setdefault((source, e.name), []).append(name)
-    return tuple(Reading(s, t, tuple(names)) for (s, t), names in found.items())
+    return tuple(DrawnReading(s, t, tuple(names)) for (s, t), names in found.items())
 
 
 def _source(graph: BondGraph, bonds: dict[str, Bond], signal: str) -> str | None:

@@ -7,7 +7,7 @@ from functools import partial
 
 from bondgraph.drawing import paint
 from bondgraph.drawing.geometry import Point, Rect
-from bondgraph.drawing.legend import Entry
+from bondgraph.drawing.legend import LegendEntry
 
 LEAST = 0.01
 _WHITE, _FULL = (255, 255, 255), (251, 146, 60)
@@ -37,16 +37,18 @@ def captions(marked: Mapping[str, str], shades: Mapping[str, float]) -> dict[str
     return found
 
 
-def legend(shaded: bool, marked: bool, also: bool) -> list[Entry]:
+def legend(shaded: bool, marked: bool, also: bool) -> list[LegendEntry]:
     """Entries for the colour, the solid and the dashed ring."""
     if not shaded:
         return []
-    found = [Entry("confidence of the place, 0 to 100 %", paint.FAINT, _scale)]
+    found = [LegendEntry("confidence of the place, 0 to 100 %", paint.FAINT, _scale)]
     if marked:
-        found.append(Entry("found here", paint.ACCENT, partial(_ring, colour=paint.ACCENT)))
+        found.append(LegendEntry("found here", paint.ACCENT, partial(_ring, colour=paint.ACCENT)))
     if also:
         text = "cannot be told apart from it"
-        found.append(Entry(text, paint.SECOND, partial(_ring, colour=paint.SECOND, dash="4 2")))
+        found.append(
+            LegendEntry(text, paint.SECOND, partial(_ring, colour=paint.SECOND, dash="4 2"))
+        )
     return found
 
 

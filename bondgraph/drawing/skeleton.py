@@ -8,8 +8,8 @@ from itertools import product
 
 import networkx as nx
 
-from bondgraph.elements import Junction, Source, TwoPort
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Junction, Source, TwoPort
 
 _STARTS = 8
 

@@ -10,15 +10,15 @@ from html import escape
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
 from bondgraph.energy.bond_values import BondPower
-from bondgraph.errors import unknown_name
+from bondgraph.support.errors import unknown_name
+from bondgraph.support.ops import FloatArray
 
-__all__ = ["Entry", "Ledger"]
+__all__ = ["EnergyEntry", "Ledger"]
 
 
 @dataclass(frozen=True)
-class Entry:
+class EnergyEntry:
     """The account of one element.
 
     Attributes
@@ -84,7 +84,7 @@ class Ledger:
     name: str
     time: FloatArray
     bonds: tuple[BondPower, ...]
-    entries: tuple[Entry, ...]
+    entries: tuple[EnergyEntry, ...]
     supplied: FloatArray
     stored: FloatArray
     lost: FloatArray
@@ -105,7 +105,7 @@ class Ledger:
         """Whether the residual is within what integrator and quadrature explain."""
         return self.relative_residual <= max(10.0 * self.accuracy, 2.0 * self.quadrature, 1e-12)
 
-    def __getitem__(self, element: str) -> Entry:
+    def __getitem__(self, element: str) -> EnergyEntry:
         """Account by element."""
         for e in self.entries:
             if e.element == element:

@@ -14,19 +14,19 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from bondgraph.backend import FloatArray
-from bondgraph.deriving import system
-from bondgraph.elements import symbol
-from bondgraph.energy.bond_values import BondPower, Motion, in_its_mode, power_bonds
-from bondgraph.errors import UnusableInput, unknown_name
-from bondgraph.graph import BondGraph
-from bondgraph.modulation import TIME
-from bondgraph.naming import Names
-from bondgraph.printing import to_casadi
-from bondgraph.programming import law_functions
-from bondgraph.relations import Relation
-from bondgraph.simulate import HOLDS, Trajectory
-from bondgraph.system import System
+from bondgraph.energy.bond_values import BondPower, SignalPath, in_its_mode, power_bonds
+from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.equations.casadi_printer import to_casadi
+from bondgraph.equations.codegen import law_functions
+from bondgraph.equations.derivation import system
+from bondgraph.equations.relations import Relation
+from bondgraph.equations.system import System
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import symbol
+from bondgraph.graph.modulation import TIME
+from bondgraph.simulation.simulate import HOLDS, Trajectory
+from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["motion", "observables"]
 
@@ -52,7 +52,7 @@ def motion(
     trajectory: Trajectory,
     parameters: Mapping[str, float] | None = None,
     hold: str = "linear",
-) -> Motion:
+) -> SignalPath:
     """Return all signals and the work of all bonds of `graph` along `trajectory`.
 
     Parameters
@@ -174,19 +174,19 @@ class _Followed:
         return found
 
     # -- results ------------------------------------------------------------------------------
-    def motion(self) -> Motion:
+    def motion(self) -> SignalPath:
         rows = np.vstack(list(self.rows.values()))
         names = list(self.value)
         values = self._evaluated(ca.vertcat(*(self.value[n] for n in names)), rows)
         signals = dict(zip(names, values, strict=True))
-        of, bonds = Names(self.graph), power_bonds(self.graph)
+        of, bonds = SignalNames(self.graph), power_bonds(self.graph)
         powers = ca.vertcat(*(self.value[of.effort(b)] * self.value[of.flow(b)] for b in bonds))
         work, error = self._work(powers, rows)
         made = []
         for b, w, rough in zip(bonds, work, error, strict=True):
             e, f = signals[of.effort(b)], signals[of.flow(b)]
             made.append(BondPower(b.tail, b.head, e, f, e * f, w, float(rough)))
-        return Motion(self.model, self.time, signals, self.parameters, tuple(made))
+        return SignalPath(self.model, self.time, signals, self.parameters, tuple(made))
 
     def _work(self, powers: Any, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Integrate the cubic through powers and their rates at both ends of every step."""

@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from bondgraph.backend import FloatArray
-from bondgraph.elements import Sensor, Switched
-from bondgraph.graph import Bond, BondGraph
-from bondgraph.system import System
+from bondgraph.equations.system import System
+from bondgraph.graph.bond_graph import Bond, BondGraph
+from bondgraph.graph.elements import Sensor, Switched
+from bondgraph.support.ops import FloatArray
 
-__all__ = ["BondPower", "Motion", "in_its_mode", "power_bonds"]
+__all__ = ["BondPower", "SignalPath", "in_its_mode", "power_bonds"]
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class BondPower:
 
 
 @dataclass(frozen=True)
-class Motion:
+class SignalPath:
     """Every signal of a model along a trajectory.
 
     Attributes
@@ -68,7 +68,7 @@ def in_its_mode(graph: BondGraph) -> BondGraph:
     """Return the graph with its switched junctions replaced, as `system` takes them."""
     if not graph.of_type(Switched):
         return graph
-    from bondgraph.modes.resolve import in_mode
+    from bondgraph.simulation.modes.resolve import in_mode
 
     return in_mode(graph)
 

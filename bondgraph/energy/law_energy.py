@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from bondgraph.backend import NUMPY, SYMPY, FloatArray
-from bondgraph.errors import BondsightError
 from bondgraph.laws.law import Law
-from bondgraph.laws.table import Table
+from bondgraph.laws.table import TableLaw
+from bondgraph.support.errors import BondsightError
+from bondgraph.support.ops import NUMPY, SYMPY, FloatArray
 
 __all__ = ["law_energy", "law_energy_record"]
 
@@ -25,7 +25,7 @@ def law_energy(law: Law, s: sp.Symbol, parameters: Sequence[sp.Expr]) -> sp.Expr
     Polynomials, elementary functions and straight-line tables give a closed form; anything else
     stays an `Integral`.
     """
-    if isinstance(law, Table) and law.join == "linear":
+    if isinstance(law, TableLaw) and law.join == "linear":
         return _straight(law, s, parameters)
     try:
         deviation = sp.sympify(law.deviation(SYMPY, s, (), tuple(parameters)))
@@ -42,7 +42,7 @@ def law_energy(law: Law, s: sp.Symbol, parameters: Sequence[sp.Expr]) -> sp.Expr
     return sp.Integral(deviation.xreplace({s: t}), (t, 0, s))
 
 
-def _straight(law: Table, s: sp.Symbol, parameters: Sequence[sp.Expr]) -> sp.Expr:
+def _straight(law: TableLaw, s: sp.Symbol, parameters: Sequence[sp.Expr]) -> sp.Expr:
     """Integral of the clipped ramps a straight-line table is made of, less the reference."""
     values = tuple(parameters) if law.free else law.values
     x = law.knots

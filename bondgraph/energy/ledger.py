@@ -10,19 +10,31 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
-from bondgraph.elements import RE, RS, C, Element, Field, I, Junction, R, RField, Source, TwoPort
-from bondgraph.energy.accounts import Entry, Ledger
+from bondgraph.energy.accounts import EnergyEntry, Ledger
 from bondgraph.energy.bond_power import motion, observables
-from bondgraph.energy.bond_values import BondPower, Motion, in_its_mode
+from bondgraph.energy.bond_values import BondPower, SignalPath, in_its_mode
 from bondgraph.energy.power_balance import PowerBalance, PowerProof, power_balance
 from bondgraph.energy.stored import held, integral
-from bondgraph.graph import BondGraph
-from bondgraph.simulate import Trajectory
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import (
+    RE,
+    RS,
+    C,
+    Element,
+    Field,
+    I,
+    Junction,
+    R,
+    RField,
+    Source,
+    TwoPort,
+)
+from bondgraph.simulation.simulate import Trajectory
+from bondgraph.support.ops import FloatArray
 
 __all__ = [
     "BondPower",
-    "Entry",
+    "EnergyEntry",
     "Ledger",
     "PowerBalance",
     "PowerProof",
@@ -111,8 +123,12 @@ def ledger(
 
 
 def _entry(
-    graph: BondGraph, e: Element, run: Motion, memory: Mapping[str, Sequence[float]], outside: bool
-) -> Entry:
+    graph: BondGraph,
+    e: Element,
+    run: SignalPath,
+    memory: Mapping[str, Sequence[float]],
+    outside: bool,
+) -> EnergyEntry:
     power = _into(graph, e.name, run)
     work = _into(graph, e.name, run, work=True)
     nothing = _zeros(run)
@@ -123,8 +139,8 @@ def _entry(
         note = ""
         if isinstance(e, R) and e.law is not None and e.law.n_memory and role == "loss":
             note = "part may be held in its law"
-        return Entry(e.name, e.kind, role, power, work, None, lost, note)
-    return Entry(e.name, e.kind, role, power, work, inside.stored, inside.lost, inside.note)
+        return EnergyEntry(e.name, e.kind, role, power, work, None, lost, note)
+    return EnergyEntry(e.name, e.kind, role, power, work, inside.stored, inside.lost, inside.note)
 
 
 def _role(e: Element) -> str:
@@ -139,7 +155,7 @@ def _role(e: Element) -> str:
     return "two-port" if isinstance(e, TwoPort) else "signal"
 
 
-def _into(graph: BondGraph, name: str, run: Motion, *, work: bool = False) -> FloatArray:
+def _into(graph: BondGraph, name: str, run: SignalPath, *, work: bool = False) -> FloatArray:
     total = _zeros(run)
     # the heat of the pseudo thermal domain is a flow, not a product
     heats = _role(graph[name]) == "loss" and isinstance(graph[name], RS)
@@ -152,7 +168,7 @@ def _into(graph: BondGraph, name: str, run: Motion, *, work: bool = False) -> Fl
 
 
 def _sums(
-    entries: tuple[Entry, ...], time: FloatArray
+    entries: tuple[EnergyEntry, ...], time: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     supplied, stored, lost, left = (np.zeros_like(time) for _ in range(4))
     for e in entries:
@@ -165,14 +181,14 @@ def _sums(
     return supplied, stored, lost, left
 
 
-def _rough(entries: tuple[Entry, ...], run: Motion, throughput: float) -> float:
+def _rough(entries: tuple[EnergyEntry, ...], run: SignalPath, throughput: float) -> float:
     """Estimate of the quadrature's error at sources and losses, relative."""
     counted = {e.element for e in entries if e.role in ("source", "loss") or np.any(e.open)}
     errors = [b.error for b in run.bonds if counted & {b.tail, b.head}]
     return float(np.linalg.norm(errors)) / throughput if throughput else 0.0
 
 
-def _imbalance(graph: BondGraph, run: Motion) -> float:
+def _imbalance(graph: BondGraph, run: SignalPath) -> float:
     worst = 0.0
     for e in graph.of_type(Junction, TwoPort):
         if _role(e) == "loss":
@@ -200,5 +216,5 @@ def _behind_heat(graph: BondGraph) -> frozenset[str]:
     return frozenset(found)
 
 
-def _zeros(run: Motion) -> FloatArray:
+def _zeros(run: SignalPath) -> FloatArray:
     return np.zeros_like(run.time)

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from bondgraph.elements import RE, C, CField, I, IField, Modulated, R, RField
 from bondgraph.energy.definiteness import is_positive, sign_of
 from bondgraph.energy.stores import positivity
 from bondgraph.energy.structure import Resistance
-from bondgraph.errors import BondsightError
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import RE, C, CField, I, IField, Modulated, R, RField
+from bondgraph.support.errors import BondsightError
 
 __all__ = ["Passivity", "judge"]
 

@@ -14,16 +14,16 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from bondgraph.deriving import system
-from bondgraph.elements import RS, symbol
 from bondgraph.energy.bond_values import in_its_mode
 from bondgraph.energy.definiteness import shortened, vanishes
 from bondgraph.energy.passivity import Passivity, judge
 from bondgraph.energy.stores import energy_problems, store_energy, store_names
-from bondgraph.energy.structure import Forms, Port, ports, resistances
-from bondgraph.errors import GraphError
-from bondgraph.graph import BondGraph
-from bondgraph.system import System
+from bondgraph.energy.structure import EnergyPort, Forms, ports, resistances
+from bondgraph.equations.derivation import system
+from bondgraph.equations.system import System
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import RS, symbol
+from bondgraph.support.errors import GraphError
 
 __all__ = ["PortHamiltonian", "port_hamiltonian"]
 
@@ -248,8 +248,8 @@ def _refuse(graph: BondGraph, model: System) -> None:
 def _ahead(
     model: System,
     forms: Forms,
-    stores: list[Port],
-    dependent: list[Port],
+    stores: list[EnergyPort],
+    dependent: list[EnergyPort],
     e: list[str],
     u: list[str],
 ) -> sp.Matrix:

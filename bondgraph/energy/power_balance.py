@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from bondgraph.causality import Causality, assign_causality
-from bondgraph.elements import GY, RE, RS, TF, Element, Junction, TwoPort, Zero, symbol
+from bondgraph.causality.assignment import Causality, assign_causality
 from bondgraph.energy.bond_values import in_its_mode, power_bonds
 from bondgraph.energy.definiteness import vanishes
-from bondgraph.errors import unknown_name
-from bondgraph.graph import Bond, BondGraph
-from bondgraph.naming import Names
-from bondgraph.relations import Relations, collect
+from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.equations.relations import Relations, collect
+from bondgraph.graph.bond_graph import Bond, BondGraph
+from bondgraph.graph.elements import GY, RE, RS, TF, Element, Junction, TwoPort, Zero, symbol
+from bondgraph.support.errors import unknown_name
 
 __all__ = ["PowerBalance", "PowerProof", "power_balance"]
 
@@ -95,7 +95,7 @@ def power_balance(graph: BondGraph) -> PowerBalance:
     graph = in_its_mode(graph)
     causality = assign_causality(graph)
     made = collect(graph, causality)
-    names = Names(graph)
+    names = SignalNames(graph)
     proofs = []
     for e in graph.elements.values():
         if isinstance(e, Junction | TwoPort):
@@ -104,7 +104,7 @@ def power_balance(graph: BondGraph) -> PowerBalance:
 
 
 def _proof(
-    graph: BondGraph, made: Relations, names: Names, causality: Causality, e: Element
+    graph: BondGraph, made: Relations, names: SignalNames, causality: Causality, e: Element
 ) -> PowerProof:
     here = [b for b in power_bonds(graph) if e.name in (b.tail, b.head)]
     power = sp.Add(
@@ -130,7 +130,7 @@ def _proof(
     return PowerProof(e.name, e.kind, power, remainder, claim)
 
 
-def _targets(names: Names, causality: Causality, e: Element, here: list[Bond]) -> list[str]:
+def _targets(names: SignalNames, causality: Causality, e: Element, here: list[Bond]) -> list[str]:
     """Return the signals that the equations of this element determine."""
 
     def effort_in(b: Bond) -> bool:

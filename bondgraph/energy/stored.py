@@ -13,19 +13,19 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 
-from bondgraph.backend import CASADI, FloatArray
-from bondgraph.elements import C, CField, Element, I, IField, R, symbol
-from bondgraph.energy.bond_values import Motion
+from bondgraph.energy.bond_values import SignalPath
 from bondgraph.energy.law_energy import law_energy_record
 from bondgraph.energy.stores import store_energy, stored_variables
-from bondgraph.errors import BondsightError, GraphError
-from bondgraph.graph import BondGraph
+from bondgraph.equations.casadi_printer import to_casadi
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, CField, Element, I, IField, R, symbol
 from bondgraph.hysteresis import Operator
 from bondgraph.laws import Hysteretic, Sliding, StopSum
 from bondgraph.laws.law import Law, split
-from bondgraph.printing import to_casadi
+from bondgraph.support.errors import BondsightError, GraphError
+from bondgraph.support.ops import CASADI, FloatArray
 
-__all__ = ["Held", "held"]
+__all__ = ["HeldEnergy", "held"]
 
 CHUNK = 512
 
@@ -34,7 +34,7 @@ Loss = Callable[[Any, Sequence[Any]], tuple[Any, Any, Sequence[Any]]]
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldEnergy:
     """What an element holds and has lost since the start.
 
     Attributes
@@ -51,14 +51,14 @@ class Held:
     note: str = ""
 
 
-def held(graph: BondGraph, e: Element, run: Motion, memory: Memories) -> Held | None:
+def held(graph: BondGraph, e: Element, run: SignalPath, memory: Memories) -> HeldEnergy | None:
     """Return the energy of a storage, or of a resistor whose law holds some; else None.
 
     A law with memory is taken through the samples, from `memory` or from its own initial one, so
     a turning point between two samples is missed.
     """
     if isinstance(e, CField | IField):
-        return Held(_closed(graph, e, run), _zeros(run))
+        return HeldEnergy(_closed(graph, e, run), _zeros(run))
     if isinstance(e, C | I):
         return _store(graph, e, run, memory)
     if isinstance(e, R) and isinstance(e.law, Sliding):
@@ -75,30 +75,30 @@ def held(graph: BondGraph, e: Element, run: Motion, memory: Memories) -> Held | 
             return None
         r = graph.coefficient(e) if e.value != 0 else 0.0
         viscous = _number(run, sp.sympify(r)) * integral(run.time, flow**2)
-        return Held(found[0], found[1] + viscous)
+        return HeldEnergy(found[0], found[1] + viscous)
     return None
 
 
-def _store(graph: BondGraph, e: C | I, run: Motion, memory: Memories) -> Held:
+def _store(graph: BondGraph, e: C | I, run: SignalPath, memory: Memories) -> HeldEnergy:
     if e.law is None:
-        return Held(_closed(graph, e, run), _zeros(run))
+        return HeldEnergy(_closed(graph, e, run), _zeros(run))
     (name,) = stored_variables(graph, e.name)
     s = run.signals[name]
     slope = graph.coefficient(e) if isinstance(e, C) else 1 / graph.coefficient(e)
     linear = 0.5 * float(_number(run, slope)) * s**2
     p = [run.parameters[q.name] for q in e.law.parameters(e.name)]
     if not e.law.n_memory:
-        return Held(linear + law_energy_record(e.law, s, p), _zeros(run))
+        return HeldEnergy(linear + law_energy_record(e.law, s, p), _zeros(run))
     loss = _loss(e.law, p)
     start = memory.get(e.name, e.law.initial_memory(float(s[0])))
     found = None if loss is None else _walk(loss, s, start, run.time)
     if found is None:
-        return Held(None, _zeros(run), "no energy is known for its law: kept or lost is open")
+        return HeldEnergy(None, _zeros(run), "no energy is known for its law: kept or lost is open")
     stored, lost = found
-    return Held(stored + (linear if isinstance(e.law, StopSum) else 0.0), lost)
+    return HeldEnergy(stored + (linear if isinstance(e.law, StopSum) else 0.0), lost)
 
 
-def _closed(graph: BondGraph, e: Element, run: Motion) -> FloatArray:
+def _closed(graph: BondGraph, e: Element, run: SignalPath) -> FloatArray:
     names = stored_variables(graph, e.name)
     columns = [ca.SX.sym(n) for n in names]
     table: dict[Any, Any] = dict(zip(map(symbol, names), columns, strict=True))
@@ -109,7 +109,7 @@ def _closed(graph: BondGraph, e: Element, run: Motion) -> FloatArray:
     return np.asarray(found, float).ravel()
 
 
-def _number(run: Motion, expression: Any) -> Any:
+def _number(run: SignalPath, expression: Any) -> Any:
     table = {q.symbol: run.parameters[n] for n, q in run.model.parameters.items()}
     return to_casadi(expression, table)
 
@@ -172,7 +172,7 @@ def _walk(
     return found[0], np.cumsum(found[1])
 
 
-def _argument(run: Motion, element: str) -> FloatArray:
+def _argument(run: SignalPath, element: str) -> FloatArray:
     (use,) = (u for u in run.model.laws if u.element == element and u.role == "resistor")
     return run.signals[use.argument]
 
@@ -192,5 +192,5 @@ def integral(time: FloatArray, power: FloatArray) -> FloatArray:
     return np.asarray(cumulative_simpson(power, x=time, initial=0.0))
 
 
-def _zeros(run: Motion) -> FloatArray:
+def _zeros(run: SignalPath) -> FloatArray:
     return np.zeros_like(run.time)

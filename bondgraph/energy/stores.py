@@ -13,13 +13,13 @@ from math import isfinite
 
 import sympy as sp
 
-from bondgraph.elements import C, CField, Element, Field, I, IField, RField, symbol
 from bondgraph.energy.definiteness import Sign, sign_of, vanishes
 from bondgraph.energy.law_energy import law_energy
-from bondgraph.errors import BondsightError, GraphError, unknown_name
-from bondgraph.field_laws import field_laws
-from bondgraph.graph import BondGraph
-from bondgraph.modulation import port_variables
+from bondgraph.equations.field_laws import field_laws
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, CField, Element, Field, I, IField, RField, symbol
+from bondgraph.graph.modulation import port_variables
+from bondgraph.support.errors import BondsightError, GraphError, unknown_name
 
 __all__ = [
     "Positivity",
@@ -172,7 +172,7 @@ def energy_problems(graph: BondGraph) -> tuple[str, ...]:
 
     >>> import sympy as sp
     >>> from bondgraph import BondGraph, One, Se
-    >>> from bondgraph.modulation import port_variables
+    >>> from bondgraph.graph.modulation import port_variables
     >>> q, x = port_variables("q", 2)
     >>> with BondGraph("mtt") as g:
     ...     c0, x0 = g.parameter("c0", 1e-9), g.parameter("x0", 1e-3)

@@ -12,7 +12,13 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from bondgraph.elements import (
+from bondgraph.energy.definiteness import vanishes
+from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.equations.field_laws import field_laws
+from bondgraph.equations.relations import Relation
+from bondgraph.equations.system import System
+from bondgraph.graph.bond_graph import Bond, BondGraph
+from bondgraph.graph.elements import (
     RE,
     RS,
     C,
@@ -26,23 +32,17 @@ from bondgraph.elements import (
     Source,
     symbol,
 )
-from bondgraph.energy.definiteness import vanishes
-from bondgraph.errors import GraphError
-from bondgraph.field_laws import field_laws
-from bondgraph.graph import Bond, BondGraph
-from bondgraph.modulation import port_variables
-from bondgraph.naming import Names
-from bondgraph.relations import Relation
-from bondgraph.system import System
+from bondgraph.graph.modulation import port_variables
+from bondgraph.support.errors import GraphError
 
-__all__ = ["Form", "Forms", "Port", "Resistance", "ports", "resistances"]
+__all__ = ["EnergyPort", "Form", "Forms", "Resistance", "ports", "resistances"]
 
 Form = Mapping[str, sp.Expr]
 """Coefficients of leaves."""
 
 
 @dataclass(frozen=True, slots=True)
-class Port:
+class EnergyPort:
     """A port at which energy enters the structure.
 
     Attributes
@@ -77,11 +77,11 @@ class Resistance:
     matrix: sp.Matrix
 
 
-def ports(graph: BondGraph, model: System) -> tuple[Port, ...]:
+def ports(graph: BondGraph, model: System) -> tuple[EnergyPort, ...]:
     """Return stores (dependent ones too), sources and nonlinear resistors, port by port."""
-    names = Names(graph)
+    names = SignalNames(graph)
     strokes = model.causality.strokes
-    found: list[Port] = []
+    found: list[EnergyPort] = []
     for e in graph.elements.values():
         here = [b for b in graph.bonds_of(e.name) if b in strokes]
         if isinstance(e, Source | R | C | I | Field | RE | RS) and not _is_linear_r(graph, e):
@@ -93,7 +93,7 @@ def ports(graph: BondGraph, model: System) -> tuple[Port, ...]:
 
 def resistances(graph: BondGraph) -> tuple[Resistance, ...]:
     """Return the linear resistors."""
-    names = Names(graph)
+    names = SignalNames(graph)
     found = []
     for e in graph.of_type(R, RField):
         if _is_linear_r(graph, e):
@@ -119,26 +119,26 @@ def _is_linear_r(graph: BondGraph, e: Element) -> bool:
     return False
 
 
-def _flow_in(names: Names, e: Element, b: Bond) -> str:
+def _flow_in(names: SignalNames, e: Element, b: Bond) -> str:
     one_port = not isinstance(e, Source | Field | RE | RS)
     return f"inward_{e.name}" if one_port and b.tail == e.name else names.flow(b)
 
 
-def _port(names: Names, e: Element, b: Bond, i: int, gets_effort: bool) -> Port:
+def _port(names: SignalNames, e: Element, b: Bond, i: int, gets_effort: bool) -> EnergyPort:
     effort, flow = names.effort(b), _flow_in(names, e, b)
     if isinstance(e, Source):
         out, other = (flow, effort) if gets_effort else (effort, flow)
-        return Port(e.name, "source", "", out, other, 1 if b.tail == e.name else -1)
+        return EnergyPort(e.name, "source", "", out, other, 1 if b.tail == e.name else -1)
     number = f"{e.name}{i}" if isinstance(e, Field) else e.name
     if isinstance(e, C | CField | I | IField):
         capacitive = isinstance(e, C | CField)
         state = f"{'q' if capacitive else 'p'}_{number}"
         out, other = (effort, flow) if capacitive else (flow, effort)
         remembers = isinstance(e, C | I) and e.law is not None and e.law.n_memory
-        return Port(e.name, "law" if remembers else "store", state, out, other, -1)
+        return EnergyPort(e.name, "law" if remembers else "store", state, out, other, -1)
     out, other = (flow, effort) if gets_effort else (effort, flow)
     # through an RE or RS, the half arrow of the second bond points out
-    return Port(
+    return EnergyPort(
         e.name, "law", "", out, other, 1 if b.tail == e.name and not isinstance(e, R) else -1
     )
 

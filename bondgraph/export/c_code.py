@@ -6,12 +6,12 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
-from bondgraph.errors import BondsightError
+from bondgraph.equations.program import Program
 from bondgraph.export.c_example import EXAMPLE
 from bondgraph.export.c_runtime import API, RUNTIME
 from bondgraph.export.identifiers import ascii_identifier, comment, distinct
 from bondgraph.export.linearised import linearised, slope_of_residual
-from bondgraph.program import Program
+from bondgraph.support.errors import BondsightError
 
 __all__ = ["c_code"]
 

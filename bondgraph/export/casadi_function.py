@@ -13,19 +13,19 @@ from typing import Any, Final
 
 import casadi as ca
 
-from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.equations.program import Program
 from bondgraph.export.casadi_step import step_function
 from bondgraph.export.implicit import solve_algebraic
-from bondgraph.program import Program
+from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["CasadiModel", "Names", "casadi_functions", "load"]
+__all__ = ["CasadiModel", "FunctionNames", "casadi_functions", "load"]
 
 SCHEMA: Final = "bondsight.casadi/1"
 KNOWN: Final = ("t", "x", "u", "p", "m", "h")
 
 
 @dataclass(frozen=True)
-class Names:
+class FunctionNames:
     """Names and values that belong to the vectors x, z, u, p, m and y, in their order.
 
     Attributes
@@ -67,7 +67,7 @@ class CasadiModel:
         ``(t, x, z, u, p, m, h) -> m_next``, SX.
     """
 
-    names: Names
+    names: FunctionNames
     equations: ca.Function = field(repr=False)
     memory_rule: ca.Function = field(repr=False)
 
@@ -222,7 +222,7 @@ def casadi_functions(program: Program) -> CasadiModel:
     Examples
     --------
     >>> from bondgraph import BondGraph, C, De, One, R, Se, Zero
-    >>> from bondgraph.programming import program
+    >>> from bondgraph.equations.codegen import program
     >>> with BondGraph("rc") as g:
     ...     loop, node = One("loop"), Zero("node")
     ...     _ = Se("V") >> loop >> R("R_1", 1e3)
@@ -236,7 +236,7 @@ def casadi_functions(program: Program) -> CasadiModel:
     v = [ca.SX.sym(n, *program.rhs.size_in(i)) for i, n in enumerate(labels)]
     dx, y = program.rhs(*v)
     g, new = program.residual(*v), program.advance(*v)
-    names = Names(**{k: getattr(program, k) for k in Names.__dataclass_fields__})
+    names = FunctionNames(**{k: getattr(program, k) for k in FunctionNames.__dataclass_fields__})
     return CasadiModel(
         names,
         ca.Function("equations", v, [dx, y, g], labels, ["dx", "y", "g"]),
@@ -264,7 +264,7 @@ def load(file: Path) -> CasadiModel:
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         raise UnusableInput(f"{file}: is no file of {SCHEMA}; export the model to CasADi again")
     try:
-        names = Names(**{k: _frozen(v) for k, v in data["names"].items()})
+        names = FunctionNames(**{k: _frozen(v) for k, v in data["names"].items()})
         functions = [ca.Function.deserialize(data[k]) for k in ("equations", "memory_rule")]
     except (KeyError, TypeError, AttributeError, RuntimeError) as error:
         raise UnusableInput(

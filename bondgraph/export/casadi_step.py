@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 if TYPE_CHECKING:
     from bondgraph.export.casadi_function import CasadiModel

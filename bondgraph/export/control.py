@@ -6,10 +6,10 @@ import importlib
 from collections.abc import Mapping
 from typing import Any
 
-from bondgraph.backend import FloatArray
-from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.equations.program import Program
 from bondgraph.export.linear import LinearModel, linear_model
-from bondgraph.program import Program
+from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["control_module", "to_control", "to_nonlinear_control"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable
 
-from bondgraph.errors import BondsightError
+from bondgraph.support.errors import BondsightError
 
 __all__ = ["ascii_identifier", "comment", "distinct"]
 

@@ -8,9 +8,9 @@ import unicodedata
 import sympy as sp
 from sympy.printing.latex import LatexPrinter, accepted_latex_functions
 
-from bondgraph.elements import symbol
-from bondgraph.equations import ONE, StateSpace
-from bondgraph.system import System
+from bondgraph.equations.state_space import ONE, StateSpace
+from bondgraph.equations.system import System
+from bondgraph.graph.elements import symbol
 
 __all__ = ["latex", "ordered_latex", "pretty", "rate_of", "tex", "words"]
 

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
-from bondgraph.elements import symbol
-from bondgraph.equations import StateSpace
+from bondgraph.equations.program import Program
+from bondgraph.equations.state_space import StateSpace
 from bondgraph.export.latex import pretty, rate_of, tex, words
 from bondgraph.export.latex_lines import broken, width
-from bondgraph.program import Program
+from bondgraph.graph.elements import symbol
 
 __all__ = ["document"]
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import FloatArray
 
 if TYPE_CHECKING:
     import casadi as ca
 
-    from bondgraph.program import Program
+    from bondgraph.equations.program import Program
 
 __all__ = ["LinearModel", "linear_model"]
 

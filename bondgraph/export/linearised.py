@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bondgraph.program import Program
+from bondgraph.equations.program import Program
 
 __all__ = ["linearised", "slope_of_residual"]
 

@@ -16,13 +16,13 @@ from typing import Any
 
 import sympy as sp
 
-from bondgraph.elements import symbol
-from bondgraph.errors import BondsightError, UnusableInput
+from bondgraph.equations.casadi_printer import to_casadi
+from bondgraph.equations.program import LawCall, Program
 from bondgraph.export.modelica_language import MODELICA, Identifiers, number, quoted, unit_text
 from bondgraph.export.tape import tape, written
-from bondgraph.modulation import TIME
-from bondgraph.printing import to_casadi
-from bondgraph.program import LawCall, Program
+from bondgraph.graph.elements import symbol
+from bondgraph.graph.modulation import TIME
+from bondgraph.support.errors import BondsightError, UnusableInput
 
 __all__ = ["modelica"]
 
@@ -58,7 +58,7 @@ def modelica(program: Program, *, memory_step: float = 1e-3) -> str:
     Examples
     --------
     >>> from bondgraph import BondGraph, C, R, Se, One
-    >>> from bondgraph.programming import program
+    >>> from bondgraph.equations.codegen import program
     >>> with BondGraph("rc") as g:
     ...     loop = One("loop")
     ...     _ = Se("V", unit="V") >> loop >> R("R_1", 1e3, unit="ohm")

@@ -6,9 +6,9 @@ import math
 import re
 from collections.abc import Iterable
 
-from bondgraph.errors import BondsightError, UnusableInput
 from bondgraph.export.tape import ATOM, LOOSE, PLUS, TIMES, UNARY, Notation, Rule
-from bondgraph.units import parse_unit
+from bondgraph.signals.units import parse_unit
+from bondgraph.support.errors import BondsightError, UnusableInput
 
 __all__ = ["MODELICA", "RESERVED", "Identifiers", "quoted", "unit_text"]
 

@@ -8,14 +8,14 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from bondgraph.errors import BondsightError
+from bondgraph.equations.program import LawCall, Program
 from bondgraph.export.identifiers import comment, distinct
 from bondgraph.export.linearised import linearised
 from bondgraph.export.numpy_runtime import RUNTIME
 from bondgraph.export.sympy_python import to_python
 from bondgraph.export.tape import tape, written
 from bondgraph.export.tape_languages import PYTHON, PYTHON_HELPERS, used_helpers
-from bondgraph.program import LawCall, Program
+from bondgraph.support.errors import BondsightError
 
 __all__ = ["numpy_module"]
 
@@ -56,7 +56,7 @@ def numpy_module(program: Program) -> str:
     Examples
     --------
     >>> from bondgraph import BondGraph, C, One, R, Se
-    >>> from bondgraph.programming import program
+    >>> from bondgraph.equations.codegen import program
     >>> with BondGraph("rc") as g:
     ...     loop = One("loop")
     ...     _ = Se("V") >> loop >> R("R_1", 1e3)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from bondgraph.equations.program import Program
 from bondgraph.export.linear import linear_model
-from bondgraph.program import Program
 
 __all__ = ["NamedStateSpace", "to_scipy"]
 
@@ -41,7 +41,7 @@ def to_scipy(program: Program) -> NamedStateSpace:
     Examples
     --------
     >>> from bondgraph import BondGraph, C, De, One, R, Se, Zero
-    >>> from bondgraph.programming import program
+    >>> from bondgraph.equations.codegen import program
     >>> with BondGraph("rc") as g:
     ...     loop, node = One("loop"), Zero("node")
     ...     _ = Se("V") >> loop >> R("R_1", 1e3)

@@ -7,9 +7,9 @@ from typing import Any
 
 import sympy as sp
 
-from bondgraph.errors import BondsightError
 from bondgraph.export.tape import ATOM, PLUS, TIMES, UNARY
 from bondgraph.export.tape_languages import PYTHON
+from bondgraph.support.errors import BondsightError
 
 __all__ = ["to_python"]
 

@@ -13,16 +13,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from bondgraph.errors import BondsightError
+from bondgraph.support.errors import BondsightError
 
 __all__ = [
     "OPERATIONS",
+    "AssignmentTape",
     "Instruction",
     "Notation",
     "Operand",
     "Rule",
-    "Tape",
-    "Written",
+    "WrittenTape",
     "tape",
     "written",
 ]
@@ -56,7 +56,7 @@ class Instruction(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Tape:
+class AssignmentTape:
     """A function as single assignments.
 
     Attributes
@@ -74,7 +74,9 @@ class Tape:
     shapes: tuple[tuple[int, int], ...]
 
 
-def tape(function: Any, names: Sequence[Sequence[str]] | None = None, *, prefix: str = "v") -> Tape:
+def tape(
+    function: Any, names: Sequence[Sequence[str]] | None = None, *, prefix: str = "v"
+) -> AssignmentTape:
     """Read a CasADi function of SX type.
 
     Parameters
@@ -130,9 +132,9 @@ def tape(function: Any, names: Sequence[Sequence[str]] | None = None, *, prefix:
         else:
             raise BondsightError(
                 f"{function.name()}: CasADi's operation {op or function.instruction_id(k)!r} has "
-                "no rule in a tape; write the law with the functions of bondgraph.backend.Ops"
+                "no rule in a tape; write the law with the functions of bondgraph.support.ops.Ops"
             )
-    return Tape(tuple(instructions), tuple(map(tuple, outputs)), shapes)
+    return AssignmentTape(tuple(instructions), tuple(map(tuple, outputs)), shapes)
 
 
 def _input_entries(function: Any, names: Sequence[Sequence[str]] | None) -> list[tuple[str, ...]]:
@@ -195,7 +197,7 @@ class Notation:
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
+class WrittenTape:
     """A tape in a language.
 
     Attributes
@@ -203,14 +205,14 @@ class Written:
     lines : tuple of (str, str)
         Target and expression, in order of evaluation.
     outputs : tuple of tuple of str
-        Expression of each entry of each output, as in `Tape.outputs`.
+        Expression of each entry of each output, as in `AssignmentTape.outputs`.
     """
 
     lines: tuple[tuple[str, str], ...]
     outputs: tuple[tuple[str, ...], ...]
 
 
-def written(program: Tape, notation: Notation, *, width: int = 72) -> Written:
+def written(program: AssignmentTape, notation: Notation, *, width: int = 72) -> WrittenTape:
     """Print a tape; a value used once is folded into its use up to `width` characters.
 
     Parameters
@@ -259,7 +261,7 @@ def written(program: Tape, notation: Notation, *, width: int = 72) -> Written:
         elif uses[target]:
             lines.append((target, body))
     outputs = tuple(tuple(text(a, LOOSE) for a in entries) for entries in program.outputs)
-    return Written(tuple(lines), outputs)
+    return WrittenTape(tuple(lines), outputs)
 
 
 def _repeated(instruction: Instruction, notation: Notation) -> set[Operand]:

@@ -2,7 +2,7 @@
 
 Every operator is a frozen dataclass; its memory is a tuple that the caller carries:
 
->>> from bondgraph.backend import NUMPY
+>>> from bondgraph.support.ops import NUMPY
 >>> operator = PrandtlIshlinskii(thresholds=(0.0, 1.0), weights=(1.0, 0.5))
 >>> memory = operator.initial_memory()
 >>> float(operator.value(NUMPY, 2.0, memory))
@@ -42,7 +42,7 @@ from bondgraph.hysteresis.operator import Operator as Operator
 from bondgraph.hysteresis.plays.al_janaideh import AlJanaideh as AlJanaideh
 from bondgraph.hysteresis.plays.ang import Ang as Ang
 from bondgraph.hysteresis.plays.ang import AngInverse as AngInverse
-from bondgraph.hysteresis.plays.dead_zone import DeadZone as DeadZone
+from bondgraph.hysteresis.plays.dead_zone import DeadZones as DeadZones
 from bondgraph.hysteresis.plays.dead_zone import dead_zone as dead_zone
 from bondgraph.hysteresis.plays.generalised import (
     GeneralisedPrandtlIshlinskii as GeneralisedPrandtlIshlinskii,

@@ -25,7 +25,7 @@ from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Operator
 from bondgraph.hysteresis.plays.al_janaideh import AlJanaideh
 from bondgraph.hysteresis.plays.ang import Ang, AngInverse
-from bondgraph.hysteresis.plays.dead_zone import DeadZone
+from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.generalised import GeneralisedPrandtlIshlinskii
 from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
 from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
@@ -46,7 +46,7 @@ OPERATORS: Mapping[str, type[Operator]] = {
     operator.kind: operator
     for operator in (
         PrandtlIshlinskii,
-        DeadZone,
+        DeadZones,
         Ang,
         AngInverse,
         AlJanaideh,

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import Expression, FloatArray
 from bondgraph.hysteresis.errors import BadInput, BadMemory, BadParameter
+from bondgraph.support.ops import Expression, FloatArray
 
 __all__ = [
     "all_numbers",

@@ -18,11 +18,11 @@ from typing import Any, cast
 import casadi as ca
 import numpy as np
 
-from bondgraph.backend import CASADI, FloatArray
 from bondgraph.hysteresis.checks import numbers
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.operator import Memory, Operator
-from bondgraph.native import build, c_source
+from bondgraph.support.native import build, c_source
+from bondgraph.support.ops import CASADI, FloatArray
 
 __all__ = ["compiled_inverse", "compiled_record"]
 

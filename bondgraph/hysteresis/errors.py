@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bondgraph.errors import BondsightError
+from bondgraph.support.errors import BondsightError
 
 __all__ = ["BadInput", "BadMemory", "BadParameter", "HysteresisError", "NotInvertible"]
 

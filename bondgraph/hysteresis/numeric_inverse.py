@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import NUMPY, Expression, FloatArray
 from bondgraph.hysteresis.checks import finite_record, positive
 from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.support.ops import NUMPY, Expression, FloatArray
 
 __all__ = ["numeric_inverse"]
 

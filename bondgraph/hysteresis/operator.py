@@ -18,9 +18,9 @@ from typing import Any, ClassVar, Literal, Self, TypeAlias, cast, final
 
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import finite_record, memory_states, numbers, require_finite
 from bondgraph.hysteresis.errors import BadInput, BadMemory, BadParameter
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["Memory", "Operator"]
 

@@ -10,25 +10,25 @@ if TYPE_CHECKING:
     from bondgraph.laws.asymmetric import AsymmetricDamping as AsymmetricDamping
     from bondgraph.laws.backlash import Backlash as Backlash
     from bondgraph.laws.bilinear import Bilinear as Bilinear
-    from bondgraph.laws.bristle import Bristle as Bristle
     from bondgraph.laws.contact_loss import ContactLoss as ContactLoss
+    from bondgraph.laws.dahl import DahlFriction as DahlFriction
     from bondgraph.laws.end_stop import EndStop as EndStop
     from bondgraph.laws.friction import Coulomb as Coulomb
     from bondgraph.laws.friction import QuadraticDrag as QuadraticDrag
     from bondgraph.laws.friction import Stribeck as Stribeck
     from bondgraph.laws.friction import Viscous as Viscous
-    from bondgraph.laws.hats import Hats as Hats
     from bondgraph.laws.heating import SelfHeating as SelfHeating
     from bondgraph.laws.hysteretic import Hysteretic as Hysteretic
     from bondgraph.laws.law import Law as Law
-    from bondgraph.laws.lifted import Lifted as Lifted
     from bondgraph.laws.limits import DeadZone as DeadZone
     from bondgraph.laws.limits import Saturation as Saturation
     from bondgraph.laws.lugre import LuGre as LuGre
     from bondgraph.laws.odometer import Odometer as Odometer
     from bondgraph.laws.onset import Onset as Onset
     from bondgraph.laws.overflow import Overflow as Overflow
+    from bondgraph.laws.parametrised import Parametrised as Parametrised
     from bondgraph.laws.periodic import Periodic as Periodic
+    from bondgraph.laws.piecewise_linear import PiecewiseLinear as PiecewiseLinear
     from bondgraph.laws.polynomial import Polynomial as Polynomial
     from bondgraph.laws.rectifier import Rectifier as Rectifier
     from bondgraph.laws.resistance import NonlinearResistance as NonlinearResistance
@@ -36,14 +36,14 @@ if TYPE_CHECKING:
     from bondgraph.laws.slew_limit import SlewLimit as SlewLimit
     from bondgraph.laws.sliding import Sliding as Sliding
     from bondgraph.laws.stop_sum import StopSum as StopSum
-    from bondgraph.laws.table import Table as Table
+    from bondgraph.laws.table import TableLaw as TableLaw
     from bondgraph.laws.tone import Tone as Tone
 
 _PLACES = {
     "AsymmetricDamping": "bondgraph.laws.asymmetric",
     "Backlash": "bondgraph.laws.backlash",
     "Bilinear": "bondgraph.laws.bilinear",
-    "Bristle": "bondgraph.laws.bristle",
+    "DahlFriction": "bondgraph.laws.dahl",
     "ContactLoss": "bondgraph.laws.contact_loss",
     "EndStop": "bondgraph.laws.end_stop",
     "SelfHeating": "bondgraph.laws.heating",
@@ -58,11 +58,11 @@ _PLACES = {
     "QuadraticDrag": "bondgraph.laws.friction",
     "Stribeck": "bondgraph.laws.friction",
     "Viscous": "bondgraph.laws.friction",
-    "Hats": "bondgraph.laws.hats",
+    "PiecewiseLinear": "bondgraph.laws.piecewise_linear",
     "Hysteretic": "bondgraph.laws.hysteretic",
     "Law": "bondgraph.laws.law",
     "DeadZone": "bondgraph.laws.limits",
-    "Lifted": "bondgraph.laws.lifted",
+    "Parametrised": "bondgraph.laws.parametrised",
     "Saturation": "bondgraph.laws.limits",
     "LuGre": "bondgraph.laws.lugre",
     "Polynomial": "bondgraph.laws.polynomial",
@@ -71,7 +71,7 @@ _PLACES = {
     "SlewLimit": "bondgraph.laws.slew_limit",
     "Sliding": "bondgraph.laws.sliding",
     "StopSum": "bondgraph.laws.stop_sum",
-    "Table": "bondgraph.laws.table",
+    "TableLaw": "bondgraph.laws.table",
 }
 
 

@@ -6,8 +6,8 @@ from abc import ABC
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
-from bondgraph.backend import Ops
 from bondgraph.laws.law import Law
+from bondgraph.support.ops import Ops
 
 
 class Clocked(Law, ABC):

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bondgraph.backend import Ops
-from bondgraph.elements import Parameter
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws.shared_slope import SharedSlope
+from bondgraph.support.ops import Ops
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bondgraph.backend import Ops
-from bondgraph.elements import Parameter
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.ops import Ops
 
 
 def _stopping(s_free: Any, gain: Any) -> Any:
@@ -98,7 +98,7 @@ class Stribeck(Law):
         """Shrink with the level of the speed that the last pass found."""
         import casadi as ca
 
-        from bondgraph.backend import CASADI
+        from bondgraph.support.ops import CASADI
 
         stopping = _stopping(s_free, gain)
         speed = s_free + gain * w_last

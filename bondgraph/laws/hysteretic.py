@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
-from bondgraph.backend import CASADI, Ops
-from bondgraph.elements import Parameter
-from bondgraph.errors import unknown_name
+from bondgraph.graph.elements import Parameter
 from bondgraph.hysteresis import Operator
 from bondgraph.laws.law import Law
+from bondgraph.support.errors import unknown_name
+from bondgraph.support.ops import CASADI, Ops
 
 
 @dataclass(frozen=True)

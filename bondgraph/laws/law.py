@@ -8,11 +8,11 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, final
 
-from bondgraph.backend import Ops
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import Ops
 
 if TYPE_CHECKING:
-    from bondgraph.elements import Parameter
+    from bondgraph.graph.elements import Parameter
 
 NEWTON_STEPS = 6
 CALLED_FROM = 8
@@ -146,7 +146,7 @@ class Law(ABC):
         """
         import casadi as ca
 
-        from bondgraph.backend import CASADI
+        from bondgraph.support.ops import CASADI
 
         t = ca.SX.sym("t")
         sizes = (len(memory), len(p))

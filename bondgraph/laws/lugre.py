@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bondgraph.backend import CASADI, Ops
-from bondgraph.elements import Parameter
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.ops import CASADI, Ops
 
 ROOT_STEPS = 30
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bondgraph.backend import Ops
 from bondgraph.laws.law import Law
+from bondgraph.support.ops import Ops
 
 
 @dataclass(frozen=True)

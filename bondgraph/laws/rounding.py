@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, ClassVar
 
-from bondgraph.backend import Expression, Ops
-from bondgraph.elements import Parameter
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["Rounding"]
 

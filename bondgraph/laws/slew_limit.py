@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bondgraph.backend import Ops
-from bondgraph.elements import Parameter
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.ops import Ops
 
 __all__ = ["SlewLimit", "slew_limited"]
 

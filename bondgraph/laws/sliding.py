@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bondgraph.backend import Ops
 from bondgraph.hysteresis import Operator
 from bondgraph.laws.hysteretic import initial_slope
 from bondgraph.laws.law import Law
+from bondgraph.support.ops import Ops
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, ClassVar, Self
 
-from bondgraph.backend import NUMPY, Ops
-from bondgraph.elements import Parameter
-from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.ops import NUMPY, Ops
 
 JOINS = ("linear", "pchip")
 
 
 @dataclass(frozen=True)
-class Table(Law):
+class TableLaw(Law):
     """``output(s)`` through the points ``(knots[i], values[i])``; the whole law, not a rest.
 
     In a drive or a sensor the deviation is taken from the identity, so `reference` stays 1 there;
@@ -41,7 +41,7 @@ class Table(Law):
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> law = Table((0.0, 2.0, 6.0), (0.0, 0.0, 1.0))
     >>> float(law.output(NUMPY, 4.0, ()))
     0.5

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from math import pi
 from typing import Any, ClassVar
 
-from bondgraph.backend import Ops
-from bondgraph.elements import Parameter
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws.clocked import Clocked
 from bondgraph.laws.trigonometry import cosine, sine
+from bondgraph.support.ops import Ops
 
 
 @dataclass(frozen=True)

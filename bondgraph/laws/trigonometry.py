@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from bondgraph.backend import Expression, Ops
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["cosine", "sine"]
 
@@ -14,7 +14,7 @@ def sine(ops: Ops, x: Expression) -> Expression:
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(sine(NUMPY, 0.0))
     0.0
     """
@@ -26,7 +26,7 @@ def cosine(ops: Ops, x: Expression) -> Expression:
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(cosine(NUMPY, 0.0))
     1.0
     """

@@ -3,7 +3,7 @@
 from hardware.contracts.acquisition import Acquisition, Air, Identity
 from hardware.contracts.chunk import Chunk, Flag
 from hardware.contracts.clock import Clock, WallClock
-from hardware.contracts.output import RawOutput, VoltageOut, WaveOut, Written
+from hardware.contracts.output import RawOutput, VoltageOut, WaveOut, WaveProgress
 from hardware.contracts.transport import Transport
 
 __all__ = [
@@ -18,5 +18,5 @@ __all__ = [
     "VoltageOut",
     "WallClock",
     "WaveOut",
-    "Written",
+    "WaveProgress",
 ]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hardware.contracts.acquisition import Identity
 from hardware.contracts.chunk import Chunk
 
-__all__ = ["RawOutput", "VoltageOut", "WaveOut", "Written"]
+__all__ = ["RawOutput", "VoltageOut", "WaveOut", "WaveProgress"]
 
 
 @runtime_checkable
@@ -77,7 +77,7 @@ class VoltageOut(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Written:
+class WaveProgress:
     """What a waveform output has really done so far.
 
     Parameters
@@ -112,7 +112,7 @@ class WaveOut(Protocol):
         """Check a waveform (V, (n,)) at a rate (Hz) against the envelope and load it."""
         ...
 
-    def play(self) -> Iterator[Written]:
+    def play(self) -> Iterator[WaveProgress]:
         """Play it; yields about every 20 ms so that others are polled, and at the end.
 
         Closing the iterator early stops the output where it is; the guard then ramps it down.

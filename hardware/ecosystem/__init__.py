@@ -3,7 +3,7 @@
 The last two stand in modules of their own: `with_pymeasure` and `with_qcodes`.
 """
 
-from hardware.ecosystem.block import BlockPlan, Taken, block_arrays, take_block
+from hardware.ecosystem.block import BlockPlan, PartialTake, block_arrays, take_block
 from hardware.ecosystem.bluesky_block import BlueskyBlock
 from hardware.ecosystem.bluesky_displacement import BlueskyDisplacement, DisplacementSource
 from hardware.ecosystem.bluesky_voltage import BlueskyVoltage
@@ -16,7 +16,7 @@ __all__ = [
     "BlueskyDisplacement",
     "BlueskyVoltage",
     "DisplacementSource",
-    "Taken",
+    "PartialTake",
     "block_arrays",
     "take_block",
 ]

@@ -10,11 +10,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Acquisition, Chunk, Clock, Flag, WaveOut
 from hardware.errors import HardwareError, TimedOut
 
-__all__ = ["BlockPlan", "Taken", "block_arrays", "take_block"]
+__all__ = ["BlockPlan", "PartialTake", "block_arrays", "take_block"]
 
 _POLL: Final = 0.02
 FLAGS: Final = "flags"
@@ -52,7 +52,7 @@ class BlockPlan:
 
 
 @dataclass(slots=True)
-class Taken:
+class PartialTake:
     """What has arrived so far: chunks of the sensor and of the output."""
 
     block: list[Chunk] = field(default_factory=list)
@@ -64,7 +64,7 @@ def take_block(
     wave: WaveOut | None,
     plan: BlockPlan,
     clock: Clock,
-    taken: Taken,
+    taken: PartialTake,
     ended: threading.Event,
     patience: float,
 ) -> None:
@@ -119,7 +119,9 @@ def take_block(
         raise
 
 
-def _play(wave: WaveOut, acquisition: Acquisition, taken: Taken, ended: threading.Event) -> None:
+def _play(
+    wave: WaveOut, acquisition: Acquisition, taken: PartialTake, ended: threading.Event
+) -> None:
     playing = wave.play()
     try:
         for written in playing:

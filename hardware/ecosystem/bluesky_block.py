@@ -10,9 +10,9 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Acquisition, Clock, WallClock, WaveOut
-from hardware.ecosystem.block import BlockPlan, Taken, block_arrays, take_block
+from hardware.ecosystem.block import BlockPlan, PartialTake, block_arrays, take_block
 from hardware.ecosystem.documents import array_key, number_key, readings, source_of
 from hardware.ecosystem.status import ActionStatus
 
@@ -73,7 +73,7 @@ class BlueskyBlock:
         self._patience = patience
         self._flat = flat
         self._source = "not yet opened"
-        self._taken = Taken()
+        self._taken = PartialTake()
         self._ended = threading.Event()
         self._run: ActionStatus | None = None
         self._collected = True
@@ -90,7 +90,7 @@ class BlueskyBlock:
         return self._plan
 
     @property
-    def taken(self) -> Taken:
+    def taken(self) -> PartialTake:
         """Chunks of the last block, complete or not."""
         return self._taken
 
@@ -109,7 +109,7 @@ class BlueskyBlock:
         self._require_idle("kickoff")
         acquisition = self._make(self._plan.samples, self._plan.rate)
         self._source = source_of(acquisition.identity)
-        self._taken, self._collected = Taken(), False
+        self._taken, self._collected = PartialTake(), False
         self._ended = threading.Event()
         wave = None if self._plan.volts is None else self._wave
         acquisition.kickoff()

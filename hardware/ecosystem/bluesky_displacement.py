@@ -28,7 +28,7 @@ class DisplacementReading(Protocol):
 
 @runtime_checkable
 class DisplacementSource(Protocol):
-    """A sensor that can be asked for single values, such as `hardware.interferometer`'s."""
+    """A sensor that can be asked for single values, such as `hardware.devices.interferometer`'s."""
 
     @property
     def identity(self) -> Identity:

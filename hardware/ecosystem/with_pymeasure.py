@@ -20,7 +20,7 @@ try:
 except ImportError as missing:
     raise DriverMissing("PyMeasure is not installed; pip install pymeasure") from missing
 
-__all__ = ["AdapterTransport", "DisplacementInstrument", "VoltageInstrument"]
+__all__ = ["AdapterTransport", "PyMeasureDisplacement", "PyMeasureVoltage"]
 
 
 @final
@@ -92,7 +92,7 @@ class AdapterTransport:
 
 
 @final
-class VoltageInstrument(Instrument):  # type: ignore[misc]
+class PyMeasureVoltage(Instrument):  # type: ignore[misc]
     """A guarded voltage as a PyMeasure instrument; parked on `shutdown`.
 
     Parameters
@@ -155,7 +155,7 @@ class VoltageInstrument(Instrument):  # type: ignore[misc]
 
 
 @final
-class DisplacementInstrument:
+class PyMeasureDisplacement:
     """A displacement sensor with properties as PyMeasure's procedures read them.
 
     No adapter is between: the interferometer's library carries the data.

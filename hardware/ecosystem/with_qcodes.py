@@ -9,9 +9,9 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Acquisition, Clock, Identity, WallClock
-from hardware.ecosystem.block import BlockPlan, Taken, block_arrays, take_block
+from hardware.ecosystem.block import BlockPlan, PartialTake, block_arrays, take_block
 from hardware.ecosystem.bluesky_displacement import DisplacementSource
 from hardware.envelope import GuardedOutput
 from hardware.errors import DriverMissing
@@ -23,11 +23,11 @@ try:
 except ImportError as missing:
     raise DriverMissing("QCoDeS is not installed; pip install qcodes") from missing
 
-__all__ = ["BlockInstrument", "DisplacementInstrument", "VoltageInstrument"]
+__all__ = ["BlockInstrument", "QCoDeSDisplacement", "QCoDeSVoltage"]
 
 
 @final
-class VoltageInstrument(Instrument):
+class QCoDeSVoltage(Instrument):
     """A guarded voltage; parked on `close`.
 
     Parameters ``voltage`` (V; setting it ramps), ``measured_voltage`` (V), ``state``.
@@ -91,7 +91,7 @@ class VoltageInstrument(Instrument):
 
 
 @final
-class DisplacementInstrument(Instrument):
+class QCoDeSDisplacement(Instrument):
     """A displacement sensor: parameters ``displacement`` (m, taken now) and ``flags`` of it.
 
     Parameters
@@ -195,7 +195,7 @@ class BlockInstrument(Instrument):
             Of the device; what had arrived can be read, the rest is NaN and flagged.
         """
         plan = BlockPlan(int(self.parameters["samples"]()), float(self.parameters["rate"]()))
-        acquisition, taken = self._make(plan.samples, plan.rate), Taken()
+        acquisition, taken = self._make(plan.samples, plan.rate), PartialTake()
         acquisition.kickoff()
         try:
             take_block(

@@ -12,7 +12,7 @@ from typing import Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.envelope.plain_numbers import engineering
 
 __all__ = ["Capacitance"]

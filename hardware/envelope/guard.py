@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from hardware.contracts import Clock, Identity, RawOutput, WallClock
 from hardware.envelope.limits import Converter, Envelope
-from hardware.envelope.line import Line
+from hardware.envelope.line import OutputLine
 from hardware.envelope.plain_numbers import engineering, finite_number
 from hardware.envelope.proof import compare, noise_of, probe_step
 from hardware.envelope.provenance import provenance
@@ -69,7 +69,7 @@ class GuardedOutput:
         own = getattr(raw, "converter", None)
         converter = own if converter is None and isinstance(own, Converter) else converter
         self._converter = converter
-        line = Line(raw, envelope, WallClock() if clock is None else clock, converter)
+        line = OutputLine(raw, envelope, WallClock() if clock is None else clock, converter)
         self._probe = probe_step(line, probe, converter)
         self._line = line
         self._clamp = clamp

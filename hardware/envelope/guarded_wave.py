@@ -12,8 +12,8 @@ from typing import NoReturn, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.errors import UnusableInput
-from hardware.contracts import Written
+from bondgraph.support.errors import UnusableInput
+from hardware.contracts import WaveProgress
 from hardware.envelope.guard import GuardedOutput
 from hardware.envelope.marks import marked
 from hardware.envelope.plain_numbers import finite_number, finite_wave
@@ -103,7 +103,7 @@ class GuardedWave:
             if self._output.present is not None:
                 self._load(prepared)
 
-    def play(self) -> Generator[Written, None, None]:
+    def play(self) -> Generator[WaveProgress, None, None]:
         """Play the prepared waveform; the last voltage stays.
 
         Any error, also of the one who iterates, ends it with a ramp to the safe value; so close
@@ -137,7 +137,7 @@ class GuardedWave:
         """Refuse copies."""
         raise TypeError("GuardedWave: cannot be copied or pickled; pass the object itself on")
 
-    def _run(self, prepared: _Prepared) -> Generator[Written, None, None]:
+    def _run(self, prepared: _Prepared) -> Generator[WaveProgress, None, None]:
         line = self._output._line
         with line.lock:
             if prepared is not self._prepared or line.loaded is not prepared:
@@ -152,7 +152,7 @@ class GuardedWave:
             line.dwelling.moved(float(prepared.volts[0]), line.clock.now())
             line.halt = self._halted
         error: BaseException | None = None
-        source: Iterator[Written] | None = None
+        source: Iterator[WaveProgress] | None = None
         try:
             source = self._raw.play()
             while (written := self._next(source, prepared, epoch)) is not None:
@@ -171,7 +171,9 @@ class GuardedWave:
                 self._rescue(error)
             _close(source)
 
-    def _next(self, source: Iterator[Written], prepared: _Prepared, epoch: int) -> Written | None:
+    def _next(
+        self, source: Iterator[WaveProgress], prepared: _Prepared, epoch: int
+    ) -> WaveProgress | None:
         """Return the next report; None at the end."""
         line = self._output._line
         with line.lock:
@@ -292,7 +294,7 @@ class GuardedWave:
         line.loaded = prepared
 
 
-def _close(source: Iterator[Written] | None) -> None:
+def _close(source: Iterator[WaveProgress] | None) -> None:
     """Let the player clean up; what had to be said was said by the error before."""
     if isinstance(source, Generator):
         with suppress(HardwareError):

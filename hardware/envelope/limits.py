@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, final
 
-from bondgraph.errors import UnusableInput, real_number
+from bondgraph.support.errors import UnusableInput, real_number
 from hardware.envelope.capacitance import Capacitance
 from hardware.envelope.plain_numbers import engineering
 

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import final
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, RawOutput
 from hardware.envelope.dwelling import Dwelling
 from hardware.envelope.limits import Converter, Envelope
@@ -16,7 +16,7 @@ from hardware.envelope.state import OutputState
 from hardware.envelope.watchdog import Heartbeat
 from hardware.errors import HardwareError, LimitViolation, ProtocolFault
 
-__all__ = ["Line"]
+__all__ = ["OutputLine"]
 
 TICK = 2e-3
 """Longest time between two steps of a ramp (s)."""
@@ -25,7 +25,7 @@ PLAUSIBLE = 0.05
 
 
 @final
-class Line:
+class OutputLine:
     """A raw output together with all that is known about its voltage.
 
     Its methods expect commands that were judged before; only `write` has a gate of its own, as

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.contracts import Chunk, Flag, Written
+from hardware.contracts import Chunk, Flag, WaveProgress
 
 __all__ = ["marked"]
 
 
-def marked(written: Written, cut: NDArray[np.bool_]) -> Written:
+def marked(written: WaveProgress, cut: NDArray[np.bool_]) -> WaveProgress:
     """Return the report with the samples flagged that were cut to the limits."""
     if not cut.any():
         return written

@@ -9,7 +9,7 @@ import time
 from types import FrameType, TracebackType
 from typing import Any, Protocol, Self, final
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 __all__ = ["Parkable", "parked"]
 

@@ -6,9 +6,9 @@ import math
 
 from numpy.typing import ArrayLike
 
-from bondgraph.errors import UnusableInput, real_number
+from bondgraph.support.errors import UnusableInput, real_number
 from hardware.envelope.limits import Converter
-from hardware.envelope.line import Line
+from hardware.envelope.line import OutputLine
 from hardware.envelope.monitor import check_monitor, doubt_of_step
 from hardware.errors import HardwareError, LimitViolation, ProtocolFault
 
@@ -22,7 +22,7 @@ REST = 2e-3
 """Shortest time from a command to its reading (s)."""
 
 
-def probe_step(line: Line, probe: float | None, converter: Converter | None) -> float:
+def probe_step(line: OutputLine, probe: float | None, converter: Converter | None) -> float:
     """Return the step away from the safe value (V, signed), 0 for none.
 
     Raises
@@ -52,7 +52,7 @@ def noise_of(converter: Converter | None) -> float:
     return NOISE + (0.0 if converter is None else converter.resolution)
 
 
-def prove(line: Line, step: float, noise: float, epoch: int) -> None:
+def prove(line: OutputLine, step: float, noise: float, epoch: int) -> None:
     """Go a step from the safe value and back, and compare what the device tells.
 
     Raises
@@ -96,7 +96,7 @@ def prove(line: Line, step: float, noise: float, epoch: int) -> None:
     )
 
 
-def compare(line: Line, commanded: ArrayLike, read: ArrayLike, before: int) -> int:
+def compare(line: OutputLine, commanded: ArrayLike, read: ArrayLike, before: int) -> int:
     """Hold readings against their commands; if they differ nothing is driven until a power-up."""
     try:
         return check_monitor(line.envelope, commanded, read, before)
@@ -107,11 +107,11 @@ def compare(line: Line, commanded: ArrayLike, read: ArrayLike, before: int) -> i
         raise
 
 
-def _go(line: Line, volts: float, epoch: int) -> None:
+def _go(line: OutputLine, volts: float, epoch: int) -> None:
     if not line.walk(volts, line.envelope.ramp_rate, epoch, "power-up: proof of the read-back"):
         raise HardwareError("power_up: ended on its way by another command")
 
 
-def _told(line: Line) -> float | None:
+def _told(line: OutputLine) -> float | None:
     line.clock.sleep(max(REST, line.envelope.update_period))
     return line.read("power-up")

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.contracts import Written
+from hardware.contracts import WaveProgress
 
 __all__ = ["RawWave"]
 
@@ -29,7 +29,7 @@ class RawWave(Protocol):
         """Transfer a waveform (V at the actuator, (n,)) and its rate (Hz); nothing moves."""
         ...
 
-    def play(self) -> Iterator[Written]:
+    def play(self) -> Iterator[WaveProgress]:
         """Play what was loaded; yields about every 20 ms, and at the end."""
         ...
 

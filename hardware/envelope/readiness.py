@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from hardware.envelope.line import Line
+from hardware.envelope.line import OutputLine
 from hardware.envelope.state import OutputState
 from hardware.errors import LimitViolation
 
 __all__ = ["refuse_again", "require_open", "require_ready", "require_rest"]
 
 
-def require_open(line: Line, what: str) -> None:
+def require_open(line: OutputLine, what: str) -> None:
     """Refuse what comes after `close`, or while a stop is on its way down."""
     if line.closed:
         raise LimitViolation(f"{what}: the output is closed; open the device anew")
@@ -19,13 +19,13 @@ def require_open(line: Line, what: str) -> None:
         )
 
 
-def require_rest(line: Line, what: str) -> None:
+def require_rest(line: OutputLine, what: str) -> None:
     """Refuse what does not go beside a waveform that plays."""
     if line.halt is not None:
         raise LimitViolation(f"{what}: a waveform is playing; end it with stop() first")
 
 
-def require_ready(line: Line, what: str) -> None:
+def require_ready(line: OutputLine, what: str) -> None:
     """Refuse a command in a state that does not allow it; callers hold the lock."""
     require_open(line, what)
     line.judge_silence()

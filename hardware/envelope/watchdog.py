@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol, final, runtime_checkable
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import RawOutput
 
 __all__ = ["Fed", "Heartbeat"]

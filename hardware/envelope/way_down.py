@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from hardware.envelope.line import PLAUSIBLE, Line
+from hardware.envelope.line import PLAUSIBLE, OutputLine
 from hardware.envelope.state import OutputState
 from hardware.errors import ProtocolFault
 
 __all__ = ["close", "park"]
 
 
-def park(line: Line) -> None:
+def park(line: OutputLine) -> None:
     """Park, and return when that is done; commands are refused until then.
 
     A second call, of another thread or of a signal handler, takes over; the first one returns
@@ -42,7 +42,7 @@ def park(line: Line) -> None:
         line.parkers.discard(token)
 
 
-def close(line: Line) -> None:
+def close(line: OutputLine) -> None:
     """Refuse all commands, park, let go of the device."""
     line.closed = True
     try:
@@ -54,14 +54,14 @@ def close(line: Line) -> None:
     line.release()
 
 
-def _park(line: Line) -> None:
+def _park(line: OutputLine) -> None:
     epoch: int | None = line.take_charge()
     parks = line.parks
     while epoch is not None and not _go_down(line, epoch):
         epoch = _await(line, parks)
 
 
-def _go_down(line: Line, epoch: int) -> bool:
+def _go_down(line: OutputLine, epoch: int) -> bool:
     """Ramp and write the safe value; False if another call has taken over."""
     safe, why = line.envelope.safe, "stop"
     try:
@@ -86,7 +86,7 @@ def _go_down(line: Line, epoch: int) -> bool:
                 line.charge = None
 
 
-def _await(line: Line, parks: int) -> int | None:
+def _await(line: OutputLine, parks: int) -> int | None:
     """Wait for the call that took over; None if it has parked, else the number to go on with."""
     while True:
         with line.lock:
@@ -97,7 +97,7 @@ def _await(line: Line, parks: int) -> int | None:
         line.clock.sleep(line.envelope.update_period)
 
 
-def _find(line: Line) -> str:
+def _find(line: OutputLine) -> str:
     """Learn where an unknown output stands; return what has to be said about it.
 
     A read-back near the last commands is believed. One far from them is believed only if it was
@@ -142,6 +142,6 @@ def _find(line: Line) -> str:
     return remark
 
 
-def _stands(line: Line, reading: float) -> None:
+def _stands(line: OutputLine, reading: float) -> None:
     line.interrupted = False
     line.reached(min(max(float(reading), line.low), line.high), "found by its read-back")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from hardware.envelope.line import Line
+from hardware.envelope.line import OutputLine
 from hardware.envelope.proof import prove
 from hardware.envelope.readiness import require_open
 from hardware.envelope.state import OutputState
@@ -14,7 +14,7 @@ from hardware.errors import HardwareError
 __all__ = ["power_up"]
 
 
-def power_up(line: Line, step: float, noise: float) -> None:
+def power_up(line: OutputLine, step: float, noise: float) -> None:
     """Park what is driven, let the device come up, go to the safe value, prove the read-back.
 
     Parameters

@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk, Clock, Flag
 from hardware.live.state import RECENT, ChannelState, LiveState, StreamState
 

@@ -10,8 +10,8 @@ from typing import Any, final
 
 import numpy as np
 
-from bondgraph.atomic import regular_target, replacing
-from bondgraph.errors import BondsightError, UnusableInput
+from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.whole_file import regular_target, replacing
 from hardware.live.state import LiveState
 from hardware.live.text import one_line
 

@@ -1,6 +1,6 @@
 """Optics of a displacement interferometer: air, fringes, quadrature; functions of arrays."""
 
-from hardware.optics.air_track import STALE_AFTER, AirTrack, Corrected, correct_record
+from hardware.optics.air_track import STALE_AFTER, AirCorrected, AirTrack, correct_record
 from hardware.optics.beam import BeamState, BeamWatch, watch_beam
 from hardware.optics.counting import (
     block_duration,
@@ -38,7 +38,7 @@ from hardware.optics.refraction import (
     FORMULA_DOMAIN,
     HELIUM_NEON,
     SENSOR_DOMAIN,
-    Domain,
+    ValidRange,
     ciddor_index,
     edlen_index,
     saturation_vapour_pressure,
@@ -50,13 +50,12 @@ __all__ = [
     "SENSOR_DOMAIN",
     "SHORTEST_ARC",
     "STALE_AFTER",
+    "AirCorrected",
     "AirTrack",
     "BeamState",
     "BeamWatch",
-    "Corrected",
     "Demodulated",
     "Demodulator",
-    "Domain",
     "Ellipse",
     "EllipseFit",
     "IndexUncertainty",
@@ -65,6 +64,7 @@ __all__ = [
     "Repair",
     "Sensitivity",
     "SensorUncertainty",
+    "ValidRange",
     "abbe_error",
     "block_duration",
     "ciddor_index",

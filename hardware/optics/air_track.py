@@ -9,11 +9,11 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Air, Flag
 from hardware.optics.refraction import HELIUM_NEON, SENSOR_DOMAIN, ciddor_index
 
-__all__ = ["STALE_AFTER", "AirTrack", "Corrected", "correct_record"]
+__all__ = ["STALE_AFTER", "AirCorrected", "AirTrack", "correct_record"]
 
 Array = NDArray[np.float64]
 
@@ -92,7 +92,7 @@ class AirTrack:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Corrected:
+class AirCorrected:
     """A displacement corrected for the air.
 
     Parameters
@@ -123,7 +123,7 @@ def correct_record(
     index_at_zero: float | None = None,
     wavelength: float = HELIUM_NEON,
     formula: Callable[..., NDArray[np.float64]] = ciddor_index,
-) -> Corrected:
+) -> AirCorrected:
     """Recompute a displacement record with the air along it.
 
     The record counts phase since its zero: ``n_used x_read = n (x + L) - n_zero L`` with the dead
@@ -161,13 +161,15 @@ def correct_record(
     use = track.usable()
     if x.size == 0 or not use.any():
         n = np.full(x.shape, float(index_used))
-        return Corrected(x, n, np.full(x.shape, int(Flag.AIR_STALE), np.uint16), np.zeros(x.shape))
+        return AirCorrected(
+            x, n, np.full(x.shape, int(Flag.AIR_STALE), np.uint16), np.zeros(x.shape)
+        )
     times = track.instants[use]
     n = np.interp(t, times, track.index(wavelength, formula))
     zero = float(n[0]) if index_at_zero is None else index_at_zero
     right = (index_used * x - (n - zero) * dead_path) / n
     flags = np.where(_age(t, times) > STALE_AFTER, int(Flag.AIR_STALE), 0).astype(np.uint16)
-    return Corrected(right, n, flags, right - x)
+    return AirCorrected(right, n, flags, right - x)
 
 
 def _age(t: Array, times: Array) -> Array:

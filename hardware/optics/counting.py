@@ -6,7 +6,7 @@ increments a fringe of half a wavelength and 0.62 nm with 512; its 1 nm needs 31
 
 from __future__ import annotations
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 __all__ = [
     "block_duration",

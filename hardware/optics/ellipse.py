@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.optics.phase import quadrature_phase, unwrap
 
 __all__ = ["SHORTEST_ARC", "Ellipse", "EllipseFit", "fit_ellipse"]

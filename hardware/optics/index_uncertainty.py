@@ -14,7 +14,7 @@ from hardware.optics.refraction import (
     FORMULA_DOMAIN,
     HELIUM_NEON,
     SENSOR_DOMAIN,
-    Domain,
+    ValidRange,
     ciddor_index,
 )
 
@@ -106,7 +106,7 @@ def sensitivity(
     wavelength: float = HELIUM_NEON,
     *,
     formula: IndexFormula = ciddor_index,
-    domain: Domain = SENSOR_DOMAIN,
+    domain: ValidRange = SENSOR_DOMAIN,
 ) -> Sensitivity:
     """Return the derivatives of the index by the state of the air, by central differences.
 
@@ -152,7 +152,7 @@ def index_uncertainty(
     wavelength: float = HELIUM_NEON,
     *,
     formula: IndexFormula = ciddor_index,
-    domain: Domain = SENSOR_DOMAIN,
+    domain: ValidRange = SENSOR_DOMAIN,
 ) -> IndexUncertainty:
     """Propagate the uncertainty of the air sensors to the index (first order, independent errors).
 

@@ -13,14 +13,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 __all__ = [
     "FORMULA_DOMAIN",
     "HELIUM_NEON",
     "SENSOR_DOMAIN",
     "ZERO_CELSIUS",
-    "Domain",
+    "ValidRange",
     "ciddor_index",
     "edlen_index",
     "saturation_vapour_pressure",
@@ -36,7 +36,7 @@ is not stabilised (J. A. Stone et al., Metrologia 46 (2009) 11). A calibrated on
 
 
 @dataclass(frozen=True, slots=True)
-class Domain:
+class ValidRange:
     """Where values are believed; ends belong to it.
 
     Parameters
@@ -68,9 +68,9 @@ class Domain:
         )
 
 
-SENSOR_DOMAIN: Final = Domain((ZERO_CELSIUS + 4.0, ZERO_CELSIUS + 50.0), (70e3, 120e3))
+SENSOR_DOMAIN: Final = ValidRange((ZERO_CELSIUS + 4.0, ZERO_CELSIUS + 50.0), (70e3, 120e3))
 """What the air sensors of an interferometer are allowed to say: 4 to 50 C, 70 to 120 kPa."""
-FORMULA_DOMAIN: Final = Domain((ZERO_CELSIUS - 40.0, ZERO_CELSIUS + 100.0), (10e3, 140e3))
+FORMULA_DOMAIN: Final = ValidRange((ZERO_CELSIUS - 40.0, ZERO_CELSIUS + 100.0), (10e3, 140e3))
 """Where the formulas themselves hold."""
 
 
@@ -119,7 +119,7 @@ def edlen_index(
     wavelength: float = HELIUM_NEON,
     *,
     water_term: str = "nist",
-    domain: Domain = SENSOR_DOMAIN,
+    domain: ValidRange = SENSOR_DOMAIN,
 ) -> Array:
     """Refraction index of air by Edlen's equation, revision of Birch and Downs, 450 ppm CO2.
 
@@ -169,7 +169,7 @@ def ciddor_index(
     wavelength: float = HELIUM_NEON,
     *,
     carbon_dioxide: float = 450e-6,
-    domain: Domain = SENSOR_DOMAIN,
+    domain: ValidRange = SENSOR_DOMAIN,
 ) -> Array:
     """Refraction index of air by Ciddor's equation, as in `edlen_index`.
 
@@ -231,7 +231,7 @@ def _checked(
     pressure: ArrayLike,
     humidity: ArrayLike,
     wavelength: float,
-    domain: Domain,
+    domain: ValidRange,
 ) -> tuple[Array, Array, Array, float]:
     """Arrays, and the squared wave number (um^-2)."""
     T, p, h = (np.asarray(v, dtype=np.float64) for v in (temperature, pressure, humidity))

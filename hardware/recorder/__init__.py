@@ -1,10 +1,10 @@
 """One take: drive a waveform, record all that arrives, align, store with its provenance."""
 
 from hardware.recorder.assembling import OUTPUT, Assembled, assemble
-from hardware.recorder.plan import SYNCHRONISATIONS, Plan, Synchronisation
+from hardware.recorder.plan import SYNCHRONISATIONS, Synchronisation, TakePlan
 from hardware.recorder.recording import Taken, record
 from hardware.recorder.station import GuardedVoltage, Preparation, Station, no_preparation
-from hardware.recorder.taking import Notebook, Step, Watch, take
+from hardware.recorder.taking import Notebook, TakeProgress, Watch, take
 
 __all__ = [
     "OUTPUT",
@@ -12,11 +12,11 @@ __all__ = [
     "Assembled",
     "GuardedVoltage",
     "Notebook",
-    "Plan",
     "Preparation",
     "Station",
-    "Step",
     "Synchronisation",
+    "TakePlan",
+    "TakeProgress",
     "Taken",
     "Watch",
     "assemble",

@@ -12,15 +12,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording
-from bondgraph.units import parse_unit
+from bondgraph.signals.recording import Recording
+from bondgraph.signals.units import parse_unit
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.recorder.correcting import corrected
 from hardware.recorder.marking import of_flags, of_losses, slip, with_jitter_judged
-from hardware.recorder.plan import Plan
+from hardware.recorder.plan import TakePlan
 from hardware.storage import ClockAlignment, JournalFile, Provenance, StreamData, StreamOrigin
-from hardware.synchrony import Alignment, Budget, Stream, Wiring, align, merged
+from hardware.synchrony import Alignment, Budget, ClockWiring, Stream, align, merged
 
 __all__ = ["Assembled", "assemble"]
 
@@ -63,9 +63,9 @@ class Assembled:
 
 def assemble(
     journal: JournalFile,
-    plan: Plan,
+    plan: TakePlan,
     origins: Sequence[StreamOrigin],
-    wiring: Wiring,
+    wiring: ClockWiring,
     *,
     sensor: str = "interferometer",
     length: str = "x",
@@ -117,7 +117,7 @@ def assemble(
 
 
 def recording_of(
-    made: Assembled, plan: Plan, journal: JournalFile, **others: object
+    made: Assembled, plan: TakePlan, journal: JournalFile, **others: object
 ) -> tuple[Recording, Provenance]:
     """Return the recording in SI, and its provenance; `others` are fields of `Provenance`."""
     units = {k: parse_unit(u, f"{plan.name}, channel {k!r}") for k, u in made.units.items()}
@@ -135,7 +135,7 @@ def recording_of(
     return recording, provenance
 
 
-def _same_clock(drive: StreamData, measured: StreamData, plan: Plan) -> Assembled:
+def _same_clock(drive: StreamData, measured: StreamData, plan: TakePlan) -> Assembled:
     """Every sample of the output clocked one of the sensor: numbers are instants."""
     common, a, b = np.intersect1d(drive.numbers, measured.numbers, return_indices=True)
     if common.size < 2:
@@ -162,7 +162,7 @@ def _same_clock(drive: StreamData, measured: StreamData, plan: Plan) -> Assemble
 
 
 def _in_step(
-    written: Array, taken: Array, flags: Words, plan: Plan
+    written: Array, taken: Array, flags: Words, plan: TakePlan
 ) -> tuple[Words, tuple[str, ...]]:
     """Flag what follows an edge of the sample clock that was too many or was missed."""
     found = slip(written, taken, plan.rate)
@@ -181,9 +181,9 @@ def _in_step(
 def _two_clocks(
     drive: StreamData,
     measured: StreamData,
-    plan: Plan,
+    plan: TakePlan,
     rate: float,
-    wiring: Wiring,
+    wiring: ClockWiring,
     *,
     length: str,
     copy: str,

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.optics import (
     HELIUM_NEON,
@@ -19,14 +19,14 @@ from hardware.optics import (
 )
 from hardware.storage import StreamData
 
-__all__ = ["Corrected", "corrected"]
+__all__ = ["CorrectedStream", "corrected"]
 
 SHORTEST = 64
 """Samples below which nothing is looked for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Corrected:
+class CorrectedStream:
     """A stream after its corrections.
 
     Attributes
@@ -41,7 +41,7 @@ class Corrected:
     sentences: tuple[str, ...]
 
 
-def corrected(stream: StreamData, index: float, length: str = "x") -> Corrected:
+def corrected(stream: StreamData, index: float, length: str = "x") -> CorrectedStream:
     """Correct the periodic error if sine and cosine are there, and look for lost fringes.
 
     Parameters
@@ -54,10 +54,10 @@ def corrected(stream: StreamData, index: float, length: str = "x") -> Corrected:
         Channel of the displacement.
     """
     if length not in stream.channels or stream.n < SHORTEST:
-        return Corrected(stream, ())
+        return CorrectedStream(stream, ())
     found, said = _without_periodic_error(stream, index, length)
     marked, seen = _with_miscounts(found, index, length)
-    return Corrected(marked, (*said, *seen))
+    return CorrectedStream(marked, (*said, *seen))
 
 
 def _without_periodic_error(

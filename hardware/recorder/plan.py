@@ -8,16 +8,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput, real_number
+from bondgraph.support.errors import UnusableInput, real_number
 
-__all__ = ["SYNCHRONISATIONS", "Plan", "Synchronisation"]
+__all__ = ["SYNCHRONISATIONS", "Synchronisation", "TakePlan"]
 
 Synchronisation = Literal["clock", "start", "none"]
 SYNCHRONISATIONS: tuple[Synchronisation, ...] = ("clock", "start", "none")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plan:
+class TakePlan:
     """One take.
 
     Parameters

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Air
 from hardware.recorder.assembling import OUTPUT, assemble, recording_of
-from hardware.recorder.plan import Plan
+from hardware.recorder.plan import TakePlan
 from hardware.recorder.station import Station
 from hardware.recorder.taking import Watch, check, take
 from hardware.storage import (
@@ -29,7 +29,7 @@ from hardware.storage import (
     new_files,
     open_journal,
 )
-from hardware.synchrony import Wiring
+from hardware.synchrony import ClockWiring
 
 __all__ = ["Taken", "record"]
 
@@ -54,10 +54,10 @@ class Taken:
 
 def record(
     station: Station,
-    plan: Plan,
+    plan: TakePlan,
     target: Path,
     *,
-    wiring: Wiring | None = None,
+    wiring: ClockWiring | None = None,
     watch: Watch | None = None,
 ) -> Taken:
     """Drive, acquire, align and store.
@@ -124,30 +124,30 @@ def record(
     return Taken(stored, archive, path, provenance.warnings)
 
 
-def wiring_of(plan: Plan, station: Station, rate: float) -> Wiring:
+def wiring_of(plan: TakePlan, station: Station, rate: float) -> ClockWiring:
     """Return what plan and station say of clocks and trigger, for a sensor of that rate (Hz)."""
     lag: dict[str, Any] = {"lag": station.lag, "lag_error": station.lag_error}
     if plan.synchronisation == "clock":
-        return Wiring(shared_clock=True, delay_error=1e-6)
+        return ClockWiring(shared_clock=True, delay_error=1e-6)
     if plan.synchronisation == "start":
         # the edge may be taken one sample early or late: evenly within a period on either side
-        return Wiring(delay_error=1.0 / (rate * math.sqrt(3.0)), **lag)
-    return Wiring(most_delay=plan.seconds / 4.0, **lag)
+        return ClockWiring(delay_error=1.0 / (rate * math.sqrt(3.0)), **lag)
+    return ClockWiring(most_delay=plan.seconds / 4.0, **lag)
 
 
-def origins_of(station: Station, plan: Plan) -> tuple[StreamOrigin, ...]:
+def origins_of(station: Station, plan: TakePlan) -> tuple[StreamOrigin, ...]:
     """Return devices and nominal rates of all streams."""
     output = StreamOrigin(OUTPUT, station.output.identity, plan.rate)
     return (output, *(StreamOrigin(s.stream, s.identity, s.rate) for s in station.sensors))
 
 
-def _stated(plan: Plan) -> ClockAlignment | None:
+def _stated(plan: TakePlan) -> ClockAlignment | None:
     if plan.synchronisation != "clock":
         return None
     return ClockAlignment("shared clock", 1.0, 0.0, 0.0, 0.0)
 
 
-def _command(plan: Plan) -> dict[str, Any]:
+def _command(plan: TakePlan) -> dict[str, Any]:
     return {
         "samples": int(plan.volts.size), "rate": plan.rate, "lowest": float(plan.volts.min()),
         "highest": float(plan.volts.max()), "synchronisation": plan.synchronisation,

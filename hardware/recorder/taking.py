@@ -15,12 +15,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.contracts import Acquisition, Chunk, Flag, Written
+from hardware.contracts import Acquisition, Chunk, Flag, WaveProgress
 from hardware.errors import BeamLost, HardwareError, LinkLost, Overrun, TimedOut
-from hardware.recorder.plan import Plan
+from hardware.recorder.plan import TakePlan
 from hardware.recorder.station import Station
 
-__all__ = ["Notebook", "Step", "check", "take"]
+__all__ = ["Notebook", "TakeProgress", "check", "take"]
 
 POLL = 0.01
 """Pause between polls when the wave is over and a sensor is not (s)."""
@@ -39,7 +39,7 @@ class Notebook(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class TakeProgress:
     """State of a running take, for those who watch.
 
     Parameters
@@ -64,10 +64,10 @@ class Step:
     chunks: Sequence[Chunk] = ()
 
 
-Watch = Callable[[Step], None]
+Watch = Callable[[TakeProgress], None]
 
 
-def take(station: Station, plan: Plan, journal: Notebook, watch: Watch | None = None) -> None:
+def take(station: Station, plan: TakePlan, journal: Notebook, watch: Watch | None = None) -> None:
     """Record one take.
 
     Parameters
@@ -102,10 +102,10 @@ def take(station: Station, plan: Plan, journal: Notebook, watch: Watch | None = 
             for sensor in station.sensors:
                 sensor.abort()
     journal.note({"event": "output", **station.output.provenance()})
-    say(Step("end", plan.seconds, plan.volts.size, plan.volts.size))
+    say(TakeProgress("end", plan.seconds, plan.volts.size, plan.volts.size))
 
 
-def check(station: Station, plan: Plan) -> None:
+def check(station: Station, plan: TakePlan) -> None:
     """Hold both waves of a plan against the envelope; nothing is sent if one leaves it.
 
     Raises
@@ -123,13 +123,13 @@ def _erase(station: Station, wave: NDArray[np.float64], rate: float, say: Watch)
     station.output.ramp(float(wave[0]))
     station.wave.prepare(wave, rate)
     for state in station.wave.play():
-        say(Step("erase", 0.0, state.samples, state.total, state.late))
+        say(TakeProgress("erase", 0.0, state.samples, state.total, state.late))
         station.output.tend()
 
 
-def _prepare(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
+def _prepare(station: Station, plan: TakePlan, journal: Notebook, say: Watch) -> None:
     """Power up, go to the first voltage, zero, read the air."""
-    say(Step("prepare", 0.0, 0, plan.volts.size))
+    say(TakeProgress("prepare", 0.0, 0, plan.volts.size))
     if station.output.present is None:
         station.output.power_up()
     if plan.erase is not None:
@@ -142,19 +142,19 @@ def _prepare(station: Station, plan: Plan, journal: Notebook, say: Watch) -> Non
     _air(station, journal, "start")
 
 
-def _run(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
-    say(Step("arm", 0.0, 0, plan.volts.size))
+def _run(station: Station, plan: TakePlan, journal: Notebook, say: Watch) -> None:
+    say(TakeProgress("arm", 0.0, 0, plan.volts.size))
     begin = station.clock.now()
     last = {s.stream: begin for s in station.sensors}
     for sensor in station.sensors:
         sensor.kickoff()
     journal.note({"event": "start", "instant": begin})
-    state = Written(0, plan.volts.size)
+    state = WaveProgress(0, plan.volts.size)
     amiss = 0
     for state in station.wave.play():
         driven = _write(journal, state.chunks)
         chunks = [*driven, *_poll(station, journal, last)]
-        say(Step("play", station.clock.now() - begin, state.samples, state.total,
+        say(TakeProgress("play", station.clock.now() - begin, state.samples, state.total,
                      state.late, chunks))  # fmt: skip
         for chunk in driven:
             if {"V", "V_mon"} <= set(chunk.channels):
@@ -163,7 +163,7 @@ def _run(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
         station.output.tend()
     while not all(s.done for s in station.sensors):
         chunks = _poll(station, journal, last)
-        say(Step("drain", station.clock.now() - begin, state.samples, state.total,
+        say(TakeProgress("drain", station.clock.now() - begin, state.samples, state.total,
                      state.late, chunks))  # fmt: skip
         if plan.synchronisation != "start" and not chunks:
             break
@@ -171,7 +171,7 @@ def _run(station: Station, plan: Plan, journal: Notebook, say: Watch) -> None:
         station.output.tend()
         station.clock.sleep(POLL)
     for sensor in station.sensors:
-        say(Step("drain", plan.seconds, state.samples, state.total, state.late,
+        say(TakeProgress("drain", plan.seconds, state.samples, state.total, state.late,
                      _heard(journal, sensor, sensor.finish)))  # fmt: skip
     _air(station, journal, "end")
 
@@ -213,7 +213,9 @@ def _poll(station: Station, journal: Notebook, last: dict[str, float]) -> list[C
     return arrived
 
 
-def _check_silence(station: Station, plan: Plan, last: Mapping[str, float], waiting: bool) -> None:
+def _check_silence(
+    station: Station, plan: TakePlan, last: Mapping[str, float], waiting: bool
+) -> None:
     """Give up on a sensor that has been silent for too long.
 
     A block arrives at once at its end, so during the wave only streams that have spoken count.
@@ -254,5 +256,5 @@ def _chunks(partial: object) -> list[Chunk]:
     return []
 
 
-def _silent(progress: Step) -> None:
+def _silent(progress: TakeProgress) -> None:
     """Watch nothing."""

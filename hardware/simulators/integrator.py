@@ -18,7 +18,7 @@ State = tuple[float, ...]
 Rate = Callable[[State, float], State]
 
 
-class System(Protocol):
+class SteppedSystem(Protocol):
     """A set of state equations that can take one step."""
 
     @property
@@ -44,7 +44,7 @@ class System(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Path:
+class MarchedPath:
     """Values at the nodes of one march.
 
     Parameters
@@ -125,7 +125,9 @@ def rk4_three(
     )
 
 
-def march(system: System, steps: Array, drive: Array, *, energy: bool = False) -> Path:
+def march(
+    system: SteppedSystem, steps: Array, drive: Array, *, energy: bool = False
+) -> MarchedPath:
     """Take a system over the grid.
 
     Parameters
@@ -158,7 +160,7 @@ def march(system: System, steps: Array, drive: Array, *, energy: bool = False) -
     if energy:
         p = np.array(powers)
         supplied[1:] = np.cumsum(0.5 * steps * (p[1:] + p[:-1]))
-    return Path(
+    return MarchedPath(
         x=np.array(xs),
         i=np.array(currents),
         supplied=supplied,

@@ -8,7 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["EdgeDriven", "Motion", "Moved", "Plant", "Rewindable"]
+__all__ = ["EdgeDriven", "Moved", "Plant", "PlantMotion", "Rewindable"]
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class Moved(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class PlantMotion:
     """Readings at the ends of steps.
 
     Parameters

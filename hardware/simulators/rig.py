@@ -21,9 +21,9 @@ from hardware.simulators.device_clock import DeviceClock
 from hardware.simulators.edges import push
 from hardware.simulators.interpolation import cubic, linear
 from hardware.simulators.plant_contract import Moved, Plant, Rewindable
-from hardware.simulators.tape import Tape
+from hardware.simulators.tape import GrowingTape
 
-__all__ = ["DeviceClock", "Extremes", "Rig", "Seen"]
+__all__ = ["DeviceClock", "Extremes", "Rig", "RigState"]
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ _LONGEST = 100_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seen:
+class RigState:
     """State at some instants: displacement (m), current (A), terminal voltage (V), ``(n,)``."""
 
     x: Array
@@ -75,9 +75,9 @@ class Rig:
         self._keep = max(int(keep / self._step), 16)
         self._now = 0.0
         self._volts = 0.0
-        self._steps = Tape(2)
+        self._steps = GrowingTape(2)
         self._steps.append(0.0, 0.0)
-        self._edges = Tape(2)
+        self._edges = GrowingTape(2)
         self._edges.append(0.0, 0.0)
         self._used = 0  # number of the last edge that lies before the steps still to be made
         self._agenda: list[tuple[float, int, Callable[[], None]]] = []
@@ -185,7 +185,7 @@ class Rig:
                 self._volts = volts
                 self._edges.append(self._now, volts)
 
-    def seen(self, instants: Array) -> Seen:
+    def seen(self, instants: Array) -> RigState:
         """State at instants (s), ``(n,)``; later ones than now give the state now.
 
         The displacement is interpolated by cubics between steps, the current linearly; the voltage
@@ -209,7 +209,7 @@ class Rig:
             x, i = self._columns(bool(t.size and position.max() > len(self._steps) - 3.0))
             at, volts = self._edges.column(0), self._edges.column(1)
             held = volts[np.maximum(np.searchsorted(at, t, side="right") - 1, 0)]
-            return Seen(cubic(x, position), linear(i, position), np.asarray(held))
+            return RigState(cubic(x, position), linear(i, position), np.asarray(held))
 
     def _follow(self) -> None:
         """Follow a time that passes by itself."""

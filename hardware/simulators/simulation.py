@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hardware.simulators.effects import HiddenEffect
 from hardware.simulators.excitation import SAMPLE_RATE
-from hardware.simulators.integrator import Path, System, march
+from hardware.simulators.integrator import MarchedPath, SteppedSystem, march
 from hardware.simulators.nonsmooth import DryFrictionPlant, MaxwellSlipPlant
 from hardware.simulators.plant import (
     BIAS,
@@ -43,7 +43,7 @@ class Readings:
 
     x: Array
     i: Array
-    path: Path
+    path: MarchedPath
 
 
 def simulate(
@@ -156,7 +156,7 @@ def static_drive(u: Array, effect: HiddenEffect) -> Array:
     return np.asarray(u)
 
 
-def make_system(plant: PlantParameters, effect: HiddenEffect, u: float) -> System:
+def make_system(plant: PlantParameters, effect: HiddenEffect, u: float) -> SteppedSystem:
     """Give the equations of the plant with the effect in its place, at rest at `u` (V)."""
     match effect.name:
         case "hysteresis":

@@ -7,13 +7,13 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Tape"]
+__all__ = ["GrowingTape"]
 
 Array = NDArray[np.float64]
 
 
 @final
-class Tape:
+class GrowingTape:
     """A growing array whose old part can be forgotten; each append costs what it appends.
 
     Parameters

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from types import TracebackType
 from typing import Any, Self, final
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Acquisition, Clock, WallClock
+from hardware.devices.interferometer import NORMAL_RATE, Block, Interferometer, Streaming, Triggered
 from hardware.envelope import GuardedOutput, GuardedWave, parked
 from hardware.errors import LinkLost, ProtocolFault
-from hardware.interferometer import NORMAL_RATE, Block, Interferometer, Streaming, Triggered
-from hardware.recorder.plan import Plan
+from hardware.recorder.plan import TakePlan
 from hardware.recorder.station import Preparation, Station, no_preparation
 from hardware.station.outputs import open_output
 from hardware.station.settings import ClockSettings, InterferometerSettings, StationSettings
@@ -52,7 +52,7 @@ class OpenStation:
             self.interferometer = _interferometer(settings.interferometer, self.clock, opened)
             self._closing = opened.pop_all()
 
-    def station(self, plan: Plan) -> Station:
+    def station(self, plan: TakePlan) -> Station:
         """Return the bench as one take needs it.
 
         Raises
@@ -153,7 +153,7 @@ def _interferometer(
 
 
 def _sensors(
-    device: Interferometer | None, settings: InterferometerSettings | None, plan: Plan
+    device: Interferometer | None, settings: InterferometerSettings | None, plan: TakePlan
 ) -> tuple[tuple[Acquisition, ...], Preparation]:
     if device is None or settings is None:
         return (), no_preparation()
@@ -190,7 +190,7 @@ def _sensors(
     return (made,), device
 
 
-def _block_rate(plan: Plan) -> float:
+def _block_rate(plan: TakePlan) -> float:
     """Return the finest whole rate that is useful and whose block still fits."""
     seconds = plan.seconds + 4.0 / plan.rate
     return float(max(1, min(int(MEMORY / seconds) - 1, round(FINER * plan.rate), 1_000_000)))

@@ -7,15 +7,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from bondgraph.errors import UnusableInput
-from hardware.amplifier import Amplifier, AnalogueAmplifier, Monitors
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, RawOutput
-from hardware.controllers import GcsController, GcsWave, OwnGcsTalk, PIPythonTalk
-from hardware.daq import (
+from hardware.devices.amplifier import Amplifier, AnalogueAmplifier, Monitors
+from hardware.devices.controllers import GcsController, GcsWave, OwnGcsTalk, PIPythonTalk
+from hardware.devices.daq import (
     MF624,
     MF634,
     CardChannel,
     CardInputs,
+    CardWiring,
     CompiledWave,
     MappedRegisters,
     NiChannel,
@@ -27,12 +28,11 @@ from hardware.daq import (
     SocketRegisters,
     SoftwareTimedWave,
     UioRegisters,
-    Wiring,
 )
+from hardware.devices.transport import TcpTransport
 from hardware.envelope import RawWave
 from hardware.recorder.plan import Synchronisation
 from hardware.station.settings import AmplifierSettings, OutputSettings
-from hardware.transport import TcpTransport
 
 __all__ = ["Driven", "open_output"]
 
@@ -108,7 +108,7 @@ def _card(
 
     def wave(way: Synchronisation) -> RawWave:
         pulse = way == "clock"
-        wired_so = Wiring(
+        wired_so = CardWiring(
             settings.channel, inputs, settings.trigger if way == "start" else None,
             settings.clock if pulse else None, SampleClock.PULSE if pulse else SampleClock.NONE,
         )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, final
 
-from bondgraph.errors import UnusableInput, real_number, unknown_name
+from bondgraph.support.errors import UnusableInput, real_number, unknown_name
 
 __all__ = ["Section"]
 

@@ -30,7 +30,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.envelope import PRESETS, Envelope
 from hardware.station.section import Section
 

@@ -20,13 +20,12 @@ from hardware.storage.provenance import (
 )
 from hardware.storage.reading import JournalFile, Note, open_journal
 from hardware.storage.recovering import recover, recovered
-from hardware.storage.stream import Gap, StreamData, StreamLayout
+from hardware.storage.stream import StreamData, StreamGap, StreamLayout
 
 __all__ = [
     "OUTPUT_ENDS",
     "ClockAlignment",
     "FlagRun",
-    "Gap",
     "Journal",
     "JournalFailed",
     "JournalFile",
@@ -34,6 +33,7 @@ __all__ = [
     "Provenance",
     "Scale",
     "StreamData",
+    "StreamGap",
     "StreamLayout",
     "StreamOrigin",
     "finish",

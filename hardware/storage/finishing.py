@@ -13,9 +13,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bondgraph.errors import UnusableInput
-from bondgraph.saving import sha256_of
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
+from bondgraph.signals.recording_file import sha256_of
+from bondgraph.support.errors import UnusableInput
 from hardware.storage.errors import JournalFailed
 from hardware.storage.journal import Journal
 from hardware.storage.plain_fields import fields_of

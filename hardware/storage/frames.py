@@ -52,7 +52,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.plain import from_plain, to_plain
+from bondgraph.support.json_codec import from_plain, to_plain
 
 __all__ = [
     "FORMAT",
@@ -61,7 +61,7 @@ __all__ = [
     "MARK",
     "MAX_NUMBER",
     "Frame",
-    "Kind",
+    "FrameKind",
     "broken_because",
     "chunk_payload",
     "document",
@@ -85,7 +85,7 @@ _BLOCK = 1 << 20
 HEAD_SIZE = _HEAD.size + _CHECK.size
 
 
-class Kind(IntEnum):
+class FrameKind(IntEnum):
     """Kinds of record."""
 
     HEADER = 1
@@ -113,14 +113,14 @@ class Frame:
         CRC-32 of its payload.
     """
 
-    kind: Kind
+    kind: FrameKind
     number: int
     start: int
     size: int
     crc: int
 
 
-def head(kind: Kind, number: int, payload: bytes) -> bytes:
+def head(kind: FrameKind, number: int, payload: bytes) -> bytes:
     """Head of a record, 32 bytes."""
     first = _HEAD.pack(MARK, kind, number, len(payload), zlib.crc32(payload))
     return first + _CHECK.pack(zlib.crc32(first))
@@ -131,9 +131,9 @@ def parse_head(data: bytes, start: int) -> Frame | None:
     if len(data) != HEAD_SIZE or _CHECK.unpack(data[-4:])[0] != zlib.crc32(data[:-4]):
         return None
     mark, kind, number, size, crc = _HEAD.unpack(data[:-4])
-    if mark != MARK or kind not in tuple(Kind):
+    if mark != MARK or kind not in tuple(FrameKind):
         return None
-    return Frame(Kind(kind), number, start, size, crc)
+    return Frame(FrameKind(kind), number, start, size, crc)
 
 
 def frames(

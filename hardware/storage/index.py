@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, BinaryIO, final
 
-from bondgraph.errors import BondsightError, UnusableInput
+from bondgraph.support.errors import BondsightError, UnusableInput
 from hardware.storage.frames import (
     FORMAT,
     MAGIC,
     Frame,
-    Kind,
+    FrameKind,
     broken_because,
     document,
     frames,
@@ -114,17 +114,17 @@ class Index:
 
     def _take(self, frame: Frame, payload: bytes) -> None:
         """Enter a record; ValueError, KeyError or TypeError if it is not what it says."""
-        if (frame.kind is Kind.HEADER) != (frame.number == 0) or self.closed:
+        if (frame.kind is FrameKind.HEADER) != (frame.number == 0) or self.closed:
             raise ValueError("out of place")
-        if frame.kind is Kind.HEADER:
+        if frame.kind is FrameKind.HEADER:
             self._take_header(document(payload))
-        elif frame.kind is Kind.STREAM:
+        elif frame.kind is FrameKind.STREAM:
             self._take_stream(document(payload))
-        elif frame.kind is Kind.CHUNK:
+        elif frame.kind is FrameKind.CHUNK:
             number, first, flags, _ = split_chunk(payload, self.widths)
             self.chunks[number].append(frame)
             self._next[number] = first + flags.size
-        elif frame.kind is Kind.NOTE:
+        elif frame.kind is FrameKind.NOTE:
             samples = {self.layouts[k].name: n for k, n in self._next.items()}
             self.notes.append(_note(document(payload), samples))
         else:

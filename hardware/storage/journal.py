@@ -20,15 +20,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, final
 
-from bondgraph.archive import software
-from bondgraph.errors import UnusableInput
+from bondgraph.support.archive import software
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk
 from hardware.storage.errors import JournalFailed, why_not
 from hardware.storage.frames import (
     FORMAT,
     MAGIC,
     MAX_NUMBER,
-    Kind,
+    FrameKind,
     chunk_payload,
     head,
     json_payload,
@@ -123,7 +123,7 @@ class Journal:
         journal = cls(file, handle, sync)
         try:
             # one write: a journal is never without its header
-            journal._put(MAGIC + head(Kind.HEADER, 0, payload) + payload, 1, None, None)
+            journal._put(MAGIC + head(FrameKind.HEADER, 0, payload) + payload, 1, None, None)
             sync_folder(file)
         except BaseException:
             journal._shut()
@@ -165,7 +165,7 @@ class Journal:
                 "units": list(units.values()),
             }
             payload = json_payload(stream, f"{self.path.name}: stream")
-            data = head(Kind.STREAM, number, payload) + payload
+            data = head(FrameKind.STREAM, number, payload) + payload
             number += 1
         elif layout[2] != units:
             raise JournalFailed(
@@ -175,7 +175,7 @@ class Journal:
             )
         columns = [chunk.channels[c] for c in layout[2]]
         payload = chunk_payload(layout[0], chunk.first, chunk.flags, columns)
-        data += head(Kind.CHUNK, number, payload) + payload
+        data += head(FrameKind.CHUNK, number, payload) + payload
         self._put(data, number + 1 - self._number, fresh, chunk)
 
     def note(self, content: Mapping[str, Any]) -> None:
@@ -193,7 +193,7 @@ class Journal:
         UnusableInput
             It holds more than plain values.
         """
-        self._json(Kind.NOTE, {"utc": utc_now(), "note": dict(content)}, content)
+        self._json(FrameKind.NOTE, {"utc": utc_now(), "note": dict(content)}, content)
 
     def close(self) -> None:
         """Write the end and let the disk write all of it; any number of times.
@@ -206,7 +206,7 @@ class Journal:
         if self._handle is None:
             return
         try:
-            self._json(Kind.END, {"utc": utc_now()}, None)
+            self._json(FrameKind.END, {"utc": utc_now()}, None)
             os.fsync(self._handle)
         except OSError as error:
             raise self._failed(error, None) from error
@@ -235,7 +235,7 @@ class Journal:
             with contextlib.suppress(JournalFailed):
                 self.close()
 
-    def _json(self, kind: Kind, content: dict[str, Any], partial: Any) -> None:
+    def _json(self, kind: FrameKind, content: dict[str, Any], partial: Any) -> None:
         payload = json_payload(content, f"{self.path.name}: note")
         self._settle(partial)
         self._put(head(kind, self._number, payload) + payload, 1, None, partial)

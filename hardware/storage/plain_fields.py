@@ -9,7 +9,7 @@ from collections.abc import Hashable, Mapping
 from functools import cache
 from typing import Any, TypeVar
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 __all__ = ["fields_of", "made_from"]
 

@@ -9,10 +9,10 @@ from typing import Any, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.archive import software
-from bondgraph.errors import UnusableInput
-from bondgraph.plain import to_plain
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
+from bondgraph.support.archive import software
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.json_codec import to_plain
 from hardware.contracts import Air, Identity
 from hardware.storage.flag_runs import FlagRun, expanded, flag_runs
 from hardware.storage.plain_fields import fields_of, made_from

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, unknown_name
 from hardware.contracts import Chunk
 from hardware.storage.frames import Frame, split_chunk
 from hardware.storage.index import Index, Note

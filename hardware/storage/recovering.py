@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.errors import BondsightError, UnusableInput
-from bondgraph.saving import sha256_of
-from bondgraph.signals import Recording
-from bondgraph.units import parse_unit
+from bondgraph.signals.recording import Recording
+from bondgraph.signals.recording_file import sha256_of
+from bondgraph.signals.units import parse_unit
+from bondgraph.support.errors import BondsightError, UnusableInput
 from hardware.contracts import Air, Identity
 from hardware.storage.finishing import with_provenance
 from hardware.storage.pieces import Piece, joined, pieces

@@ -9,11 +9,11 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Gap", "StreamData", "StreamLayout"]
+__all__ = ["StreamData", "StreamGap", "StreamLayout"]
 
 
 @dataclass(frozen=True, slots=True)
-class Gap:
+class StreamGap:
     """Missing samples.
 
     Parameters
@@ -89,12 +89,13 @@ class StreamData:
         return int(self.numbers.size)
 
     @property
-    def gaps(self) -> tuple[Gap, ...]:
+    def gaps(self) -> tuple[StreamGap, ...]:
         """Samples missing before the last stored one, those before the first included."""
         before = np.concatenate(([-1], self.numbers))
         at = np.flatnonzero(np.diff(before) > 1)
         return tuple(
-            Gap(int(a) + 1, int(b) - 1) for a, b in zip(before[at], before[at + 1], strict=True)
+            StreamGap(int(a) + 1, int(b) - 1)
+            for a, b in zip(before[at], before[at + 1], strict=True)
         )
 
     @property

@@ -10,26 +10,26 @@
 """
 
 from hardware.synchrony.align import align
-from hardware.synchrony.alignment import Alignment, Gap
+from hardware.synchrony.alignment import Alignment, SilentLoss
 from hardware.synchrony.between import between
 from hardware.synchrony.budget import Budget, checked, false_width
 from hardware.synchrony.by_copy import align_by_copy
 from hardware.synchrony.by_length import align_by_length
-from hardware.synchrony.held import Held
+from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.merge import Merged, merged
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
-from hardware.synchrony.wiring import Wiring
+from hardware.synchrony.wiring import ClockWiring
 
 __all__ = [
     "Alignment",
     "Budget",
-    "Gap",
-    "Held",
+    "ClockWiring",
+    "HeldColumns",
     "Merged",
+    "SilentLoss",
     "Stream",
     "TimeMap",
-    "Wiring",
     "align",
     "align_by_copy",
     "align_by_length",

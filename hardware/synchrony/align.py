@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.synchrony.alignment import Alignment
 from hardware.synchrony.budget import Budget, checked
 from hardware.synchrony.by_copy import align_by_copy
 from hardware.synchrony.by_length import align_by_length
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
-from hardware.synchrony.wiring import Wiring
+from hardware.synchrony.wiring import ClockWiring
 
 __all__ = ["align"]
 
@@ -21,7 +21,7 @@ __all__ = ["align"]
 def align(
     drive: Stream,
     sensor: Stream,
-    wiring: Wiring | None = None,
+    wiring: ClockWiring | None = None,
     *,
     command: str = "V",
     length: str = "x",
@@ -52,7 +52,7 @@ def align(
     ClockSkew
         If what remains exceeds the budget (with the alignment as `partial`).
     """
-    wiring = Wiring() if wiring is None else wiring
+    wiring = ClockWiring() if wiring is None else wiring
     drive.channel(command)
     if copy in sensor.channels:
         found = align_by_copy(drive, sensor, wiring, command=command, copy=copy)
@@ -68,7 +68,7 @@ def align(
     return found if budget is None else checked(found, budget)
 
 
-def _by_wiring(sensor: Stream, wiring: Wiring) -> Alignment:
+def _by_wiring(sensor: Stream, wiring: ClockWiring) -> Alignment:
     """One clock for both: the ratio is exact, the delay as well as the trigger is known."""
     known = wiring.delay_error is not None
     error = math.inf if wiring.delay_error is None else wiring.delay_error

@@ -13,14 +13,14 @@ from hardware.contracts import Flag
 from hardware.synchrony.held import Hold
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["Alignment", "Gap", "How"]
+__all__ = ["Alignment", "How", "SilentLoss"]
 
 Array = NDArray[np.float64]
 How = Literal["shared clock", "copy", "copy, by its edges", "length", "phase"]
 
 
 @dataclass(frozen=True, slots=True)
-class Gap:
+class SilentLoss:
     """Samples that the sensor lost without telling.
 
     Parameters
@@ -85,7 +85,7 @@ class Alignment:
     gain: float = math.nan
     offset: float = math.nan
     rms: float = math.nan
-    gaps: tuple[Gap, ...] = ()
+    gaps: tuple[SilentLoss, ...] = ()
     alternatives: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
     over_budget: bool = False

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from bondgraph.errors import UnusableInput
-from hardware.errors import ClockSkew
+from bondgraph.support.errors import UnusableInput
+from hardware.errors import ClockSkewError
 from hardware.synchrony.alignment import Alignment
 
 __all__ = ["Budget", "checked", "false_width"]
@@ -53,7 +53,7 @@ class Budget:
     frequency : float
         Highest that matters (Hz).
     excess : {"raise", "mark"}
-        Raise `ClockSkew`, or only note it in the alignment (its samples are flagged).
+        Raise `ClockSkewError`, or only note it in the alignment (its samples are flagged).
 
     Raises
     ------
@@ -105,7 +105,7 @@ def checked(alignment: Alignment, budget: Budget) -> Alignment:
         made = false_width(budget.stroke, budget.frequency, min(worst, 0.25 / budget.frequency))
         what += f"; that makes {1e9 * made:.3g} nm of loop width at {budget.frequency:g} Hz"
     if budget.excess == "raise":
-        raise ClockSkew(
+        raise ClockSkewError(
             f"{what}; share the sample clock, record a copy of the voltage, or record longer",
             alignment,
         )

@@ -8,25 +8,25 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.synchrony.alignment import Alignment, Gap, How
+from hardware.synchrony.alignment import Alignment, How, SilentLoss
 from hardware.synchrony.coarse import Coarse, first_guess
 from hardware.synchrony.edges import by_edges
-from hardware.synchrony.fit import Fitted, Guess, Material
+from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess
 from hardware.synchrony.gaps import find_gaps, structured
-from hardware.synchrony.held import Held
+from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.jitter import jitter_of
 from hardware.synchrony.settle import settled
 from hardware.synchrony.spread import covariance_of, reach
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
-from hardware.synchrony.wiring import Wiring
+from hardware.synchrony.wiring import ClockWiring
 
 __all__ = ["align_by_copy"]
 
 Array = NDArray[np.float64]
 FIRST_LAG = 0.4
 """First guess of an unknown lag, in steps of the drive."""
-_Solved = tuple[Coarse, Fitted, tuple[Fitted, ...]]
+_Solved = tuple[Coarse, FittedTimeMap, tuple[FittedTimeMap, ...]]
 WIDE_LAG = 20.0
 MENDED = 0.5
 """Share of the squares that gaps may leave to be believed."""
@@ -37,7 +37,7 @@ FAST = 0.03
 def align_by_copy(
     drive: Stream,
     sensor: Stream,
-    wiring: Wiring,
+    wiring: ClockWiring,
     *,
     command: str = "V",
     copy: str = "V_copy",
@@ -65,15 +65,15 @@ def align_by_copy(
     skew = wiring.most_skew if not wiring.shared_clock else 1e-9
     material = _declared(material, wiring)
 
-    def solved(given: Material) -> _Solved:
+    def solved(given: AlignmentData) -> _Solved:
         coarse = first_guess(given, held, expected, max(far, 2.0 / sensor.rate), skew, smooth)
         begun = replace(coarse.guess, lag=max(smooth, 1e-3 * step))
         if wiring.shared_clock:
-            begun = Guess(TimeMap(begun.map.delay), begun.lag)
+            begun = TimeMapGuess(TimeMap(begun.map.delay), begun.lag)
         return (coarse, *settled(given, held, begun, wiring.lag))
 
     coarse, fitted, rivals = solved(material)
-    gaps: tuple[Gap, ...] = ()
+    gaps: tuple[SilentLoss, ...] = ()
     if structured(fitted):
         mended = _mended(material, held, (coarse, fitted, rivals), wiring.lag, solved)
         gaps, material, (coarse, fitted, rivals) = mended
@@ -111,7 +111,7 @@ def align_by_copy(
         if not wiring.shared_clock:
             covariance[1, 1] += covariance[0, 0] / float(np.ptp(material.time)) ** 2
     kept = np.flatnonzero(sensor.usable(copy))
-    gaps = tuple(Gap(int(kept[g.first]), g.missing) for g in gaps)
+    gaps = tuple(SilentLoss(int(kept[g.first]), g.missing) for g in gaps)
     jitter, jitter_error = jitter_of(fitted.rest, fitted.slope)
     covariance[0, 0] += wiring.copy_latency_error**2
     found = replace(guess.map, delay=guess.map.delay + wiring.copy_latency)
@@ -131,23 +131,23 @@ def align_by_copy(
 
 
 def _material(
-    drive: Stream, sensor: Stream, wiring: Wiring, command: str, copy: str
-) -> tuple[Held, Material]:
+    drive: Stream, sensor: Stream, wiring: ClockWiring, command: str, copy: str
+) -> tuple[HeldColumns, AlignmentData]:
     volts = np.interp(np.arange(drive.numbers[0], drive.numbers[-1] + 1), drive.numbers,
                       drive.channel(command))  # fmt: skip
     usable = sensor.usable(copy)
     time = sensor.time[usable]
-    held = Held(volts[:, None], 1.0 / drive.rate, wiring.hold)
-    return held, Material(held, time, sensor.channel(copy)[usable], np.ones((time.size, 1)))
+    held = HeldColumns(volts[:, None], 1.0 / drive.rate, wiring.hold)
+    return held, AlignmentData(held, time, sensor.channel(copy)[usable], np.ones((time.size, 1)))
 
 
 def _mended(
-    material: Material,
-    held: Held,
+    material: AlignmentData,
+    held: HeldColumns,
     now: _Solved,
     lag: float | None,
-    solved: Callable[[Material], _Solved],
-) -> tuple[tuple[Gap, ...], Material, _Solved]:
+    solved: Callable[[AlignmentData], _Solved],
+) -> tuple[tuple[SilentLoss, ...], AlignmentData, _Solved]:
     """Look for lost samples; keep them only if they explain what was left."""
     gaps = find_gaps(material, held, now[0].early, lag)
     if not gaps:
@@ -162,7 +162,7 @@ def _mended(
     return gaps, moved, again
 
 
-def _declared(material: Material, wiring: Wiring) -> Material:
+def _declared(material: AlignmentData, wiring: ClockWiring) -> AlignmentData:
     """Return the material with what is free and what is believed of it."""
     free: tuple[str, ...] = ("delay",) if wiring.shared_clock else ("delay", "skew")
     if wiring.drifting:
@@ -178,11 +178,11 @@ def _declared(material: Material, wiring: Wiring) -> Material:
     return replace(material, free=free, beliefs=beliefs)
 
 
-def _numbers(guess: Guess) -> Array:
+def _numbers(guess: TimeMapGuess) -> Array:
     return np.array([guess.map.delay, guess.map.skew, guess.map.drift])
 
 
-def _covariance(material: Material, fitted: Fitted) -> tuple[Array, float]:
+def _covariance(material: AlignmentData, fitted: FittedTimeMap) -> tuple[Array, float]:
     """Covariance of delay, skew and drift, and the error of the lag."""
     found = covariance_of(material, fitted)
     whole = np.zeros((3, 3))

@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.synchrony.alignment import Alignment
 from hardware.synchrony.by_response import skew_by_response
 from hardware.synchrony.coarse import first_guess
-from hardware.synchrony.fit import Fitted, Guess, Material, fit
+from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess, fit
 from hardware.synchrony.gaps import structured
-from hardware.synchrony.held import Held
+from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.jitter import jitter_of
 from hardware.synchrony.period import fundamental, one_loop
 from hardware.synchrony.played import Played
@@ -28,7 +28,7 @@ from hardware.synchrony.spread import covariance_of, reach
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.toned import Toned
-from hardware.synchrony.wiring import Wiring
+from hardware.synchrony.wiring import ClockWiring
 
 __all__ = ["SEPARABLE", "align_by_length"]
 
@@ -48,7 +48,7 @@ FIRST_LAG = 0.4
 def align_by_length(
     drive: Stream,
     sensor: Stream,
-    wiring: Wiring,
+    wiring: ClockWiring,
     *,
     command: str = "V",
     length: str = "x",
@@ -73,7 +73,9 @@ def align_by_length(
     return _by_plays(drive, sensor, wiring, command, length)
 
 
-def _by_phase(drive: Stream, sensor: Stream, wiring: Wiring, length: str, tone: float) -> Alignment:
+def _by_phase(
+    drive: Stream, sensor: Stream, wiring: ClockWiring, length: str, tone: float
+) -> Alignment:
     """Periodic drive: the ratio from the drift of fundamental and harmonics."""
     step = 1.0 / drive.rate
     t = sensor.time
@@ -96,8 +98,10 @@ def _by_phase(drive: Stream, sensor: Stream, wiring: Wiring, length: str, tone: 
         free += ("lag",)
         loose = step if wiring.lag is None else max(wiring.lag_error, 0.2 * step)
         beliefs += (("lag", lag, loose),)
-    material = Material(held, t, sensor.channel(length)[usable], _trend(t, tone), free, beliefs)
-    start = Guess(TimeMap(wiring.delay), lag)
+    material = AlignmentData(
+        held, t, sensor.channel(length)[usable], _trend(t, tone), free, beliefs
+    )
+    start = TimeMapGuess(TimeMap(wiring.delay), lag)
     fitted = _widened(material, start, tone)
     spread = covariance_of(material, fitted)
     known = wiring.delay_error is not None
@@ -114,7 +118,7 @@ def _by_phase(drive: Stream, sensor: Stream, wiring: Wiring, length: str, tone: 
     )  # fmt: skip
 
 
-def _widened(material: Material, start: Guess, tone: float) -> Fitted:
+def _widened(material: AlignmentData, start: TimeMapGuess, tone: float) -> FittedTimeMap:
     """Fit windows that double, so that a large ratio error does not skip a period."""
     n = material.time.size
     step = float(np.median(np.diff(material.time)))
@@ -142,7 +146,7 @@ class _Way:
 
 
 def _by_plays(
-    drive: Stream, sensor: Stream, wiring: Wiring, command: str, length: str
+    drive: Stream, sensor: Stream, wiring: ClockWiring, command: str, length: str
 ) -> Alignment:
     """Free drive: the map under which plays and creep explain the length best."""
     step = 1.0 / drive.rate
@@ -152,13 +156,13 @@ def _by_plays(
                       drive.channel(command))  # fmt: skip
     lag = FIRST_LAG * step if wiring.lag is None else wiring.lag
     trend = np.ones((t.size, 1))
-    held = Held(volts[:, None], step, wiring.hold, lag)
-    plain = Material(held, t, sensor.channel(length)[usable], trend)
+    held = HeldColumns(volts[:, None], step, wiring.hold, lag)
+    plain = AlignmentData(held, t, sensor.channel(length)[usable], trend)
     far = 16.0 / sensor.rate if wiring.most_delay is None else wiring.most_delay
     skew = 1e-9 if wiring.shared_clock else wiring.most_skew
     guess = first_guess(plain, held, wiring.delay, far, skew, lag).guess
     if wiring.shared_clock:
-        guess = Guess(TimeMap(guess.map.delay), lag)
+        guess = TimeMapGuess(TimeMap(guess.map.delay), lag)
     free: tuple[str, ...] = ("delay",) if wiring.shared_clock else ("delay", "skew")
     free += ("drift",) if wiring.drifting else ()
     beliefs: tuple[tuple[str, float, float], ...] = ()
@@ -205,8 +209,8 @@ def _by_plays(
 
 
 def _judged(
-    fitted: Fitted, covariance: Array, model: float, share: float,
-    sensor: Stream, wiring: Wiring, factor: float,
+    fitted: FittedTimeMap, covariance: Array, model: float, share: float,
+    sensor: Stream, wiring: ClockWiring, factor: float,
 ) -> Alignment:  # fmt: skip
     """Say whether the delay may be told."""
     found = fitted.guess.map
@@ -241,7 +245,7 @@ def _judged(
     )  # fmt: skip
 
 
-def _played(held: Held, way: _Way) -> Played:
+def _played(held: HeldColumns, way: _Way) -> Played:
     """Return plays evenly up to half the span, with or without creep."""
     r = 0.5 * float(np.ptp(held.columns)) * np.arange(1, way.plays + 1) / (way.plays + 1)
     return Played(held, tuple(r.tolist()), CREEP if way.creep else ())

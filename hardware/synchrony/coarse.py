@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
-from bondgraph.errors import UnusableInput
-from hardware.synchrony.fit import Fitted, Guess, Material, fit
-from hardware.synchrony.held import Held
+from bondgraph.support.errors import UnusableInput
+from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess, fit
+from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.time_map import TimeMap
 
 __all__ = ["Coarse", "first_guess"]
@@ -37,13 +37,18 @@ class Coarse:
         Delays (s) that explain the record as well: a periodic drive looks the same a period later.
     """
 
-    guess: Guess
-    early: Guess
+    guess: TimeMapGuess
+    early: TimeMapGuess
     others: tuple[float, ...]
 
 
 def first_guess(
-    material: Material, held: Held, expected: float, reach: float, skew: float, lag: float
+    material: AlignmentData,
+    held: HeldColumns,
+    expected: float,
+    reach: float,
+    skew: float,
+    lag: float,
 ) -> Coarse:
     """Find the delay by correlation at the start, then the ratio in windows that double.
 
@@ -70,7 +75,7 @@ def first_guess(
     early = slice(0, size)
     delays = _correlated(material.part(early), held, expected, reach, step, lag)
     begun = replace(material.part(early), free=("delay",), beliefs=())
-    tried = [fit(begun, Guess(TimeMap(d), lag), steps=8, most=2.0) for d in delays]
+    tried = [fit(begun, TimeMapGuess(TimeMap(d), lag), steps=8, most=2.0) for d in delays]
     tried.sort(key=lambda f: f.power)
     worse = 1.0 + ALIKE * np.sqrt(2.0 / size)
     alike = [f.guess for f in tried if f.power <= worse * tried[0].power]
@@ -102,7 +107,7 @@ def first_guess(
         size = min(2 * size, material.time.size)
 
 
-def _uncertain(material: Material, fitted: Fitted) -> tuple[float, float]:
+def _uncertain(material: AlignmentData, fitted: FittedTimeMap) -> tuple[float, float]:
     """Return the standard deviation of the skew and how the delay goes with it (s)."""
     j = fitted.jacobian[:, :2]
     variance = fitted.rms**2 + 1e-300
@@ -112,7 +117,9 @@ def _uncertain(material: Material, fitted: Fitted) -> tuple[float, float]:
     return float(np.sqrt(spread[1, 1])), float(spread[0, 1] / max(spread[1, 1], 1e-300))
 
 
-def _scanned(material: Material, guess: Guess, loose: tuple[float, float], skew: float) -> Guess:
+def _scanned(
+    material: AlignmentData, guess: TimeMapGuess, loose: tuple[float, float], skew: float
+) -> TimeMapGuess:
     """Try ratios where the new end of the window may lie steps away from the prediction.
 
     Between two edges far apart nothing tells the ratio: the second must be looked for.
@@ -128,12 +135,14 @@ def _scanned(material: Material, guess: Guess, loose: tuple[float, float], skew:
         moved = replace(
             guess.map, skew=guess.map.skew + float(by), delay=guess.map.delay + along * float(by)
         )  # fmt: skip
-        tried.append(fit(material, Guess(moved, guess.lag), steps=0))
+        tried.append(fit(material, TimeMapGuess(moved, guess.lag), steps=0))
     best, stay = min(tried, key=lambda f: f.power), fit(material, guess, steps=0)
     return best.guess if best.power < 0.5 * stay.power else guess
 
 
-def _first_window(material: Material, held: Held, step: float, skew: float, shift: float) -> int:
+def _first_window(
+    material: AlignmentData, held: HeldColumns, step: float, skew: float, shift: float
+) -> int:
     """Return how many samples to begin with: the drive has moved, the ratio does not matter yet."""
     n = material.time.size
     at = np.clip(material.time - material.time[0], 0.0, None)
@@ -151,7 +160,7 @@ def _first_window(material: Material, held: Held, step: float, skew: float, shif
 
 
 def _correlated(
-    part: Material, held: Held, expected: float, reach: float, step: float, lag: float
+    part: AlignmentData, held: HeldColumns, expected: float, reach: float, step: float, lag: float
 ) -> list[float]:
     """Return the best delay on the grid of the samples, and others that are hardly worse."""
     y = part.values - part.values.mean()

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from hardware.synchrony.fit import Fitted, Guess, Material
-from hardware.synchrony.held import Held
+from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess
+from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.time_map import TimeMap
 
 __all__ = ["by_edges"]
@@ -26,8 +26,8 @@ WORSE = float(stats.chi2.ppf(0.95, 2))
 
 
 def by_edges(
-    material: Material, held: Held, fitted: Fitted, one_ratio: bool
-) -> tuple[Guess, Array]:
+    material: AlignmentData, held: HeldColumns, fitted: FittedTimeMap, one_ratio: bool
+) -> tuple[TimeMapGuess, Array]:
     """Return the middle of the possible time maps and their covariance, (3, 3).
 
     Parameters
@@ -50,7 +50,7 @@ def by_edges(
     if one_ratio:
         _, low, high = cost.along(map_, 0.0, middle, window)
         found = replace(map_, delay=map_.delay + 0.5 * (low + high))
-        return Guess(found, 0.0), np.diag([(high - low) ** 2 / 12.0, 0.0, 0.0])
+        return TimeMapGuess(found, 0.0), np.diag([(high - low) ** 2 / 12.0, 0.0, 0.0])
     for _ in range(ZOOMS):
         skews = np.linspace(centre - half, centre + half, GRID)
         rows = np.array([cost.along(map_, e - map_.skew, middle, window) for e in skews])
@@ -81,7 +81,7 @@ def by_edges(
     covariance[0, 0] = var - 2.0 * middle * both + middle**2 * var_e
     covariance[0, 1] = covariance[1, 0] = both - middle * var_e
     covariance[1, 1] = var_e
-    return Guess(found, 0.0), covariance
+    return TimeMapGuess(found, 0.0), covariance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +95,7 @@ class _Cost:
     variance: float
 
     @classmethod
-    def of(cls, material: Material, held: Held, fitted: Fitted) -> _Cost:
+    def of(cls, material: AlignmentData, held: HeldColumns, fitted: FittedTimeMap) -> _Cost:
         """Put every sample into the best of three steps; gain and offset from all."""
         b = held.columns[:, 0]
         step = held.step

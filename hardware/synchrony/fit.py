@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.synchrony.held import Shape
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["Fitted", "Guess", "Material", "fit"]
+__all__ = ["AlignmentData", "FittedTimeMap", "TimeMapGuess", "fit"]
 
 Array = NDArray[np.float64]
 LEAST_GAIN = 1e-8
@@ -24,7 +24,7 @@ LEAST_LAG = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Material:
+class AlignmentData:
     """What is fitted.
 
     Parameters
@@ -50,7 +50,7 @@ class Material:
     free: tuple[str, ...] = ("delay", "skew")
     beliefs: tuple[tuple[str, float, float], ...] = ()
 
-    def part(self, chosen: slice | NDArray[np.bool_]) -> Material:
+    def part(self, chosen: slice | NDArray[np.bool_]) -> AlignmentData:
         """Return the same with some of the samples."""
         return replace(
             self, time=self.time[chosen], values=self.values[chosen], trend=self.trend[chosen]
@@ -58,7 +58,7 @@ class Material:
 
 
 @dataclass(frozen=True, slots=True)
-class Guess:
+class TimeMapGuess:
     """A time map and a lag (s)."""
 
     map: TimeMap
@@ -68,15 +68,15 @@ class Guess:
         """Return one of ``delay``, ``skew``, ``drift``, ``lag``."""
         return self.lag if name == "lag" else float(getattr(self.map, name))
 
-    def moved(self, free: tuple[str, ...], by: Array, least_lag: float) -> Guess:
+    def moved(self, free: tuple[str, ...], by: Array, least_lag: float) -> TimeMapGuess:
         """Return the guess after a step; the lag stays positive."""
         new = {n: self.value(n) + float(d) for n, d in zip(free, by, strict=True)}
         lag = max(new.pop("lag", self.lag), least_lag if "lag" in free else 0.0)
-        return Guess(replace(self.map, **new), lag)
+        return TimeMapGuess(replace(self.map, **new), lag)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fitted:
+class FittedTimeMap:
     """Where the steps ended.
 
     Attributes
@@ -96,7 +96,7 @@ class Fitted:
         Sum of squares of the rest and of the disbeliefs.
     """
 
-    guess: Guess
+    guess: TimeMapGuess
     rest: Array
     jacobian: Array
     slope: Array
@@ -111,8 +111,12 @@ class Fitted:
 
 
 def fit(
-    material: Material, start: Guess, noise: float | None = None, steps: int = 40, most: float = 0.5
-) -> Fitted:
+    material: AlignmentData,
+    start: TimeMapGuess,
+    noise: float | None = None,
+    steps: int = 40,
+    most: float = 0.5,
+) -> FittedTimeMap:
     """Descend from a start that is right to a fraction of what the drive resolves.
 
     Parameters
@@ -164,7 +168,7 @@ def fit(
     return best
 
 
-def _farthest(material: Material, move: Array) -> float:
+def _farthest(material: AlignmentData, move: Array) -> float:
     """Return how far a step moves a sample in time at most (s)."""
     t = material.time[[0, material.time.size // 2, -1]]
     by = {"delay": np.ones(3), "skew": t, "drift": 0.5 * t * t, "lag": np.ones(3)}
@@ -176,7 +180,7 @@ def _farthest(material: Material, move: Array) -> float:
     )
 
 
-def _projected(material: Material, guess: Guess, noise: float | None) -> Fitted:
+def _projected(material: AlignmentData, guess: TimeMapGuess, noise: float | None) -> FittedTimeMap:
     held = material.held.with_lag(guess.lag)
     t, y = material.time, material.values
     at = guess.map.to_drive(t)
@@ -206,10 +210,12 @@ def _projected(material: Material, guess: Guess, noise: float | None) -> Fitted:
     power += variance * sum(
         ((guess.value(n) - value) / sd) ** 2 for n, value, sd in material.beliefs
     )
-    return Fitted(guess, rest, jacobian, slope, c / size, share, power)
+    return FittedTimeMap(guess, rest, jacobian, slope, c / size, share, power)
 
 
-def _normal(material: Material, now: Fitted, noise: float | None) -> tuple[Array, Array]:
+def _normal(
+    material: AlignmentData, now: FittedTimeMap, noise: float | None
+) -> tuple[Array, Array]:
     """Return the matrix and the right side of a step."""
     j = now.jacobian
     variance = float(now.rest @ now.rest) / now.rest.size if noise is None else noise**2

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.synchrony.alignment import Gap
-from hardware.synchrony.fit import Fitted, Guess, Material, fit
-from hardware.synchrony.held import Held
+from hardware.synchrony.alignment import SilentLoss
+from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess, fit
+from hardware.synchrony.held import HeldColumns
 
 __all__ = ["find_gaps", "structured"]
 
@@ -26,7 +26,7 @@ MOST_SKEW = 1e-3
 MOST_GAPS = 50
 
 
-def structured(fitted: Fitted) -> bool:
+def structured(fitted: FittedTimeMap) -> bool:
     """Return whether what is left of a fit is no noise: it goes with itself some samples later."""
     rest = fitted.rest - fitted.rest.mean()
     power = float(rest @ rest) + 1e-300
@@ -35,8 +35,8 @@ def structured(fitted: Fitted) -> bool:
 
 
 def find_gaps(
-    material: Material, held: Held, start: Guess, lag: float | None = None
-) -> tuple[Gap, ...]:
+    material: AlignmentData, held: HeldColumns, start: TimeMapGuess, lag: float | None = None
+) -> tuple[SilentLoss, ...]:
     """Follow the record from its beginning; where it leaves the prediction, look how far it jumped.
 
     Gaps shorter than what the drive moves above the noise cannot be seen, and under a periodic
@@ -56,7 +56,7 @@ def find_gaps(
     step = float(np.median(np.diff(material.time)))
     n = material.time.size
     look = _look(material, held, step)
-    good, found = look, list[Gap]()
+    good, found = look, list[SilentLoss]()
     beliefs: tuple[tuple[str, float, float], ...] = (("skew", 0.0, MOST_SKEW),)
     free: tuple[str, ...] = ("delay", "skew")
     if lag is None:
@@ -91,7 +91,7 @@ def find_gaps(
     return tuple(found)
 
 
-def _look(material: Material, held: Held, step: float) -> int:
+def _look(material: AlignmentData, held: HeldColumns, step: float) -> int:
     """Return how many samples the drive needs for a quarter of its stroke, wherever it is."""
     grid = np.arange(held.columns.shape[0]) * held.step
     v = np.interp(material.time, grid, held.columns[:, 0])
@@ -102,7 +102,7 @@ def _look(material: Material, held: Held, step: float) -> int:
     return int(np.clip(needed, 4 * BLOCK, max(material.time.size // 4, 4 * BLOCK)))
 
 
-def _predicted(material: Material, best: Fitted, part: slice) -> Array:
+def _predicted(material: AlignmentData, best: FittedTimeMap, part: slice) -> Array:
     columns, _ = material.held.with_lag(best.guess.lag).at(
         best.guess.map.to_drive(material.time[part])
     )
@@ -123,8 +123,8 @@ def _first_bad(rest: Array, good: int, noise: float) -> int | None:
 
 
 def _jump(
-    material: Material, best: Fitted, bad: int, look: int, noise: float, step: float
-) -> Gap | None:
+    material: AlignmentData, best: FittedTimeMap, bad: int, look: int, noise: float, step: float
+) -> SilentLoss | None:
     """Return the whole number of samples that mends what follows, and where it begins."""
     n = material.time.size
     low, high = max(bad - look, 1), min(bad + 2 * look, n)
@@ -149,4 +149,4 @@ def _jump(
     split = np.concatenate([[0.0], np.cumsum(before)]) + np.concatenate(
         [np.cumsum(after[::-1])[::-1], [0.0]]
     )
-    return Gap(low + int(np.argmin(split)), missing)
+    return SilentLoss(low + int(np.argmin(split)), missing)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 
-__all__ = ["Held", "Hold", "Shape"]
+__all__ = ["HeldColumns", "Hold", "Shape"]
 
 Array = NDArray[np.float64]
 Hold = Literal["zero", "linear"]
@@ -46,7 +46,7 @@ class Shape(Protocol):
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Held:
+class HeldColumns:
     """Columns over time, held (steps) or joined by straight lines, exact behind a lag.
 
     Within step k the output goes ``v = b_k + m (p - lag (1 - e)) + (v_k - b_k) e`` with the time

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.synchrony.alignment import Alignment
 from hardware.synchrony.between import between
-from hardware.synchrony.held import Held
+from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.stream import Stream
 
 __all__ = ["Merged", "merged"]
@@ -150,7 +150,7 @@ def _driven(
     volts = np.interp(full, drive.numbers, drive.channel(command))
     flags = np.full(full.size, np.uint16(Flag.LOST_BEFORE))
     flags[where] = drive.flags
-    held = Held(volts[:, None], 1.0 / drive.rate, alignment.hold, alignment.lag)
+    held = HeldColumns(volts[:, None], 1.0 / drive.rate, alignment.hold, alignment.lag)
     local = time - full[0] / drive.rate
     k = np.clip(np.floor(local * drive.rate).astype(np.intp), 0, full.size - 1)
     marks = flags[k]

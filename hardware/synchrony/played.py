@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.hysteresis import PrandtlIshlinskii
-from hardware.synchrony.held import Held
+from hardware.synchrony.held import HeldColumns
 
 __all__ = ["Played"]
 
@@ -34,7 +34,7 @@ class Played:
         Time constants of relaxations (s) of the voltage and of the middle play.
     """
 
-    volts: Held
+    volts: HeldColumns
     widths: tuple[float, ...]
     slow: tuple[float, ...] = ()
 
@@ -70,7 +70,7 @@ class Played:
         values, slopes = [v, now], [slope, np.where(now != before, slope, 0.0)]
         for tau in self.slow:
             base = plays[:-1, [0, 1 + r.size // 2]]
-            value, change = Held(base, self.step, "zero", tau).at(time)
+            value, change = HeldColumns(base, self.step, "zero", tau).at(time)
             values.append(value)
             slopes.append(change)
         return np.column_stack(values), np.column_stack(slopes)

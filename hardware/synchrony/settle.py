@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.synchrony.edges import by_edges
-from hardware.synchrony.fit import Fitted, Guess, Material, fit
-from hardware.synchrony.held import Held
+from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess, fit
+from hardware.synchrony.held import HeldColumns
 
 __all__ = ["settled"]
 
@@ -23,8 +23,8 @@ TRIED = 6
 
 
 def settled(
-    material: Material, held: Held, begun: Guess, lag: float | None
-) -> tuple[Fitted, tuple[Fitted, ...]]:
+    material: AlignmentData, held: HeldColumns, begun: TimeMapGuess, lag: float | None
+) -> tuple[FittedTimeMap, tuple[FittedTimeMap, ...]]:
     """Return the best fit, and the others that explain the record as well.
 
     Parameters
@@ -58,7 +58,7 @@ def settled(
         if min(f.power for f in beside) >= best.power:
             break
     tries.sort(key=lambda f: f.power)
-    starts = list[Guess]()
+    starts = list[TimeMapGuess]()
     for one in tries:
         if one.power > tries[0].power * (1.0 + 4.0 * NO_WORSE * _colour(one) / one.rest.size):
             break
@@ -70,25 +70,25 @@ def settled(
         fixed = replace(material, free=material.free[:-1], beliefs=())
         smooth = fit(fixed, begun, steps=10)
         edges, _ = by_edges(material, held, smooth, "skew" not in material.free)
-        full.append(fit(material, Guess(edges.map, 0.01 * step), steps=20))
+        full.append(fit(material, TimeMapGuess(edges.map, 0.01 * step), steps=20))
         best = min(full, key=lambda f: f.power)
     worse = best.power * (1.0 + NO_WORSE * _colour(best) / best.rest.size)
     rivals = tuple(f for f in full if f is not best and f.power <= worse)
     return best, rivals
 
 
-def _later(guess: Guess, by: float) -> Guess:
+def _later(guess: TimeMapGuess, by: float) -> TimeMapGuess:
     """Return the guess with the lag and the delay longer by as much: much the same record."""
-    return Guess(replace(guess.map, delay=guess.map.delay + by), max(guess.lag + by, 1e-6))
+    return TimeMapGuess(replace(guess.map, delay=guess.map.delay + by), max(guess.lag + by, 1e-6))
 
 
-def _apart(one: Guess, other: Guess, material: Material) -> float:
+def _apart(one: TimeMapGuess, other: TimeMapGuess, material: AlignmentData) -> float:
     t = material.time[[0, -1]]
     gap = float(np.abs(one.map.to_drive(t) - other.map.to_drive(t)).max())
     return max(gap, abs(one.lag - other.lag))
 
 
-def _colour(fitted: Fitted) -> float:
+def _colour(fitted: FittedTimeMap) -> float:
     """Return by how much correlated neighbours make samples worth less."""
     rest = fitted.rest
     r = float(rest[1:] @ rest[:-1]) / (float(rest @ rest) + 1e-300)

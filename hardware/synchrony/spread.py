@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from hardware.synchrony.fit import Fitted, Material
+from hardware.synchrony.fit import AlignmentData, FittedTimeMap
 
 __all__ = ["BLOCKS", "covariance_of", "reach"]
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 BLOCKS = 32
 
 
-def covariance_of(material: Material, fitted: Fitted) -> Array:
+def covariance_of(material: AlignmentData, fitted: FittedTimeMap) -> Array:
     """Return the covariance of the free numbers, (p, p), by scores summed over blocks.
 
     The sandwich of Newey and West's kind with `BLOCKS` blocks of neighbours (Driscoll and Kraay

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, unknown_name
 from hardware.contracts import Chunk, Flag
 
 __all__ = ["SPOILT", "Stream"]

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.synchrony.held import Hold
 
-__all__ = ["Wiring"]
+__all__ = ["ClockWiring"]
 
 
 @dataclass(frozen=True, slots=True)
-class Wiring:
+class ClockWiring:
     """Clocks, trigger and the way of the voltage.
 
     Parameters

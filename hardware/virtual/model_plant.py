@@ -8,11 +8,11 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import Sensor, Source
-from bondgraph.errors import BondsightError, UnusableInput, real_number, unknown_name
-from bondgraph.graph import BondGraph
-from hardware.simulators.plant_contract import Motion
-from hardware.virtual.marches import March, march_of
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor, Source
+from bondgraph.support.errors import BondsightError, UnusableInput, real_number, unknown_name
+from hardware.simulators.plant_contract import PlantMotion
+from hardware.virtual.steppers import March, march_of
 
 __all__ = ["ModelPlant"]
 
@@ -80,7 +80,7 @@ class ModelPlant:
         """Step (s)."""
         return self._step
 
-    def advance(self, volts: Array) -> Motion:
+    def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per value of the source, ``(n,)``.
 
         Raises
@@ -90,7 +90,7 @@ class ModelPlant:
         """
         volts = np.asarray(volts, dtype=np.float64)
         if not volts.size:
-            return Motion(np.zeros(0), np.zeros(0))
+            return PlantMotion(np.zeros(0), np.zeros(0))
         y = self._march.advance(volts)
         if not np.isfinite(y[-1]).all():
             raise BondsightError(
@@ -98,7 +98,7 @@ class ModelPlant:
                 "substeps, or a gentler voltage"
             )
         current = np.full(volts.size, np.nan) if self._i is None else y[:, self._i]
-        return Motion(y[:, self._x] - self._zero, np.ascontiguousarray(current))
+        return PlantMotion(y[:, self._x] - self._zero, np.ascontiguousarray(current))
 
     def snapshot(self) -> Any:
         """Return a copy of state and memory."""

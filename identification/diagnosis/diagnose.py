@@ -11,33 +11,37 @@ from functools import partial
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from bondgraph.elements import Sensor
-from bondgraph.errors import BondsightError, UnusableInput
-from bondgraph.graph import BondGraph
-from bondgraph.signals import Recording, Split, default_split
-from bondgraph.split import interleaved
-from identification.diagnosis.blind_relations import BlindRelation, blind_relations
-from identification.diagnosis.characterise import Character, characterise
-from identification.diagnosis.decide import Decision, Thresholds
-from identification.diagnosis.freedom import freedom
-from identification.diagnosis.latent import Latent, latent
-from identification.diagnosis.next_experiment import Experiment, next_experiments
-from identification.diagnosis.nominal import deeper, nominal_fit
-from identification.diagnosis.pasts import scene
-from identification.diagnosis.precheck import Mixup, mixups, moved, stuck
-from identification.diagnosis.probes import probes
-from identification.diagnosis.regions import Region, regions
-from identification.diagnosis.repair import declared_fit, on_full_data, thinned
-from identification.diagnosis.scene import Scene
-from identification.diagnosis.screening import Screened
-from identification.diagnosis.search import Options, Trial
-from identification.diagnosis.steps import Step, steps
-from identification.diagnosis.structure import Structure, excited_frequencies, structure
-from identification.fit import Fit, Status
-from identification.floor import measured, noise_floor
-from identification.joined import joined, split_of
-from identification.problem import Data, Problem, data_for, drives
-from identification.residual import windows
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor
+from bondgraph.signals.recording import Recording, Split, default_split
+from bondgraph.signals.split import interleaved
+from bondgraph.support.errors import BondsightError, UnusableInput
+from identification.diagnosis.evidence.decision import Decision, Thresholds
+from identification.diagnosis.explanation.characterisation import Character, characterise
+from identification.diagnosis.explanation.latent_signal import Latent, latent
+from identification.diagnosis.explanation.next_experiment import Experiment, next_experiments
+from identification.diagnosis.localisation.blind_relations import BlindRelation, blind_relations
+from identification.diagnosis.localisation.regions import Region, regions
+from identification.diagnosis.localisation.structural_classes import (
+    Isolability,
+    excited_frequencies,
+    structure,
+)
+from identification.diagnosis.screening.mixups import Mixup, mixups, moved, stuck
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.screening.port_response import probes
+from identification.diagnosis.screening.score_test import Screened
+from identification.diagnosis.screening.tangent_space import freedom
+from identification.diagnosis.search.base import declared_fit, on_full_data, thinned
+from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
+from identification.diagnosis.search.forward_selection import SelectionStage, steps
+from identification.diagnosis.search.nominal import deeper, nominal_fit
+from identification.estimation.single_record import Fit, FitStatus
+from identification.study.joined import joined, split_of
+from identification.study.noise_floor import measured, noise_floor
+from identification.study.problem import Data, Problem, data_for, drives
+from identification.study.residual import windows
 
 Array = np.ndarray
 Progress = Callable[[str, float], None]
@@ -77,12 +81,12 @@ class Diagnosis:
     data: Data | None = None
     declared: Fit | None = None
     nominal: Fit | None = None
-    scene: Scene | None = None
+    scene: FittedModel | None = None
     steps: tuple[Decision, ...] = ()
-    trials: tuple[Trial, ...] = ()
+    trials: tuple[Candidate, ...] = ()
     ranking: tuple[Screened, ...] = ()
     regions: tuple[Region, ...] = ()
-    structure: Structure | None = None
+    structure: Isolability | None = None
     relations: tuple[BlindRelation, ...] = ()
     experiments: tuple[Experiment, ...] = ()
     traits: Mapping[str, tuple[Character, Latent]] = field(default_factory=dict)
@@ -119,7 +123,7 @@ def diagnose(
     split: Split | None = None,
     *,
     model: str = "",
-    options: Options | None = None,
+    options: DiagnosisOptions | None = None,
     limits: Thresholds | None = None,
     hold: str | None = None,
     progress: Progress | None = None,
@@ -147,7 +151,7 @@ def diagnose(
         The model or the channels cannot be used; one line says why.
     """
     begin = time.perf_counter()
-    options, limits = options or Options(), limits or Thresholds()
+    options, limits = options or DiagnosisOptions(), limits or Thresholds()
     if hold:
         options = replace(options, holds=(hold,))
     say = progress or _silent
@@ -182,7 +186,7 @@ def diagnose(
         warnings.simplefilter("ignore", RuntimeWarning)
         say("fitting the model as it is", 0.03)
         template, nominal = nominal_fit(graph, data, hold)
-        if nominal.status is Status.BROKEN or not np.isfinite(nominal.cost):
+        if nominal.status is FitStatus.BROKEN or not np.isfinite(nominal.cost):
             raise UnusableInput(
                 f"{graph.name} cannot be simulated on {recording.name}: the outputs are not "
                 "finite; check parameter values, signs and units"
@@ -215,14 +219,14 @@ def diagnose(
         relations=relations, experiments=experiments,
         notes=(*recording.notes, *_notes(template), *moved(nominal)),
     )  # fmt: skip
-    from identification.diagnosis.advice import advice
+    from identification.diagnosis.explanation.advice import advice
 
     result = replace(result, advice=advice(result, frequencies))
     say("done", 1.0)
     return replace(result, seconds=time.perf_counter() - begin)
 
 
-def _deeper(nominal: Fit, made: Step) -> Fit | None:
+def _deeper(nominal: Fit, made: SelectionStage) -> Fit | None:
     """Fit the model as it is from the values of the best candidate."""
     trials = made.decisions[0].trials if made.decisions else ()
     if not trials:
@@ -245,7 +249,7 @@ def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
     )  # fmt: skip
 
 
-def _relations(f: Fit, classes: Structure) -> tuple[BlindRelation, ...]:
+def _relations(f: Fit, classes: Isolability) -> tuple[BlindRelation, ...]:
     try:
         return blind_relations(f, classes)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
@@ -293,7 +297,7 @@ def characterised(d: Diagnosis, ports: int = 2) -> Diagnosis:
     return replace(d, traits=found)
 
 
-def _kind(made: Step, declared: Fit, nominal: Fit) -> str:
+def _kind(made: SelectionStage, declared: Fit, nominal: Fit) -> str:
     if any(d.kind == "missing_physics" for d in made.decisions):
         return "missing_physics"
     if any(d.kind == "unknown_physics" for d in made.decisions):

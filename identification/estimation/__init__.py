@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from identification.estimation.estimate import estimate
 from identification.estimation.guess import Guess, explained_guess, guess
+from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
-from identification.estimation.specification import (
+from identification.estimation.single_record import Estimate
+from identification.study.specification import (
     NO_NUISANCES,
     LogNormal,
     Normal,
@@ -13,21 +15,19 @@ from identification.estimation.specification import (
     Prior,
     Vary,
 )
-from identification.estimation.study import Setting, Study
-from identification.fit import Estimate
-from identification.levenberg_marquardt import Status
+from identification.study.study import SettledSetting, Study
 
 __all__ = [
     "NO_NUISANCES",
     "Estimate",
     "Estimation",
+    "FitStatus",
     "Guess",
     "LogNormal",
     "Normal",
     "Nuisances",
     "Prior",
-    "Setting",
-    "Status",
+    "SettledSetting",
     "Study",
     "Vary",
     "estimate",

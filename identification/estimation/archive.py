@@ -1,8 +1,8 @@
 """Fits as one open file: model, recordings, options, values and simulations, reopened bit by bit.
 
-The container is that of `bondgraph.archive`: NumPy arrays and one JSON document, no pickle. The
-model stands in it as the JSON of `bondgraph.export.graph_json`, which stores every law and operator
-of this project; a law of your own needs its form, see `laws`.
+The container is that of `bondgraph.support.archive`: NumPy arrays and one JSON document, no pickle.
+The model stands in it as the JSON of `bondgraph.export.graph_json.write_graph`, which stores every
+law and operator of this project; a law of your own needs its form, see `laws`.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.archive import read_archive, software, write_archive
-from bondgraph.errors import BondsightError, UnusableInput
-from bondgraph.export.graph_json import to_json
-from bondgraph.reading.graph_json import from_json
-from bondgraph.reading.law_forms import LawForm
-from bondgraph.signals import Recording, Split
+from bondgraph.export.graph_json.law_forms import LawForm
+from bondgraph.export.graph_json.read_graph import from_json
+from bondgraph.export.graph_json.write_graph import to_json
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.archive import read_archive, software, write_archive
+from bondgraph.support.errors import BondsightError, UnusableInput
+from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
-from identification.estimation.specification import LogNormal, Normal, Nuisances, Prior, Vary
-from identification.estimation.study import Setting, Study
-from identification.fit import Estimate
-from identification.levenberg_marquardt import Status
-from identification.stack import Stacked
+from identification.estimation.single_record import Estimate
+from identification.study.joint import JointPoint
+from identification.study.specification import LogNormal, Normal, Nuisances, Prior, Vary
+from identification.study.study import SettledSetting, Study
 
 __all__ = ["SCHEMA", "open_fit", "provenance", "save"]
 
@@ -294,7 +294,7 @@ def _take_fit(form: Mapping[str, Any], study: Study, arrays: Mapping[str, Array]
     )
     return Estimation(
         study=study,
-        setting=Setting(
+        setting=SettledSetting(
             form["hold"],
             tuple(form["n_sub"]),
             several("floors"),
@@ -308,8 +308,8 @@ def _take_fit(form: Mapping[str, Any], study: Study, arrays: Mapping[str, Array]
         ),
         method=form["method"],
         optimiser=form["optimiser"],
-        status=Status[form["status"]],
-        point=Stacked(arrays["theta"], several("states")),
+        status=FitStatus[form["status"]],
+        point=JointPoint(arrays["theta"], several("states")),
         covariance=arrays["covariance"],
         cost=form["cost"],
         trace=tuple(map(float, arrays["trace"])),

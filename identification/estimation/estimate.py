@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from bondgraph.errors import UnusableInput, unknown_name
-from bondgraph.simulate import HOLDS
-from identification.estimation.doubts import (
+from bondgraph.simulation.simulate import HOLDS
+from bondgraph.support.errors import UnusableInput, unknown_name
+from identification.estimation.cautions import (
     cautions,
     coarse_steps,
     doubts,
@@ -21,14 +21,14 @@ from identification.estimation.doubts import (
     widened,
 )
 from identification.estimation.intervals import interval_covariance
+from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import METHODS
-from identification.estimation.methods.method import Method, Options, Solution
+from identification.estimation.methods.method import FitOptions, Method, MethodSolution
 from identification.estimation.result import Estimation, estimates_of, simulate_validation
 from identification.estimation.settling import same_setting, settled_setting
-from identification.estimation.study import ESTIMATED, Setting, Study
-from identification.levenberg_marquardt import Status
-from identification.residual import Evaluation, evaluate
-from identification.stack import Stack, Stacked, held_out_states
+from identification.study.joint import JointPoint, JointProblem, held_out_states
+from identification.study.residual import ResidualEvaluation, evaluate
+from identification.study.study import ESTIMATED, SettledSetting, Study
 
 __all__ = ["estimate"]
 
@@ -92,7 +92,7 @@ def estimate(
             f"max_iterations = {max_iterations}, tolerance = {tolerance}: give a number of "
             "iterations and a relative change below 1, such as 1e-8"
         )
-    options = Options(optimiser, max_iterations, tolerance, report, linear_solver)
+    options = FitOptions(optimiser, max_iterations, tolerance, report, linear_solver)
     # tiny matrices: threads of the linear algebra only get in each other's way
     try:
         with warnings.catch_warnings(), threadpool_limits(1):
@@ -129,16 +129,16 @@ def _method(name: str, optimiser: str | None, linear_solver: str) -> Method:
     return chosen
 
 
-def _going(solution: Solution) -> bool:
-    return solution.status in (Status.CONVERGED, Status.NO_PROGRESS)
+def _going(solution: MethodSolution) -> bool:
+    return solution.status in (FitStatus.CONVERGED, FitStatus.NO_PROGRESS)
 
 
-Made = tuple[Setting, Stack, Solution]
+Made = tuple[SettledSetting, JointProblem, MethodSolution]
 
 
 def _settled(
-    study: Study, method: Method, options: Options, start: Estimation | None
-) -> tuple[Setting, Stack, Solution, tuple[str, ...]]:
+    study: Study, method: Method, options: FitOptions, start: Estimation | None
+) -> tuple[SettledSetting, JointProblem, MethodSolution, tuple[str, ...]]:
     setting = study.first_setting if start is None else _fitting(study, start.setting)
     point = None if start is None else start.point
     notes: list[str] = []
@@ -158,7 +158,7 @@ def _settled(
         solution = replace(solution, trace=(*trace, *solution.trace[1:]))
     fine = False
     for _ in range(ROUNDS):
-        if solution.status in (Status.BROKEN, Status.CANCELLED) or method.hears_noise:
+        if solution.status in (FitStatus.BROKEN, FitStatus.CANCELLED) or method.hears_noise:
             break
         try:
             heard, moved = settled_setting(study, setting, stack, solution)
@@ -167,7 +167,7 @@ def _settled(
             fine = same_setting(setting, heard, 0.1)
             made = _solve(study, method, options if fine else rough, heard, solution.point)
         except KeyboardInterrupt:
-            solution = replace(solution, status=Status.CANCELLED)
+            solution = replace(solution, status=FitStatus.CANCELLED)
             break
         trace = solution.trace
         setting, stack, solution = made
@@ -178,7 +178,7 @@ def _settled(
 _HOLD_WORDS = {"linear": "linear", "hold": "held", "band-limited": "band-limited"}
 
 
-def _fitting(study: Study, setting: Setting) -> Setting:
+def _fitting(study: Study, setting: SettledSetting) -> SettledSetting:
     """Return a setting of another study for this one; its own where the recordings differ."""
     fresh = study.first_setting
     sizes = [f.size for f in fresh.floors]
@@ -186,7 +186,11 @@ def _fitting(study: Study, setting: Setting) -> Setting:
 
 
 def _solve(
-    study: Study, method: Method, options: Options, setting: Setting, point: Stacked | None
+    study: Study,
+    method: Method,
+    options: FitOptions,
+    setting: SettledSetting,
+    point: JointPoint | None,
 ) -> Made:
     stack = study.stack(setting)
     begin = stack.start() if point is None or point.theta.size != stack.n else point
@@ -194,7 +198,11 @@ def _solve(
 
 
 def _best_hold(
-    study: Study, method: Method, options: Options, setting: Setting, point: Stacked | None
+    study: Study,
+    method: Method,
+    options: FitOptions,
+    setting: SettledSetting,
+    point: JointPoint | None,
 ) -> Made:
     """Fit with each behaviour between samples; linear unless another is clearly better."""
     made: dict[str, Made] = {}
@@ -202,7 +210,7 @@ def _best_hold(
         steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_sub)
         trial = replace(setting, hold=hold, n_sub=steps, n_fine=steps)
         made[hold] = _solve(study, method, options, trial, point)
-        if made[hold][2].status is Status.CANCELLED:
+        if made[hold][2].status is FitStatus.CANCELLED:
             break
 
     def score(hold: str) -> float:
@@ -215,9 +223,9 @@ def _finished(
     study: Study,
     method: Method,
     optimiser: str,
-    setting: Setting,
-    stack: Stack,
-    solution: Solution,
+    setting: SettledSetting,
+    stack: JointProblem,
+    solution: MethodSolution,
     notes: tuple[str, ...],
 ) -> Estimation:
     point = solution.point
@@ -229,8 +237,8 @@ def _finished(
     estimates, nuisances = estimates_of(stack, point, covariance)
     simulated = list(solution.readings or _simulated(stack, found, point))
     status = solution.status
-    if status is not Status.CANCELLED and runs_away(stack, simulated):
-        status = Status.RUNAWAY
+    if status is not FitStatus.CANCELLED and runs_away(stack, simulated):
+        status = FitStatus.RUNAWAY
     result = Estimation(
         study, setting, method.name, optimiser, status, point, covariance,
         final_cost(stack, found, solution), solution.trace, estimates, nuisances, tuple(simulated),
@@ -247,7 +255,9 @@ def _finished(
     return replace(result, simulated=(*simulated, *judged))
 
 
-def _simulated(stack: Stack, found: Sequence[Evaluation], point: Stacked) -> tuple[Array, ...]:
+def _simulated(
+    stack: JointProblem, found: Sequence[ResidualEvaluation], point: JointPoint
+) -> tuple[Array, ...]:
     """Return the readings of the free run; held-out windows get states of their own too."""
     if all(p.window is None for p in stack.problems):
         return tuple(e.y for e in found)

@@ -17,15 +17,15 @@ from typing import final
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from bondgraph.signals import Split
-from bondgraph.split import whole
-from identification.engine import ExactEngine
+from bondgraph.signals.recording import Split
+from bondgraph.signals.split import whole
 from identification.estimation.guessing.law_trials import law_trials
 from identification.estimation.guessing.matching import Matching, matched
 from identification.estimation.guessing.measured import measured_response
-from identification.estimation.study import Study
-from identification.levenberg_marquardt import Descent, minimise
-from identification.stack import Stack, Stacked
+from identification.estimation.levenberg_marquardt import Descent, minimise
+from identification.study.engine import ExactEngine
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.study import Study
 
 __all__ = ["Guess", "explained_guess", "guess"]
 
@@ -91,7 +91,7 @@ def guess(study: Study, seed: int = 0, progress: Progress | None = None) -> Stud
 
     Examples
     --------
-    >>> from actuators.textbook import thermal_lag
+    >>> from actuators.models.textbook import thermal_lag
     >>> from bondgraph import Recording
     >>> from bondgraph.simulate import simulate
     >>> t = 0.02 * np.arange(1000)
@@ -163,7 +163,9 @@ def _shortened(study: Study) -> Study:
     )
 
 
-def _from_responses(stack: Stack, declared: Stacked, seed: int, words: list[str]) -> list[Array]:
+def _from_responses(
+    stack: JointProblem, declared: JointPoint, seed: int, words: list[str]
+) -> list[Array]:
     """Return unknowns that match the measured responses, best first; none where that fails."""
     if not all(isinstance(p.engine, ExactEngine) for p in stack.problems):
         words.append("the model has no linear rest to match responses with")
@@ -182,7 +184,7 @@ def _from_responses(stack: Stack, declared: Stacked, seed: int, words: list[str]
     return list(found[:TRIED])
 
 
-def _visible(stack: Stack) -> list[int]:
+def _visible(stack: JointProblem) -> list[int]:
     """Unknowns that the linear rest of a record depends on."""
     found: set[int] = set()
     for p, at in zip(stack.problems, stack.columns, strict=True):
@@ -198,7 +200,7 @@ def _visible(stack: Stack) -> list[int]:
     return sorted(found)
 
 
-def _hidden(stack: Stack) -> list[int]:
+def _hidden(stack: JointProblem) -> list[int]:
     """Unknowns of laws alone."""
     if not all(isinstance(p.engine, ExactEngine) for p in stack.problems):
         return []
@@ -211,7 +213,7 @@ def _hidden(stack: Stack) -> list[int]:
     return sorted(found - set(_visible(stack)))
 
 
-def _good(stack: Stack, made: Descent) -> bool:
+def _good(stack: JointProblem, made: Descent) -> bool:
     """Whether every reading is followed."""
     if not np.isfinite(made.cost):
         return False
@@ -224,7 +226,7 @@ def _good(stack: Stack, made: Descent) -> bool:
     return True
 
 
-def _through_windows(brief: Study, stack: Stack, theta: Array, words: list[str]) -> Descent:
+def _through_windows(brief: Study, stack: JointProblem, theta: Array, words: list[str]) -> Descent:
     """Fit short windows with states of their own, longer ones next, at last the free run."""
     study = brief.starting(_values(stack, theta))
     trains = [whole(s.train) for s in brief.splits]
@@ -243,7 +245,7 @@ def _through_windows(brief: Study, stack: Stack, theta: Array, words: list[str])
     return minimise(stack, replace(stack.start(), theta=moved), max_iterations=20, tolerance=1e-3)
 
 
-def _values(stack: Stack, theta: Array) -> dict[str, float]:
+def _values(stack: JointProblem, theta: Array) -> dict[str, float]:
     """Values of the free parameters, SI; of the first record where each has its own."""
     found: dict[str, float] = {}
     for p, at, factor in zip(stack.problems, stack.columns, stack.factors, strict=True):
@@ -255,7 +257,7 @@ def _values(stack: Stack, theta: Array) -> dict[str, float]:
     return {n: v for n, v in found.items() if not n.startswith("offset_")}
 
 
-def _theta(stack: Stack, study: Study) -> Array:
+def _theta(stack: JointProblem, study: Study) -> Array:
     """Unknowns of `stack` at the start values of a study with others."""
     theta = stack.start().theta.copy()
     for p, at in zip(stack.problems, stack.columns, strict=True):
@@ -268,13 +270,13 @@ def _theta(stack: Stack, study: Study) -> Array:
 
 @final
 @dataclass(frozen=True, eq=False)
-class _Pinned(Stack):
+class _Pinned(JointProblem):
     """A stack whose parameters stay where they are: only nuisances and states move."""
 
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Bounds that meet for the parameters."""
-        lower, upper = (b.copy() for b in Stack(
+        lower, upper = (b.copy() for b in JointProblem(
             self.problems, self.names, self.columns, self.factors).bounds)  # fmt: skip
         at = [int(i) for p, c in zip(self.problems, self.columns, strict=True)
               for i, _ in zip(c, p.free, strict=False)]  # fmt: skip

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
-from identification.covariance import information_root, sandwich
-from identification.residual import Evaluation
-from identification.stack import Stack, Stacked
+from identification.estimation.covariance import information_root, sandwich
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.residual import ResidualEvaluation
 
 __all__ = ["interval_covariance"]
 
@@ -17,7 +17,7 @@ Array = np.ndarray
 
 
 def interval_covariance(
-    stack: Stack, found: Sequence[Evaluation], point: Stacked
+    stack: JointProblem, found: Sequence[ResidualEvaluation], point: JointPoint
 ) -> tuple[Array, str]:
     """Inverse information; the block sandwich where the residuals are coloured."""
     factor = stack.normal(found, point).factor
@@ -31,7 +31,7 @@ def interval_covariance(
     return robust, "the residuals are coloured: intervals are robust ones (block sandwich)"
 
 
-def _coloured(stack: Stack, found: Sequence[Evaluation], lags: int = 20) -> bool:
+def _coloured(stack: JointProblem, found: Sequence[ResidualEvaluation], lags: int = 20) -> bool:
     """Whether a portmanteau test sees correlation in the residuals of a reading."""
     for p, e in zip(stack.problems, found, strict=True):
         rows = e.residual.size

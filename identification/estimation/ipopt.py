@@ -8,10 +8,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from identification.estimation.methods.method import Options
-from identification.levenberg_marquardt import Descent, Status
-from identification.residual import Evaluation
-from identification.stack import Stack, Stacked
+from identification.estimation.levenberg_marquardt import Descent, FitStatus
+from identification.estimation.methods.method import FitOptions
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.residual import ResidualEvaluation
 
 __all__ = ["minimise_with_ipopt"]
 
@@ -19,7 +19,7 @@ Array = np.ndarray
 LARGE = 1e19
 
 
-def minimise_with_ipopt(stack: Stack, start: Stacked, options: Options) -> Descent:
+def minimise_with_ipopt(stack: JointProblem, start: JointPoint, options: FitOptions) -> Descent:
     """Minimise the misfit of `stack`; unknowns are theta, initial states stay eliminated.
 
     Each call of the objective moves the initial states to their best values for its theta (one
@@ -27,7 +27,7 @@ def minimise_with_ipopt(stack: Stack, start: Stacked, options: Options) -> Desce
     """
     watch = _Watch(stack, start, options)
     if not np.isfinite(watch.cost):
-        return Descent(watch.point, watch.found, Status.BROKEN, np.inf, (np.inf,))
+        return Descent(watch.point, watch.found, FitStatus.BROKEN, np.inf, (np.inf,))
     n = stack.n
     objective = _Objective(watch, n)
     hessian = _Hessian(watch, n)
@@ -48,7 +48,7 @@ def minimise_with_ipopt(stack: Stack, start: Stacked, options: Options) -> Desce
     }
     problem: dict[str, Any] = {"x": x, "f": objective(x)}
     solver = ca.nlpsol("fit", "ipopt", problem, settings)
-    status = Status.ITERATIONS
+    status = FitStatus.ITERATIONS
     try:
         solver(
             x0=watch.point.theta,
@@ -59,25 +59,25 @@ def minimise_with_ipopt(stack: Stack, start: Stacked, options: Options) -> Desce
         if said == "User_Requested_Stop":  # CasADi hears Ctrl-C between the calls
             watch.interrupted = True
         if said in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
-            status = Status.CONVERGED
+            status = FitStatus.CONVERGED
         elif said != "Maximum_Iterations_Exceeded":
-            status = Status.NO_PROGRESS
+            status = FitStatus.NO_PROGRESS
     except (KeyboardInterrupt, RuntimeError):
         if not watch.interrupted:
             raise
     if watch.interrupted:
-        status = Status.CANCELLED
+        status = FitStatus.CANCELLED
     return Descent(watch.best, stack.evaluate(watch.best), status, watch.cost, tuple(watch.trace))
 
 
 class _Watch:
     """Evaluations at theta, with the best point seen."""
 
-    def __init__(self, stack: Stack, start: Stacked, options: Options) -> None:
+    def __init__(self, stack: JointProblem, start: JointPoint, options: FitOptions) -> None:
         lower, upper = stack.bounds
         self.stack, self.options = stack, options
-        self.point = Stacked(np.clip(start.theta, lower, upper), start.states)
-        self.found: tuple[Evaluation, ...] = stack.evaluate(self.point)
+        self.point = JointPoint(np.clip(start.theta, lower, upper), start.states)
+        self.found: tuple[ResidualEvaluation, ...] = stack.evaluate(self.point)
         self.cost = stack.cost(self.found, self.point)
         self.best, self.trace = self.point, [self.cost]
         self.count = max(stack.count(self.found), 1)
@@ -90,7 +90,7 @@ class _Watch:
         try:
             system = self.stack.normal(self.found, self.point)
             states = _followed(self.stack, system.states, self.point, theta)
-            self.point = Stacked(theta.copy(), states)
+            self.point = JointPoint(theta.copy(), states)
             self.found = self.stack.evaluate(self.point)
             cost = self.stack.cost(self.found, self.point)
             if np.isfinite(cost) and cost < self.trace[-1]:
@@ -110,7 +110,10 @@ class _Watch:
 
 
 def _followed(
-    stack: Stack, follow: Sequence[list[tuple[Array, Array]]], point: Stacked, theta: Array
+    stack: JointProblem,
+    follow: Sequence[list[tuple[Array, Array]]],
+    point: JointPoint,
+    theta: Array,
 ) -> tuple[Array, ...]:
     states = []
     for r, p in enumerate(stack.problems):

@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.errors import BondsightError, unknown_name
-from bondgraph.graph import BondGraph
-from bondgraph.signals import Recording
-from identification.estimation.study import Setting, Study
-from identification.fit import Estimate
-from identification.levenberg_marquardt import Status
-from identification.problem import Free, Problem
-from identification.residual import (
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import BondsightError, unknown_name
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Estimate
+from identification.study.joint import JointPoint, JointProblem, refine_states
+from identification.study.problem import Free, Problem
+from identification.study.residual import (
     Point,
     evaluate,
     offset_scale,
@@ -25,7 +25,7 @@ from identification.residual import (
     slots,
     start_point,
 )
-from identification.stack import Stack, Stacked, refine_states
+from identification.study.study import SettledSetting, Study
 
 __all__ = ["Estimation"]
 
@@ -66,11 +66,11 @@ class Estimation:
     """
 
     study: Study
-    setting: Setting
+    setting: SettledSetting
     method: str
     optimiser: str
-    status: Status
-    point: Stacked
+    status: FitStatus
+    point: JointPoint
     covariance: Array
     cost: float
     trace: tuple[float, ...]
@@ -86,7 +86,7 @@ class Estimation:
         return self.study.first_setting.floors
 
     @cached_property
-    def stack(self) -> Stack:
+    def stack(self) -> JointProblem:
         """Problems of the fitted recordings."""
         return self.study.stack(self.setting)
 
@@ -249,7 +249,7 @@ class Estimation:
         )
 
 
-def _with_one(setting: Setting, study: Study) -> Setting:
+def _with_one(setting: SettledSetting, study: Study) -> SettledSetting:
     """Return the setting with what one more recording needs."""
     fresh = study.first_setting
     n = len(study.recordings)
@@ -309,7 +309,7 @@ def free_run(
 
 
 def estimates_of(
-    stack: Stack, point: Stacked, covariance: Array
+    stack: JointProblem, point: JointPoint, covariance: Array
 ) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
     """Return parameters and nuisances with their 95 % intervals.
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.covariance import information_root
-from identification.estimation.methods.method import Solution
+from identification.estimation.covariance import information_root
+from identification.estimation.methods.method import MethodSolution
 from identification.estimation.noise import autoregressive, innovations
-from identification.estimation.study import Setting, Study
-from identification.problem import Problem
-from identification.residual import Evaluation, Point, evaluate
-from identification.stack import Stack, Stacked
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.problem import Problem
+from identification.study.residual import Point, ResidualEvaluation, evaluate
+from identification.study.study import SettledSetting, Study
 
 __all__ = [
     "BIAS",
@@ -39,8 +39,8 @@ BIAS = 0.2
 
 
 def settled_setting(
-    study: Study, setting: Setting, stack: Stack, solution: Solution
-) -> tuple[Setting, bool]:
+    study: Study, setting: SettledSetting, stack: JointProblem, solution: MethodSolution
+) -> tuple[SettledSetting, bool]:
     """Return the setting that the fit asks for, and whether the sub-steps ask for another fit."""
     if solution.readings is not None:
         fine = _finer(study, setting, stack)
@@ -50,7 +50,7 @@ def settled_setting(
     return _reweighted(study, finer, stack, tuple(e.y for e in now)), moved
 
 
-def _finer(study: Study, setting: Setting, stack: Stack) -> Setting:
+def _finer(study: Study, setting: SettledSetting, stack: JointProblem) -> SettledSetting:
     """Return more sub-steps for readings of a method of its own, unless the step is exact."""
     exact = setting.hold != "band-limited" and all(p.engine.exact_step for p in stack.problems)
     if exact or study.n_sub is not None:
@@ -61,8 +61,12 @@ def _finer(study: Study, setting: Setting, stack: Stack) -> Setting:
 
 
 def corrected_steps(
-    study: Study, setting: Setting, stack: Stack, point: Stacked, now: Sequence[Evaluation]
-) -> tuple[Setting, bool]:
+    study: Study,
+    setting: SettledSetting,
+    stack: JointProblem,
+    point: JointPoint,
+    now: Sequence[ResidualEvaluation],
+) -> tuple[SettledSetting, bool]:
     """Correct the readings for the size of the sub-steps, and say whether that moves the unknowns.
 
     A misfit that all samples share counts with the root of their number, so the change of the
@@ -140,9 +144,9 @@ class Refined:
 
     def __init__(self, problem: Problem, point: Point) -> None:
         self._problem, self._point = replace(problem, correction=None), point
-        self._runs: dict[int, Evaluation] = {}
+        self._runs: dict[int, ResidualEvaluation] = {}
 
-    def at(self, n: int) -> Evaluation:
+    def at(self, n: int) -> ResidualEvaluation:
         """Return what `n` sub-steps and half as many say of infinitely many."""
         whole, half = self._run(n), self._run(n // 2)
         return replace(
@@ -151,7 +155,7 @@ class Refined:
             residual=whole.residual + (whole.residual - half.residual) / 3.0,
         )
 
-    def _run(self, n: int) -> Evaluation:
+    def _run(self, n: int) -> ResidualEvaluation:
         if n not in self._runs:
             problem = replace(self._problem, n_sub=n)
             self._runs[n] = evaluate(problem, self._point, derivatives=False)
@@ -165,7 +169,9 @@ def _too_large(change: Array, p: Problem) -> bool:
     return bool((largest > LARGEST_CORRECTION * np.ptp(p.data.readings[train], axis=0)).any())
 
 
-def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence[Array]) -> Setting:
+def _reweighted(
+    study: Study, setting: SettledSetting, stack: JointProblem, readings: Sequence[Array]
+) -> SettledSetting:
     """Take noise levels, and colours if wanted, from the training residuals."""
     known = study.noise if not isinstance(study.noise, str) else {}
     floors, whitening = list(setting.floors), list(setting.whitening)
@@ -194,13 +200,13 @@ def _reweighted(study: Study, setting: Setting, stack: Stack, readings: Sequence
     return replace(setting, floors=tuple(floors), whitening=tuple(whitening))
 
 
-def _inflation(stack: Stack) -> float:
+def _inflation(stack: JointProblem) -> float:
     """Noise over residuals, which are smaller as unknowns follow them; infinite if too many do."""
     rows, unknowns = sizes(stack)
     return float(np.sqrt(rows / (rows - unknowns))) if rows > unknowns else np.inf
 
 
-def sizes(stack: Stack) -> tuple[int, int]:
+def sizes(stack: JointProblem) -> tuple[int, int]:
     """Return the number of training readings and that of unknowns, initial states included."""
     rows = sum(int(p.data.mask("train").sum()) * len(p.data.names) for p in stack.problems)
     lower, upper = stack.bounds
@@ -209,7 +215,7 @@ def sizes(stack: Stack) -> tuple[int, int]:
     return rows, unknowns
 
 
-def same_setting(a: Setting, b: Setting, share: float) -> bool:
+def same_setting(a: SettledSetting, b: SettledSetting, share: float) -> bool:
     """Whether noise and colours differ by less than `share`."""
     level = all(np.allclose(x, y, rtol=share) for x, y in zip(a.floors, b.floors, strict=True))
     pairs = zip(a.whitening, b.whitening, strict=True)

@@ -14,13 +14,13 @@ from joblib.parallel import get_active_backend
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.estimation.estimate import Progress, estimate
-from identification.estimation.methods import METHODS, Options
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.methods import METHODS, FitOptions
 from identification.estimation.result import Estimation
-from identification.estimation.study import Study
-from identification.levenberg_marquardt import Status
-from identification.stack import Stack, Stacked
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.study import Study
 
 __all__ = ["Arrival", "Starts", "many_starts"]
 
@@ -51,7 +51,7 @@ class Arrival:
     theta: Array
     states: tuple[Array, ...]
     cost: float
-    status: Status
+    status: FitStatus
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +164,7 @@ def many_starts(
     return Starts(ranked, best, count, stack.names, time.perf_counter() - begin)
 
 
-def _spread(stack: Stack, count: int, seed: int) -> Array:
+def _spread(stack: JointProblem, count: int, seed: int) -> Array:
     """Points in theta, shape (count, n); nuisances stay at zero."""
     begin = stack.start().theta
     lower, upper = stack.bounds
@@ -205,8 +205,8 @@ def _one(study: Study, method: str, index: int, theta: Array, max_iterations: in
         warnings.simplefilter("ignore", RuntimeWarning)
         setting = study.first_setting
         stack = _cached_stack(study)
-        begin = Stacked(theta, stack.start().states)
-        options = Options(max_iterations=max_iterations, tolerance=1e-6)
+        begin = JointPoint(theta, stack.start().states)
+        options = FitOptions(max_iterations=max_iterations, tolerance=1e-6)
         made = METHODS[method].solve(study, setting, stack, begin, options)
         found = stack.evaluate(made.point, derivatives=False)
         cost = stack.cost(found, made.point)
@@ -216,7 +216,7 @@ def _one(study: Study, method: str, index: int, theta: Array, max_iterations: in
     )  # fmt: skip
 
 
-def _cached_stack(study: Study) -> Stack:
+def _cached_stack(study: Study) -> JointProblem:
     """Derive the model once a study and process."""
     held: Any = study.__dict__.get("_starts_stack")
     if held is None:

@@ -6,7 +6,7 @@ from identification.uncertainty.combinations import Combination, FlatBlock, flat
 from identification.uncertainty.coverage import Case, Coverage, coverage, wilson
 from identification.uncertainty.extra_sensor import SensorGain, helpful_sensors
 from identification.uncertainty.finding import Finding
-from identification.uncertainty.fitted import Fitted, fitted, from_estimation
+from identification.uncertainty.fitted import FitView, fitted, from_estimation
 from identification.uncertainty.information import Information, Sensitivities, information
 from identification.uncertainty.postflight import postflight, practical_of
 from identification.uncertainty.practical import Limits, Practical, practical
@@ -15,7 +15,7 @@ from identification.uncertainty.profile import Profile, profile, threshold_of
 from identification.uncertainty.profiles import profile_one, profiles
 from identification.uncertainty.sampling import Sample, sample, split_rhat
 from identification.uncertainty.statements import Statement
-from identification.uncertainty.structural import Structure, identifiability
+from identification.uncertainty.structural import StructuralIdentifiability, identifiability
 from identification.uncertainty.words import report
 
 __all__ = [
@@ -23,7 +23,7 @@ __all__ = [
     "Combination",
     "Coverage",
     "Finding",
-    "Fitted",
+    "FitView",
     "FlatBlock",
     "Information",
     "Limits",
@@ -33,7 +33,7 @@ __all__ = [
     "Sensitivities",
     "SensorGain",
     "Statement",
-    "Structure",
+    "StructuralIdentifiability",
     "coverage",
     "fitted",
     "flat_blocks",

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.compiled import compile_model
-from bondgraph.discrete import blocks
-from bondgraph.elements import C, Dq, I, One, R, Se, Sensor, Source
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Dq, I, One, R, Se, Sensor, Source
 from bondgraph.laws import StopSum
-from bondgraph.simulate import simulate
+from bondgraph.simulation.first_order_hold import blocks
+from bondgraph.simulation.lure import compile_model
+from bondgraph.simulation.simulate import simulate
 from identification.uncertainty.coverage import Case
 
 __all__ = ["case_of", "demo_cases", "multisine"]

@@ -16,16 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from bondgraph.elements import Sensor, Source
-from bondgraph.errors import BondsightError, UnusableInput, unknown_name
-from bondgraph.graph import BondGraph
-from bondgraph.signals import Recording, Split
-from bondgraph.simulate import simulate
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor, Source
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 from identification.estimation.estimate import estimate
-from identification.estimation.specification import NO_NUISANCES, Vary
-from identification.estimation.study import Study
-from identification.levenberg_marquardt import Status
-from identification.threads import single_threaded
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.threads import single_threaded
+from identification.study.specification import NO_NUISANCES, Vary
+from identification.study.study import Study
 from identification.uncertainty.fitted import from_estimation
 from identification.uncertainty.profiles import profile_one, rise_at
 
@@ -230,7 +230,7 @@ def trial(case: Case, number: int, kinds: Sequence[str] = KINDS, first: int = 0)
     """
     try:
         made = estimate(case.study(number))
-        if made.status not in (Status.CONVERGED, Status.NO_PROGRESS):
+        if made.status not in (FitStatus.CONVERGED, FitStatus.NO_PROGRESS):
             return None
         fit = from_estimation(made)
     except BondsightError:

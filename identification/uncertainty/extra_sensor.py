@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bondgraph.elements import De, Df, Dq, One, Sensor, Zero
-from bondgraph.errors import BondsightError
-from bondgraph.graph import BondGraph
-from identification.uncertainty.structural import Structure, identifiability, structural_rank
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import De, Df, Dq, One, Sensor, Zero
+from bondgraph.support.errors import BondsightError
+from identification.uncertainty.structural import (
+    StructuralIdentifiability,
+    identifiability,
+    structural_rank,
+)
 
 __all__ = ["SensorGain", "helpful_sensors"]
 
@@ -40,7 +44,9 @@ class SensorGain:
 
 
 def helpful_sensors(
-    graph: BondGraph, free: Sequence[str] | None = None, known: Structure | None = None
+    graph: BondGraph,
+    free: Sequence[str] | None = None,
+    known: StructuralIdentifiability | None = None,
 ) -> tuple[SensorGain, ...]:
     """Try a De at every 0-junction, a Df and, where the first helps, a Dq at every 1-junction.
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from identification.uncertainty.information import Information
 from identification.uncertainty.profile import Profile
 from identification.uncertainty.sampling import Sample

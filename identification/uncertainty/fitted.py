@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from identification.estimation.result import Estimation
-from identification.problem import Problem
-from identification.residual import Evaluation, slots
-from identification.stack import Stack, Stacked
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.problem import Problem
+from identification.study.residual import ResidualEvaluation, slots
 from identification.uncertainty.information import Information, Sensitivities, information
 
-__all__ = ["Fitted", "Unknown", "fitted", "from_estimation", "sum_of_squares", "unknowns"]
+__all__ = ["FitView", "Unknown", "fitted", "from_estimation", "sum_of_squares", "unknowns"]
 
 FloatArray = NDArray[np.float64]
 SIMULATED = ("single_shooting", "multiple_shooting", "collocation")
@@ -63,7 +63,7 @@ class Unknown:
         return float(np.log(value / self.start)) if self.log else (value - self.start) / self.scale
 
 
-def unknowns(stack: Stack) -> tuple[Unknown, ...]:
+def unknowns(stack: JointProblem) -> tuple[Unknown, ...]:
     """Return the parameters of a stack: neither lags, offsets and clocks nor command offsets."""
     lower, upper = stack.bounds
     found: dict[int, Unknown] = {}
@@ -97,7 +97,7 @@ def unknowns(stack: Stack) -> tuple[Unknown, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class FitView:
     """A fit as the functions of this package want it.
 
     Attributes
@@ -118,8 +118,8 @@ class Fitted:
         Whether the noise levels were given rather than estimated.
     """
 
-    stack: Stack
-    point: Stacked
+    stack: JointProblem
+    point: JointPoint
     parameters: tuple[Unknown, ...]
     sensitivities: Sensitivities
     residual: FloatArray
@@ -182,17 +182,17 @@ class Fitted:
         lower, upper = self.stack.bounds
         for u in self.parameters:
             theta[u.place] += shift * rng.uniform(-1, 1)
-        moved = Stacked(np.clip(theta, lower, upper), self.point.states)
+        moved = JointPoint(np.clip(theta, lower, upper), self.point.states)
         return fitted(self.stack, moved).sensitivities
 
 
 def fitted(
-    stack: Stack,
-    point: Stacked,
-    evaluations: Sequence[Evaluation] | None = None,
+    stack: JointProblem,
+    point: JointPoint,
+    evaluations: Sequence[ResidualEvaluation] | None = None,
     *,
     known_noise: bool = False,
-) -> Fitted:
+) -> FitView:
     """Return sensitivities and residuals of `stack` at `point`."""
     made = stack.evaluate(point) if evaluations is None else tuple(evaluations)
     jacobian = stack.projected(made, point)
@@ -217,10 +217,10 @@ def fitted(
         for n in _sizes(p, rows)
     )
     total = sum_of_squares(stack, made, point)
-    return Fitted(stack, point, parameters, s, residual, channels, total, known_noise)
+    return FitView(stack, point, parameters, s, residual, channels, total, known_noise)
 
 
-def from_estimation(estimation: Estimation) -> Fitted:
+def from_estimation(estimation: Estimation) -> FitView:
     """Return the fit of an estimation.
 
     Raises
@@ -260,9 +260,9 @@ def _without(columns: FloatArray, nuisances: FloatArray, weight: FloatArray) -> 
 
 
 def sum_of_squares(
-    stack: Stack,
+    stack: JointProblem,
     evaluations: Sequence[Any],
-    point: Stacked,
+    point: JointPoint,
     parameters: Sequence[Unknown] | None = None,
 ) -> float:
     """Return the sum of squares of residuals, nuisances' and given priors, without weak priors."""

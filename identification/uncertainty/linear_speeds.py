@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
-from bondgraph.discrete import blocks
-from identification.engine import ExactEngine
-from identification.problem import Problem
+from bondgraph.simulation.first_order_hold import blocks
+from identification.study.engine import ExactEngine
+from identification.study.problem import Problem
 
 __all__ = ["Speed", "speeds"]
 

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
+from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
-from identification.levenberg_marquardt import Status
 from identification.uncertainty.finding import Finding
-from identification.uncertainty.fitted import Fitted, from_estimation
+from identification.uncertainty.fitted import FitView, from_estimation
 from identification.uncertainty.information import Sensitivities
 from identification.uncertainty.practical import Practical, practical
 from identification.uncertainty.preflight import thousand
@@ -34,7 +34,7 @@ DO = {
 }
 
 
-def practical_of(fit: Fitted) -> Practical:
+def practical_of(fit: FitView) -> Practical:
     """Return the five classes for a fit, proved at a second point."""
     try:
         further: tuple[Sensitivities, ...] = (fit.elsewhere(),)
@@ -51,7 +51,7 @@ def practical_of(fit: Fitted) -> Practical:
     )
 
 
-def postflight(estimation: Estimation, fit: Fitted | None = None) -> tuple[Finding, ...]:
+def postflight(estimation: Estimation, fit: FitView | None = None) -> tuple[Finding, ...]:
     """Return what a user should know after a fit; empty if nothing stands out.
 
     Parameters
@@ -61,7 +61,7 @@ def postflight(estimation: Estimation, fit: Fitted | None = None) -> tuple[Findi
         Of it, if it is there already.
     """
     found = list(_ended(estimation))
-    if estimation.status is Status.BROKEN:
+    if estimation.status is FitStatus.BROKEN:
         return tuple(found)
     with np.errstate(all="ignore"):
         found += _landed(estimation)
@@ -87,7 +87,7 @@ def postflight(estimation: Estimation, fit: Fitted | None = None) -> tuple[Findi
 
 
 def _ended(e: Estimation) -> Iterator[Finding]:
-    if e.status is Status.CONVERGED:
+    if e.status is FitStatus.CONVERGED:
         return
     yield Finding(
         "not converged", e.status.value, e.study.graph.name, "the values may not be the best",

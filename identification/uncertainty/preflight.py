@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.estimation.study import Study
-from identification.problem import Problem
+from identification.study.problem import Problem
+from identification.study.study import Study
 from identification.uncertainty.finding import Finding
 from identification.uncertainty.fitted import fitted
 from identification.uncertainty.information import Sensitivities

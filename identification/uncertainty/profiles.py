@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
-from identification.levenberg_marquardt import minimise
-from identification.residual import Evaluation
-from identification.stack import Stack, Stacked, System
-from identification.threads import single_threaded
-from identification.uncertainty.fitted import Fitted, sum_of_squares
+from bondgraph.support.errors import UnusableInput
+from identification.estimation.levenberg_marquardt import minimise
+from identification.estimation.threads import single_threaded
+from identification.study.joint import JointPoint, JointProblem, NormalEquations
+from identification.study.residual import ResidualEvaluation
+from identification.uncertainty.fitted import FitView, sum_of_squares
 from identification.uncertainty.profile import Profile, profile, threshold_of
 
 __all__ = ["HeldStack", "profile_one", "profiles", "rise_at"]
@@ -28,7 +28,7 @@ TIGHT = 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class HeldStack(Stack):
+class HeldStack(JointProblem):
     """A stack with unknowns held, or one combination of them.
 
     Attributes
@@ -48,13 +48,13 @@ class HeldStack(Stack):
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Bounds; those of a held unknown coincide."""
-        whole = Stack(self.problems, self.names, self.columns, self.factors).bounds
+        whole = JointProblem(self.problems, self.names, self.columns, self.factors).bounds
         lower, upper = (b.copy() for b in whole)
         for i, v in self.held.items():
             lower[i] = upper[i] = v
         return lower, upper
 
-    def cost(self, evaluations: Sequence[Evaluation], point: Stacked) -> float:
+    def cost(self, evaluations: Sequence[ResidualEvaluation], point: JointPoint) -> float:
         """Mean square, the held combination included."""
         total = super().cost(evaluations, point)
         if self.direction.size:
@@ -62,7 +62,9 @@ class HeldStack(Stack):
             total += off**2 / self.count(evaluations)
         return total
 
-    def normal(self, evaluations: Sequence[Evaluation], point: Stacked) -> System:
+    def normal(
+        self, evaluations: Sequence[ResidualEvaluation], point: JointPoint
+    ) -> NormalEquations:
         """Compressed least squares, with one more row for the held combination."""
         made = super().normal(evaluations, point)
         if not self.direction.size:
@@ -74,13 +76,13 @@ class HeldStack(Stack):
         return replace(made, factor=r[:, : self.n], right=r[:, self.n])
 
 
-def _held(stack: Stack, **changes: Any) -> HeldStack:
+def _held(stack: JointProblem, **changes: Any) -> HeldStack:
     return HeldStack(stack.problems, stack.names, stack.columns, stack.factors, **changes)
 
 
 @single_threaded
 def profile_one(
-    fit: Fitted,
+    fit: FitView,
     name: str,
     *,
     most: int = 30,
@@ -106,7 +108,7 @@ def profile_one(
         origin = np.log(u.start) if u.log else u.start / u.scale
         value = u.value(float(fit.point.theta[u.place]))
 
-        def refit(x: float, start: Stacked) -> tuple[float, Stacked]:
+        def refit(x: float, start: JointPoint) -> tuple[float, JointPoint]:
             stack = _held(fit.stack, held={u.place: x - origin})
             return _refitted(stack, start, iterations)
 
@@ -128,7 +130,7 @@ def profile_one(
     value = float(np.exp(direction @ fit.point.theta + offset))
     weight = TIGHT / max(width, 1e-9)
 
-    def refit_product(x: float, start: Stacked) -> tuple[float, Stacked]:
+    def refit_product(x: float, start: JointPoint) -> tuple[float, JointPoint]:
         stack = _held(fit.stack, direction=direction, target=x - offset, weight=weight)
         total, warm = _refitted(stack, start, iterations)
         return total - (weight * (float(direction @ warm.theta) - x + offset)) ** 2, warm
@@ -141,7 +143,7 @@ def profile_one(
 
 
 @single_threaded
-def rise_at(fit: Fitted, name: str, value: float, iterations: int = 30) -> tuple[float, float]:
+def rise_at(fit: FitView, name: str, value: float, iterations: int = 30) -> tuple[float, float]:
     """Return the rise of the sum of squares with a parameter held at `value` (SI), and the limit.
 
     The value lies in the 95 % profile interval of a single valley if the rise is below the limit.
@@ -154,19 +156,19 @@ def rise_at(fit: Fitted, name: str, value: float, iterations: int = 30) -> tuple
     return total - fit.sum_of_squares, _threshold(fit, fit.inflation(name))
 
 
-def _threshold(fit: Fitted, inflation: float) -> float:
+def _threshold(fit: FitView, inflation: float) -> float:
     freedom = float("inf") if fit.known_noise else fit.freedom
     return threshold_of(fit.variance, freedom, inflation)
 
 
-def _refitted(stack: HeldStack, start: Stacked, iterations: int) -> tuple[float, Stacked]:
+def _refitted(stack: HeldStack, start: JointPoint, iterations: int) -> tuple[float, JointPoint]:
     made = minimise(stack, start, max_iterations=iterations, tolerance=1e-7)
     if not np.isfinite(made.cost):
         return float("inf"), start
     return sum_of_squares(stack, made.evaluations, made.point), made.point
 
 
-def _powers(text: str, fit: Fitted) -> dict[str, int]:
+def _powers(text: str, fit: FitView) -> dict[str, int]:
     """Read a product such as ``a^2*b/(c*d)`` of logarithmic parameters."""
     above, _, below = text.replace(" ", "").partition("/")
     found: dict[str, int] = {}
@@ -186,7 +188,7 @@ def _powers(text: str, fit: Fitted) -> dict[str, int]:
 
 
 def profiles(
-    fit: Fitted,
+    fit: FitView,
     names: Sequence[str] | None = None,
     *,
     jobs: int = 1,

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import BondsightError, UnusableInput, unknown_name
-from identification.residual import windows
-from identification.stack import Stacked
-from identification.threads import single_threaded
-from identification.uncertainty.fitted import Fitted, sum_of_squares
+from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from identification.estimation.threads import single_threaded
+from identification.study.joint import JointPoint
+from identification.study.residual import windows
+from identification.uncertainty.fitted import FitView, sum_of_squares
 
 __all__ = ["Sample", "draw", "sample", "split_rhat"]
 
@@ -194,7 +194,7 @@ def _kept(chain: FloatArray, tau: FloatArray) -> FloatArray:
 
 @single_threaded
 def sample(
-    fit: Fitted,
+    fit: FitView,
     *,
     steps: int = 2000,
     walkers: int | None = None,
@@ -257,7 +257,7 @@ def sample(
     )
 
 
-def _follow(fit: Fitted) -> Callable[[FloatArray], Stacked]:
+def _follow(fit: FitView) -> Callable[[FloatArray], JointPoint]:
     """Return how initial states and nuisances follow the parameters, to first order."""
     stack, at = fit.stack, fit.point
     made = stack.evaluate(at)
@@ -269,18 +269,18 @@ def _follow(fit: Fitted) -> Callable[[FloatArray], Stacked]:
     if others:
         drag = -np.linalg.lstsq(system.factor[:, others], system.factor[:, own], rcond=None)[0]
 
-    def follow(theta: FloatArray) -> Stacked:
+    def follow(theta: FloatArray) -> JointPoint:
         delta = np.zeros(stack.n)
         delta[own] = theta - at.theta[own]
         delta[others] = drag @ delta[own]
         moved = np.clip(at.theta + delta, lower, upper)
         delta = moved - at.theta
-        return Stacked(moved, _states(fit, system.states, delta))
+        return JointPoint(moved, _states(fit, system.states, delta))
 
     return follow
 
 
-def _states(fit: Fitted, followed: Any, delta: FloatArray) -> tuple[FloatArray, ...]:
+def _states(fit: FitView, followed: Any, delta: FloatArray) -> tuple[FloatArray, ...]:
     states = []
     for r, p in enumerate(fit.stack.problems):
         moved = fit.point.states[r].copy()
@@ -293,7 +293,7 @@ def _states(fit: Fitted, followed: Any, delta: FloatArray) -> tuple[FloatArray, 
     return tuple(states)
 
 
-def _scored(fit: Fitted, r: int) -> list[int]:
+def _scored(fit: FitView, r: int) -> list[int]:
     p = fit.stack.problems[r]
     train = p.data.mask("train")
     return [i for i, w in enumerate(windows(p)) if train[w].any()]

@@ -17,24 +17,24 @@ from numpy.typing import NDArray
 
 from bondgraph.analysis.exact_algebra import PRIME, echelon
 from bondgraph.analysis.kalman import null_vectors
-from bondgraph.deriving import system
-from bondgraph.errors import UnusableInput, unknown_name
-from bondgraph.graph import BondGraph
+from bondgraph.equations.derivation import system
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.uncertainty.combinations import Combination, FlatBlock, flat_blocks
-from identification.uncertainty.rich_sensitivities import rich_nulls
+from identification.uncertainty.joint_sensitivities import rich_nulls
 from identification.uncertainty.transfer_jacobian import (
     random_integers,
     reconstructed,
     transfer_jacobian,
 )
 
-__all__ = ["Structure", "identifiability", "structural_rank"]
+__all__ = ["StructuralIdentifiability", "identifiability", "structural_rank"]
 
 FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Structure:
+class StructuralIdentifiability:
     """What the structure of a model lets data determine.
 
     Attributes
@@ -98,7 +98,7 @@ def identifiability(
     *,
     values: Mapping[str, float] | None = None,
     seed: int = 1,
-) -> Structure:
+) -> StructuralIdentifiability:
     """Return what inputs and readings of `graph` can determine about the `free` parameters.
 
     Parameters
@@ -151,7 +151,7 @@ def _free(graph: BondGraph, free: Sequence[str] | None) -> tuple[str, ...]:
     return names
 
 
-def _exact(graph: BondGraph, names: tuple[str, ...], seed: int) -> Structure:
+def _exact(graph: BondGraph, names: tuple[str, ...], seed: int) -> StructuralIdentifiability:
     everything = tuple(dict.fromkeys((*system(graph).parameters, *names)))
     points = [random_integers(everything, seed + k) for k in range(2)]
     forms = [echelon(transfer_jacobian(graph, names, p)) for p in points]
@@ -173,7 +173,7 @@ def _exact(graph: BondGraph, names: tuple[str, ...], seed: int) -> Structure:
             if all(_proved(c, names, p, r) for (_, p), r in zip(generic, residues, strict=True))
         )
         blocks.append(FlatBlock(b.names, b.missing, proved, b.direction))
-    return Structure(graph.name, names, rank, True, float("inf"), tuple(blocks))
+    return StructuralIdentifiability(graph.name, names, rank, True, float("inf"), tuple(blocks))
 
 
 def _proved(
@@ -193,8 +193,8 @@ def _proved(
 
 def _by_gap(
     graph: BondGraph, names: tuple[str, ...], values: Mapping[str, float] | None, seed: int
-) -> Structure:
+) -> StructuralIdentifiability:
     at, nulls, gap = rich_nulls(graph, names, values, seed)
     rank = len(names) - nulls[0].shape[1]
     blocks = flat_blocks(names, at, nulls) if rank < len(names) else ()
-    return Structure(graph.name, names, rank, False, gap, blocks)
+    return StructuralIdentifiability(graph.name, names, rank, False, gap, blocks)

@@ -18,11 +18,11 @@ from typing import TypeAlias
 from bondgraph.analysis.exact_algebra import PRIME
 from bondgraph.analysis.kalman import SET_ASIDE
 from bondgraph.analysis.linear import linear_rates
-from bondgraph.deriving import system
-from bondgraph.elements import Sensor, Source
-from bondgraph.errors import UnusableInput
-from bondgraph.graph import BondGraph
-from bondgraph.system import System
+from bondgraph.equations.derivation import system
+from bondgraph.equations.system import System
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor, Source
+from bondgraph.support.errors import UnusableInput
 
 __all__ = ["delays_of", "random_integers", "reconstructed", "transfer_jacobian"]
 

@@ -10,7 +10,7 @@ from identification.uncertainty.information import Information
 from identification.uncertainty.practical import Practical
 from identification.uncertainty.profile import Profile
 from identification.uncertainty.sampling import Sample
-from identification.uncertainty.structural import Structure
+from identification.uncertainty.structural import StructuralIdentifiability
 
 __all__ = ["intervals", "report"]
 
@@ -34,7 +34,7 @@ def intervals(plain: Information, robust: Information | None = None) -> str:
 
 def report(
     *,
-    structure: Structure | None = None,
+    structure: StructuralIdentifiability | None = None,
     sensors: Sequence[SensorGain] = (),
     before: Sequence[Finding] = (),
     practical: Practical | None = None,

@@ -10,9 +10,9 @@ from scipy.integrate import solve_ivp
 
 from actuators import stack_bond_graph
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
-from bondgraph.compiled import Compiled, compile_model
-from bondgraph.laws import Hats, Polynomial, QuadraticDrag
-from bondgraph.simulate import run_record, simulate
+from bondgraph.laws import PiecewiseLinear, Polynomial, QuadraticDrag
+from bondgraph.simulation.lure import Compiled, compile_model
+from bondgraph.simulation.simulate import run_record, simulate
 
 
 def duffing(drag: bool = False) -> BondGraph:
@@ -75,7 +75,7 @@ def test_kinked_law_converges() -> None:
         body = One("body")
         Se("F") >> body >> I("m", 1.0)
         body >> R("d", 0.3)
-        body >> C("k", stiffness=4.0, law=Hats((-1.0, -0.4, 0.4, 1.0), 1.0))
+        body >> C("k", stiffness=4.0, law=PiecewiseLinear((-1.0, -0.4, 0.4, 1.0), 1.0))
         body >> Dq("x")
     model = compile_model(g)
     free = [n for n in model.parameter_names if n.startswith("c_")]

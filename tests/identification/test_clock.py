@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from actuators.loops import loop_of
+from actuators.stack.loop_width import loop_of
 from bondgraph import Recording
-from bondgraph.errors import UnknownName, UnusableInput
 from bondgraph.hysteresis import AlJanaideh
+from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.clock import (
     ClockMap,
     ratio_basis,

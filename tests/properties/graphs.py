@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph import GY, TF, BondGraph, C, I, One, R, Se, Sf, Zero
-from bondgraph.elements import Junction
+from bondgraph.graph.elements import Junction
 
 
 def random_graph(seed: int, largest: int = 60, loops: bool = True) -> BondGraph:

@@ -27,8 +27,8 @@ from bondgraph import (
     Zero,
     derive,
 )
-from bondgraph.compiled import Compiled
-from bondgraph.equations import port_signals
+from bondgraph.equations.state_space import port_signals
+from bondgraph.simulation.lure import Compiled
 
 quick = settings(max_examples=25, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)

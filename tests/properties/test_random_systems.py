@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 
 from bondgraph import BondGraph, CausalConflict, GraphError
 from bondgraph.analysis.linear import eigenvalues, linear_rates
-from bondgraph.deriving import system
-from bondgraph.programming import signal_function
-from bondgraph.system import System
+from bondgraph.equations.codegen import signal_function
+from bondgraph.equations.derivation import system
+from bondgraph.equations.system import System
 from tests.properties.graphs import degree, pencil, random_graph
 
 quick = settings(max_examples=12, deadline=None, derandomize=True, database=None)

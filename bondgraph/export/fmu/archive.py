@@ -9,8 +9,8 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from bondgraph.errors import BondsightError, UnusableInput
-from bondgraph.native import compiler
+from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.native import compiler
 
 __all__ = ["linux_binary", "write_archive"]
 

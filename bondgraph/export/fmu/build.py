@@ -8,14 +8,14 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from bondgraph.errors import UnusableInput, unknown_name
+from bondgraph.equations.program import Program
 from bondgraph.export.fmu.archive import linux_binary, write_archive
 from bondgraph.export.fmu.description import build_description, description_2, description_3
 from bondgraph.export.fmu.equations import Equations, equations
 from bondgraph.export.fmu.names import identifier
 from bondgraph.export.fmu.sizes import size_header, state_sizes
 from bondgraph.export.fmu.variables import variables
-from bondgraph.program import Program
+from bondgraph.support.errors import UnusableInput, unknown_name
 
 __all__ = ["fmu2_cosimulation", "fmu3_model_exchange"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree as ET
 
-from bondgraph.errors import UnusableInput
 from bondgraph.export.fmu.equations import Equations
 from bondgraph.export.fmu.names import structured
 from bondgraph.export.fmu.variables import Variable
-from bondgraph.units import parse_unit
+from bondgraph.signals.units import parse_unit
+from bondgraph.support.errors import UnusableInput
 
 __all__ = ["build_description", "description_2", "description_3"]
 

@@ -11,9 +11,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from bondgraph.modulation import TIME
-from bondgraph.printing import to_casadi
-from bondgraph.program import Program
+from bondgraph.equations.casadi_printer import to_casadi
+from bondgraph.equations.program import Program
+from bondgraph.graph.modulation import TIME
 
 __all__ = ["Equations", "equations"]
 

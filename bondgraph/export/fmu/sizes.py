@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from bondgraph.equations.program import Program
 from bondgraph.export.fmu.equations import Equations
-from bondgraph.program import Program
 
 __all__ = ["size_header", "state_sizes"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bondgraph.equations.program import Program
 from bondgraph.export.fmu.names import unique
-from bondgraph.program import Program
 
 __all__ = ["Variable", "variables"]
 

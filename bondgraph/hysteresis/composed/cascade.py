@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, cast, final
 
-from bondgraph.backend import NUMPY, Expression, Ops
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
 from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.support.ops import NUMPY, Expression, Ops
 
 __all__ = ["Cascade", "inverse_memory_of", "inverse_of", "require_operators"]
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal, final
 
-from bondgraph.backend import Expression, Ops
 from bondgraph.hysteresis.composed.cascade import require_operators
 from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["Parallel"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bondgraph.backend import Expression, Ops
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["ramp_rate", "ramp_share", "relaxed_share"]
 
@@ -30,7 +30,7 @@ def relaxed_share(ops: Ops, q: Expression) -> Expression:
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(relaxed_share(NUMPY, 1e-20))
     1e-20
     """
@@ -55,7 +55,7 @@ def ramp_share(ops: Ops, q: Expression) -> Expression:
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(ramp_share(NUMPY, 0.0)), float(ramp_share(NUMPY, 2e-20))
     (0.0, 1e-20)
     """
@@ -79,7 +79,7 @@ def ramp_rate(ops: Ops, q: Expression) -> Expression:
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(ramp_rate(NUMPY, 0.0))
     0.5
     """

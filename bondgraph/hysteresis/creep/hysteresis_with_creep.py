@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from bondgraph.backend import NUMPY, Expression, Ops
 from bondgraph.hysteresis.composed.cascade import inverse_memory_of, inverse_of, require_operators
 from bondgraph.hysteresis.creep.log_creep import LogCreep
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.support.ops import NUMPY, Expression, Ops
 
 __all__ = ["HysteresisWithCreep", "HysteresisWithCreepInverse"]
 

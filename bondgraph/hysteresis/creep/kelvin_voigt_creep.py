@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal, final
 
-from bondgraph.backend import NUMPY, Expression, Ops
 from bondgraph.hysteresis.checks import (
     all_numbers,
     is_number,
@@ -21,6 +20,7 @@ from bondgraph.hysteresis.checks import (
 from bondgraph.hysteresis.creep.first_order_lag import ramp_rate, ramp_share, relaxed_share
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
 from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.support.ops import NUMPY, Expression, Ops
 
 if TYPE_CHECKING:
     from bondgraph.hysteresis.creep.kelvin_voigt_inverse import KelvinVoigtCreepInverse

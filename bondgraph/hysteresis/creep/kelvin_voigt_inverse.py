@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from bondgraph.backend import Expression, Ops
 from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["KelvinVoigtCreepInverse"]
 

@@ -12,7 +12,6 @@ from typing import ClassVar, Self, final
 
 import numpy as np
 
-from bondgraph.backend import Expression, Ops
 from bondgraph.hysteresis.checks import (
     non_negative,
     numbers,
@@ -26,6 +25,7 @@ from bondgraph.hysteresis.creep.first_order_lag import relaxed_share
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.plays.play import play
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["LogCreep"]
 

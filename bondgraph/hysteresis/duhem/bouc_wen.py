@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from bondgraph.backend import Expression
 from bondgraph.hysteresis.checks import parameter, positive
 from bondgraph.hysteresis.duhem.duhem_branch import DuhemBranch, check_rates
+from bondgraph.support.ops import Expression
 
 __all__ = ["BoucWen"]
 

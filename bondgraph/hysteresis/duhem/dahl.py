@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from bondgraph.backend import Expression
 from bondgraph.hysteresis.checks import parameter, positive
 from bondgraph.hysteresis.duhem.bouc_wen import BoucWen
 from bondgraph.hysteresis.duhem.duhem_branch import DuhemBranch
+from bondgraph.support.ops import Expression
 
 __all__ = ["Dahl"]
 

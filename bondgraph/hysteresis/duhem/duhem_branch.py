@@ -13,11 +13,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Literal, final
 
-from bondgraph.backend import NUMPY, Expression, Ops
 from bondgraph.hysteresis.checks import all_numbers, numbers, positive
 from bondgraph.hysteresis.duhem.relaxation import branch
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.support.ops import NUMPY, Expression, Ops
 
 __all__ = ["DuhemBranch", "check_rates"]
 

@@ -6,7 +6,7 @@ are arranged here to keep their digits where the argument is small.
 
 from __future__ import annotations
 
-from bondgraph.backend import Expression, Ops
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["branch"]
 
@@ -52,7 +52,7 @@ def branch(
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> end, _ = branch(NUMPY, 0.0, 1.0, 1.0, 0.0, 1.0)
     >>> round(float(end), 12) == round(1.0 - 2.718281828459045**-1, 12)
     True

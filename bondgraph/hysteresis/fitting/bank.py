@@ -9,10 +9,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.checks import numbers, parameters
 from bondgraph.hysteresis.fitting.excited import Unexcited
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["play_advice", "play_bank", "play_blocks", "play_names", "thin_evidence"]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear, nnls
 
-from bondgraph.backend import FloatArray
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["bounded_least_squares", "column_norms"]
 

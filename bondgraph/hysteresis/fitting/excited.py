@@ -11,8 +11,8 @@ from typing import Literal, final
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.fitting.bounded import column_norms
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["Action", "Unexcited", "independent_columns", "unexcited_columns"]
 

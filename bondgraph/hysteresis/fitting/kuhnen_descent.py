@@ -11,13 +11,13 @@ from typing import final
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.fitting.bank import play_blocks
 from bondgraph.hysteresis.fitting.kuhnen_stages import Stages, dead_zone_columns
 from bondgraph.hysteresis.fitting.reduction import Reduced, reduce_blocks
 from bondgraph.hysteresis.plays.ang import Ang
-from bondgraph.hysteresis.plays.dead_zone import DeadZone
+from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["ScoredRecord", "descend"]
 
@@ -31,7 +31,7 @@ class ScoredRecord:
     """The scored record with the stages to fit to it."""
 
     plays: PrandtlIshlinskii
-    zones: DeadZone
+    zones: DeadZones
     x: FloatArray
     y: FloatArray
     memory: list[float]
@@ -47,7 +47,7 @@ class ScoredRecord:
         """Return the model's output, shape (N,)."""
         play_weights, zone_weights = stages.weights(slopes, self.plays.n_memory + 1)
         plays = PrandtlIshlinskii(self.plays.thresholds, tuple(play_weights.tolist()))
-        zones = DeadZone(self.zones.thresholds, tuple(zone_weights.tolist())).inverse()
+        zones = DeadZones(self.zones.thresholds, tuple(zone_weights.tolist())).inverse()
         return Ang(plays, zones).run(self.x, self.memory)[0]
 
     def rms(self, stages: Stages, slopes: FloatArray) -> float:

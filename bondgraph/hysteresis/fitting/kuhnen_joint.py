@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.checks import numbers, parameters
 from bondgraph.hysteresis.errors import BadInput, BadParameter
 from bondgraph.hysteresis.fitting.bank import play_advice, play_bank, play_names
@@ -24,8 +23,9 @@ from bondgraph.hysteresis.fitting.records import paired_records, require_rising
 from bondgraph.hysteresis.fitting.reduction import Reduced
 from bondgraph.hysteresis.fitting.starting import Past, choose_start, late_plays
 from bondgraph.hysteresis.plays.ang import Ang
-from bondgraph.hysteresis.plays.dead_zone import DeadZone
+from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["JointFit", "fit_kuhnen"]
 
@@ -62,7 +62,7 @@ class JointFit:
     operator: Ang
     memory: tuple[float, ...]
     start: int
-    inverse_dead_zone: DeadZone
+    inverse_dead_zone: DeadZones
     rms: float
     rms_convex: float
     steps: int
@@ -147,7 +147,7 @@ def fit_kuhnen(
     plays = play_bank(thresholds)
     bends = parameters("dead_zone_thresholds", dead_zone_thresholds)
     numbers("dead_zone_thresholds", bends)
-    zones = DeadZone(bends, (1.0,) * len(bends))
+    zones = DeadZones(bends, (1.0,) * len(bends))
     record, output = paired_records(x, y)
     require_rising(record, output)
     start = choose_start(plays, record, memory, scored_share)
@@ -159,7 +159,7 @@ def fit_kuhnen(
         found = _solve(scored, setup, max_steps)
     play_weights, zone_weights = setup.stages.weights(found.slopes, len(plays.thresholds))
     forward = PrandtlIshlinskii(plays.thresholds, tuple(play_weights.tolist()))
-    inverse = DeadZone(zones.thresholds, tuple(zone_weights.tolist()))
+    inverse = DeadZones(zones.thresholds, tuple(zone_weights.tolist()))
     columns, k = np.concatenate((setup.stages.plays, setup.stages.zones)), setup.stages.plays.size
     return JointFit(
         operator=Ang(forward, inverse.inverse()),
@@ -262,7 +262,7 @@ def _moving_plays(
 
 
 def _moving_zones(
-    reduced: Reduced, n_plays: int, zones: DeadZone, y: FloatArray
+    reduced: Reduced, n_plays: int, zones: DeadZones, y: FloatArray
 ) -> tuple[list[int], tuple[Unexcited, ...]]:
     names = [f"dead zone {j} (d' = {d:g})" for j, d in enumerate(zones.thresholds)]
     advice = f"y runs from {y.min():g} to {y.max():g} and does not pass the threshold"

@@ -15,14 +15,14 @@ from typing import Self, final
 
 import numpy as np
 
-from bondgraph.backend import NUMPY, FloatArray
 from bondgraph.hysteresis.fitting.bounded import bounded_least_squares
-from bondgraph.hysteresis.plays.dead_zone import DeadZone, dead_zone
+from bondgraph.hysteresis.plays.dead_zone import DeadZones, dead_zone
+from bondgraph.support.ops import NUMPY, FloatArray
 
 __all__ = ["Stages", "dead_zone_columns"]
 
 
-def dead_zone_columns(stage: DeadZone, y: FloatArray) -> FloatArray:
+def dead_zone_columns(stage: DeadZones, y: FloatArray) -> FloatArray:
     """Return the outputs of the single dead zones.
 
     Parameters
@@ -70,7 +70,7 @@ class Stages:
 
     plays: np.ndarray
     zones: np.ndarray
-    zone_stage: DeadZone
+    zone_stage: DeadZones
     back: FloatArray
     lower: FloatArray
     mean: FloatArray
@@ -80,7 +80,7 @@ class Stages:
         cls,
         plays: np.ndarray,
         zones: np.ndarray,
-        zone_stage: DeadZone,
+        zone_stage: DeadZones,
         play_bounds: FloatArray,
         zone_bound: float,
         y_range: tuple[float, float],

@@ -18,13 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_triangular
 from threadpoolctl import threadpool_limits
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.errors import BadInput, BadParameter
 from bondgraph.hysteresis.fitting.bounded import bounded_least_squares, column_norms
 from bondgraph.hysteresis.fitting.excited import Unexcited, unexcited_columns
 from bondgraph.hysteresis.fitting.records import require_regressors
 from bondgraph.hysteresis.fitting.reduction import Reduced, reduce_blocks
 from bondgraph.hysteresis.fitting.result import Constraint, LinearFit, Treatment
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["fit_linear_blocks", "fit_linear_weights"]
 

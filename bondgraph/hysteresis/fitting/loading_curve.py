@@ -15,7 +15,6 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.checks import non_negative, parameters, same_length, strictly_increasing
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.fitting.least_squares import fit_linear_blocks
@@ -23,6 +22,7 @@ from bondgraph.hysteresis.fitting.maxwell import elements_with_stiffness
 from bondgraph.hysteresis.fitting.records import paired_records, require_rising
 from bondgraph.hysteresis.fitting.result import LinearFit
 from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["LoadingCurveFit", "elements_from_slopes", "fit_loading_curve", "loading_samples"]
 

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.checks import non_negative, parameters
 from bondgraph.hysteresis.errors import BadInput
 from bondgraph.hysteresis.fitting.bank import play_bank, play_blocks
@@ -21,6 +20,7 @@ from bondgraph.hysteresis.fitting.records import paired_records, require_rising
 from bondgraph.hysteresis.fitting.result import LinearFit, OperatorFit, Treatment
 from bondgraph.hysteresis.fitting.starting import Past, choose_start, with_given_up
 from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["elements_with_stiffness", "fit_maxwell"]
 

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.fitting.bank import (
     play_advice,
     play_bank,
@@ -24,6 +23,7 @@ from bondgraph.hysteresis.fitting.records import paired_records, require_rising
 from bondgraph.hysteresis.fitting.result import Constraint, OperatorFit, Treatment
 from bondgraph.hysteresis.fitting.starting import Past, choose_start, with_given_up
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["fit_weights"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.checks import require_finite
 from bondgraph.hysteresis.errors import BadInput
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["paired_records", "require_regressors", "require_rising"]
 

@@ -15,7 +15,7 @@ from typing import final
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["Reduced", "reduce_blocks"]
 

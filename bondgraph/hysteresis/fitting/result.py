@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar, final
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.fitting.excited import Unexcited
 from bondgraph.hysteresis.operator import Operator
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["Constraint", "LinearFit", "OperatorFit", "Treatment"]
 

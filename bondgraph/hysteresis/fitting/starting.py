@@ -14,12 +14,12 @@ from typing import Literal, final
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.errors import BadInput, BadParameter
 from bondgraph.hysteresis.fitting.bank import play_bank
 from bondgraph.hysteresis.fitting.excited import Unexcited
 from bondgraph.hysteresis.fitting.result import LinearFit
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["Past", "Start", "choose_start", "forgotten_at", "late_plays", "with_given_up"]
 

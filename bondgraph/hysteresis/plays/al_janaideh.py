@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal, Self, final
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import all_numbers, numbers, parameter, positive
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["AlJanaideh"]
 

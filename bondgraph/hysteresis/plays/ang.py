@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self, final
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
-from bondgraph.hysteresis.plays.dead_zone import DeadZone
+from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["Ang", "AngInverse"]
 
@@ -21,7 +21,7 @@ __all__ = ["Ang", "AngInverse"]
 def _check_stages(play: object, dead_zone: object) -> None:
     if not isinstance(play, PrandtlIshlinskii):
         raise BadParameter(f"play must be a PrandtlIshlinskii, not {type(play).__name__}")
-    if not isinstance(dead_zone, DeadZone):
+    if not isinstance(dead_zone, DeadZones):
         raise BadParameter(f"dead_zone must be a DeadZone, not {type(dead_zone).__name__}")
 
 
@@ -59,7 +59,7 @@ class Ang(Operator):
     kind: ClassVar[str] = "ang"
 
     play: PrandtlIshlinskii
-    dead_zone: DeadZone
+    dead_zone: DeadZones
 
     def __post_init__(self) -> None:
         """Check the stages."""
@@ -77,7 +77,9 @@ class Ang(Operator):
         printed = (9.84, 11.13, 1.26, 2.04, 1.27, 1.45, 1.16, 1.20, 1.09, 0.85, 1.38)
         weights = tuple(w * 1e-9 for w in (*printed, 0.0, 0.0))
         thresholds = tuple(i * 50.0 / 12.0 for i in range(13))
-        return cls(PrandtlIshlinskii(thresholds, weights), DeadZone((0.0, 342.58e-9), (1.47, 0.21)))
+        return cls(
+            PrandtlIshlinskii(thresholds, weights), DeadZones((0.0, 342.58e-9), (1.47, 0.21))
+        )
 
     @property
     def n_memory(self) -> int:
@@ -193,7 +195,7 @@ class AngInverse(Operator):
 
     kind: ClassVar[str] = "ang_inverse"
 
-    dead_zone: DeadZone
+    dead_zone: DeadZones
     play: PrandtlIshlinskii
 
     def __post_init__(self) -> None:

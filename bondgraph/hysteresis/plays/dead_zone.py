@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal, final
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import (
     all_numbers,
     is_number,
@@ -26,8 +25,9 @@ from bondgraph.hysteresis.plays.kuhnen import (
     inverse_weights,
     slopes,
 )
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["DeadZone", "dead_zone"]
+__all__ = ["DeadZones", "dead_zone"]
 
 
 def dead_zone(ops: Ops, y: Expression, d: Expression, side: int) -> Expression:
@@ -57,7 +57,7 @@ def dead_zone(ops: Ops, y: Expression, d: Expression, side: int) -> Expression:
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(dead_zone(NUMPY, -3.0, -1.0, -1))
     -2.0
     """
@@ -70,7 +70,7 @@ def dead_zone(ops: Ops, y: Expression, d: Expression, side: int) -> Expression:
 
 @final
 @dataclass(frozen=True, slots=True)
-class DeadZone(Operator):
+class DeadZones(Operator):
     """Weighted sum of one-sided dead zones ``z = sum_j w_j S_(d_j)[y]``, with an exact inverse.
 
     Outward from 0 on each side the slope is the partial sum of the weights.
@@ -202,7 +202,7 @@ class DeadZone(Operator):
                     j,
                 )
 
-    def inverse(self) -> DeadZone:
+    def inverse(self) -> DeadZones:
         """Return the exact inverse: the play recursion outward from 0 on each side.
 
         Returns
@@ -225,7 +225,7 @@ class DeadZone(Operator):
         left = _side(self.thresholds[zero::-1], self.weights[zero::-1])
         thresholds = (*left[0][:0:-1], *right[0])
         weights = (*left[1][:0:-1], *right[1])
-        return DeadZone(thresholds, weights)
+        return DeadZones(thresholds, weights)
 
 
 def _side(

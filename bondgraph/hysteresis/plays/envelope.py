@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bondgraph.backend import Expression, Ops
 from bondgraph.hysteresis.checks import all_numbers, is_number, numbers, parameters
 from bondgraph.hysteresis.errors import BadParameter
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = [
     "Envelope",
@@ -96,7 +96,7 @@ def envelope(ops: Ops, x: Expression, a: Envelope) -> Expression:
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(envelope(NUMPY, 3.0, (0.0, 0.0, 0.0, 2.0, 1.0)))
     7.0
     """
@@ -166,7 +166,7 @@ def inverse_envelope(ops: Ops, y: Expression, a: Envelope) -> Expression:
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> shape = (1.0, 2.0, 0.1, 0.5, 0.0)
     >>> round(float(inverse_envelope(NUMPY, envelope(NUMPY, 0.7, shape), shape)), 12)
     0.7

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, final
 
-from bondgraph.backend import Expression, Ops
 from bondgraph.hysteresis.checks import all_numbers
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
 from bondgraph.hysteresis.operator import Memory, Operator
@@ -22,6 +21,7 @@ from bondgraph.hysteresis.plays.envelope import (
 )
 from bondgraph.hysteresis.plays.play import play
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import Expression, Ops
 
 if TYPE_CHECKING:
     from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse

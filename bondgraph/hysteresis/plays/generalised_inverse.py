@@ -11,7 +11,6 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import all_numbers
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
 from bondgraph.hysteresis.operator import Memory, Operator
@@ -24,6 +23,7 @@ from bondgraph.hysteresis.plays.envelope import (
 )
 from bondgraph.hysteresis.plays.generalised import GeneralisedPrandtlIshlinskii
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["GeneralisedInverse"]
 

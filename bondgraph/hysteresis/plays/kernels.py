@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.backend import FloatArray
-from bondgraph.native import build
+from bondgraph.support.native import build
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["bank", "kernels_available", "states", "swings"]
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import accumulate, pairwise
 
-from bondgraph.backend import Expression
 from bondgraph.hysteresis.checks import all_numbers
 from bondgraph.hysteresis.errors import NotInvertible
+from bondgraph.support.ops import Expression
 
 __all__ = ["first_bad_slope", "inverse_states", "inverse_thresholds", "inverse_weights", "slopes"]
 

@@ -7,17 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bondgraph.backend import Expression
 from bondgraph.hysteresis.checks import is_number, parameters, strictly_increasing
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
 from bondgraph.hysteresis.plays.ang import Ang
-from bondgraph.hysteresis.plays.dead_zone import DeadZone
+from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import Expression
 
 __all__ = ["bent_line", "kuhnen_modified"]
 
 
-def bent_line(corners: Sequence[Expression], slopes: Sequence[Expression]) -> DeadZone:
+def bent_line(corners: Sequence[Expression], slopes: Sequence[Expression]) -> DeadZones:
     """Return the line through 0 with given slopes between given corners, as dead zones.
 
     Parameters
@@ -63,7 +63,7 @@ def bent_line(corners: Sequence[Expression], slopes: Sequence[Expression]) -> De
     n_below = sum(corner < 0.0 for corner in at)
     below = tuple(s[j] - s[j + 1] for j in range(n_below))
     above = tuple(s[j + 1] - s[j] for j in range(n_below, len(at)))
-    return DeadZone((*at[:n_below], 0.0, *at[n_below:]), (*below, s[n_below], *above))
+    return DeadZones((*at[:n_below], 0.0, *at[n_below:]), (*below, s[n_below], *above))
 
 
 def kuhnen_modified(

@@ -12,7 +12,6 @@ from typing import ClassVar, Literal, Self, final
 
 import numpy as np
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import (
     non_negative,
     numbers,
@@ -26,6 +25,7 @@ from bondgraph.hysteresis.plays.play import initial_play, play, play_chunks, rea
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.hysteresis.plays.stop import stop
 from bondgraph.hysteresis.plays.swing import swing_record, worth_swinging
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["MaxwellResistiveCapacitor"]
 

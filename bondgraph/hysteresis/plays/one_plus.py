@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from bondgraph.backend import Expression
 from bondgraph.hysteresis.checks import parameter, positive
 from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import Expression
 
 __all__ = ["identity_plus", "inverse_of_identity_plus"]
 

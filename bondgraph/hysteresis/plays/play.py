@@ -11,9 +11,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from bondgraph.backend import Expression, FloatArray, Ops
 from bondgraph.hysteresis.plays.kernels import bank, kernels_available
 from bondgraph.hysteresis.plays.kernels import states as compiled_states
+from bondgraph.support.ops import Expression, FloatArray, Ops
 
 __all__ = [
     "initial_play",
@@ -56,7 +56,7 @@ def play(ops: Ops, x: Expression, r: Expression, y: Expression) -> Expression:
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(play(NUMPY, 3.0, 1.0, 0.0))
     2.0
     """
@@ -90,7 +90,7 @@ def initial_play(ops: Ops, x0: Expression, r: Expression, y: Expression = 0.0) -
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(initial_play(NUMPY, 3.0, 1.0, 2.5))
     2.5
     """
@@ -127,7 +127,7 @@ def reachable_plays(
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> [float(s) for s in reachable_plays(NUMPY, 0.0, (1.0, 2.0), (1.0, -2.0))]
     [1.0, 0.0]
     """

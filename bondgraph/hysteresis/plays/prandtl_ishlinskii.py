@@ -12,7 +12,6 @@ from typing import ClassVar, Literal, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import (
     all_numbers,
     finite_record,
@@ -41,6 +40,7 @@ from bondgraph.hysteresis.plays.play import (
     weighted_plays,
 )
 from bondgraph.hysteresis.plays.swing import swing_record, worth_swinging
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["PrandtlIshlinskii", "play_loop_loss"]
 

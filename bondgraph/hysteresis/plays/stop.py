@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bondgraph.backend import Expression, Ops
 from bondgraph.hysteresis.plays.play import play
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["stop"]
 
@@ -38,7 +38,7 @@ def stop(ops: Ops, x: Expression, r: Expression, y: Expression) -> Expression:
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(stop(NUMPY, 3.0, 1.0, 0.0))
     1.0
     """

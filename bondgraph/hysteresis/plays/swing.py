@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.plays.kernels import kernels_available, swings
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["SWING_FROM", "extremes_of", "swing_record", "worth_swinging"]
 

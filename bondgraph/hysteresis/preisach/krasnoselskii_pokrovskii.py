@@ -12,7 +12,6 @@ from typing import ClassVar, Self, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import (
     all_numbers,
     finite_record,
@@ -23,7 +22,8 @@ from bondgraph.hysteresis.checks import (
 )
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.plays.play import play, play_record
-from bondgraph.hysteresis.preisach.play_lines import Cell, Line, PlayLines, cell_columns
+from bondgraph.hysteresis.preisach.play_lines import Cell, PlayLine, PlayLines, cell_columns
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["KrasnoselskiiPokrovskii"]
 
@@ -154,7 +154,7 @@ class KrasnoselskiiPokrovskii(PlayLines):
         return tuple((level[i], level[j]) for i, j in self._pairs)
 
     @property
-    def lines(self) -> tuple[Line, ...]:
+    def lines(self) -> tuple[PlayLine, ...]:
         """The plays with the ridges that act on them, shape (n,), the first one of width 0."""
         slopes = [2.0 * w / self.rise for w in self.weights]
         rows: list[list[Cell]] = [[] for _ in range(self.count)]
@@ -162,7 +162,7 @@ class KrasnoselskiiPokrovskii(PlayLines):
             start = self.low + 0.5 * (i + j) * self.spacing
             rows[j - i].append(Cell(start, start + self.rise, slope, centred=True))
         widths = (0.0, *(0.5 * k * self.spacing for k in range(1, self.count)))
-        return tuple(Line(r, tuple(row)) for r, row in zip(widths, rows, strict=True))
+        return tuple(PlayLine(r, tuple(row)) for r, row in zip(widths, rows, strict=True))
 
     def hysterons(
         self, x: Expression, memory: Sequence[Expression], *, ops: Ops = NUMPY

@@ -16,12 +16,12 @@ from typing import Literal, final
 
 import numpy as np
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import is_number, numbers
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.plays.play import initial_play, play, play_chunks, reachable_plays
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["Cell", "Line", "PlayLines"]
+__all__ = ["Cell", "PlayLine", "PlayLines"]
 
 
 @final
@@ -67,7 +67,7 @@ class Cell:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Line:
+class PlayLine:
     """One half width and the cells that act on its play.
 
     Parameters
@@ -128,7 +128,7 @@ class PlayLines(Operator, ABC):
 
     @property
     @abstractmethod
-    def lines(self) -> tuple[Line, ...]:
+    def lines(self) -> tuple[PlayLine, ...]:
         """The lines in order of their half widths, shape (n + 1,), the first one of width 0."""
 
     @property
@@ -278,7 +278,7 @@ class PlayLines(Operator, ABC):
         return area
 
 
-def _table(line: Line) -> tuple[FloatArray, FloatArray]:
+def _table(line: PlayLine) -> tuple[FloatArray, FloatArray]:
     """Breakpoints of g and its values there; g is constant outside them."""
     ends = numbers("knots", [end for cell in line.cells for end in (cell.low, cell.high)])
     p = np.unique(ends) if ends else np.zeros(1)

@@ -13,7 +13,6 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import NUMPY, Expression, FloatArray
 from bondgraph.hysteresis.checks import (
     finite_record,
     is_number,
@@ -25,7 +24,8 @@ from bondgraph.hysteresis.checks import (
 )
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.plays.play import play_record
-from bondgraph.hysteresis.preisach.play_lines import Cell, Line, PlayLines, cell_columns
+from bondgraph.hysteresis.preisach.play_lines import Cell, PlayLine, PlayLines, cell_columns
+from bondgraph.support.ops import NUMPY, Expression, FloatArray
 
 __all__ = ["Preisach"]
 
@@ -122,12 +122,12 @@ class Preisach(PlayLines):
         return self.slope
 
     @property
-    def lines(self) -> tuple[Line, ...]:
+    def lines(self) -> tuple[PlayLine, ...]:
         """The lines in order of their half widths, shape (n + 1,), each with m cells."""
         m = self.shape[1]
         rows = (self.densities[i : i + m] for i in range(0, len(self.densities), m))
         return tuple(
-            Line(r, self._cells(row)) for r, row in zip(self.thresholds, rows, strict=True)
+            PlayLine(r, self._cells(row)) for r, row in zip(self.thresholds, rows, strict=True)
         )
 
     def _cells(self, row: Sequence[Expression]) -> tuple[Cell, ...]:

@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import FloatArray
 from bondgraph.hysteresis.checks import finite_record
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.preisach.preisach import Preisach
+from bondgraph.support.ops import FloatArray
 
 __all__ = ["preisach_from_everett", "preisach_from_relays"]
 

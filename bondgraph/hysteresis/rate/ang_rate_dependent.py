@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, final
 
-from bondgraph.backend import Expression, Ops
 from bondgraph.hysteresis.checks import (
     all_numbers,
     numbers,
@@ -24,6 +23,7 @@ from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.plays.kuhnen import slopes
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.hysteresis.rate.rate import measured_rate
+from bondgraph.support.ops import Expression, Ops
 
 if TYPE_CHECKING:
     from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse

@@ -11,12 +11,12 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.checks import is_number, numbers
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent
 from bondgraph.hysteresis.rate.rate import rate_record
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["AngRateDependentInverse"]
 

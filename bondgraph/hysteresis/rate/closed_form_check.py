@@ -12,10 +12,10 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.backend import NUMPY, Expression
 from bondgraph.hysteresis.checks import finite_record, numbers
 from bondgraph.hysteresis.rate.rate import rate_record
 from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
+from bondgraph.support.ops import NUMPY, Expression
 
 __all__ = ["ClosedFormCheck", "closed_form_check"]
 

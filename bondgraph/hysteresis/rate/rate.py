@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.backend import NUMPY, Expression, FloatArray, Ops
 from bondgraph.hysteresis.creep.first_order_lag import relaxed_share
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["measured_rate", "rate_record"]
 

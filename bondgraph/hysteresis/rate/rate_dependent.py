@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, final
 
-from bondgraph.backend import NUMPY, Expression, Ops
 from bondgraph.hysteresis.checks import (
     is_number,
     non_negative,
@@ -26,6 +25,7 @@ from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.plays.kuhnen import first_bad_slope, inverse_states, slopes
 from bondgraph.hysteresis.plays.play import initial_play, play
 from bondgraph.hysteresis.rate.rate import measured_rate
+from bondgraph.support.ops import NUMPY, Expression, Ops
 
 if TYPE_CHECKING:
     from bondgraph.hysteresis.rate.rate_dependent_inverse import (

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from bondgraph.backend import Expression, Ops
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.plays.kuhnen import (
@@ -21,6 +20,7 @@ from bondgraph.hysteresis.plays.kuhnen import (
 from bondgraph.hysteresis.plays.play import play, reachable_plays
 from bondgraph.hysteresis.rate.rate import measured_rate
 from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = [
     "RateDependentClosedFormInverse",
@@ -62,7 +62,7 @@ def solve_plays(
 
     Examples
     --------
-    >>> from bondgraph.backend import NUMPY
+    >>> from bondgraph.support.ops import NUMPY
     >>> float(solve_plays(NUMPY, 2.5, (1.0, 0.5), (1.0,), (0.0,)))
     2.0
     """

@@ -8,7 +8,7 @@ from hardware.simulators.bench_server.config import (
     load_config,
 )
 from hardware.simulators.bench_server.plants import Stand, stand_of
-from hardware.simulators.bench_server.sealing import Envelope
+from hardware.simulators.bench_server.sealing import SealedEnvelope
 from hardware.simulators.bench_server.server import BenchServer
 from hardware.simulators.bench_server.serving import serve
 
@@ -17,8 +17,8 @@ __all__ = [
     "BenchConfig",
     "BenchServer",
     "ClockConfig",
-    "Envelope",
     "PlantConfig",
+    "SealedEnvelope",
     "Stand",
     "load_config",
     "serve",

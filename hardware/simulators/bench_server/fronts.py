@@ -13,7 +13,7 @@ from hardware.simulators.bench_server.config import BenchConfig
 from hardware.simulators.control import Fault
 from hardware.simulators.rig import Rig
 
-__all__ = ["Device", "Front", "make_device", "stub_library"]
+__all__ = ["BenchDevice", "Front", "make_device", "stub_library"]
 
 
 class Front(Protocol):
@@ -29,7 +29,7 @@ class Front(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Device:
+class BenchDevice:
     """A front, its faults by name, and what moves its output when its program is gone.
 
     Parameters
@@ -51,7 +51,7 @@ def _by_itself(volts: float) -> None:
     """Do nothing: the device has its own watchdog and only needs the time to pass."""
 
 
-def make_device(name: str, rig: Rig, config: BenchConfig, noise: float = 0.0) -> Device:
+def make_device(name: str, rig: Rig, config: BenchConfig, noise: float = 0.0) -> BenchDevice:
     """Make one of the devices of a configuration; `noise` is of its displacement (m)."""
     return _MAKERS[name](rig, config, noise)
 
@@ -67,7 +67,7 @@ def stub_library() -> str | None:
         return None
 
 
-def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> Device:
+def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
     from hardware.simulators.siosifm import AirAround, InterferometerFront
 
     a = config.air
@@ -86,10 +86,10 @@ def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> Device:
         noise=noise,
         seed=config.plant.noise_seed,
     )
-    return Device(front, {"interferometer": _setting("interferometer", front.faults)})
+    return BenchDevice(front, {"interferometer": _setting("interferometer", front.faults)})
 
 
-def _card(rig: Rig, config: BenchConfig, noise: float) -> Device:
+def _card(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
     from hardware.simulators.registers import AmplifierData, CardFront
 
     data = AmplifierData(gain=config.gain, offset=config.offset, slew=config.slew)
@@ -101,34 +101,34 @@ def _card(rig: Rig, config: BenchConfig, noise: float) -> Device:
         if volts == 0.0 and abs(rig.volts) > config.gain * (20.0 / 16384.0):
             rig.drive(0.0)  # whatever else holds the terminals: the watchdog grounds them
 
-    return Device(front, {"card": _setting("card", front.faults)}, drive)
+    return BenchDevice(front, {"card": _setting("card", front.faults)}, drive)
 
 
-def _gcs(rig: Rig, config: BenchConfig, noise: float) -> Device:
-    from hardware.simulators.controllers import GcsFront, GcsModel, Watchdog
+def _gcs(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
+    from hardware.simulators.controllers import CommandWatchdog, GcsFront, GcsModel
 
-    dog = Watchdog(config.watchdog) if config.watchdog else None
+    dog = CommandWatchdog(config.watchdog) if config.watchdog else None
     front = GcsFront(
         rig,
         config.controller.clock(),
         GcsModel(noise=noise, watchdog=dog, seed=config.plant.noise_seed),
     )
-    return Device(front, {"controller": _answers(front.faults)}, _by_itself)
+    return BenchDevice(front, {"controller": _answers(front.faults)}, _by_itself)
 
 
-def _ascii(rig: Rig, config: BenchConfig, noise: float) -> Device:
-    from hardware.simulators.controllers import ASCII_DEVICES, AsciiFront, Watchdog
+def _ascii(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
+    from hardware.simulators.controllers import ASCII_DEVICES, AsciiFront, CommandWatchdog
 
     name = config.ascii_model or next(iter(ASCII_DEVICES))
     if name not in ASCII_DEVICES:
         raise ValueError(f"bench: no ASCII controller {name!r}; known: {', '.join(ASCII_DEVICES)}")
-    dog = Watchdog(config.watchdog) if config.watchdog else None
+    dog = CommandWatchdog(config.watchdog) if config.watchdog else None
     made: Callable[..., Any] = ASCII_DEVICES[name]
     front = AsciiFront(rig, made(rig, watchdog=dog))
-    return Device(front, {"controller": _answers(front.faults)}, _by_itself)
+    return BenchDevice(front, {"controller": _answers(front.faults)}, _by_itself)
 
 
-_MAKERS: Mapping[str, Callable[[Rig, BenchConfig, float], Device]] = {
+_MAKERS: Mapping[str, Callable[[Rig, BenchConfig, float], BenchDevice]] = {
     "interferometer": _interferometer,
     "card": _card,
     "gcs": _gcs,

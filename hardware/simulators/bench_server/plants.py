@@ -16,7 +16,7 @@ from hardware.simulators.plants import (
     Creeping,
     Disturbance,
     Disturbed,
-    Hysteretic,
+    HystereticPlant,
     SensorNoise,
     StackPlant,
     Vibration,
@@ -64,7 +64,7 @@ def stand_of(config: BenchConfig, others: Mapping[str, PlantMaker] | None = None
     bare = makers[p.name](p)
     plant = bare.plant
     if p.play_radii:
-        plant = Hysteretic(plant, p.play_radii, p.play_gains)
+        plant = HystereticPlant(plant, p.play_radii, p.play_gains)
     if p.creep_ratios:
         plant = Creeping(plant, p.creep_ratios, p.creep_times)
     x = bare.noise_x if math.isnan(p.noise_x) else p.noise_x

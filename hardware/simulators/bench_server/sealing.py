@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
-__all__ = ["Envelope"]
+__all__ = ["SealedEnvelope"]
 
 
 @dataclass(frozen=True, slots=True)
-class Envelope:
+class SealedEnvelope:
     """A truth as plain values with its commitment: SHA-256 over a random salt and canonical JSON.
 
     The file that `save` writes is one of `SealedTruth`.

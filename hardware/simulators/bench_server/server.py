@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Self, final
 
 from hardware.simulators.bench_server.config import BenchConfig
-from hardware.simulators.bench_server.fronts import Device, make_device, stub_library
+from hardware.simulators.bench_server.fronts import BenchDevice, make_device, stub_library
 from hardware.simulators.bench_server.pacing import Pacer
 from hardware.simulators.bench_server.plants import PlantMaker, Stand, stand_of
-from hardware.simulators.bench_server.sealing import Envelope
-from hardware.simulators.control import ControlFront, Departure, Fault, Watchdog
+from hardware.simulators.bench_server.sealing import SealedEnvelope
+from hardware.simulators.control import ConnectionWatchdog, ControlFront, Departure, Fault
 from hardware.simulators.rig import Extremes, Rig
 
 __all__ = ["BenchServer"]
@@ -40,8 +40,8 @@ class BenchServer:
         self.config = config = config or BenchConfig()
         made = stand or stand_of(config, plants)
         self.rig = Rig(made.plant, keep=config.plant.keep)
-        self.envelope = Envelope.closed(made.truth)
-        self.devices: dict[str, Device] = {
+        self.envelope = SealedEnvelope.closed(made.truth)
+        self.devices: dict[str, BenchDevice] = {
             name: make_device(name, self.rig, config, made.noise_x) for name in config.fronts
         }
         faults: dict[str, Fault] = {}
@@ -132,9 +132,9 @@ class BenchServer:
         return lines
 
 
-def _watchdog(config: BenchConfig) -> Watchdog | None:
+def _watchdog(config: BenchConfig) -> ConnectionWatchdog | None:
     """Return that of the output; a controller's own one gets the time that it needs."""
     if not config.watchdog:
         return None
     own = any(n in config.fronts for n in ("gcs", "ascii"))
-    return Watchdog(config.watchdog, fall=1.0 if own else 0.05)
+    return ConnectionWatchdog(config.watchdog, fall=1.0 if own else 0.05)

@@ -3,15 +3,15 @@
 from hardware.simulators.control.client import BenchClock, LocalClock, ask
 from hardware.simulators.control.front import ControlFront, Departure, Fault
 from hardware.simulators.control.lines import LineServer
-from hardware.simulators.control.watchdog import Watchdog
+from hardware.simulators.control.watchdog import ConnectionWatchdog
 
 __all__ = [
     "BenchClock",
+    "ConnectionWatchdog",
     "ControlFront",
     "Departure",
     "Fault",
     "LineServer",
     "LocalClock",
-    "Watchdog",
     "ask",
 ]

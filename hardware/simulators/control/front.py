@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from typing import final
 
 from hardware.simulators.control.lines import LineServer
-from hardware.simulators.control.watchdog import Watchdog
+from hardware.simulators.control.watchdog import ConnectionWatchdog
 from hardware.simulators.rig import Rig
 
 __all__ = ["ControlFront", "Departure", "Fault"]
@@ -98,7 +98,7 @@ class ControlFront:
         rig: Rig,
         faults: Mapping[str, Fault] | None = None,
         *,
-        watchdog: Watchdog | None = None,
+        watchdog: ConnectionWatchdog | None = None,
         drive: Callable[[float], None] | None = None,
         sealed: str = "",
         rate: float = 1.0,

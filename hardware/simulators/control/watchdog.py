@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 from hardware.simulators.rig import Rig
 
-__all__ = ["Watchdog"]
+__all__ = ["ConnectionWatchdog"]
 
 
 @dataclass(frozen=True, slots=True)
-class Watchdog:
+class ConnectionWatchdog:
     """A device that brings its output to 0 V when nobody talks to it any more.
 
     Parameters

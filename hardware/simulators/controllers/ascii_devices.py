@@ -13,7 +13,7 @@ from typing import final
 import numpy as np
 
 from hardware.simulators.controllers.command_log import CommandLog, standing_still
-from hardware.simulators.controllers.watchdog import Watch, Watchdog
+from hardware.simulators.controllers.watchdog import ArmedWatchdog, CommandWatchdog
 from hardware.simulators.rig import Rig
 
 __all__ = ["ASCII_DEVICES", "AsciiDevice", "DDrive", "Mdt69x", "Nv200"]
@@ -38,7 +38,7 @@ class AsciiDevice(ABC):
     line_ends: bytes = b"\n"
 
     def __init__(
-        self, rig: Rig, lowest: float, highest: float, watchdog: Watchdog | None = None
+        self, rig: Rig, lowest: float, highest: float, watchdog: CommandWatchdog | None = None
     ) -> None:
         self._rig = rig
         self._lowest = lowest
@@ -47,7 +47,7 @@ class AsciiDevice(ABC):
         self.volts = 0.0
         self.commands = CommandLog()
         self._watch = (
-            Watch(rig, watchdog, lambda: self.volts, self._write, lambda: None)
+            ArmedWatchdog(rig, watchdog, lambda: self.volts, self._write, lambda: None)
             if watchdog
             else None
         )
@@ -107,7 +107,7 @@ class _Jena(AsciiDevice):
 class Nv200(_Jena):
     """NV200/D, one channel, without a sensor: `meas` gives the voltage."""
 
-    def __init__(self, rig: Rig, watchdog: Watchdog | None = None) -> None:
+    def __init__(self, rig: Rig, watchdog: CommandWatchdog | None = None) -> None:
         super().__init__(rig, -20.0, 130.0, watchdog)
         self._closed = 0
         self._source = 0
@@ -144,7 +144,7 @@ class Nv200(_Jena):
 class DDrive(_Jena):
     """D-Drive with one channel, number 0."""
 
-    def __init__(self, rig: Rig, watchdog: Watchdog | None = None) -> None:
+    def __init__(self, rig: Rig, watchdog: CommandWatchdog | None = None) -> None:
         super().__init__(rig, -20.0, 130.0, watchdog)
         self._closed = 0
 
@@ -178,7 +178,9 @@ class Mdt69x(AsciiDevice):
     terminator = b">"
     line_ends = b"\r\n"
 
-    def __init__(self, rig: Rig, limit: float = 150.0, watchdog: Watchdog | None = None) -> None:
+    def __init__(
+        self, rig: Rig, limit: float = 150.0, watchdog: CommandWatchdog | None = None
+    ) -> None:
         super().__init__(rig, 0.0, limit, watchdog)
         self._echo = True
 

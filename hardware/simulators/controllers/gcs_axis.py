@@ -10,14 +10,14 @@ from hardware.simulators.controllers.gcs_model import GcsModel, Refusal
 from hardware.simulators.noise import white
 from hardware.simulators.rig import Rig
 
-__all__ = ["Axis"]
+__all__ = ["SimulatedAxis"]
 
 _STEP = 1e-3
 """Step of the simulated servo (s)."""
 
 
 @final
-class Axis:
+class SimulatedAxis:
     """Voltage out, position in; in between nothing, or a servo.
 
     Parameters

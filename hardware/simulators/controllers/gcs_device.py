@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from typing import final
 
 from hardware.simulators.controllers.command_log import CommandLog, standing_still
-from hardware.simulators.controllers.gcs_axis import Axis
+from hardware.simulators.controllers.gcs_axis import SimulatedAxis
 from hardware.simulators.controllers.gcs_generator import Generator
 from hardware.simulators.controllers.gcs_model import Acts, Arguments, Asks, GcsModel, Refusal
 from hardware.simulators.controllers.gcs_record_commands import RecordCommands
 from hardware.simulators.controllers.gcs_recorder import DataRecorder
 from hardware.simulators.controllers.gcs_wave_commands import WaveCommands
-from hardware.simulators.controllers.watchdog import Watch
+from hardware.simulators.controllers.watchdog import ArmedWatchdog
 from hardware.simulators.rig import DeviceClock, Rig
 
 __all__ = ["GcsDevice"]
@@ -41,7 +41,7 @@ class GcsDevice:
     def __init__(self, rig: Rig, clock: DeviceClock, model: GcsModel) -> None:
         self._rig = rig
         self._model = model
-        self.axis = Axis(rig, model)
+        self.axis = SimulatedAxis(rig, model)
         self.generator = Generator(rig, clock, model, self.axis.write)
         self.recorder = DataRecorder(rig, clock, model)
         self.commands = CommandLog()
@@ -49,7 +49,7 @@ class GcsDevice:
         self._error = 0
         self._bytes = bytearray()
         self._watch = (
-            Watch(rig, model.watchdog, lambda: self.axis.volts, self.axis.write, self._halt)
+            ArmedWatchdog(rig, model.watchdog, lambda: self.axis.volts, self.axis.write, self._halt)
             if model.watchdog
             else None
         )

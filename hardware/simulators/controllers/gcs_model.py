@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from hardware.simulators.controllers.watchdog import Watchdog
+from hardware.simulators.controllers.watchdog import CommandWatchdog
 
 __all__ = ["Acts", "Arguments", "Asks", "GcsModel", "Refusal"]
 
@@ -71,5 +71,5 @@ class GcsModel:
     voltage_noise: float = 0.0
     closed_gain: float = 0.2
     tolerance: float = 0.005
-    watchdog: Watchdog | None = None
+    watchdog: CommandWatchdog | None = None
     seed: int = 0

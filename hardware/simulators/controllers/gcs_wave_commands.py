@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from hardware.simulators.controllers.gcs_array import gcs_array
-from hardware.simulators.controllers.gcs_axis import Axis
+from hardware.simulators.controllers.gcs_axis import SimulatedAxis
 from hardware.simulators.controllers.gcs_generator import Generator
 from hardware.simulators.controllers.gcs_model import Acts, Arguments, Asks, GcsModel, Refusal
 from hardware.simulators.controllers.gcs_recorder import DataRecorder
@@ -32,7 +32,7 @@ class WaveCommands:
     """
 
     def __init__(
-        self, model: GcsModel, generator: Generator, axis: Axis, recorder: DataRecorder
+        self, model: GcsModel, generator: Generator, axis: SimulatedAxis, recorder: DataRecorder
     ) -> None:
         self._model = model
         self._generator = generator

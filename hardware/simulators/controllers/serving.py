@@ -11,10 +11,10 @@ from typing import Protocol, final
 
 from hardware.simulators.controllers.faults import Fault, FaultQueue
 
-__all__ = ["Device", "Doorway", "PtyDoorway", "Serving", "TcpDoorway"]
+__all__ = ["AnsweringDevice", "Doorway", "PtyDoorway", "Serving", "TcpDoorway"]
 
 
-class Device(Protocol):
+class AnsweringDevice(Protocol):
     """What answers."""
 
     @property
@@ -27,7 +27,7 @@ class Device(Protocol):
         ...
 
 
-class Line(Protocol):
+class ClientLine(Protocol):
     """One connected client."""
 
     def fileno(self) -> int: ...
@@ -43,7 +43,7 @@ class Doorway(Protocol):
         """Open it; return the address."""
         ...
 
-    def wait(self, wake: int, refuse: Callable[[], bool]) -> Line | None:
+    def wait(self, wake: int, refuse: Callable[[], bool]) -> ClientLine | None:
         """Wait for a client, for a moment or until the descriptor `wake` can be read."""
         ...
 
@@ -66,7 +66,7 @@ class Serving:
         What happens to the answers.
     """
 
-    def __init__(self, device: Device, doorway: Doorway, faults: FaultQueue) -> None:
+    def __init__(self, device: AnsweringDevice, doorway: Doorway, faults: FaultQueue) -> None:
         self._device = device
         self._doorway = doorway
         self._faults = faults
@@ -106,7 +106,7 @@ class Serving:
             finally:
                 line.close()
 
-    def _serve(self, line: Line) -> None:
+    def _serve(self, line: ClientLine) -> None:
         while not self._stop.is_set():
             ready, _, _ = select.select([line.fileno(), self._wake[0]], [], [])
             if line.fileno() not in ready:
@@ -118,7 +118,7 @@ class Serving:
                 if not self._answer(line, answer):
                     return
 
-    def _answer(self, line: Line, answer: bytes) -> bool:
+    def _answer(self, line: ClientLine, answer: bytes) -> bool:
         """Send an answer as its fault will have it; False if the link was cut."""
         fault = self._faults.take()
         if fault.delay and self._stop.wait(fault.delay):
@@ -160,7 +160,7 @@ class TcpDoorway:
         self._place = self._listener.getsockname()[:2]
         return f"{self._place[0]}:{self._place[1]}"
 
-    def wait(self, wake: int, refuse: Callable[[], bool]) -> Line | None:
+    def wait(self, wake: int, refuse: Callable[[], bool]) -> ClientLine | None:
         """Wait for a client."""
         if refuse():
             self.close()
@@ -224,7 +224,7 @@ class PtyDoorway:
         self._taken = False
         return os.ttyname(far)
 
-    def wait(self, wake: int, refuse: Callable[[], bool]) -> Line | None:
+    def wait(self, wake: int, refuse: Callable[[], bool]) -> ClientLine | None:
         """Return the line once; a cut pseudo-terminal does not come back."""
         if self._ends is None or self._taken:
             select.select([wake], [], [])

@@ -8,13 +8,13 @@ from typing import final
 
 from hardware.simulators.rig import Rig
 
-__all__ = ["Watch", "Watchdog"]
+__all__ = ["ArmedWatchdog", "CommandWatchdog"]
 
 _STEP = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Watchdog:
+class CommandWatchdog:
     """How a device watches its program.
 
     Parameters
@@ -33,7 +33,7 @@ class Watchdog:
 
 
 @final
-class Watch:
+class ArmedWatchdog:
     """A watchdog at work.
 
     Parameters
@@ -51,7 +51,7 @@ class Watch:
     def __init__(
         self,
         rig: Rig,
-        watchdog: Watchdog,
+        watchdog: CommandWatchdog,
         read: Callable[[], float],
         write: Callable[[float], None],
         stop: Callable[[], None],

@@ -7,7 +7,7 @@ from hardware.simulators.plants.disturbance import (
     SensorNoise,
     Vibration,
 )
-from hardware.simulators.plants.memory import Creeping, Hysteretic
+from hardware.simulators.plants.memory import Creeping, HystereticPlant
 from hardware.simulators.plants.stack import StackPlant
 
 __all__ = [
@@ -15,7 +15,7 @@ __all__ = [
     "Creeping",
     "Disturbance",
     "Disturbed",
-    "Hysteretic",
+    "HystereticPlant",
     "SensorNoise",
     "StackPlant",
     "Vibration",

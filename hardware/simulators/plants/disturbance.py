@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hardware.simulators.edges import push
 from hardware.simulators.noise import white
-from hardware.simulators.plant_contract import Motion, Moved, Plant, Rewindable
+from hardware.simulators.plant_contract import Moved, Plant, PlantMotion, Rewindable
 
 __all__ = ["AirPath", "Disturbance", "Disturbed", "SensorNoise", "Vibration"]
 
@@ -175,21 +175,21 @@ class Disturbed:
         """Step (s)."""
         return self._plant.step
 
-    def advance(self, volts: Array) -> Motion:
+    def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per voltage (V), ``(n,)``."""
         return self._disturbed(self._plant.advance(volts))
 
-    def advance_edges(self, count: int, at: Array, volts: Array) -> Motion:
+    def advance_edges(self, count: int, at: Array, volts: Array) -> PlantMotion:
         """Go on with edges inside the steps, see `EdgeDriven`."""
         return self._disturbed(push(self._plant, count, at, volts))
 
-    def _disturbed(self, motion: Moved) -> Motion:
+    def _disturbed(self, motion: Moved) -> PlantMotion:
         x, i = motion.x, motion.i
         for each in self._disturbances:
             dx, di = each.added(self._done, x.size, self.step)
             x, i = x + dx, i + di
         self._done += x.size
-        return Motion(np.asarray(x), np.asarray(i))
+        return PlantMotion(np.asarray(x), np.asarray(i))
 
     def snapshot(self) -> Any:
         """Return a copy of the state."""

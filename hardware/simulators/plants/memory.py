@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.simulators.edges import as_edges, push
-from hardware.simulators.plant_contract import Motion, Plant, Rewindable
+from hardware.simulators.plant_contract import Plant, PlantMotion, Rewindable
 from hardware.simulators.plants.native import library, pointer
 
-__all__ = ["Creeping", "Hysteretic"]
+__all__ = ["Creeping", "HystereticPlant"]
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ def _rewindable(plant: Plant) -> Rewindable:
 
 
 @final
-class Hysteretic:
+class HystereticPlant:
     """A plant behind play operators in parallel, virgin at 0 V.
 
     The plant gets ``direct V + sum g_j play(V; r_j)``.
@@ -61,14 +61,14 @@ class Hysteretic:
         """Step (s)."""
         return self._plant.step
 
-    def advance(self, volts: Array) -> Motion:
+    def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per voltage (V), ``(n,)``."""
         return self.advance_edges(len(volts), *as_edges(np.asarray(volts, dtype=np.float64)))
 
-    def advance_edges(self, count: int, at: Array, volts: Array) -> Motion:
+    def advance_edges(self, count: int, at: Array, volts: Array) -> PlantMotion:
         """Go on with edges inside the steps, see `EdgeDriven`; the plays need nothing else."""
         moved = push(self._plant, count, at, self._played(volts))
-        return Motion(moved.x, moved.i)
+        return PlantMotion(moved.x, moved.i)
 
     def snapshot(self) -> Any:
         """Return a copy of the state."""
@@ -114,15 +114,15 @@ class Creeping:
         """Step (s)."""
         return self._plant.step
 
-    def advance(self, volts: Array) -> Motion:
+    def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per voltage (V), ``(n,)``."""
         moved = self._plant.advance(volts)
-        return Motion(self._crept(np.ascontiguousarray(moved.x)), moved.i)
+        return PlantMotion(self._crept(np.ascontiguousarray(moved.x)), moved.i)
 
-    def advance_edges(self, count: int, at: Array, volts: Array) -> Motion:
+    def advance_edges(self, count: int, at: Array, volts: Array) -> PlantMotion:
         """Go on with edges inside the steps, see `EdgeDriven`."""
         moved = push(self._plant, count, at, volts)
-        return Motion(self._crept(np.ascontiguousarray(moved.x)), moved.i)
+        return PlantMotion(self._crept(np.ascontiguousarray(moved.x)), moved.i)
 
     def snapshot(self) -> Any:
         """Return a copy of the state."""

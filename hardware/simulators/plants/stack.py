@@ -15,10 +15,10 @@ from hardware.simulators.draw import Truth
 from hardware.simulators.edges import EdgeDelay, as_edges
 from hardware.simulators.effects import HiddenEffect
 from hardware.simulators.excitation import N_SAMPLES, SAMPLE_RATE
-from hardware.simulators.integrator import System
+from hardware.simulators.integrator import SteppedSystem
 from hardware.simulators.nonsmooth import DryFrictionPlant, MaxwellSlipPlant
 from hardware.simulators.plant import BIAS, CreepingPlant, LaggedPlant, LinearPlant, PolynomialPlant
-from hardware.simulators.plant_contract import Motion
+from hardware.simulators.plant_contract import PlantMotion
 from hardware.simulators.plants.line import DelayLine
 from hardware.simulators.plants.native import library, pointer
 from hardware.simulators.simulation import make_system, static_drive
@@ -96,11 +96,11 @@ class StackPlant:
         """Step (s)."""
         return self._step
 
-    def advance(self, volts: Array) -> Motion:
+    def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per voltage (V), ``(n,)``."""
         return self.advance_edges(len(volts), *as_edges(np.asarray(volts, dtype=np.float64)))
 
-    def advance_edges(self, count: int, at: Array, volts: Array) -> Motion:
+    def advance_edges(self, count: int, at: Array, volts: Array) -> PlantMotion:
         """Go on by `count` steps with edges of the voltage inside them, see `EdgeDriven`."""
         drive, late_x, late_i = self._lines
         at, u = drive.pass_on(count, at, static_drive(volts, self._effect))
@@ -108,7 +108,7 @@ class StackPlant:
         x = self._sense(late_x.pass_on(x), "x", self._done + 1)
         i = self._sense(late_i.pass_on(i), "i", self._done + 1)
         self._done += count
-        return Motion(x, i)
+        return PlantMotion(x, i)
 
     def snapshot(self) -> Any:
         """Return a copy of the state."""
@@ -185,7 +185,7 @@ def _is(effect: HiddenEffect, name: str, place: str) -> bool:
     return (effect.name, effect.place) == (name, place)
 
 
-def _as_numbers(system: System) -> tuple[int, int, int, Sequence[float]]:
+def _as_numbers(system: SteppedSystem) -> tuple[int, int, int, Sequence[float]]:
     """Kind, place, number of branches and numbers of a law as the C code reads them."""
     match system:
         case LinearPlant():

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.simulators.plant_contract import Motion
+from hardware.simulators.plant_contract import PlantMotion
 from hardware.simulators.rig import Rig
 
 __all__ = ["Follower", "RigClock"]
@@ -36,9 +36,9 @@ class Follower:
         """Step (s)."""
         return self._step
 
-    def advance(self, volts: Array) -> Motion:
+    def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per voltage."""
-        return Motion(self._gain * np.asarray(volts), np.zeros(len(volts)))
+        return PlantMotion(self._gain * np.asarray(volts), np.zeros(len(volts)))
 
 
 @final

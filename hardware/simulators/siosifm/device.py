@@ -11,7 +11,7 @@ import numpy as np
 from hardware.simulators.rig import DeviceClock, Rig
 from hardware.simulators.siosifm.condition import Answer, Condition
 from hardware.simulators.siosifm.counter import OVERFLOW_DEVICE, OVERFLOW_LIBRARY, Counter
-from hardware.simulators.siosifm.run import START, Edges, Run
+from hardware.simulators.siosifm.run import START, Edges, MeasurementRun
 
 __all__ = ["SimulatedInterferometer"]
 
@@ -63,7 +63,7 @@ class SimulatedInterferometer(Condition):
         self._trigger = 0
         self._flags, self._rate = 0x0102, 1000.0
         self._block = (0x0102, 0, 1000.0)
-        self._run: Run | None = None
+        self._run: MeasurementRun | None = None
         self._length = self._sent = 0
         self._memory = b""
         self._dead_path = self._preset = 0.0
@@ -235,7 +235,7 @@ class SimulatedInterferometer(Condition):
         f = self.counter.faults
         if f.no_trigger:
             mode |= START
-        self._run = Run(
+        self._run = MeasurementRun(
             self._clock, rate, mode, self._rig.now,
             (lambda first: ()) if f.no_trigger else self._starts,
             self._clocks, f.late_samples / rate,
@@ -243,7 +243,7 @@ class SimulatedInterferometer(Condition):
         self._length = self._sent = 0
         self._memory = b""
 
-    def _rows(self, run: Run, count: int) -> bytes:
+    def _rows(self, run: MeasurementRun, count: int) -> bytes:
         """Take the next samples; those in an overrun are counted but do not arrive."""
         if count <= 0:
             return b""

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from hardware.simulators.noise import white
 from hardware.simulators.rig import DeviceClock
-from hardware.simulators.tape import Tape
+from hardware.simulators.tape import GrowingTape
 
-__all__ = ["CLOCK", "EVENT", "START", "Run"]
+__all__ = ["CLOCK", "EVENT", "START", "MeasurementRun"]
 
 Array = NDArray[np.float64]
 Edges = Callable[[int], Sequence[float]]
@@ -24,7 +24,7 @@ EVENT = 0x10
 
 
 @final
-class Run:
+class MeasurementRun:
     """One measurement: sample numbers and their true instants.
 
     Parameters
@@ -60,7 +60,7 @@ class Run:
         self._late = late
         self._edges_before = len(starts(0))
         self._ticks_before = len(clocks(0))
-        self._known = Tape(1)
+        self._known = GrowingTape(1)
         self._begin: float | None = None if mode & START else now
         self.armed = now
 

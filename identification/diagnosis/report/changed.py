@@ -10,15 +10,15 @@ import matplotlib as mpl
 import sympy as sp
 from matplotlib.figure import Figure
 
-from bondgraph.elements import C, R, Sensor, Source
-from bondgraph.equations import StateSpace, derive
-from bondgraph.errors import BondsightError
+from bondgraph.equations.state_space import StateSpace, derive
 from bondgraph.export.latex import latex, ordered_latex, pretty
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, R, Sensor, Source
+from bondgraph.support.errors import BondsightError
 from identification.diagnosis.report.canvas import inline
 from identification.diagnosis.report.law import law_ports
 from identification.diagnosis.report.style import PLOT
-from identification.diagnosis.search import Trial
+from identification.diagnosis.search.candidates import Candidate
 
 LONGEST = 420
 
@@ -90,7 +90,7 @@ def _differences(
     return tuple(found)
 
 
-def whole_law(trial: Trial) -> str:
+def whole_law(trial: Candidate) -> str:
     """LaTeX of the inserted law as a straight line plus its deviation `w`; empty if none."""
     graph = trial.fit.problem.graph
     e, n = graph[trial.element], pretty(trial.element)
@@ -108,7 +108,7 @@ def whole_law(trial: Trial) -> str:
     return rf"{n}({s}) = {sp.latex(slope, symbol_names=names)}\,{s} + w"
 
 
-def definition(trial: Trial) -> tuple[str, str]:
+def definition(trial: Candidate) -> tuple[str, str]:
     """LaTeX of the inserted law and words for its symbols; empty when equations say it all."""
     n = pretty(trial.element)
     sign = "" if isinstance(trial.fit.problem.graph[trial.element], C) else "-"

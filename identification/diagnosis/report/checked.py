@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.effects import CATALOGUE
+from identification.diagnosis.localisation.recording import axes_of
 from identification.diagnosis.report import html
 from identification.diagnosis.report.evidence import spoken
 from identification.diagnosis.report.found import NAMED, extra, found_of, places_of
 from identification.diagnosis.report.numbers import interval, percent, short
 from identification.diagnosis.report.views import unit_of
-from identification.diagnosis.where import axes_of
 
 SCREENED = 15
 

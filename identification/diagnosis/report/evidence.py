@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.diagnosis.decide import Decision
+from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.effects import CATALOGUE
+from identification.diagnosis.evidence.decision import Decision
 from identification.diagnosis.report import html
 from identification.diagnosis.report.found import extra
 from identification.diagnosis.report.numbers import interval, quantity, short
 from identification.diagnosis.report.rivals import Standing, nominal_misfit, standings, title
-from identification.fit import Estimate
+from identification.estimation.single_record import Estimate
 
 SHOWN = 12
 """Rivals that are listed; the others are behind a line."""

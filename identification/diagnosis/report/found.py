@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.regions import Region, regions
-from identification.diagnosis.search import Trial
-from identification.diagnosis.verdict import unresolved_place
-from identification.diagnosis.where.plausible import confidence_of_places
-from identification.fit import Fit
+from identification.diagnosis.localisation.recording.plausible import confidence_of_places
+from identification.diagnosis.localisation.regions import Region, regions
+from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.verdict.document import unresolved_place
+from identification.estimation.single_record import Fit
 
 NAMED = ("missing_physics", "unknown_physics")
 
 
-def found_of(d: Diagnosis) -> tuple[Trial, ...]:
+def found_of(d: Diagnosis) -> tuple[Candidate, ...]:
     """Named effects in the order they were found; the closest one when nothing may be named."""
     if d.kind == "missing_physics":
         return tuple(s.chosen for s in d.findings if s.chosen is not None)

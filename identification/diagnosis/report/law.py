@@ -7,20 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from bondgraph.elements import C, R, Sensor, Source
-from bondgraph.graph import BondGraph
-from bondgraph.simulate import prepare, run_prepared
-from identification.diagnosis.search import Trial
-from identification.diagnosis.where.variables import variables_of
-from identification.engine import ExactEngine
-from identification.fit import Fit
-from identification.residual import parameters_at, windows
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, R, Sensor, Source
+from bondgraph.simulation.simulate import prepare, run_prepared
+from identification.diagnosis.localisation.recording.variables import variables_of
+from identification.diagnosis.search.candidates import Candidate
+from identification.estimation.single_record import Fit
+from identification.study.engine import ExactEngine
+from identification.study.residual import parameters_at, windows
 
 Array = np.ndarray
 
 
 @dataclass(frozen=True)
-class Path:
+class LawPath:
     """Where the argument of a law went and what the law added to the straight line.
 
     Attributes
@@ -40,7 +40,7 @@ class Path:
     output_word: str
 
 
-def path(trial: Trial) -> Path | None:
+def path(trial: Candidate) -> LawPath | None:
     """Path of the law that `trial` inserted; None when it inserted none."""
     f = trial.fit
     ports = law_ports(f)
@@ -52,7 +52,7 @@ def path(trial: Trial) -> Path | None:
     if not good.any():
         return None
     graph = f.problem.graph
-    return Path(
+    return LawPath(
         f.problem.data.time[good], s[good], w[good], slope_of(graph, trial.element, f.values),
         *_units(graph, trial.element), *_words(graph, trial.element),
     )  # fmt: skip

@@ -8,11 +8,11 @@ import numpy as np
 
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report.canvas import TILE, drawing, label, logarithmic, plain
-from identification.diagnosis.report.law import Path, path
+from identification.diagnosis.report.law import LawPath, path
 from identification.diagnosis.report.numbers import axis_scale
 from identification.diagnosis.report.style import AFTER, BEFORE, FLOOR, MUTED
 from identification.diagnosis.report.views import unit_of
-from identification.diagnosis.search import Trial
+from identification.diagnosis.search.candidates import Candidate
 
 Array = np.ndarray
 MOST = 1500
@@ -21,7 +21,7 @@ MEMORY = 0.05
 """Part of the variance that must remain at one argument for a loop to be drawn."""
 
 
-def law_figure(d: Diagnosis, trial: Trial) -> tuple[str, str]:
+def law_figure(d: Diagnosis, trial: Candidate) -> tuple[str, str]:
     """Return figure and caption of the law of `trial`; empty when there is nothing to draw."""
     if trial.effect == "sensor_drift":
         return _drift(d, trial)
@@ -33,7 +33,7 @@ def law_figure(d: Diagnosis, trial: Trial) -> tuple[str, str]:
     return _loop(found) if _many_valued(found) else _curve(found)
 
 
-def _many_valued(p: Path, bins: int = 60) -> bool:
+def _many_valued(p: LawPath, bins: int = 60) -> bool:
     """Whether the deviation takes clearly different values at the same argument: memory."""
     span = float(np.ptp(p.argument)) or 1.0
     index = np.minimum((bins * (p.argument - p.argument.min()) / span).astype(int), bins - 1)
@@ -43,7 +43,7 @@ def _many_valued(p: Path, bins: int = 60) -> bool:
     return inside > MEMORY * float(np.var(p.deviation))
 
 
-def _loop(p: Path) -> tuple[str, str]:
+def _loop(p: LawPath) -> tuple[str, str]:
     step = max(1, -(-p.argument.size // 2 // MOST))
     s, w = p.argument[-MOST * step :: step], p.deviation[-MOST * step :: step]
     fs, us = axis_scale(p.argument_unit, float(np.abs(s).max()))
@@ -77,7 +77,7 @@ def _loop(p: Path) -> tuple[str, str]:
     return first.svg + second.svg, caption
 
 
-def _curve(p: Path) -> tuple[str, str]:
+def _curve(p: LawPath) -> tuple[str, str]:
     order = np.argsort(p.argument, kind="stable")
     s, w = p.argument[order], p.deviation[order]
     step = max(1, -(-s.size // MOST))
@@ -105,12 +105,12 @@ def _curve(p: Path) -> tuple[str, str]:
     )
 
 
-def _name(ax: Any, p: Path, argument_unit: str, output_unit: str) -> None:
+def _name(ax: Any, p: LawPath, argument_unit: str, output_unit: str) -> None:
     ax.set_xlabel(label(p.argument_word, argument_unit))
     ax.set_ylabel(label(p.output_word, output_unit))
 
 
-def _drift(d: Diagnosis, trial: Trial) -> tuple[str, str]:
+def _drift(d: Diagnosis, trial: Candidate) -> tuple[str, str]:
     f = trial.fit
     ramp = np.linspace(0.0, 1.0, f.problem.data.n)
     drift = sum(
@@ -128,7 +128,7 @@ def _drift(d: Diagnosis, trial: Trial) -> tuple[str, str]:
     return canvas.svg, "What the sensor adds to its reading as time goes on, whatever is measured."
 
 
-def _step(trial: Trial) -> tuple[str, str]:
+def _step(trial: Candidate) -> tuple[str, str]:
     """Response to a unit step of what was found."""
     v, name = trial.fit.values, trial.element
     if trial.effect == "creep":

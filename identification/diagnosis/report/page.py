@@ -8,7 +8,7 @@ from pathlib import Path
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report import checked, evidence, places, sections, traits
 from identification.diagnosis.report.style import CSS
-from identification.diagnosis.verdict import write_atomically
+from identification.diagnosis.verdict.document import write_atomically
 
 
 def page(d: Diagnosis) -> str:

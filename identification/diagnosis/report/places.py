@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.regions import Region
+from identification.diagnosis.localisation.recording import words
+from identification.diagnosis.localisation.regions import Region
 from identification.diagnosis.report import html
 from identification.diagnosis.report.found import places_of, regions_of
 from identification.diagnosis.report.numbers import prefixed, short
 from identification.diagnosis.report.where_figures import port_tiles, spectrum_tile, time_tile
-from identification.diagnosis.where import words
 
 PORTS = 2
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.diagnosis.decide import Decision
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.search import Trial, paired_z
-from identification.diagnosis.where.region import multiple
+from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.localisation.recording.region import multiple
+from identification.diagnosis.search.candidates import Candidate, paired_z
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Standing:
         Part of the excess misfit that it explains.
     """
 
-    trial: Trial
+    trial: Candidate
     role: str
     why: str
     z: float
@@ -63,19 +63,19 @@ def nominal_misfit(d: Diagnosis, step: Decision) -> float:
     return d.nominal.chi2("test") if d.nominal is not None else float("nan")
 
 
-def _same(t: Trial, chosen: Trial | None) -> Trial:
+def _same(t: Candidate, chosen: Candidate | None) -> Candidate:
     """Return `t`; the chosen effect is shown as refitted on all samples."""
     return chosen if chosen is not None and t.label == chosen.label else t
 
 
-def strength_shown(t: Trial) -> bool:
+def strength_shown(t: Candidate) -> bool:
     """Whether one of the parameters that make the effect differs from zero at 95 %."""
     found = {e.name: e.ci95 for e in t.fit.estimates}
     return any(n in found and (found[n][0] > 0 or found[n][1] < 0) for n in t.insertion.strengths)
 
 
 def _why(
-    d: Diagnosis, step: Decision, t: Trial, nominal: float, z: float, share: float
+    d: Diagnosis, step: Decision, t: Candidate, nominal: float, z: float, share: float
 ) -> tuple[str, str]:
     chosen = step.chosen
     if t is chosen:
@@ -109,7 +109,7 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def title(t: Trial) -> str:
+def title(t: Candidate) -> str:
     """Text such as ``dry friction at F_v``."""
     what = "unnamed curve" if t.effect == "unknown" else _words(t.effect)
     return f"{what} at {t.element}"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-from bondgraph.draw import svg
-from bondgraph.errors import BondsightError
+from bondgraph.drawing.svg import svg
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.effects import by_name
 from identification.diagnosis.report import changed, html
 from identification.diagnosis.report.fit_figures import (
     outputs_tile,
@@ -19,8 +19,8 @@ from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.numbers import percent, quantity
 from identification.diagnosis.report.style import BADGES
 from identification.diagnosis.report.views import unit_of
-from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
-from identification.fit import Fit
+from identification.diagnosis.verdict.document import effect_parameters, normalised_error, sentence
+from identification.estimation.single_record import Fit
 
 MANY = 8
 LEGIBLE = 0.6

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.localisation.recording import axes_of
 from identification.diagnosis.report import html
 from identification.diagnosis.report.canvas import TILE, drawing, label
 from identification.diagnosis.report.found import extra
 from identification.diagnosis.report.numbers import axis_scale
 from identification.diagnosis.report.style import AFTER, BEFORE
-from identification.diagnosis.scene import Past
-from identification.diagnosis.where import axes_of
+from identification.diagnosis.screening.port_history import PortHistory
 
 Array = np.ndarray
 MOST = 900
@@ -132,7 +132,7 @@ def _pictures(d: Diagnosis, t: Trait, k: int) -> list[str]:
     return found
 
 
-def _scatter(name: str, x: Array, w: Array, past: Past, words: str, unit: str) -> str:
+def _scatter(name: str, x: Array, w: Array, past: PortHistory, words: str, unit: str) -> str:
     step = max(1, x.size // MOST)
     moving = np.asarray(past.argument if past.moved is not None else past.rate)
     x, w, rising = x[::step], w[::step], moving[::step] >= 0

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.split import stretches
+from bondgraph.signals.split import stretches
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report.found import after_of
 from identification.diagnosis.report.style import AFTER, BEFORE
-from identification.fit import Fit
-from identification.problem import Data
+from identification.estimation.single_record import Fit
+from identification.study.problem import Data
 
 Array = np.ndarray
 MOST = 1500

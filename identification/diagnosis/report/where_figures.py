@@ -9,7 +9,10 @@ import numpy as np
 from matplotlib.colors import LogNorm
 
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.regions import Region
+from identification.diagnosis.localisation.recording import MisfitAxis, axes_of
+from identification.diagnosis.localisation.recording.bands import spectrum
+from identification.diagnosis.localisation.recording.binned import HeatMap, heat_map, profile
+from identification.diagnosis.localisation.regions import Region
 from identification.diagnosis.report.canvas import TILE, drawing, label, logarithmic, plain
 from identification.diagnosis.report.fit_figures import held_out, thin_log
 from identification.diagnosis.report.numbers import axis_scale
@@ -22,10 +25,7 @@ from identification.diagnosis.report.views import (
     scored,
     unit_of,
 )
-from identification.diagnosis.where import Axis, axes_of
-from identification.diagnosis.where.bands import spectrum
-from identification.diagnosis.where.binned import HeatMap, heat_map, profile
-from identification.fit import Fit
+from identification.estimation.single_record import Fit
 
 Array = np.ndarray
 Numbered = Sequence[tuple[int, Region]]
@@ -130,7 +130,7 @@ def port_tiles(d: Diagnosis, element: str) -> list[tuple[str, str]]:
     return tiles
 
 
-def _axes(d: Diagnosis, element: str) -> tuple[Axis, ...]:
+def _axes(d: Diagnosis, element: str) -> tuple[MisfitAxis, ...]:
     if d.scene is None or element not in d.scene.past or element not in d.graph.elements:
         return ()
     return axes_of(d.graph, element, d.scene.past[element])
@@ -162,7 +162,7 @@ def _range(maps: list[tuple[str, HeatMap]]) -> tuple[float, float]:
     return low, max(float(values.max()), 3.0 * low)
 
 
-def _heat(name: str, m: HeatMap, x: Axis, y: Axis, span: tuple[float, float]) -> str:
+def _heat(name: str, m: HeatMap, x: MisfitAxis, y: MisfitAxis, span: tuple[float, float]) -> str:
     fx, ux = axis_scale(x.unit, float(np.abs(m.x).max()))
     fy, uy = axis_scale(y.unit, float(np.abs(m.y).max()))
     with drawing(name, 2.7, TILE) as canvas:
@@ -180,7 +180,7 @@ def _heat(name: str, m: HeatMap, x: Axis, y: Axis, span: tuple[float, float]) ->
     return canvas.svg
 
 
-def _profiles(d: Diagnosis, axis: Axis, column: int, name: str) -> str:
+def _profiles(d: Diagnosis, axis: MisfitAxis, column: int, name: str) -> str:
     factor, unit = axis_scale(axis.unit, float(np.nanmax(np.abs(axis.values))))
     with drawing(name, 2.4, TILE) as canvas:
         ax = canvas.rows(1)[0, 0]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from identification.problem import Free
-from identification.residual import start_point
-from identification.stack import Stack, Stacked
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.problem import Free
+from identification.study.residual import start_point
 
 __all__ = ["law_trials"]
 
@@ -21,7 +21,12 @@ SCALES = 3.0
 
 
 def law_trials(
-    stack: Stack, theta: Array, hidden: Sequence[int], seed: int, count: int = 32, best: int = 2
+    stack: JointProblem,
+    theta: Array,
+    hidden: Sequence[int],
+    seed: int,
+    count: int = 32,
+    best: int = 2,
 ) -> list[Array]:
     """Return unknowns with other sizes of the laws: none of them, then the best of `count`.
 
@@ -63,7 +68,7 @@ def _spread(f: Free, x: float) -> float:
     return float(SCALES * x)
 
 
-def _free_at(stack: Stack, at: NDArray[np.intp]) -> list[Free]:
+def _free_at(stack: JointProblem, at: NDArray[np.intp]) -> list[Free]:
     found: dict[int, Free] = {}
     for p, columns in zip(stack.problems, stack.columns, strict=True):
         for i, f in zip(columns, p.free, strict=False):
@@ -71,9 +76,9 @@ def _free_at(stack: Stack, at: NDArray[np.intp]) -> list[Free]:
     return [found[int(i)] for i in at]
 
 
-def _misfit(stack: Stack, theta: Array) -> float:
+def _misfit(stack: JointProblem, theta: Array) -> float:
     """Mean square misfit of the free run from rest, offsets left out of account."""
-    point = Stacked(theta, tuple(start_point(p).states for p in stack.problems))
+    point = JointPoint(theta, tuple(start_point(p).states for p in stack.problems))
     total, count = 0.0, 0
     for p, e in zip(stack.problems, stack.evaluate(point, derivatives=False), strict=True):
         rest = e.residual.reshape(len(p.data.names), -1)

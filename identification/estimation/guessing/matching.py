@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from identification.engine import ExactEngine
 from identification.estimation.guessing.measured import Measured
-from identification.problem import Problem
-from identification.residual import output_delays, slots
-from identification.stack import Stack
+from identification.study.engine import ExactEngine
+from identification.study.joint import JointProblem
+from identification.study.problem import Problem
+from identification.study.residual import output_delays, slots
 
 __all__ = ["Matching", "matched"]
 
@@ -48,7 +48,7 @@ class Matching:
         One a record.
     """
 
-    stack: Stack
+    stack: JointProblem
     measured: tuple[Measured | None, ...]
 
     def residual(self, thetas: Array) -> Array:
@@ -146,7 +146,7 @@ def matched(
     return _distinct(found, cost, at)
 
 
-def _range(stack: Stack, start: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
+def _range(stack: JointProblem, start: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
     lower, upper = stack.bounds
     reach = np.where(np.isfinite(stack.lowest), DECADES, LINEAR_SCALES)
     low = np.maximum(lower, start - reach)[at]

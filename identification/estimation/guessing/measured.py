@@ -8,13 +8,13 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording
-from bondgraph.split import whole
-from identification.frequency.bla import response_of_periods
-from identification.frequency.local import local_fit
-from identification.frequency.periods import cut
-from identification.problem import Problem
+from bondgraph.signals.recording import Recording
+from bondgraph.signals.split import whole
+from bondgraph.support.errors import UnusableInput
+from identification.experiments.frequency.bla import response_of_periods
+from identification.experiments.frequency.local import local_fit
+from identification.experiments.frequency.periods import cut
+from identification.study.problem import Problem
 
 __all__ = ["Measured", "measured_response"]
 

@@ -8,15 +8,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from bondgraph.integrate import inputs_of
-from bondgraph.program import Program
-from bondgraph.programming import program
-from identification.estimation.methods.radau import Scales, Step, stage_inputs, step_of
-from identification.problem import Problem
-from identification.residual import offset_scale, parameters_at, slots
-from identification.stack import Stack
+from bondgraph.equations.codegen import program
+from bondgraph.equations.program import Program
+from bondgraph.simulation.integrate import inputs_of
+from identification.estimation.methods.radau import CollocationStep, Scales, stage_inputs, step_of
+from identification.study.joint import JointProblem
+from identification.study.problem import Problem
+from identification.study.residual import offset_scale, parameters_at, slots
 
-__all__ = ["STAGES", "Record", "misfit", "readings_of", "record_of"]
+__all__ = ["STAGES", "CollocatedRecord", "misfit", "readings_of", "record_of"]
 
 Array = np.ndarray
 STAGES = 3
@@ -25,7 +25,7 @@ TAPS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class CollocatedRecord:
     """One recording up to its last training sample.
 
     Attributes
@@ -40,7 +40,7 @@ class Record:
 
     problem: Problem
     program: Program
-    step: Step
+    step: CollocationStep
     scales: Scales
     n_sub: int
     last: int
@@ -77,8 +77,12 @@ def _staged(made: Program, problem: Problem, n_sub: int, last: int) -> tuple[Arr
 
 
 def record_of(
-    stack: Stack, r: int, n_sub: int, scales: Scales | None = None, made: Program | None = None
-) -> Record:
+    stack: JointProblem,
+    r: int,
+    n_sub: int,
+    scales: Scales | None = None,
+    made: Program | None = None,
+) -> CollocatedRecord:
     """Transcribe a recording; algebraic unknowns have unit scales unless `scales` are given."""
     problem = stack.problems[r]
     made = program(problem.with_offsets) if made is None else made
@@ -95,10 +99,10 @@ def record_of(
     last = min(problem.data.n, int(trained[-1]) + 1 + TAPS) if trained.size else 2
     u, nodes = _staged(made, problem, n_sub, last)
     t = np.arange(u.shape[1]) * (problem.data.dt / n_sub)
-    return Record(problem, made, step, scales, n_sub, last, order, u, nodes, t)
+    return CollocatedRecord(problem, made, step, scales, n_sub, last, order, u, nodes, t)
 
 
-def _parameters(stack: Stack, r: int, names: tuple[str, ...], theta: ca.SX) -> ca.SX:
+def _parameters(stack: JointProblem, r: int, names: tuple[str, ...], theta: ca.SX) -> ca.SX:
     p = stack.problems[r]
     engine = p.engine
     start = dict(zip(engine.parameter_names, parameters_at(p, np.zeros(0)), strict=True))
@@ -111,7 +115,7 @@ def _parameters(stack: Stack, r: int, names: tuple[str, ...], theta: ca.SX) -> c
 
 
 def readings_of(
-    stack: Stack, r: int, record: Record, theta: ca.MX, nodes: ca.MX, begin: Array
+    stack: JointProblem, r: int, record: CollocatedRecord, theta: ca.MX, nodes: ca.MX, begin: Array
 ) -> ca.MX:
     """Return readings at the samples with lags and offsets, shape (n_y, last)."""
     n_x, problem, n = record.step.n_x, record.problem, record.last
@@ -135,7 +139,7 @@ def readings_of(
 
 
 def _late(row: ca.MX, lag: ca.MX, n: int, whole: int) -> ca.MX:
-    """Delay by a fraction of a sample: eight-point Lagrange, as `bondgraph.shift.delayed`.
+    """Delay by a fraction of a sample: eight-point Lagrange, as `fractional_delay.delayed`.
 
     `whole` is the lag rounded down where the fit begins.
     """
@@ -150,7 +154,7 @@ def _late(row: ca.MX, lag: ca.MX, n: int, whole: int) -> ca.MX:
     return ca.MX(total)
 
 
-def misfit(record: Record, y: ca.MX) -> ca.MX:
+def misfit(record: CollocatedRecord, y: ca.MX) -> ca.MX:
     """Training residuals over their noise, whitened where it is coloured."""
     problem, found = record.problem, []
     chosen = np.flatnonzero(problem.data.mask("train")[: record.last])

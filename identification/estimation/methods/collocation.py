@@ -13,11 +13,11 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from bondgraph.errors import UnusableInput
-from identification.engine import Engine
-from identification.estimation.methods.collocated import STAGES, Record, record_of
+from bondgraph.support.errors import UnusableInput
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.methods.collocated import STAGES, CollocatedRecord, record_of
 from identification.estimation.methods.interior_point import Found, Runner
-from identification.estimation.methods.method import Method, Options, Solution
+from identification.estimation.methods.method import FitOptions, Method, MethodSolution
 from identification.estimation.methods.optimality import optimality, shifted
 from identification.estimation.methods.radau import march
 from identification.estimation.methods.trajectory import (
@@ -28,10 +28,10 @@ from identification.estimation.methods.trajectory import (
     windows_of,
 )
 from identification.estimation.methods.transcription import Programme, programme
-from identification.estimation.study import Setting, Study
-from identification.levenberg_marquardt import Status
-from identification.residual import offset_scale, parameters_at, slots
-from identification.stack import Stack, Stacked
+from identification.study.engine import Engine
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.residual import offset_scale, parameters_at, slots
+from identification.study.study import SettledSetting, Study
 
 __all__ = ["Collocation"]
 
@@ -88,8 +88,13 @@ class Collocation(Method):
             raise UnusableInput("collocation has no use for windows: leave window out")
 
     def solve(
-        self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
-    ) -> Solution:
+        self,
+        study: Study,
+        setting: SettledSetting,
+        stack: JointProblem,
+        start: JointPoint,
+        options: FitOptions,
+    ) -> MethodSolution:
         """Solve, halve the steps while they are coarse, then correct what they leave out."""
         lower, upper = stack.bounds
         start = replace(start, theta=np.clip(start.theta, lower, upper))
@@ -99,17 +104,17 @@ class Collocation(Method):
             self._descend(stack, start, options, trace, reached)
         except KeyboardInterrupt:
             if not reached:
-                return Solution(start, Status.CANCELLED, (np.inf,))
+                return MethodSolution(start, FitStatus.CANCELLED, (np.inf,))
             runner, found, shift = reached[-1]
-            reached.append((runner, replace(found, status=Status.CANCELLED), shift))
+            reached.append((runner, replace(found, status=FitStatus.CANCELLED), shift))
         runner, found, shift = reached[-1]
         return _solution(runner.made, runner, found, shift, trace)
 
     def _descend(
         self,
-        stack: Stack,
-        start: Stacked,
-        options: Options,
+        stack: JointProblem,
+        start: JointPoint,
+        options: FitOptions,
         trace: list[float],
         reached: list[tuple[Runner, Found, float]],
     ) -> None:
@@ -143,7 +148,9 @@ class Collocation(Method):
                 break
 
 
-def _begin(stack: Stack, start: Stacked, n_sub: int) -> tuple[tuple[Record, ...], Array]:
+def _begin(
+    stack: JointProblem, start: JointPoint, n_sub: int
+) -> tuple[tuple[CollocatedRecord, ...], Array]:
     """Return records and first unknowns: windows that follow the readings at the start values."""
     records, parts = [], [start.theta]
     for r, problem in enumerate(stack.problems):
@@ -161,8 +168,8 @@ def _begin(stack: Stack, start: Stacked, n_sub: int) -> tuple[tuple[Record, ...]
 
 
 def _finer(
-    stack: Stack, made: Programme, old: tuple[Record, ...], w: Array, n_sub: int
-) -> tuple[tuple[Record, ...], Array]:
+    stack: JointProblem, made: Programme, old: tuple[CollocatedRecord, ...], w: Array, n_sub: int
+) -> tuple[tuple[CollocatedRecord, ...], Array]:
     """Return shorter steps through the nodes of the longer ones."""
     theta, firsts, stages = made.split(w)
     records, found = [], []
@@ -183,7 +190,7 @@ def _finer(
 
 def _solution(
     made: Programme, runner: Runner, found: Found, shift: float, trace: list[float]
-) -> Solution:
+) -> MethodSolution:
     stack = made.stack
     theta, firsts, stages = made.split(found.w)
     states = []
@@ -191,7 +198,7 @@ def _solution(
         x = np.empty((1, record.step.n_x))
         x[0, record.order] = first[: record.step.n_x] * record.scales.x
         states.append(x)
-    point = Stacked(theta.copy(), tuple(states))
+    point = JointPoint(theta.copy(), tuple(states))
     costs = (*[c for c in trace if np.isfinite(c)], found.cost)
     notes = []
     if shift > COARSE and found.done:
@@ -199,14 +206,14 @@ def _solution(
             f"collocation: even {made.records[0].n_sub} steps a sample leave an error; it moves an "
             f"unknown by {shift:.1g} standard errors"
         )
-    if found.status in (Status.CONVERGED, Status.ITERATIONS, Status.NO_PROGRESS):
+    if found.status in (FitStatus.CONVERGED, FitStatus.ITERATIONS, FitStatus.NO_PROGRESS):
         for n in FINE_RUNS:
             free = replace(
                 stack, problems=tuple(replace(p, n_sub=n, correction=None) for p in stack.problems)
             )
             cost = free.cost(free.evaluate(point, derivatives=False), point)
             if np.isfinite(cost) and cost <= FREE_RUN_LOSS * found.cost:
-                return Solution(point, found.status, costs, notes=tuple(notes))
+                return MethodSolution(point, found.status, costs, notes=tuple(notes))
     notes.append(
         "the free run diverges from the trajectory (unstable or integrating): the readings shown "
         "are those of the trajectory up to the last training sample, then of a free run"
@@ -220,10 +227,12 @@ def _solution(
         _shown(stack, record, theta, np.asarray(y.full().T), v)
         for record, y, v in zip(made.records, seen, stages, strict=True)
     )
-    return Solution(point, found.status, costs, covariance, tuple(notes), readings)
+    return MethodSolution(point, found.status, costs, covariance, tuple(notes), readings)
 
 
-def _shown(stack: Stack, record: Record, theta: Array, y: Array, stages: Array) -> Array:
+def _shown(
+    stack: JointProblem, record: CollocatedRecord, theta: Array, y: Array, stages: Array
+) -> Array:
     """Return readings of the whole record: the trajectory, then a free run from its end."""
     p = record.problem
     if record.last == p.data.n:

@@ -12,8 +12,9 @@ from typing import ClassVar, final
 import numpy as np
 from scipy import stats
 
+from identification.estimation.levenberg_marquardt import Descent, minimise
 from identification.estimation.methods.line_response import line_evaluation
-from identification.estimation.methods.method import Method, Options, Solution
+from identification.estimation.methods.method import FitOptions, Method, MethodSolution
 from identification.estimation.methods.periodic_lines import (
     Lines,
     has_laws,
@@ -25,11 +26,10 @@ from identification.estimation.methods.steady_response import (
     settled_course,
     steady_evaluation,
 )
-from identification.estimation.study import Setting, Study
-from identification.levenberg_marquardt import Descent, minimise
-from identification.problem import Problem
-from identification.residual import Evaluation, offset_scale, slots
-from identification.stack import Stack, Stacked
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.problem import Problem
+from identification.study.residual import ResidualEvaluation, offset_scale, slots
+from identification.study.study import SettledSetting, Study
 
 __all__ = ["FrequencyDomain"]
 
@@ -58,8 +58,13 @@ class FrequencyDomain(Method):
             lines_of(problem)
 
     def solve(
-        self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
-    ) -> Solution:
+        self,
+        study: Study,
+        setting: SettledSetting,
+        stack: JointProblem,
+        start: JointPoint,
+        options: FitOptions,
+    ) -> MethodSolution:
         """Descend on the lines, then find states and offsets of the free run."""
         lines = tuple(lines_of(p) for p in stack.problems)
         problems = tuple(_with_transient(p, f) for p, f in zip(stack.problems, lines, strict=True))
@@ -71,29 +76,33 @@ class FrequencyDomain(Method):
         # states count from the steady course here
         states = tuple(p.rest_state[None, :] for p in problems)
         made = minimise(
-            fit, Stacked(start.theta, states), max_iterations=options.max_iterations,
+            fit, JointPoint(start.theta, states), max_iterations=options.max_iterations,
             tolerance=options.tolerance, report=options.report, keep_on_interrupt=True,
         )  # fmt: skip
         covariance, notes = _covariance(fit, made)
-        point = _free_run(stack, Stacked(made.point.theta, start.states))
+        point = _free_run(stack, JointPoint(made.point.theta, start.states))
         readings = None
         if setting.hold != "band-limited" and not any(
             courses
         ):  # otherwise sub-steps are still to be refined
             readings = tuple(e.y for e in stack.evaluate(point, derivatives=False))
         words = tuple(dict.fromkeys(f.words for f in lines))
-        return Solution(point, made.status, made.trace, covariance, (*words, *notes), readings)
+        return MethodSolution(
+            point, made.status, made.trace, covariance, (*words, *notes), readings
+        )
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class _LineStack(Stack):
+class _LineStack(JointProblem):
     """A stack whose residuals are those of the lines."""
 
     lines: tuple[Lines, ...] = ()
     courses: tuple[Course | None, ...] = ()
 
-    def evaluate(self, point: Stacked, *, derivatives: bool = True) -> tuple[Evaluation, ...]:
+    def evaluate(
+        self, point: JointPoint, *, derivatives: bool = True
+    ) -> tuple[ResidualEvaluation, ...]:
         """Return the residuals of all lines of all records."""
         found = []
         for r, (p, f, c) in enumerate(zip(self.problems, self.lines, self.courses, strict=True)):
@@ -139,7 +148,7 @@ def _covariance(fit: _LineStack, made: Descent) -> tuple[Array, tuple[str, ...]]
     return covariance, notes
 
 
-def _free_run(stack: Stack, point: Stacked) -> Stacked:
+def _free_run(stack: JointProblem, point: JointPoint) -> JointPoint:
     """Fit initial states and, where they are free, offsets to the free run.
 
     Linear models are linear in both; with laws the step is kept only if it helps.
@@ -159,7 +168,7 @@ def _free_run(stack: Stack, point: Stacked) -> Stacked:
         theta[stack.columns[r][at]] += step[: at.size] / stack.factors[r][at]
         if free.size:
             states[r][0, free] += step[at.size :] * scale
-    moved = Stacked(np.clip(theta, lower, upper), tuple(states))
+    moved = JointPoint(np.clip(theta, lower, upper), tuple(states))
     if any(has_laws(p) for p in stack.problems):
         costs = [stack.cost(stack.evaluate(p, derivatives=False), p) for p in (point, moved)]
         return moved if costs[1] < costs[0] else point

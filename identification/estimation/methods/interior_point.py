@@ -9,10 +9,10 @@ import casadi as ca
 import numpy as np
 
 from identification.estimation.interrupts import Interrupts, interrupts
+from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.collocated import STAGES
-from identification.estimation.methods.method import Options
+from identification.estimation.methods.method import FitOptions
 from identification.estimation.methods.transcription import Programme
-from identification.levenberg_marquardt import Status
 
 __all__ = ["Found", "Runner"]
 
@@ -30,20 +30,25 @@ class Found:
     p: Array
     multipliers: Array
     bounds: Array
-    status: Status
+    status: FitStatus
     cost: float
 
     @property
     def done(self) -> bool:
         """Whether IPOPT converged."""
-        return self.status is Status.CONVERGED
+        return self.status is FitStatus.CONVERGED
 
 
 class Runner:
     """IPOPT for one programme."""
 
     def __init__(
-        self, made: Programme, options: Options, trace: list[float], hessian: str, wall_time: float
+        self,
+        made: Programme,
+        options: FitOptions,
+        trace: list[float],
+        hessian: str,
+        wall_time: float,
     ) -> None:
         self.made, self.options, self.trace = made, options, trace
         self.problem = {"x": made.w, "p": made.p, "f": made.f, "g": made.g}
@@ -108,24 +113,24 @@ class Runner:
         except (KeyboardInterrupt, RuntimeError):
             if not self.watch.interrupted and self.watch.best is None:
                 raise
-            return self._kept(w, p, Status.CANCELLED)
+            return self._kept(w, p, FitStatus.CANCELLED)
         said = solver.stats()["return_status"]
         found, multipliers = out["x"].full().ravel(), out["lam_g"].full().ravel()
         cost = 2.0 * float(out["f"])
         heard = self.watch.interrupted or self.watch.flag.heard
         if heard or said == "User_Requested_Stop":
-            return self._kept(w, p, Status.CANCELLED)
+            return self._kept(w, p, FitStatus.CANCELLED)
         status = {
-            "Solve_Succeeded": Status.CONVERGED,
-            "Solved_To_Acceptable_Level": Status.CONVERGED,
-            "Maximum_Iterations_Exceeded": Status.ITERATIONS,
-            "Maximum_WallTime_Exceeded": Status.ITERATIONS,
-        }.get(said, Status.NO_PROGRESS)
-        if status is not Status.CONVERGED:
+            "Solve_Succeeded": FitStatus.CONVERGED,
+            "Solved_To_Acceptable_Level": FitStatus.CONVERGED,
+            "Maximum_Iterations_Exceeded": FitStatus.ITERATIONS,
+            "Maximum_WallTime_Exceeded": FitStatus.ITERATIONS,
+        }.get(said, FitStatus.NO_PROGRESS)
+        if status is not FitStatus.CONVERGED:
             return self._kept(found, p, status)
         return Found(found, p, multipliers, out["lam_x"].full().ravel(), status, cost)
 
-    def _kept(self, w: Array, p: Array, status: Status) -> Found:
+    def _kept(self, w: Array, p: Array, status: FitStatus) -> Found:
         """Return the best point seen, or `w`."""
         best = w if self.watch.best is None else self.watch.best[1]
         cost = np.inf if self.watch.best is None else self.watch.best[0]

@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.compiled import Compiled
-from bondgraph.discrete import blocks, discretise
-from identification.engine import ExactEngine
+from bondgraph.simulation.first_order_hold import blocks, discretise
+from bondgraph.simulation.lure import Compiled
 from identification.estimation.methods.periodic_lines import Lines
-from identification.problem import Problem
-from identification.residual import (
-    Evaluation,
+from identification.study.engine import ExactEngine
+from identification.study.problem import Problem
+from identification.study.residual import (
     Point,
+    ResidualEvaluation,
     offset_scale,
     output_delays,
     parameters_at,
@@ -52,7 +52,7 @@ class _System:
 
 def line_evaluation(
     problem: Problem, lines: Lines, point: Point, *, derivatives: bool = True
-) -> Evaluation:
+) -> ResidualEvaluation:
     """Return the residuals of the lines at `point`, real and imaginary parts over their deviation.
 
     ``point.states`` less the rest is the state at the first sample less the steady course there;
@@ -78,7 +78,7 @@ def line_evaluation(
     mean = lines.omega == 0.0
     residual = line_rows(lines, lines.y - shown - mean[:, None] * offsets)
     if not derivatives:
-        return Evaluation(np.zeros((0, n_y)), residual, np.zeros((residual.size, 0)), [])
+        return ResidualEvaluation(np.zeros((0, n_y)), residual, np.zeros((residual.size, 0)), [])
     block = np.zeros((periods, z.size, n_y, at.size), complex)
     by_theta = np.array(
         [f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)]
@@ -94,7 +94,7 @@ def line_evaluation(
     states = np.zeros((residual.size, 0))
     if lines.transient:
         states = line_rows(lines, by_state * turn[:, :, None])
-    return Evaluation(
+    return ResidualEvaluation(
         np.zeros((0, n_y)), residual, line_rows(lines, block), [(slice(0, residual.size), states)]
     )
 

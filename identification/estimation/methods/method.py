@@ -8,18 +8,18 @@ from typing import ClassVar
 
 import numpy as np
 
-from identification.estimation.study import Setting, Study
-from identification.levenberg_marquardt import Report, Status
-from identification.residual import Evaluation
-from identification.stack import Stack, Stacked
+from identification.estimation.levenberg_marquardt import FitStatus, Report
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.residual import ResidualEvaluation
+from identification.study.study import SettledSetting, Study
 
-__all__ = ["Method", "Options", "Solution"]
+__all__ = ["FitOptions", "Method", "MethodSolution"]
 
 Array = np.ndarray
 
 
 @dataclass(frozen=True)
-class Options:
+class FitOptions:
     """How far a fit goes.
 
     Attributes
@@ -42,7 +42,7 @@ class Options:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class MethodSolution:
     """Where a method ended.
 
     Attributes
@@ -59,13 +59,13 @@ class Solution:
         Mean square of the residuals over their noise, where the trace is of something else.
     """
 
-    point: Stacked
-    status: Status
+    point: JointPoint
+    status: FitStatus
     trace: tuple[float, ...]
     covariance: Array | None = None
     notes: tuple[str, ...] = ()
     readings: tuple[Array, ...] | None = None
-    evaluations: tuple[Evaluation, ...] | None = None
+    evaluations: tuple[ResidualEvaluation, ...] | None = None
     cost: float | None = None
 
 
@@ -87,6 +87,11 @@ class Method(ABC):
 
     @abstractmethod
     def solve(
-        self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
-    ) -> Solution:
+        self,
+        study: Study,
+        setting: SettledSetting,
+        stack: JointProblem,
+        start: JointPoint,
+        options: FitOptions,
+    ) -> MethodSolution:
         """Fit from `start`; ``stack`` is ``study.stack(setting)``."""

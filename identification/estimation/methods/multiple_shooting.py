@@ -16,13 +16,13 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from bondgraph.errors import UnusableInput
-from bondgraph.simulate import Run
-from identification.estimation.methods.method import Method, Options, Solution
-from identification.estimation.study import Setting, Study
-from identification.levenberg_marquardt import Status, minimise
-from identification.problem import Problem
-from identification.residual import (
+from bondgraph.simulation.simulate import KernelRun
+from bondgraph.support.errors import UnusableInput
+from identification.estimation.levenberg_marquardt import FitStatus, minimise
+from identification.estimation.methods.method import FitOptions, Method, MethodSolution
+from identification.study.joint import JointPoint, JointProblem, refine_states
+from identification.study.problem import Problem
+from identification.study.residual import (
     offset_scale,
     parameters_at,
     read_out,
@@ -30,7 +30,7 @@ from identification.residual import (
     weighted,
     windows,
 )
-from identification.stack import Stack, Stacked, refine_states
+from identification.study.study import SettledSetting, Study
 
 __all__ = ["MultipleShooting"]
 
@@ -71,8 +71,13 @@ class MultipleShooting(Method):
                 )
 
     def solve(
-        self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
-    ) -> Solution:
+        self,
+        study: Study,
+        setting: SettledSetting,
+        stack: JointProblem,
+        start: JointPoint,
+        options: FitOptions,
+    ) -> MethodSolution:
         """Close the gaps, then finish with the free run where it is as good."""
         cut = [_windows(p) for p in stack.problems]
         whole = replace(stack, problems=tuple(replace(p, window=None) for p in stack.problems))
@@ -80,25 +85,25 @@ class MultipleShooting(Method):
         near, approach, cancelled = _approached(whole, cut, begin, options)
         rest = replace(options, max_iterations=0) if cancelled else options
         made, status, trace, system = _descend(whole, cut, near, rest)
-        status = Status.CANCELLED if cancelled else status
+        status = FitStatus.CANCELLED if cancelled else status
         trace = (*approach, *trace[1:])
-        point = Stacked(made.theta, tuple(n[:1] for n in made.states))
+        point = JointPoint(made.theta, tuple(n[:1] for n in made.states))
         now = _swept(whole, cut, made)
         cost = now.cost
-        if status is not Status.CANCELLED and np.isfinite(cost):
+        if status is not FitStatus.CANCELLED and np.isfinite(cost):
             free = minimise(
                 whole, point, max_iterations=options.max_iterations, tolerance=options.tolerance,
                 keep_on_interrupt=True,
             )  # fmt: skip
             if np.isfinite(free.cost) and free.cost <= FREE_RUN_LOSS * cost:
-                return Solution(free.point, free.status, (*trace, *free.trace[1:]))
-        why = "stopped early" if status is Status.CANCELLED else "unstable or integrating"
+                return MethodSolution(free.point, free.status, (*trace, *free.trace[1:]))
+        why = "stopped early" if status is FitStatus.CANCELLED else "unstable or integrating"
         notes = (
             f"the free run diverges from the windows ({why}): the readings shown are those of the "
             "joined windows",
         )
         covariance = _information(whole, cut, system)
-        return Solution(point, status, trace, covariance, notes, now.readings)
+        return MethodSolution(point, status, trace, covariance, notes, now.readings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +138,7 @@ def _windows(problem: Problem) -> list[slice]:
     return [slice(int(a), int(b) + 1) for a, b in pairwise(edges)]
 
 
-def _observed(stack: Stack, start: Stacked, record: int, cut: list[slice]) -> Array:
+def _observed(stack: JointProblem, start: JointPoint, record: int, cut: list[slice]) -> Array:
     """Node states that let each window follow its own readings at the start values."""
     p = stack.problems[record]
     length = cut[0].stop - cut[0].start - 1
@@ -152,7 +157,7 @@ def _observed(stack: Stack, start: Stacked, record: int, cut: list[slice]) -> Ar
     return np.asarray(picked)
 
 
-def _swept(stack: Stack, cut: list[list[slice]], nodes: _Nodes) -> _Sweep:
+def _swept(stack: JointProblem, cut: list[list[slice]], nodes: _Nodes) -> _Sweep:
     total, count, gap_size = 0.0, 0, 0.0
     blocks, joints, readings = [], [], []
     first = 0
@@ -181,7 +186,9 @@ def _swept(stack: Stack, cut: list[list[slice]], nodes: _Nodes) -> _Sweep:
                 wide[:, stack.columns[r][at.free]] = run.dx[:, :n_f] * slopes / scale[:, None]
                 joints.append((first + k, gap, wide, run.dx[:, n_f:] * scale / scale[:, None]))
                 gap_size = max(gap_size, float(np.abs(gap).max(initial=0.0)))
-        seen = read_out(p, Run(y, dy, y[:, :0], y[:, :0], y[0, :0], {}), theta, derivatives=True)
+        seen = read_out(
+            p, KernelRun(y, dy, y[:, :0], y[:, :0], y[0, :0], {}), theta, derivatives=True
+        )
         shown = seen.y + theta[at.offsets] * offset_scale(p)
         readings.append(shown)
         train = data.mask("train")
@@ -229,7 +236,9 @@ class _System:
     gap: Array
 
 
-def _assembled(stack: Stack, cut: list[list[slice]], nodes: _Nodes, sweep: _Sweep) -> _System:
+def _assembled(
+    stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, sweep: _Sweep
+) -> _System:
     sizes = [p.engine.n_x for p, c in zip(stack.problems, cut, strict=True) for _ in c]
     place = stack.n + np.concatenate([[0], np.cumsum(sizes)]).astype(int)
     total = int(place[-1])
@@ -261,7 +270,7 @@ def _assembled(stack: Stack, cut: list[list[slice]], nodes: _Nodes, sweep: _Swee
     return _System(gram.tocsc(), right, joint.tocsc(), gap)
 
 
-def _held(stack: Stack, cut: list[list[slice]], fixed: Array) -> Array:
+def _held(stack: JointProblem, cut: list[list[slice]], fixed: Array) -> Array:
     """Which unknowns may move: theta off its bounds, nodes except known initial states."""
     free = [~fixed]
     for p, c in zip(stack.problems, cut, strict=True):
@@ -275,7 +284,7 @@ def _held(stack: Stack, cut: list[list[slice]], fixed: Array) -> Array:
 
 
 def _stepped(
-    stack: Stack, cut: list[list[slice]], nodes: _Nodes, system: _System, damping: float
+    stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, system: _System, damping: float
 ) -> tuple[Array, Array] | None:
     """Step and multipliers of the damped optimality system, within the bounds."""
     lower, upper = stack.bounds
@@ -310,7 +319,7 @@ def _stepped(
     return None
 
 
-def _moved(stack: Stack, cut: list[list[slice]], nodes: _Nodes, delta: Array) -> _Nodes:
+def _moved(stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, delta: Array) -> _Nodes:
     at, states = stack.n, []
     for p, c, old in zip(stack.problems, cut, nodes.states, strict=True):
         n = p.engine.n_x * len(c)
@@ -320,7 +329,7 @@ def _moved(stack: Stack, cut: list[list[slice]], nodes: _Nodes, delta: Array) ->
 
 
 def _approached(
-    stack: Stack, cut: list[list[slice]], nodes: _Nodes, options: Options
+    stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, options: FitOptions
 ) -> tuple[_Nodes, list[float], bool]:
     """Return where the stages lead, the costs on the way, and whether Ctrl-C ended them."""
     trace: list[float] = []
@@ -335,7 +344,9 @@ def _approached(
     return nodes, trace, False
 
 
-def _stages(stack: Stack, cut: list[list[slice]], nodes: _Nodes) -> Iterator[tuple[_Nodes, float]]:
+def _stages(
+    stack: JointProblem, cut: list[list[slice]], nodes: _Nodes
+) -> Iterator[tuple[_Nodes, float]]:
     """Draw the windows together: gaps cost more from stage to stage.
 
     With loose windows the misfit has no wrong minima that come from many periods; the constraints
@@ -374,14 +385,14 @@ def _stages(stack: Stack, cut: list[list[slice]], nodes: _Nodes) -> Iterator[tup
                 break
 
 
-def _soft(stack: Stack, sweep: _Sweep, nodes: _Nodes, weight: float) -> float:
+def _soft(stack: JointProblem, sweep: _Sweep, nodes: _Nodes, weight: float) -> float:
     count = max(sum(e.size for _, e, _, _ in sweep.blocks), 1)
     gaps = sum(float(g @ g) for _, g, _, _ in sweep.joints)
     return sweep.cost * count + weight * gaps
 
 
 def _loose_step(
-    stack: Stack,
+    stack: JointProblem,
     cut: list[list[slice]],
     nodes: _Nodes,
     gram: sparse.csc_matrix,
@@ -399,16 +410,16 @@ def _loose_step(
 
 
 def _descend(
-    stack: Stack, cut: list[list[slice]], nodes: _Nodes, options: Options
-) -> tuple[_Nodes, Status, tuple[float, ...], _System]:
+    stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, options: FitOptions
+) -> tuple[_Nodes, FitStatus, tuple[float, ...], _System]:
     now = _swept(stack, cut, nodes)
     if not np.isfinite(now.cost):
         system = _assembled(stack, cut, nodes, now)
-        return nodes, Status.BROKEN, (np.inf,), system
+        return nodes, FitStatus.BROKEN, (np.inf,), system
     count = max(sum(e.size for _, e, _, _ in now.blocks), 1)
     system = _assembled(stack, cut, nodes, now)
     trace, damping, penalty, gain = [now.cost], 1e-3, 0.0, 1.0
-    status = Status.ITERATIONS
+    status = FitStatus.ITERATIONS
     try:
         for _ in range(options.max_iterations):
             accepted = None
@@ -428,7 +439,7 @@ def _descend(
                 damping *= 8.0
             if accepted is None:
                 settled = gain < 100 * options.tolerance and now.gap_size < CLOSED
-                status = Status.CONVERGED if settled else Status.NO_PROGRESS
+                status = FitStatus.CONVERGED if settled else FitStatus.NO_PROGRESS
                 break
             nodes, now, gain = accepted
             system = _assembled(stack, cut, nodes, now)
@@ -437,14 +448,14 @@ def _descend(
             if options.report is not None:
                 options.report(len(trace) - 1, now.cost)
             if gain < options.tolerance and now.gap_size < CLOSED:
-                status = Status.CONVERGED
+                status = FitStatus.CONVERGED
                 break
     except KeyboardInterrupt:
-        status = Status.CANCELLED
+        status = FitStatus.CANCELLED
     return nodes, status, tuple(trace), system
 
 
-def _information(stack: Stack, cut: list[list[slice]], system: _System) -> Array:
+def _information(stack: JointProblem, cut: list[list[slice]], system: _System) -> Array:
     """Covariance of theta under the constraints: a block of the inverse optimality system."""
     n, (lower, upper) = stack.n, stack.bounds
     free = _held(stack, cut, upper <= lower)

@@ -14,7 +14,7 @@ from identification.estimation.methods.interior_point import Found, Runner
 from identification.estimation.methods.radau import march
 from identification.estimation.methods.transcription import Programme
 
-__all__ = ["System", "defects_of", "optimality", "shifted"]
+__all__ = ["OptimalitySystem", "defects_of", "optimality", "shifted"]
 
 Array = np.ndarray
 FINER = 4
@@ -39,7 +39,7 @@ def defects_of(made: Programme, w: Array) -> list[Array]:
 
 
 @dataclass(frozen=True, eq=False)
-class System:
+class OptimalitySystem:
     """Optimality system with theta eliminated last.
 
     Attributes
@@ -70,7 +70,7 @@ class System:
         return np.asarray(self.covariance[np.ix_(self.inner, self.inner)] @ across * self.count)
 
 
-def optimality(runner: Runner, found: Found) -> System | None:
+def optimality(runner: Runner, found: Found) -> OptimalitySystem | None:
     """Factor the optimality system; None if that fails."""
     if not found.done:
         return None
@@ -98,10 +98,12 @@ def optimality(runner: Runner, found: Found) -> System | None:
         return None
     covariance = np.zeros((n, n))
     covariance[np.ix_(inner, inner)] = inverse
-    return System(factor, order, border[order], inner, covariance, count)
+    return OptimalitySystem(factor, order, border[order], inner, covariance, count)
 
 
-def shifted(runner: Runner, found: Found, system: System | None) -> tuple[float, list[Array]]:
+def shifted(
+    runner: Runner, found: Found, system: OptimalitySystem | None
+) -> tuple[float, list[Array]]:
     """How far the defects move theta, in standard errors, and the defects."""
     if system is None:
         return np.inf, []

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording
-from bondgraph.split import whole
-from identification.engine import ExactEngine
-from identification.frequency.periods import Periods, cut, run_in
-from identification.problem import Problem
+from bondgraph.signals.recording import Recording
+from bondgraph.signals.split import whole
+from bondgraph.support.errors import UnusableInput
+from identification.experiments.frequency.periods import Periods, cut, run_in
+from identification.study.engine import ExactEngine
+from identification.study.problem import Problem
 
 __all__ = ["Lines", "has_laws", "lines_of", "require_lines"]
 

@@ -1,6 +1,7 @@
 """Prediction errors: what a Kalman filter leaves of each reading, with process noise.
 
-The filter and its likelihood are in `identification.prediction`; this puts a `Study` before it.
+The filter and its likelihood are in `identification.estimation.prediction`; this puts a `Study`
+before it.
 """
 
 from __future__ import annotations
@@ -10,16 +11,16 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from bondgraph.elements import Sensor
-from bondgraph.errors import UnusableInput
-from identification.engine import ExactEngine
-from identification.estimation.methods.method import Method, Options, Solution
-from identification.estimation.study import Setting, Study
-from identification.prediction.model import PredictionModel
-from identification.prediction.result import PredictionFit, fit_prediction
-from identification.problem import Data
-from identification.residual import offset_scale, slots
-from identification.stack import Stack, Stacked
+from bondgraph.graph.elements import Sensor
+from bondgraph.support.errors import UnusableInput
+from identification.estimation.methods.method import FitOptions, Method, MethodSolution
+from identification.estimation.prediction.model import PredictionModel
+from identification.estimation.prediction.result import PredictionFit, fit_prediction
+from identification.study.engine import ExactEngine
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.problem import Data
+from identification.study.residual import offset_scale, slots
+from identification.study.study import SettledSetting, Study
 
 __all__ = ["PredictionError", "prediction_model"]
 
@@ -58,8 +59,13 @@ class PredictionError(Method):
         )
 
     def solve(
-        self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
-    ) -> Solution:
+        self,
+        study: Study,
+        setting: SettledSetting,
+        stack: JointProblem,
+        start: JointPoint,
+        options: FitOptions,
+    ) -> MethodSolution:
         """Climb from `start`."""
         model = prediction_model(study, setting, stack, self.diffusion)
         begin = model.start()
@@ -84,7 +90,7 @@ class PredictionError(Method):
                 for p, d in zip(found.predicted, model.records, strict=True)
             ]
         )
-        return Solution(
+        return MethodSolution(
             _taken(stack, found, start), found.status, (*(trace or [end]), end),
             _covariance(stack, found), (*_levels(found), *found.remarks, *_left_out(study), *shown),
             readings, cost=float(np.nanmean(white**2)),
@@ -134,7 +140,10 @@ def _refuse(study: Study) -> None:
 
 
 def prediction_model(
-    study: Study, setting: Setting, stack: Stack, diffusion: tuple[str, ...] | None = None
+    study: Study,
+    setting: SettledSetting,
+    stack: JointProblem,
+    diffusion: tuple[str, ...] | None = None,
 ) -> PredictionModel:
     """Return a study as a model with process noise; a recording without a sensor misses it.
 
@@ -214,7 +223,7 @@ def _cost(model: PredictionModel, log_likelihood: float, count: int) -> float:
 # -- from one vector of unknowns to the other ------------------------------------------------
 
 
-def _put(stack: Stack, model: PredictionModel, start: Stacked, theta: Array) -> None:
+def _put(stack: JointProblem, model: PredictionModel, start: JointPoint, theta: Array) -> None:
     """Start values of a stack as theta of the filter."""
     known = dict(zip(stack.names, start.theta, strict=True))
     for i, f in enumerate(model.free):
@@ -234,7 +243,7 @@ def _put(stack: Stack, model: PredictionModel, start: Stacked, theta: Array) -> 
     np.clip(theta, lower, upper, out=theta)
 
 
-def _taken(stack: Stack, fit: PredictionFit, start: Stacked) -> Stacked:
+def _taken(stack: JointProblem, fit: PredictionFit, start: JointPoint) -> JointPoint:
     """Unknowns of the stack from a fit; lags, which a filter does not know, are zero."""
     model, at = fit.model, fit.model.slots
     theta, states = start.theta.copy(), []
@@ -252,10 +261,10 @@ def _taken(stack: Stack, fit: PredictionFit, start: Stacked) -> Stacked:
         if at.n_state:
             x0 = x0 + fit.theta[at.states(r)] * model.state_scale
         states.append(np.tile(x0, (start.states[r].shape[0], 1)))
-    return Stacked(theta, tuple(states))
+    return JointPoint(theta, tuple(states))
 
 
-def _covariance(stack: Stack, fit: PredictionFit) -> Array:
+def _covariance(stack: JointProblem, fit: PredictionFit) -> Array:
     """Covariance in the stack's unknowns, widened where the robust one is wider."""
     model, at = fit.model, fit.model.slots
     expected = np.diag(fit.covariance)
@@ -278,7 +287,7 @@ def _covariance(stack: Stack, fit: PredictionFit) -> Array:
 # -- words and readings ----------------------------------------------------------------------
 
 
-def _shown(stack: Stack, fit: PredictionFit) -> tuple[tuple[Array, ...], tuple[str, ...]]:
+def _shown(stack: JointProblem, fit: PredictionFit) -> tuple[tuple[Array, ...], tuple[str, ...]]:
     """Return the free runs; the one-step predictions where a free run leaves its record."""
     model, found, left = fit.model, [], []
     for r, (p, seen) in enumerate(zip(stack.problems, fit.predicted, strict=True)):

@@ -13,11 +13,11 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from bondgraph.errors import UnusableInput
-from bondgraph.program import Program
-from bondgraph.spline import between_samples
+from bondgraph.equations.program import Program
+from bondgraph.signals.band_limited import between_samples
+from bondgraph.support.errors import UnusableInput
 
-__all__ = ["Scales", "Step", "march", "stage_inputs", "step_of", "tableau"]
+__all__ = ["CollocationStep", "Scales", "march", "stage_inputs", "step_of", "tableau"]
 
 Array = np.ndarray
 NEWTON = 30
@@ -53,7 +53,7 @@ class Scales:
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class CollocationStep:
     """One step as CasADi functions of scaled unknowns.
 
     ``v`` stacks states and algebraic unknowns stage by stage; the last stage is the next node.
@@ -88,7 +88,7 @@ def step_of(
     outputs: tuple[str, ...],
     scales: Scales,
     stages: int,
-) -> Step:
+) -> CollocationStep:
     """Functions of one step of `program` with parameters ``p(theta)``."""
     n_x, n_z, n_u = len(program.states), len(program.algebraic), len(program.inputs)
     size = n_x + n_z
@@ -118,7 +118,7 @@ def step_of(
     order = [program.outputs.index(n) for n in outputs]
     y = ca.densify(program.rhs(*at)[1])[order]
     g = ca.densify(program.residual(*at)) / scales.g
-    return Step(
+    return CollocationStep(
         ca.Function("defect", inputs, [defect], {"cse": True}),
         ca.Function("newton", inputs, [defect, ca.densify(ca.jacobian(defect, v))], {"cse": True}),
         ca.Function("reading", [theta, x, z, one, t], [y], {"cse": True}),
@@ -174,7 +174,7 @@ def stage_inputs(
 
 
 def march(
-    step: Step, theta: Array, begin: Array, u: Array, t: Array, h: float
+    step: CollocationStep, theta: Array, begin: Array, u: Array, t: Array, h: float
 ) -> tuple[Array, Array]:
     """Integrate many stretches side by side.
 

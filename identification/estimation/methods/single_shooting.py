@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-from bondgraph.errors import UnusableInput
-from identification.estimation.freedom import dead_times
-from identification.estimation.methods.method import Method, Options, Solution
-from identification.estimation.study import Setting, Study
-from identification.levenberg_marquardt import minimise
-from identification.stack import Stack, Stacked
+from bondgraph.support.errors import UnusableInput
+from identification.estimation.levenberg_marquardt import minimise
+from identification.estimation.methods.method import FitOptions, Method, MethodSolution
+from identification.study.free_parameters import dead_times
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.study import SettledSetting, Study
 
 __all__ = ["SingleShooting"]
 
@@ -36,8 +36,13 @@ class SingleShooting(Method):
             )
 
     def solve(
-        self, study: Study, setting: Setting, stack: Stack, start: Stacked, options: Options
-    ) -> Solution:
+        self,
+        study: Study,
+        setting: SettledSetting,
+        stack: JointProblem,
+        start: JointPoint,
+        options: FitOptions,
+    ) -> MethodSolution:
         """Descend from `start`."""
         if options.optimiser == "ipopt":
             from identification.estimation.ipopt import minimise_with_ipopt
@@ -52,4 +57,4 @@ class SingleShooting(Method):
                 report=options.report,
                 keep_on_interrupt=True,
             )
-        return Solution(made.point, made.status, made.trace, evaluations=made.evaluations)
+        return MethodSolution(made.point, made.status, made.trace, evaluations=made.evaluations)

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from identification.estimation.methods.line_response import line_rows
 from identification.estimation.methods.periodic_lines import Lines
-from identification.problem import Problem
-from identification.residual import (
-    Evaluation,
+from identification.study.problem import Problem
+from identification.study.residual import (
     Point,
+    ResidualEvaluation,
     offset_scale,
     output_delays,
     parameters_at,
@@ -89,7 +89,7 @@ def _run(
 
 def steady_evaluation(
     problem: Problem, lines: Lines, course: Course, point: Point, *, derivatives: bool = True
-) -> Evaluation:
+) -> ResidualEvaluation:
     """Return the residuals of the lines at `point`, as `line_evaluation` does for linear models."""
     at, n, n_y = slots(problem), lines.period, len(problem.data.names)
     y, dy = _run(problem, course, point, derivatives=derivatives)
@@ -102,7 +102,7 @@ def steady_evaluation(
     offsets = point.theta[at.offsets] * scale * n
     residual = line_rows(lines, lines.y - (shown + mean[:, None] * offsets)[None])
     if not derivatives:
-        return Evaluation(np.zeros((0, n_y)), residual, np.zeros((residual.size, 0)), [])
+        return ResidualEvaluation(np.zeros((0, n_y)), residual, np.zeros((residual.size, 0)), [])
     slopes = np.array([f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)])
     block = np.zeros((1, bins.size, n_y, at.size), complex)
     tangent = np.fft.rfft(dy[-n:], axis=0)[bins]
@@ -115,6 +115,6 @@ def steady_evaluation(
         for c in outputs:
             block[0, :, c, at.delays.start + j] = by_lag[:, c]
     states = np.zeros((residual.size, 0))
-    return Evaluation(
+    return ResidualEvaluation(
         np.zeros((0, n_y)), residual, line_rows(lines, block), [(slice(0, residual.size), states)]
     )

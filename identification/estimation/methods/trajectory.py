@@ -8,11 +8,11 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from identification.estimation.methods.collocated import STAGES, Record
+from identification.estimation.methods.collocated import STAGES, CollocatedRecord
 from identification.estimation.methods.radau import Scales, march
-from identification.problem import Problem
-from identification.residual import windows
-from identification.stack import Stack, Stacked, refine_states
+from identification.study.joint import JointPoint, JointProblem, refine_states
+from identification.study.problem import Problem
+from identification.study.residual import windows
 
 __all__ = ["followed", "observed", "rescaled", "scales_along", "windows_of"]
 
@@ -31,7 +31,7 @@ def windows_of(problem: Problem) -> list[slice]:
     return [slice(int(a), int(b) + 1) for a, b in pairwise(edges)]
 
 
-def observed(stack: Stack, start: Stacked, record: int, cut: list[slice]) -> Array:
+def observed(stack: JointProblem, start: JointPoint, record: int, cut: list[slice]) -> Array:
     """Return states at the begin of windows that follow their own readings at the start values."""
     p = stack.problems[record]
     split = replace(p.data.split, train=slice(0, p.data.n), test=slice(0, 0))
@@ -53,7 +53,9 @@ def observed(stack: Stack, start: Stacked, record: int, cut: list[slice]) -> Arr
     return np.asarray(picked)
 
 
-def followed(record: Record, theta: Array, states: Array, cut: list[slice]) -> tuple[Array, Array]:
+def followed(
+    record: CollocatedRecord, theta: Array, states: Array, cut: list[slice]
+) -> tuple[Array, Array]:
     """Trajectory (first node, stages) from states at the first samples of windows.
 
     Parameters
@@ -81,7 +83,7 @@ def followed(record: Record, theta: Array, states: Array, cut: list[slice]) -> t
     return first, stages
 
 
-def scales_along(record: Record, theta: Array, first: Array, stages: Array) -> Scales:
+def scales_along(record: CollocatedRecord, theta: Array, first: Array, stages: Array) -> Scales:
     """Scales with those of the algebraic unknowns and their equations from a trajectory."""
     n_x, n_z = record.step.n_x, record.step.n_z
     if not n_z:
@@ -103,12 +105,12 @@ def rescaled(values: Array, old: Scales, new: Scales) -> Array:
     return np.asarray((values.reshape(shape) * by).reshape(values.shape))
 
 
-def _closing_slope(record: Record) -> ca.Function:
+def _closing_slope(record: CollocatedRecord) -> ca.Function:
     f = record.step.closing
     return f.factory("slope", f.name_in(), [f"jac:{f.name_out(0)}:{f.name_in(2)}"])
 
 
-def _closed(record: Record, theta: Array, node: Array, stages: Array) -> Array:
+def _closed(record: CollocatedRecord, theta: Array, node: Array, stages: Array) -> Array:
     """Algebraic unknowns of the first node by Newton steps from those of the first stage."""
     n_x, n_z = record.step.n_x, record.step.n_z
     if not n_z:

@@ -8,9 +8,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from identification.estimation.methods.collocated import STAGES, Record, misfit, readings_of
-from identification.residual import parameters_at
-from identification.stack import STATE_WEIGHT, Stack
+from identification.estimation.methods.collocated import (
+    STAGES,
+    CollocatedRecord,
+    misfit,
+    readings_of,
+)
+from identification.study.joint import STATE_WEIGHT, JointProblem
+from identification.study.residual import parameters_at
 
 __all__ = ["Programme", "programme"]
 
@@ -30,8 +35,8 @@ class Programme:
         ``w -> readings`` of every record, offsets and lags included, (n_y, last) each.
     """
 
-    stack: Stack
-    records: tuple[Record, ...]
+    stack: JointProblem
+    records: tuple[CollocatedRecord, ...]
     w: ca.MX
     p: ca.MX
     f: ca.MX
@@ -102,7 +107,9 @@ class Programme:
         return rest(local), slope
 
 
-def programme(stack: Stack, records: tuple[Record, ...], begin: Array) -> Programme:
+def programme(
+    stack: JointProblem, records: tuple[CollocatedRecord, ...], begin: Array
+) -> Programme:
     """Build objective, constraints and readings for a fit that begins at theta = `begin`."""
     theta = ca.MX.sym("theta", stack.n)
     unknowns, parameters, constraints = [theta], [], []
@@ -147,9 +154,9 @@ def programme(stack: Stack, records: tuple[Record, ...], begin: Array) -> Progra
 
 
 def _start(
-    stack: Stack,
+    stack: JointProblem,
     r: int,
-    record: Record,
+    record: CollocatedRecord,
     theta: ca.MX,
     first: ca.MX,
     parameters: list[ca.MX],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import sympy as sp
 
-from bondgraph.program import Program, Step
+from bondgraph.equations.program import Program, ProgramStep
 
 
 def cubic_loop(cubic: float = 1.0, linear: float = 1.0) -> Program:
@@ -29,7 +29,9 @@ def cubic_loop(cubic: float = 1.0, linear: float = 1.0) -> Program:
         start=(0.0,),
         guess=(0.0,),
         virgin=(),
-        steps=(Step("e_loop", b * zs + k * zs**3 - xs - us, None, "sum of efforts at loop"),),
+        steps=(
+            ProgramStep("e_loop", b * zs + k * zs**3 - xs - us, None, "sum of efforts at loop"),
+        ),
         laws=(),
         rates=(zs - xs,),
         readings=(zs,),

@@ -8,14 +8,14 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 
-from actuators.stack_bond_graph import stack_bond_graph
-from actuators.stack_hysteresis import stack_al_janaideh, stack_ang
+from actuators.stack.bond_graph import stack_bond_graph
+from actuators.stack.hysteresis import stack_al_janaideh, stack_ang
 from bondgraph import BondGraph, C, Df, One, R, Se
+from bondgraph.equations.casadi_printer import to_casadi
+from bondgraph.equations.codegen import program
+from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Law
-from bondgraph.printing import to_casadi
-from bondgraph.program import Program, Step
-from bondgraph.programming import program
 
 TIME = np.arange(0.0, 0.1, 2e-4)
 VOLTAGE = 40.0 * np.sin(2 * np.pi * 20 * TIME) + 25.0 * np.sin(2 * np.pi * 70 * TIME)
@@ -64,7 +64,7 @@ def by_hand(
     guess: tuple[float, ...] = (),
     parameter: str = "a",
     unit: str = "m",
-    steps: tuple[Step, ...] = (),
+    steps: tuple[ProgramStep, ...] = (),
     name: str = "by_hand",
 ) -> Program:
     """``dx/dt = rate``, ``y = x``, one parameter of value 1, unknowns z (or z0, z1)."""

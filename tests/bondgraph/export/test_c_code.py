@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from bondgraph.equations.codegen import program
+from bondgraph.equations.program import Program
 from bondgraph.export.c_code import c_code
 from bondgraph.laws import Hysteretic, Law, QuadraticDrag
-from bondgraph.program import Program
-from bondgraph.programming import program
-from bondgraph.simulate import simulate
+from bondgraph.simulation.simulate import simulate
 from tests.bondgraph.export.printed_models import (
     GRAPHS,
     TIME,

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson
 
-from actuators.stack_bond_graph import stack_bond_graph
-from actuators.stack_hysteresis import stack_ang
+from actuators.stack.bond_graph import stack_bond_graph
+from actuators.stack.hysteresis import stack_ang
 from bondgraph import (
     BondGraph,
     C,
@@ -28,11 +28,11 @@ from bondgraph import (
     Zero,
     simulate,
 )
-from bondgraph.backend import FloatArray
+from bondgraph.equations.codegen import program
 from bondgraph.export.casadi_function import CasadiModel, casadi_functions, load
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic, Polynomial
-from bondgraph.programming import program
+from bondgraph.support.ops import FloatArray
 from tests.bondgraph.export.loop_program import cubic_loop
 
 TIGHT = {"abstol": 1e-16, "reltol": 1e-10}

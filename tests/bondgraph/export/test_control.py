@@ -11,13 +11,13 @@ import control as ct
 import numpy as np
 import pytest
 
-from actuators.stack_bond_graph import stack_bond_graph
-from actuators.stack_hysteresis import stack_ang, stack_hysteresis
+from actuators.stack.bond_graph import stack_bond_graph
+from actuators.stack.hysteresis import stack_ang, stack_hysteresis
 from bondgraph import BondGraph, C, Dq, I, One, R, Se, UnknownName, UnusableInput, simulate
+from bondgraph.equations.codegen import program
 from bondgraph.export.control import control_module, to_control, to_nonlinear_control
 from bondgraph.export.linear import linear_model
 from bondgraph.laws import Coulomb, Polynomial
-from bondgraph.programming import program
 from tests.bondgraph.export.loop_program import cubic_loop
 
 

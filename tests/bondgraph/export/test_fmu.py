@@ -17,16 +17,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from actuators.stack_bond_graph import stack_bond_graph
-from actuators.stack_hysteresis import stack_ang
+from actuators.stack.bond_graph import stack_bond_graph
+from actuators.stack.hysteresis import stack_ang
 from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, simulate
-from bondgraph.errors import UnknownName, UnusableInput
+from bondgraph.equations.codegen import program
+from bondgraph.equations.program import Program
 from bondgraph.export.fmu import fmu2_cosimulation, fmu3_model_exchange
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Coulomb, Hysteretic, Polynomial, Sliding
-from bondgraph.native import compiler
-from bondgraph.program import Program
-from bondgraph.programming import program
+from bondgraph.support.errors import UnknownName, UnusableInput
+from bondgraph.support.native import compiler
 
 fmpy = pytest.importorskip("fmpy")
 validation = pytest.importorskip("fmpy.validation")
@@ -57,7 +57,7 @@ def slider() -> BondGraph:
 
 
 def stack(**options: Any) -> BondGraph:
-    from tests.actuators.test_charge_drive import ANG
+    from tests.actuators.stack.test_charge_drive import ANG
 
     return stack_bond_graph(ANG, **options)
 

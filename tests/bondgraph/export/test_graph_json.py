@@ -16,33 +16,37 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import bondgraph.laws as all_laws
-from actuators.catalogue import MODELS
+from actuators.models.catalogue import MODELS
 from bondgraph import BondGraph, simulate
-from bondgraph import elements as el
-from bondgraph.drives import Drive
-from bondgraph.elements import Element
-from bondgraph.errors import UnusableInput
-from bondgraph.export.graph_json import graph_schema, to_json
+from bondgraph.export.graph_json import read_graph as graph_json
+from bondgraph.export.graph_json.element_forms import ELEMENTS, ElementForms
+from bondgraph.export.graph_json.law_forms import LAWS, LawForm
+from bondgraph.export.graph_json.read_graph import from_json
+from bondgraph.export.graph_json.write_graph import graph_schema, to_json
+from bondgraph.graph import elements as el
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Element
+from bondgraph.graph.modulation import TIME, displacement, effort, external, port_variables
 from bondgraph.laws import (
     Ageing,
     AsymmetricDamping,
     Backlash,
     Bilinear,
-    Bristle,
     ContactLoss,
     Coulomb,
+    DahlFriction,
     DeadZone,
     EndStop,
-    Hats,
     Hysteretic,
     Law,
-    Lifted,
     LuGre,
     NonlinearResistance,
     Odometer,
     Onset,
     Overflow,
+    Parametrised,
     Periodic,
+    PiecewiseLinear,
     Polynomial,
     QuadraticDrag,
     Rectifier,
@@ -53,16 +57,12 @@ from bondgraph.laws import (
     Sliding,
     StopSum,
     Stribeck,
-    Table,
+    TableLaw,
     Tone,
     Viscous,
 )
-from bondgraph.modulation import TIME, displacement, effort, external, port_variables
-from bondgraph.reading import graph_json
-from bondgraph.reading.element_forms import ELEMENTS, ElementForms
-from bondgraph.reading.graph_json import from_json
-from bondgraph.reading.law_forms import LAWS, LawForm
-from identification.command_line.models import load_model
+from bondgraph.support.errors import UnusableInput
+from bondsight.cli.models import load_model
 from tests.bondgraph.hysteresis.examples import EXAMPLES
 
 VALIDATOR = jsonschema.Draft202012Validator(graph_schema())
@@ -74,14 +74,14 @@ LAW_EXAMPLES: dict[str, Law] = {
     "lugre": LuGre(1.0, 0.3, 1e-3, 2e5, 7.0),
     "saturation": Saturation(-3.0, 4.0, 0.125),
     "dead_zone": DeadZone(0.1, 0.2, 2.0),
-    "unnamed_curve": Hats((-2.0, -0.5, 0.5, 1.75), 3.0, "V"),
+    "unnamed_curve": PiecewiseLinear((-2.0, -0.5, 0.5, 1.75), 3.0, "V"),
     "polynomial": Polynomial(0.1, 1.5, 2.0, (2, 3, 5)),
     "rectifier": Rectifier(0.7),
     "rounding": Rounding(0.3, 0.05, 0.8, "V"),
     "slew_limit": SlewLimit(0.02, 0.01, "s/V"),
     "sliding": Sliding(EXAMPLES["dahl"]),
     "prandtl_ishlinskii": StopSum((0.1, 1.0), 0.2, 3.0, -1.0),
-    "table": Table((0.0, 1.0, 3.0), (0.0, 2.0, 2.5), "pchip", False, True, 0.7, "V"),
+    "table": TableLaw((0.0, 1.0, 3.0), (0.0, 2.0, 2.5), "pchip", False, True, 0.7, "V"),
     "operator": Hysteretic(EXAMPLES["cascade of all"]),
     "backlash": Backlash(
         stiffness=3.0,
@@ -98,14 +98,14 @@ LAW_EXAMPLES: dict[str, Law] = {
     "overflow": Overflow(inverse=True, depth=0.3, size=0.2, top=2.0),
     "periodic_force": Periodic(0.3, 2.0, 4.0, "N*m", "rad"),
     "odometer": Odometer(),
-    "dahl": Bristle(0.4, 2e-3, "N*m", "rad"),
+    "dahl": DahlFriction(0.4, 2e-3, "N*m", "rad"),
     "asymmetric_damping": AsymmetricDamping(-0.2, 3.0, "N*m*s/rad"),
     "nonlinear_resistance": NonlinearResistance(0.3, 2.0, "Pa", "m3/s"),
     "self_heating": SelfHeating(-0.1, 3.0, 0.2),
     "tone": Tone(7.0, 0.05, 3.0, "V", False),
     "onset": Onset(2.0, 0.1, 0.3, 4.0, "V", True, False),
     "ageing": Ageing(30.0, 0.2, "N/m"),
-    "lifted": Lifted(Polynomial(0.1, 1.5, 2.0), ("centre", "half")),
+    "lifted": Parametrised(Polynomial(0.1, 1.5, 2.0), ("centre", "half")),
 }
 
 
@@ -236,7 +236,7 @@ def test_a_shared_coefficient_stays_one_parameter() -> None:
 )
 def test_lifted_laws_are_checked(law: dict[str, Any], message: str | None) -> None:
     with BondGraph("lifted") as g:
-        el.C("C_1", 1.0, law=Lifted(Hats((-1.0, 0.5, 1.0)), ("knots",)))
+        el.C("C_1", 1.0, law=Parametrised(PiecewiseLinear((-1.0, 0.5, 1.0)), ("knots",)))
     data = json.loads(to_json(g))
     (element,) = data["elements"]
     element["law"]["inner"] = law
@@ -256,7 +256,7 @@ def test_operators(name: str) -> None:
 
 
 def test_simulates_to_the_same_bits(tmp_path: Path) -> None:
-    from actuators.stack_bond_graph import stack_bond_graph
+    from actuators.stack.bond_graph import stack_bond_graph
 
     graph = stack_bond_graph(law=Hysteretic(EXAMPLES["maxwell_resistive_capacitor"]))
     file = tmp_path / "stack.json"
@@ -291,9 +291,9 @@ def test_reads_inside_of_a_block_without_joining_it() -> None:
 
 
 def test_laws_of_a_program() -> None:
-    from actuators.plus_linear import PlusLinear
-    from bondgraph.reading.json_fields import NUMBER
-    from bondgraph.reading.law_forms import OPERATOR
+    from actuators.stack.plus_linear import PlusLinear
+    from bondgraph.export.graph_json.json_fields import NUMBER
+    from bondgraph.export.graph_json.law_forms import OPERATOR
 
     form = LawForm(PlusLinear, {"operator": OPERATOR, "linear": NUMBER})
     with BondGraph("own law") as g:

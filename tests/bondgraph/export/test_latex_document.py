@@ -14,15 +14,15 @@ import pytest
 import sympy as sp
 from matplotlib.mathtext import MathTextParser
 
-from actuators.catalogue import MODELS
-from actuators.stack_bond_graph import stack_bond_graph
-from actuators.stack_hysteresis import stack_ang
+from actuators.models.catalogue import MODELS
+from actuators.stack.bond_graph import stack_bond_graph
+from actuators.stack.hysteresis import stack_ang
 from bondgraph import BondGraph, C, Df, I, One, R, Se, Zero, derive
+from bondgraph.equations.codegen import program
+from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.latex import pretty, tex, words
 from bondgraph.export.latex_document import document
 from bondgraph.export.latex_lines import broken, width
-from bondgraph.program import Program, Step
-from bondgraph.programming import program
 from tests.bondgraph.export.loop_program import cubic_loop
 
 ENGINE = next((e for e in ("tectonic", "pdflatex", "lualatex") if shutil.which(e)), None)
@@ -52,7 +52,10 @@ def hostile() -> Program:
     return replace(
         p, name=HOSTILE, parameters=("k", "\u00fcnit_\u6f22"),
         units={"k": "\u00b5m\u00b2/\u00b0C %"},
-        steps=(Step("e_long", long, None, HOSTILE), Step("\u03c4_\u03bb", -hard, None, "")),
+        steps=(
+            ProgramStep("e_long", long, None, HOSTILE),
+            ProgramStep("\u03c4_\u03bb", -hard, None, ""),
+        ),
         rates=(sp.Symbol("e_long", real=True),),
     )  # fmt: skip
 
@@ -150,7 +153,7 @@ def test_closed_forms_too_large_to_read_are_left_out() -> None:
     x = sp.Symbol("x", real=True)
     steps, last = [], x
     for i in range(30):  # each doubles the one before
-        steps.append(Step(f"s{i}", last * (1 + last), None, ""))
+        steps.append(ProgramStep(f"s{i}", last * (1 + last), None, ""))
         last = sp.Symbol(f"s{i}", real=True)
     text = document(replace(p, steps=tuple(steps), rates=(last,), residuals=(last,)))
     assert re.search(r"Left out: \d{9,} operations", text)

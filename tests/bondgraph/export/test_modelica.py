@@ -20,28 +20,28 @@ import pymoca.parser
 import pytest
 import sympy as sp
 
-from actuators.catalogue import MODELS
+from actuators.models.catalogue import MODELS
 from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero, simulate
-from bondgraph.drives import Drive
-from bondgraph.elements import symbol
-from bondgraph.errors import BondsightError, UnusableInput
+from bondgraph.equations.codegen import program
+from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.modelica import modelica
 from bondgraph.export.modelica_language import RESERVED, Identifiers, quoted, unit_text
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import symbol
 from bondgraph.laws import (
     DeadZone,
-    Hats,
     Hysteretic,
     Law,
     LuGre,
+    PiecewiseLinear,
     Polynomial,
     QuadraticDrag,
     Saturation,
     Sliding,
     Stribeck,
-    Table,
+    TableLaw,
 )
-from bondgraph.program import Program, Step
-from bondgraph.programming import program
+from bondgraph.support.errors import BondsightError, UnusableInput
 from tests.bondgraph.hysteresis.examples import EXAMPLES, TIMED
 
 SEED = 20240611
@@ -187,8 +187,8 @@ def test_models_of_the_catalogue(name: str) -> None:
 SMOOTH: dict[str, Law] = {
     "stribeck": Stribeck(2.0, 0.5, 0.3),
     "drag": QuadraticDrag(0.7),
-    "table": Table((-1.0, 0.0, 0.5, 2.0), (-2.0, 0.0, 0.2, 3.0), "linear", True, True, 1.0),
-    "pchip": Table((-1.0, 0.0, 0.5, 2.0), (-2.0, 0.0, 0.2, 3.0), "pchip", False, False, 0.5),
+    "table": TableLaw((-1.0, 0.0, 0.5, 2.0), (-2.0, 0.0, 0.2, 3.0), "linear", True, True, 1.0),
+    "pchip": TableLaw((-1.0, 0.0, 0.5, 2.0), (-2.0, 0.0, 0.2, 3.0), "pchip", False, False, 0.5),
 }
 
 
@@ -201,7 +201,7 @@ def test_laws_without_memory(name: str) -> None:
         body >> R("b", 0.5, unit="N*s/m", law=SMOOTH[name])
         body >> C("k", stiffness=3.0, unit="N/m", law=Polynomial(0.1, 2.0))
         body >> Df("v", unit="m/s", law=DeadZone(0.1, 0.3))
-        body >> Dq("x", unit="m", law=Hats())
+        body >> Dq("x", unit="m", law=PiecewiseLinear())
     p = program(g)
     assert len(p.laws) == 5
     assert_same_numbers(p)
@@ -285,7 +285,7 @@ def loop() -> Program:
         start=(0.25,),
         guess=(0.1,),
         virgin=(),
-        steps=(Step("e_R", z_ + z_**3, None, "R"),),
+        steps=(ProgramStep("e_R", z_ + z_**3, None, "R"),),
         laws=(),
         rates=(-x_ + z_ + symbol("time"),),
         readings=(x_ * d_ + sp.exp(-z_) / a_ ** sp.Rational(3, 2),),

@@ -16,13 +16,13 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
-from bondgraph.errors import BondsightError
+from bondgraph.equations.codegen import program
+from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.numpy_module import numpy_module
 from bondgraph.export.sympy_python import to_python
 from bondgraph.laws import Coulomb, Hysteretic, Law, QuadraticDrag
-from bondgraph.program import Program, Step
-from bondgraph.programming import program
-from bondgraph.simulate import simulate
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import BondsightError
 from tests.bondgraph.export.printed_models import (
     GRAPHS,
     NOW,
@@ -232,7 +232,7 @@ def test_wrong_calls_name_what_is_wrong() -> None:
 
 
 def test_names_of_the_model_cannot_break_the_module() -> None:
-    steps = (Step("class", sp.Symbol("lambda") * 2, None, 'end """ \n import os  # \u00e9'),)
+    steps = (ProgramStep("class", sp.Symbol("lambda") * 2, None, 'end """ \n import os  # \u00e9'),)
     model = by_hand(sp.Symbol("class") - X, parameter="lambda", unit='"""\n\'', steps=steps,
                     name='a"""\nb\\')  # fmt: skip
     text = numpy_module(model)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from actuators.catalogue import MODELS
-from actuators.stack_bond_graph import stack_bond_graph
-from actuators.stack_hysteresis import stack_ang, stack_hysteresis
+from actuators.models.catalogue import MODELS
+from actuators.stack.bond_graph import stack_bond_graph
+from actuators.stack.hysteresis import stack_ang, stack_hysteresis
 from bondgraph import BondGraph, C, De, One, R, Se, UnusableInput, Zero, simulate
+from bondgraph.equations.codegen import program
 from bondgraph.export.scipy_signal import to_scipy
-from bondgraph.programming import program
 
 
 @pytest.mark.parametrize("name", ["stack_with_payload", "resonator", "mass_with_viscous_friction"])

@@ -14,12 +14,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from bondgraph.errors import BondsightError
-from bondgraph.export.tape import OPERATIONS, Notation, Tape, tape, written
+from bondgraph.equations.codegen import law_functions
+from bondgraph.export.tape import OPERATIONS, AssignmentTape, Notation, tape, written
 from bondgraph.export.tape_languages import C99, PYTHON, PYTHON_HELPERS, used_helpers
-from bondgraph.laws import Coulomb, Hysteretic, LuGre, QuadraticDrag, Sliding, Stribeck, Table
+from bondgraph.laws import Coulomb, Hysteretic, LuGre, QuadraticDrag, Sliding, Stribeck, TableLaw
 from bondgraph.laws.law import Law
-from bondgraph.programming import law_functions
+from bondgraph.support.errors import BondsightError
 from tests.bondgraph.hysteresis.examples import EXAMPLES
 
 SAMPLES = 25
@@ -29,7 +29,7 @@ LAWS: dict[str, Law] = {name: Hysteretic(operator) for name, operator in EXAMPLE
     "stribeck": Stribeck(),
     "drag": QuadraticDrag(),
     "lugre": LuGre(damping=3.0),
-    "pchip": Table((0.0, 1.0, 2.0, 4.0), (0.0, 0.4, 0.5, 3.0), join="pchip", free=True),
+    "pchip": TableLaw((0.0, 1.0, 2.0, 4.0), (0.0, 0.4, 0.5, 3.0), join="pchip", free=True),
 }
 
 
@@ -209,7 +209,7 @@ def test_refusals_are_one_clear_line() -> None:
     x = ca.SX.sym("x", 2)
     y = ca.MX.sym("y")
     called = ca.Function("inner", [x], [ca.sum1(x)], {"never_inline": True})
-    cases: list[tuple[Callable[[], Tape], str]] = [
+    cases: list[tuple[Callable[[], AssignmentTape], str]] = [
         (lambda: tape(ca.Function("f", [y], [y])), "expand"),
         (lambda: tape(ca.Function("f", [x], [called(x)])), "'call' has no rule"),
         (lambda: tape(ca.Function("f", [x], [x]), [("a",)]), "2 entries but 1 names"),

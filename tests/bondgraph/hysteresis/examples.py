@@ -10,7 +10,7 @@ from bondgraph.hysteresis import (
     BoucWen,
     Cascade,
     Dahl,
-    DeadZone,
+    DeadZones,
     GeneralisedPrandtlIshlinskii,
     HysteresisWithCreep,
     KelvinVoigtCreep,
@@ -29,7 +29,7 @@ STEP = 0.02
 """Time between samples for operators that depend on it, s."""
 
 PI = PrandtlIshlinskii((0.0, 0.3, 1.0, 2.5), (1.2, 0.6, -0.4, 0.9))
-ZONES = DeadZone((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
+ZONES = DeadZones((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
 SPRINGS = MaxwellResistiveCapacitor((2.0, 1.0, 0.5), (0.4, 0.5, 1.2))
 ENVELOPE = AlJanaideh(q=1.0, c=1.5, sigma=0.4, alpha=0.5, beta=0.3, count=6)
 CREEP = LogCreep((50.0, 5.0, 0.5), (0.0, 0.4), (0.1, 0.2))

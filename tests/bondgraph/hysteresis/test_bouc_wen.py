@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bondgraph.backend import CASADI, NUMPY
 from bondgraph.hysteresis.duhem.asymmetric_bouc_wen import AsymmetricBoucWen
 from bondgraph.hysteresis.duhem.bouc_wen import BoucWen
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
+from bondgraph.support.ops import CASADI, NUMPY
 
 A = 1.3
 RATES = [

@@ -9,12 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph.backend import NUMPY
 from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
     BadParameter,
-    DeadZone,
+    DeadZones,
     MaxwellResistiveCapacitor,
     NotInvertible,
     PrandtlIshlinskii,
@@ -25,12 +24,13 @@ from bondgraph.hysteresis.creep.hysteresis_with_creep import HysteresisWithCreep
 from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
 from bondgraph.hysteresis.creep.log_creep import LogCreep
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
+from bondgraph.support.ops import NUMPY
 
 quick = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)
 
 PI = PrandtlIshlinskii((0.0, 0.3, 1.0, 2.5), (1.2, 0.6, -0.4, 0.9))
-ZONES = DeadZone((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
+ZONES = DeadZones((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
 CREEP = LogCreep((50.0, 5.0, 0.5), (0.0, 0.4), (0.1, 0.2))
 FULL = Cascade(HysteresisWithCreep(PI, CREEP), ZONES)
 
@@ -102,7 +102,7 @@ def test_inverse_reverses_the_order_and_the_memory() -> None:
 
 
 def test_claims() -> None:
-    straight = DeadZone((0.0,), (2.0,))
+    straight = DeadZones((0.0,), (2.0,))
     assert Cascade(PI, straight).congruent
     assert not Cascade(PI, ZONES).congruent
     assert Cascade(ZONES, PI).congruent
@@ -111,7 +111,7 @@ def test_claims() -> None:
     assert FULL.timed
     assert not Cascade(PI, ZONES).timed
     # a first stage that falls with its input spoils what the second one remembers
-    falling = DeadZone((0.0, 1.0), (1.0, -2.0))
+    falling = DeadZones((0.0, 1.0), (1.0, -2.0))
     assert not Cascade(falling, PI).wipes_out
     assert not Cascade(falling, PI).congruent
     assert Cascade(PI, falling).wipes_out

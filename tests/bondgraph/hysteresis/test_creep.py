@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bondgraph.backend import NUMPY
 from bondgraph.hysteresis import (
     AlJanaideh,
     BadParameter,
@@ -24,6 +23,7 @@ from bondgraph.hysteresis.creep.hysteresis_with_creep import (
 from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
 from bondgraph.hysteresis.creep.kelvin_voigt_inverse import KelvinVoigtCreepInverse
 from bondgraph.hysteresis.creep.log_creep import LogCreep
+from bondgraph.support.ops import NUMPY
 
 CREEP = LogCreep((30.0, 3.0, 0.3), (0.0, 0.5, 1.2), (0.1, 0.05, -0.02))
 LINEAR = KelvinVoigtCreep(1.0, (0.3, 0.1, 0.2), (0.01, 0.1, 3.0))

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.backend import NUMPY
 from bondgraph.hysteresis.duhem.dahl import Dahl
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
+from bondgraph.support.ops import NUMPY
 
 DAHL = Dahl(2.0, 1.5)
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph.hysteresis import Ang, BadInput, BadParameter, DeadZone
+from bondgraph.hysteresis import Ang, BadInput, BadParameter, DeadZones
 from bondgraph.hysteresis import PrandtlIshlinskii as Plays
 from bondgraph.hysteresis.fitting import fit_kuhnen, fit_weights
 from bondgraph.hysteresis.fitting.kuhnen_stages import dead_zone_columns
@@ -27,10 +27,10 @@ def random_truth(rng: np.random.Generator) -> Ang:
     left, right = rng.uniform(0.5, 1.5, (2, 3))
     right[0] = left[0]
     outward = (*np.diff(left)[::-1], left[0], *np.diff(right))
-    return Ang(Plays(thresholds, tuple(plays)), DeadZone((-1.8, -0.7, 0.0, 0.6, 1.5), outward))
+    return Ang(Plays(thresholds, tuple(plays)), DeadZones((-1.8, -0.7, 0.0, 0.6, 1.5), outward))
 
 
-def mean_slope(stage: DeadZone, y: Any) -> float:
+def mean_slope(stage: DeadZones, y: Any) -> float:
     low, high = min(0.0, y.min()), max(0.0, y.max())
     ends = stage.run([low, high])[0]
     return float((ends[1] - ends[0]) / (high - low))
@@ -72,7 +72,7 @@ def test_the_descent_lowers_the_output_error_to_the_noise(seed: Any) -> None:
 
 def quadratic_program(y: Any, thresholds: Any, zones: Any, minimum: float, plays: bool) -> float:
     """Solve the joint problem by another method; return its least mean square error."""
-    stage = DeadZone(zones, (1.0,) * len(zones))
+    stage = DeadZones(zones, (1.0,) * len(zones))
     bank = Plays(thresholds, (1.0,) * len(thresholds))
     phi = np.hstack((bank.regressors(X), -dead_zone_columns(stage, y)))
     n, zero = len(thresholds), stage.zero_index
@@ -120,7 +120,7 @@ def test_the_convex_fit_is_the_minimum(constraint: Any, minimum: Any) -> None:
 
 
 def test_bounds_hold_and_are_reported() -> None:
-    truth = Ang(Plays((0, 1), (1.0, 0.5)), DeadZone((0.0, 1.0), (1.0, -0.97)))
+    truth = Ang(Plays((0, 1), (1.0, 0.5)), DeadZones((0.0, 1.0), (1.0, -0.97)))
     y, _ = truth.run(X)
     fit = fit_kuhnen(X, y, (0, 1), (0.0, 1.0), minimum=0.7)
     outward = np.cumsum(fit.inverse_dead_zone.weights)
@@ -156,7 +156,7 @@ def test_dead_zones_follow_an_asymmetric_loop_better() -> None:
 
 
 def test_zones_and_plays_without_evidence_are_named() -> None:
-    truth = Ang(Plays((0, 1), (1.0, 0.5)), DeadZone((0.0, 1.0), (1.0, 0.5)))
+    truth = Ang(Plays((0, 1), (1.0, 0.5)), DeadZones((0.0, 1.0), (1.0, 0.5)))
     x = np.abs(X)
     y, _ = truth.run(x)
     fit = fit_kuhnen(x, y, (0, 1, 7), (-2.0, 0.0, 1.0, 50.0))

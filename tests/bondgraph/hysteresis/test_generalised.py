@@ -8,7 +8,6 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from bondgraph.backend import CASADI, NUMPY, SYMPY
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
 from bondgraph.hysteresis.plays.envelope import (
@@ -22,6 +21,7 @@ from bondgraph.hysteresis.plays.envelope import (
 from bondgraph.hysteresis.plays.generalised import GeneralisedPrandtlIshlinskii
 from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
 THRESHOLDS, WEIGHTS = (0.0, 0.3, 1.0), (1.2, 0.6, 0.4)
 MIXED = (2.0, 0.6, 0.1, 0.5, -0.2)

@@ -11,7 +11,7 @@ import pytest
 
 import bondgraph.hysteresis
 
-MODULES = ["bondgraph.backend", "bondgraph.hysteresis"] + [
+MODULES = ["bondgraph.support.ops", "bondgraph.hysteresis"] + [
     f"bondgraph.hysteresis.{module.name}" for module in iter_modules(bondgraph.hysteresis.__path__)
 ]
 

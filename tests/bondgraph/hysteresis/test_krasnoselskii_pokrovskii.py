@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.backend import NUMPY
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
 from bondgraph.hysteresis.preisach.krasnoselskii_pokrovskii import KrasnoselskiiPokrovskii
 from bondgraph.hysteresis.preisach.preisach_grid import preisach_from_relays
+from bondgraph.support.ops import NUMPY
 
 COUNT = 5
 WEIGHTS = tuple(np.random.default_rng(9).uniform(0.1, 1.0, COUNT * (COUNT + 1) // 2))

@@ -113,7 +113,7 @@ def test_symbols() -> None:
     w, s = ca.SX.sym("w", 2), ca.SX.sym("s", 3)
     operator = kuhnen_modified((0.0, 1.0), ca.vertsplit(w), (-1.0, 2.0), ca.vertsplit(s))
     assert isinstance(operator, Ang)
-    from bondgraph.backend import CASADI
+    from bondgraph.support.ops import CASADI
 
     x = ca.SX.sym("x")
     z = operator.value(CASADI, x, (0.0,))

@@ -12,7 +12,6 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph.backend import CASADI, NUMPY, SYMPY
 from bondgraph.hysteresis import (
     OPERATORS,
     Ang,
@@ -24,6 +23,7 @@ from bondgraph.hysteresis import (
     turning_points,
 )
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
+from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 from tests.bondgraph.hysteresis.examples import EXAMPLES, PI, STEP, UNTIMED
 
 INVERTIBLE = [

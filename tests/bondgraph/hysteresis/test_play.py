@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph.backend import NUMPY
 from bondgraph.hysteresis import (
     PrandtlIshlinskii,
     play,
@@ -19,6 +18,7 @@ from bondgraph.hysteresis import (
     stop,
     turning_points,
 )
+from bondgraph.support.ops import NUMPY
 
 quick = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 finite = st.floats(-10, 10)

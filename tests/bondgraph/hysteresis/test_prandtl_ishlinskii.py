@@ -12,8 +12,8 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph.backend import CASADI, NUMPY
 from bondgraph.hysteresis import BadMemory, BadParameter, NotInvertible, PrandtlIshlinskii
+from bondgraph.support.ops import CASADI, NUMPY
 
 quick = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)

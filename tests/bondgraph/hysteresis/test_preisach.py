@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.backend import NUMPY
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.hysteresis.preisach.preisach import Preisach
 from bondgraph.hysteresis.preisach.preisach_grid import preisach_from_everett, preisach_from_relays
+from bondgraph.support.ops import NUMPY
 
 KNOTS = (-3.0, -0.4, 1.0, 2.5)
 DENSITIES = (0.3, 0.7, 0.1, 0.6, 0.2, 0.4, 0.0, 0.9, 0.3)

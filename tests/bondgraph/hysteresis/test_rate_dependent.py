@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.backend import NUMPY
 from bondgraph.hysteresis import BadInput, BadParameter, NotInvertible, PrandtlIshlinskii
 from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent
 from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse
@@ -20,6 +19,7 @@ from bondgraph.hysteresis.rate.rate_dependent_inverse import (
     RateDependentInverse,
     solve_plays,
 )
+from bondgraph.support.ops import NUMPY
 
 STEP = 1e-3
 TRIALS = range(12)

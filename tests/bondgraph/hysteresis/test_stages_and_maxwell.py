@@ -11,12 +11,11 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph.backend import CASADI, NUMPY
 from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
     BadParameter,
-    DeadZone,
+    DeadZones,
     MaxwellResistiveCapacitor,
     NotInvertible,
     PrandtlIshlinskii,
@@ -24,6 +23,7 @@ from bondgraph.hysteresis import (
     identity_plus,
     inverse_of_identity_plus,
 )
+from bondgraph.support.ops import CASADI, NUMPY
 
 quick = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)
@@ -51,7 +51,7 @@ def test_dead_zone_inverse(seed: Any) -> None:
         )
     )
     below = -np.cumsum(rng.uniform(0.1, 1, left))[::-1]
-    zones = DeadZone((*below, 0.0, *np.cumsum(rng.uniform(0.1, 1, right))), tuple(weights))
+    zones = DeadZones((*below, 0.0, *np.cumsum(rng.uniform(0.1, 1, right))), tuple(weights))
     y = np.linspace(-6, 6, 301)
     z, _ = zones.run(y, ())
     assert np.all(np.diff(z) > 0)
@@ -61,13 +61,13 @@ def test_dead_zone_inverse(seed: Any) -> None:
 
 def test_dead_zone_symbols() -> None:
     d = ca.SX.sym("d", 2)
-    zones = DeadZone((-d[0], 0, d[1]), (1.0, 2.0, 3.0))
+    zones = DeadZones((-d[0], 0, d[1]), (1.0, 2.0, 3.0))
     y = ca.SX.sym("y")
     there = zones.value(CASADI, y, ())
     f = ca.Function("f", [y, d], [there, zones.inverse().value(CASADI, there, ())])
     for at in (-2.0, 0.2, 3.0):
         z, back = f(at, [0.5, 0.7])
-        expected = DeadZone((-0.5, 0, 0.7), (1, 2, 3)).value(NUMPY, at, ())
+        expected = DeadZones((-0.5, 0, 0.7), (1, 2, 3)).value(NUMPY, at, ())
         assert float(z) == pytest.approx(float(expected))
         assert float(back) == pytest.approx(at)
 
@@ -77,7 +77,7 @@ def test_dead_zone_symbols() -> None:
 )
 def test_dead_zone_not_invertible(weights: Any, index: Any) -> None:
     with pytest.raises(NotInvertible, match=rf"thresholds\[{index}\]") as caught:
-        DeadZone((-1.0, 0.0, 1.0), weights).inverse()
+        DeadZones((-1.0, 0.0, 1.0), weights).inverse()
     assert caught.value.index == index
 
 
@@ -87,16 +87,16 @@ def test_dead_zone_not_invertible(weights: Any, index: Any) -> None:
 )
 def test_dead_zone_bad_thresholds(thresholds: Any, message: Any) -> None:
     with pytest.raises(BadParameter, match=message):
-        DeadZone(thresholds, (1.0, 1.0))
+        DeadZones(thresholds, (1.0, 1.0))
 
 
 def test_dead_zone_number_on_the_wrong_side_of_a_symbol() -> None:
     with pytest.raises(BadParameter, match="wrong side"):
-        DeadZone((1.0, sympy.Symbol("d"), 0.0), (1.0, 1.0, 1.0))
+        DeadZones((1.0, sympy.Symbol("d"), 0.0), (1.0, 1.0, 1.0))
 
 
 def test_ang_stages_are_checked() -> None:
-    zones = DeadZone((0.0,), (1.0,))
+    zones = DeadZones((0.0,), (1.0,))
     with pytest.raises(BadParameter, match="play must be"):
         Ang(zones, zones)  # type: ignore[arg-type]
     with pytest.raises(BadParameter, match="dead_zone must be"):

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 import sympy
 
-from bondgraph.backend import CASADI, NUMPY, SYMPY
 from bondgraph.hysteresis import (
     AlJanaideh,
     BadInput,
     BadMemory,
-    DeadZone,
+    DeadZones,
     MaxwellResistiveCapacitor,
     PrandtlIshlinskii,
 )
@@ -26,10 +25,11 @@ from bondgraph.hysteresis.creep.log_creep import LogCreep
 from bondgraph.hysteresis.plays.kuhnen_modified import kuhnen_modified
 from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent
 from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
+from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
 STEP = 0.02
 PI = PrandtlIshlinskii((0.0, 0.3, 1.0, 2.5), (1.2, 0.6, -0.4, 0.9))
-ZONES = DeadZone((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
+ZONES = DeadZones((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
 CREEP = LogCreep((50.0, 5.0, 0.5), (0.0, 0.4), (0.1, 0.2))
 LINEAR = KelvinVoigtCreep(1.0, (0.3, -0.1, 0.2), (0.01, 0.1, 3.0))
 RATE = RateDependentPrandtlIshlinskii((0, 0.3, 1), (0, 0.002, 0.003), (1.2, 0.6, -0.4), 0.05)

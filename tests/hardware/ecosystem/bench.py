@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.contracts import Chunk, Flag, Identity, Written
+from hardware.contracts import Chunk, Flag, Identity, WaveProgress
 from hardware.envelope import P840_1_UNIPOLAR, GuardedOutput, GuardedWave
 from hardware.errors import LinkLost
 from hardware.simulators.control import LocalClock
-from hardware.simulators.plant_contract import Motion
+from hardware.simulators.plant_contract import PlantMotion
 from hardware.simulators.rig import Rig
 
 Array = NDArray[np.float64]
@@ -27,8 +27,8 @@ class Spring:
 
     step = 1e-4
 
-    def advance(self, volts: Array) -> Motion:
-        return Motion(GAIN * volts, 0.0 * volts)
+    def advance(self, volts: Array) -> PlantMotion:
+        return PlantMotion(GAIN * volts, 0.0 * volts)
 
 
 class RigOutput:
@@ -66,7 +66,7 @@ class RigWave:
     def load(self, volts: Array, rate: float) -> None:
         self._loaded = (volts, rate)
 
-    def play(self) -> Iterator[Written]:
+    def play(self) -> Iterator[WaveProgress]:
         volts, rate = self._loaded
         self._going = True
         per = max(int(0.02 * rate), 1)
@@ -79,7 +79,7 @@ class RigWave:
                 self.rig.wait(1.0 / rate)
             self._clock.sleep(0.0)
             chunk = Chunk("output", first, {"V": part}, {"V": "V"})
-            yield Written(first + part.size, volts.size, chunks=(chunk,))
+            yield WaveProgress(first + part.size, volts.size, chunks=(chunk,))
 
     def abort(self) -> None:
         self._going = False

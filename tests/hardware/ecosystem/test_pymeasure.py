@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from hardware.contracts import Identity, Transport
-from hardware.controllers import GcsController, OwnGcsTalk
+from hardware.devices.controllers import GcsController, OwnGcsTalk
 from hardware.envelope import P840_1_UNIPOLAR
 from hardware.errors import LimitViolation, LinkLost, TimedOut
 from hardware.simulators.controllers import GcsFront
@@ -25,8 +25,8 @@ from pymeasure.adapters import Adapter  # noqa: E402
 
 from hardware.ecosystem.with_pymeasure import (  # noqa: E402
     AdapterTransport,
-    DisplacementInstrument,
-    VoltageInstrument,
+    PyMeasureDisplacement,
+    PyMeasureVoltage,
 )
 
 Pairs = Sequence[tuple[bytes, bytes | None]]
@@ -82,7 +82,7 @@ PROOF: Pairs = [(b"GET?\n", b"0.0\n"), *UP, (b"GET?\n", b"2.0\n"), *DOWN, (b"GET
 
 def _opened(pairs: Pairs) -> Any:
     return expected_protocol(
-        VoltageInstrument,
+        PyMeasureVoltage,
         [*POWER_UP, (b"GET?\n", b"0.0\n"), *PROOF, *pairs],
         driver=LineOutput,
         envelope=P840_1_UNIPOLAR,
@@ -153,7 +153,7 @@ class SocketAdapter(Adapter):  # type: ignore[misc]
 def test_our_driver_over_an_adapter_moves_the_simulated_device() -> None:
     bench = Bench()
     front = GcsFront(bench.rig)
-    instrument = VoltageInstrument(
+    instrument = PyMeasureVoltage(
         SocketAdapter(front.start()),
         lambda link: GcsController(OwnGcsTalk(link), clock=bench.clock),
         P840_1_UNIPOLAR,
@@ -205,7 +205,7 @@ def test_faults_of_adapters_become_ours() -> None:
 
 def test_displacement() -> None:
     bench = Bench()
-    instrument = DisplacementInstrument(bench.sensor)
+    instrument = PyMeasureDisplacement(bench.sensor)
     bench.rig.drive(10.0)
     bench.rig.wait(0.01)
     assert instrument.displacement == pytest.approx(10.0 * GAIN)

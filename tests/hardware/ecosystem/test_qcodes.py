@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.ecosystem import BlockPlan
 from hardware.errors import LimitViolation, LinkLost
@@ -28,7 +28,7 @@ def instruments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any
     from hardware.ecosystem import with_qcodes
 
     yield with_qcodes
-    with_qcodes.VoltageInstrument.close_all()
+    with_qcodes.QCoDeSVoltage.close_all()
 
 
 def test_voltage_between_its_limits(instruments: Any) -> None:

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk, Flag
 from hardware.ecosystem import ActionStatus, BlockPlan, BlueskyBlock, BlueskyVoltage, block_arrays
 from hardware.errors import HardwareError, LimitViolation, LinkLost, TimedOut

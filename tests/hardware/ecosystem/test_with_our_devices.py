@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from hardware.contracts import Flag
-from hardware.controllers import GcsController, OwnGcsTalk
+from hardware.devices.controllers import GcsController, OwnGcsTalk
+from hardware.devices.interferometer import Block
+from hardware.devices.transport import TcpTransport
 from hardware.ecosystem import (
     BlockPlan,
     BlueskyBlock,
@@ -19,10 +21,8 @@ from hardware.ecosystem import (
 )
 from hardware.envelope import P840_1_UNIPOLAR, GuardedOutput
 from hardware.errors import BeamLost, Overrun
-from hardware.interferometer import Block
 from hardware.simulators.controllers import GcsFront
-from hardware.transport import TcpTransport
-from tests.hardware.interferometer import bench as benches
+from tests.hardware.devices.interferometer import bench as benches
 
 pytestmark = pytest.mark.filterwarnings("default")
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.contracts import Chunk, Identity, Written
+from hardware.contracts import Chunk, Identity, WaveProgress
 from hardware.errors import LinkLost
 
 
@@ -190,7 +190,7 @@ class RawPlayer:
         if not self.device.carry(b"WAV\n"):
             raise LinkLost("device: the waveform did not arrive")
 
-    def play(self) -> Iterator[Written]:
+    def play(self) -> Iterator[WaveProgress]:
         self.written, self.running = 0, True
         block = max(round(0.02 * self.rate), 1)
         while self.running and self.written < self.volts.size:
@@ -204,7 +204,7 @@ class RawPlayer:
                 self.written += 1
                 self.device.clock.sleep(1.0 / self.rate)
             chunk = Chunk("output", first, {"V": self.volts[first : self.written]}, {"V": "V"})
-            yield Written(self.written, self.volts.size, 0, (chunk,))
+            yield WaveProgress(self.written, self.volts.size, 0, (chunk,))
 
     def stopped(self) -> bool:
         return not self.running

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Identity, VoltageOut
 from hardware.envelope import Converter, Dwell, Envelope, GuardedOutput, OutputState
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault

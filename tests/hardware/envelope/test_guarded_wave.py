@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from hardware.contracts import Flag, WaveOut, Written
+from hardware.contracts import Flag, WaveOut, WaveProgress
 from hardware.envelope import Converter, Dwell, Envelope, GuardedWave, OutputState, RawWave, parked
 from hardware.errors import LimitViolation, LinkLost, ProtocolFault
 from tests.hardware.envelope.device import RawPlayer, TellingPlayer, unsafe
@@ -172,7 +172,7 @@ def test_a_link_lost_within_it(after: int) -> None:
 
 def test_a_player_that_ends_early_is_a_fault() -> None:
     class Short(TellingPlayer):
-        def play(self) -> Iterator[Written]:
+        def play(self) -> Iterator[WaveProgress]:
             for written in super().play():
                 yield written
                 self.running = False
@@ -195,11 +195,11 @@ def test_a_device_that_plays_on_by_itself_is_found_where_it_really_is() -> None:
         def load(self, volts: np.ndarray, rate: float) -> None:
             self.volts = volts
 
-        def play(self) -> Iterator[Written]:
+        def play(self) -> Iterator[WaveProgress]:
             for k in range(1, 6):
                 for v in self.volts[20 * (k - 1) : 20 * k]:
                     b.device.command(float(v), "wave")
-                yield Written(20 * k, 100)
+                yield WaveProgress(20 * k, 100)
 
         def abort(self) -> None:
             for v in self.volts[40:55]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.envelope import P840_1, PRESETS, Capacitance, Converter, Dwell, Envelope
 from hardware.envelope.plain_numbers import engineering
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.envelope import Converter, Envelope, GuardedOutput, OutputState, check_monitor
 from hardware.errors import HardwareError, LimitViolation, ProtocolFault
 from tests.hardware.envelope.device import Device, RawDevice, TrueTime, unsafe

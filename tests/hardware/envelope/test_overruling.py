@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hardware.contracts import Written
+from hardware.contracts import WaveProgress
 from hardware.envelope import Envelope, GuardedOutput, GuardedWave, OutputState
 from hardware.errors import HardwareError, LimitViolation, LinkLost
 from tests.hardware.envelope.device import (
@@ -179,7 +179,7 @@ def test_preparing_from_within_the_conversion_cannot_reach_a_playing_waveform() 
     b = bench()
     player = TellingPlayer(b.device)
     wave = GuardedWave(b.output, player)
-    playing: list[Iterator[Written]] = []
+    playing: list[Iterator[WaveProgress]] = []
 
     class Playing:
         def __array__(self, dtype: Any = None, copy: Any = None) -> np.ndarray:
@@ -249,14 +249,14 @@ def test_a_stop_waits_for_a_player_of_another_thread() -> None:
 
         position = 0
 
-        def play(self) -> Iterator[Written]:
+        def play(self) -> Iterator[WaveProgress]:
             for first in range(0, 200, 20):
                 for v in self.volts[first : first + 20]:
                     device.command(float(v), "wave")
                     self.position += 1
                     inside.set()
                     time.sleep(5e-4)
-                yield Written(first + 20, 200)
+                yield WaveProgress(first + 20, 200)
 
     output = GuardedOutput(RawDevice(device), LIMITS, device_clock)
     output.power_up()

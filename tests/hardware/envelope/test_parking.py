@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 import hardware
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.envelope import OutputState, parked
 from hardware.errors import LinkLost
 from tests.hardware.envelope.device import TrueTime

@@ -8,13 +8,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hardware.amplifier import Amplifier, AnalogueAmplifier, Monitors
-from hardware.daq import CardChannel, CardInputs, SoftwareTimedWave, Wiring
+from hardware.devices.amplifier import Amplifier, AnalogueAmplifier, Monitors
+from hardware.devices.daq import CardChannel, CardInputs, CardWiring, SoftwareTimedWave
 from hardware.envelope import P840_1_UNIPOLAR, GuardedOutput, GuardedWave, OutputState, parked
 from hardware.errors import HardwareError
 from hardware.simulators.registers import CardFront, Wires
 from hardware.simulators.rig import Rig
-from tests.hardware.daq.bench import Capacitor, RigClock, card_on
+from tests.hardware.devices.daq.bench import Capacitor, RigClock, card_on
 
 STACK = Amplifier(gain=20.0, lowest=0.0, highest=100.0, monitors=Monitors(voltage=0.05))
 STEP = 20.0 * 20.0 / 2**14
@@ -40,7 +40,7 @@ def test_the_actuator_on_the_rig_never_meets_anything_unsafe(
     inputs = CardInputs(card, (0,)) if monitored else None
     raw = AnalogueAmplifier(CardChannel(card), STACK, inputs, clock=clock)
     output = GuardedOutput(raw, P840_1_UNIPOLAR, clock)
-    wave = GuardedWave(output, SoftwareTimedWave(card, STACK, Wiring()))
+    wave = GuardedWave(output, SoftwareTimedWave(card, STACK, CardWiring()))
     output.power_up()
 
     def play(volts: float, early: bool) -> None:

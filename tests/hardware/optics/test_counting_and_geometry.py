@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Air, Flag
 from hardware.optics import (
     AirTrack,

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
+from bondsight.cli.main import main
 from hardware.contracts import Flag
+from hardware.devices.interferometer import Block, Triggered
 from hardware.errors import BeamLost, HardwareError, LimitViolation, LinkLost, Overrun
-from hardware.interferometer import Block, Triggered
 from hardware.live import Gathering
-from hardware.recorder import Plan, Step, Taken, record
+from hardware.recorder import Taken, TakePlan, TakeProgress, record
 from hardware.recorder.marking import slip
 from hardware.storage import JournalFailed, Provenance, flags_of, open_journal, recover
-from hardware.synchrony import Wiring
-from identification.command_line.main import main
+from hardware.synchrony import ClockWiring
 
 Make = Callable[..., Any]
 Wave = np.ndarray[Any, np.dtype[np.float64]]
@@ -28,8 +28,8 @@ SENSOR = "interferometer"
 RATE = 10e3
 
 
-def plan_of(volts: Wave, way: Any = "clock", **options: Any) -> Plan:
-    return Plan(volts, RATE, "swing", way, **options)
+def plan_of(volts: Wave, way: Any = "clock", **options: Any) -> TakePlan:
+    return TakePlan(volts, RATE, "swing", way, **options)
 
 
 def inject(server: Any, fault: str) -> None:
@@ -59,7 +59,7 @@ def test_fading_light_is_told_while_it_fades(bench: Make, swing: Wave, target: P
     view = Gathering("swing", station.clock, {SENSOR: 640})
     warned: list[int] = []
 
-    def look(step: Step) -> None:
+    def look(step: TakeProgress) -> None:
         for chunk in step.chunks:
             view.take(chunk)
         if any("LEVEL_LOW" in w for w in view.state().warnings):
@@ -152,7 +152,7 @@ def test_an_overrun_in_a_running_stream_is_no_silent_join(
     server, station = bench()
     inject(server, "overrun_at=250 overrun_samples=60")
     plan = plan_of(swing, "none")
-    steps: list[Step] = []
+    steps: list[TakeProgress] = []
     taken = record(station.station(plan), plan, target, watch=steps.append)
     data = open_journal(taken.journal).read(SENSOR)
     assert data.lost == 60
@@ -198,7 +198,7 @@ def test_what_no_block_holds_is_streamed_or_refused_before_it_moves(bench: Make)
     (sensor,) = station.station(plan_of(long[1:])).sensors
     assert isinstance(sensor, Block)
     with pytest.raises(UnusableInput, match=r"32769 samples .* 20000 Hz"):
-        station.station(Plan(long, 20e3, "fast", "clock"))
+        station.station(TakePlan(long, 20e3, "fast", "clock"))
     assert not server.devices["card"].front.log
     assert not any(r.startswith("BLOCK ") for r in server.devices[SENSOR].front.requests)
 
@@ -255,7 +255,7 @@ def test_an_edge_too_many_on_the_sample_clock_is_seen(
     plan = plan_of(swing)
     said: list[str] = []
 
-    def disturb(step: Step) -> None:
+    def disturb(step: TakeProgress) -> None:
         if step.phase == "play" and step.written < swing.size and not said:
             said.extend(server.control.answer("EDGE") for _ in range(edges))
 
@@ -271,7 +271,7 @@ def test_a_second_start_changes_nothing(bench: Make, swing: Wave, target: Path) 
     server, station = bench()
     plan = plan_of(swing, "start")
 
-    def disturb(step: Step) -> None:
+    def disturb(step: TakeProgress) -> None:
         if step.phase == "play":
             server.control.answer("EDGE")
 
@@ -314,7 +314,7 @@ def test_scatter_beyond_the_budget_is_marked(bench: Make, tmp_path: Path) -> Non
     for name, jitter in (("steady", 0.0), ("jittering", 30e-6)):
         _, station = bench(interferometer={"ppm": 40.0, "jitter": jitter, "seed": 3})
         plan = plan_of(volts, "start", skew_budget=6e-6)
-        wiring = Wiring(delay_error=1e-6, lag=20e-6, lag_error=2e-6)
+        wiring = ClockWiring(delay_error=1e-6, lag=20e-6, lag_error=2e-6)
         taken = record(station.station(plan), plan, tmp_path / name, wiring=wiring)
         assert carried(taken, Flag.UNSYNCHRONISED).all() == bool(jitter)
         assert carried(taken, Flag.UNSYNCHRONISED).any() == bool(jitter)
@@ -339,7 +339,7 @@ def test_a_cable_pulled_in_the_middle_of_a_transfer(
 ) -> None:
     server, station = bench()
 
-    def pull(step: Step) -> None:
+    def pull(step: TakeProgress) -> None:
         if step.phase == "play" and step.written >= 200:
             inject(server, "cut_after_bytes=3000")
 
@@ -382,7 +382,7 @@ def test_no_unsafe_wave_moves_anything(bench: Make, target: Path) -> None:
     server, station = bench()
 
     def attempt(kind: str) -> None:
-        plan = Plan(BAD[kind][0], BAD[kind][1], kind, "none")
+        plan = TakePlan(BAD[kind][0], BAD[kind][1], kind, "none")
         record(station.station(plan), plan, target)
 
     for kind, (_, _, says) in BAD.items():

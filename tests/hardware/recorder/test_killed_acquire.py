@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
+from bondsight.cli.main import main
 from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
 from hardware.storage import Provenance, open_journal
-from identification.command_line.main import main
 
 RATE = 10e3
 WAVE = np.linspace(0.0, 50.0, 601)[:-1]
@@ -67,7 +67,7 @@ class Program:
 
     def start(self, prepare: Callable[[], None] | None = None) -> subprocess.Popen[str]:
         self.child = subprocess.Popen(
-            [sys.executable, "-m", "identification.command_line.main", *self._arguments],
+            [sys.executable, "-m", "bondsight", *self._arguments],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=prepare,
         )  # fmt: skip
         return self.child

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.errors import BeamLost, HardwareError, LimitViolation, LinkLost, TimedOut
-from hardware.recorder import Plan, Step, record
+from hardware.recorder import TakePlan, TakeProgress, record
 from hardware.storage import Provenance, flags_of, open_journal, open_raw, recover
 
 Make = Callable[..., Any]
@@ -25,8 +25,8 @@ def test_a_clocked_take_is_stored_with_all_that_is_known(
     bench: Make, swing: Wave, target: Path
 ) -> None:
     server, station = bench(interferometer={"ppm": 80.0})
-    plan = Plan(swing, 10e3, "swing", "clock")
-    steps: list[Step] = []
+    plan = TakePlan(swing, 10e3, "swing", "clock")
+    steps: list[TakeProgress] = []
     taken = record(station.station(plan), plan, target, watch=steps.append)
     again = Recording.open(taken.path)
     assert again.n == swing.size
@@ -52,7 +52,7 @@ def test_a_clocked_take_is_stored_with_all_that_is_known(
 
 def test_the_displacement_is_that_of_the_actuator(bench: Make, swing: Wave, target: Path) -> None:
     server, station = bench()
-    plan = Plan(swing, 10e3, "swing", "clock")
+    plan = TakePlan(swing, 10e3, "swing", "clock")
     taken = record(station.station(plan), plan, target)
     edges = np.array(server.rig.trigger_edges)[-swing.size :]
     true = server.rig.seen(edges).x
@@ -65,7 +65,7 @@ def test_two_clocks_are_told_apart_and_brought_together(
     bench: Make, swing: Wave, target: Path
 ) -> None:
     _, station = bench(interferometer={"ppm": 300.0})
-    plan = Plan(np.tile(swing, 3), 10e3, "swing", "start")
+    plan = TakePlan(np.tile(swing, 3), 10e3, "swing", "start")
     taken = record(station.station(plan), plan, target)
     clocks = Provenance.of(taken.recording).alignment
     assert clocks.ratio is not None
@@ -79,7 +79,7 @@ def test_two_clocks_are_told_apart_and_brought_together(
 def test_a_wave_beyond_the_envelope_moves_nothing(bench: Make, target: Path) -> None:
     server, station = bench()
     for volts in (np.array([0.0, 150.0]), np.array([0.0, 99.0]), np.full(50, -5.0)):
-        plan = Plan(volts, 10e3, "wave", "clock")
+        plan = TakePlan(volts, 10e3, "wave", "clock")
         with pytest.raises(LimitViolation):
             record(station.station(plan), plan, target)
     assert server.extremes.highest == 0.0
@@ -92,7 +92,7 @@ def test_a_lost_beam_is_flagged_and_the_output_parked(
 ) -> None:
     server, station = bench()
     server.control.answer("FAULT interferometer beam_loss_at=150")
-    plan = Plan(swing, 10e3, "swing", "clock")
+    plan = TakePlan(swing, 10e3, "swing", "clock")
     with pytest.raises(BeamLost) as caught:
         record(station.station(plan), plan, target)
     assert any("take.journal" in n for n in caught.value.__notes__)
@@ -108,9 +108,9 @@ def test_a_lost_beam_is_flagged_and_the_output_parked(
 
 def test_a_trigger_that_never_comes_ends_in_time(bench: Make, swing: Wave, target: Path) -> None:
     server, station = bench()
-    plan = Plan(swing, 10e3, "swing", "start", patience=0.3)
+    plan = TakePlan(swing, 10e3, "swing", "start", patience=0.3)
 
-    def cut_the_line(step: Step) -> None:
+    def cut_the_line(step: TakeProgress) -> None:
         if step.phase == "arm":
             server.control.answer("FAULT interferometer no_trigger=1")
 
@@ -125,9 +125,9 @@ def test_whatever_stops_it_the_output_comes_down(
     bench: Make, swing: Wave, target: Path, error: type[BaseException]
 ) -> None:
     server, station = bench()
-    plan = Plan(swing, 10e3, "swing", "clock")
+    plan = TakePlan(swing, 10e3, "swing", "clock")
 
-    def interrupt(step: Step) -> None:
+    def interrupt(step: TakeProgress) -> None:
         if step.written > 150:
             raise error
 
@@ -142,9 +142,9 @@ def test_a_card_that_is_pulled_leaves_an_unknown_output(
     bench: Make, swing: Wave, target: Path
 ) -> None:
     server, station = bench()
-    plan = Plan(swing, 10e3, "swing", "clock")
+    plan = TakePlan(swing, 10e3, "swing", "clock")
 
-    def pull(step: Step) -> None:
+    def pull(step: TakeProgress) -> None:
         if step.written > 150:
             server.control.answer("FAULT card gone=1")
 
@@ -162,7 +162,7 @@ def test_a_card_that_is_pulled_leaves_an_unknown_output(
 
 def test_measurements_are_not_overwritten(bench: Make, swing: Wave, target: Path) -> None:
     _, station = bench()
-    plan = Plan(swing[:60], 10e3, "swing", "clock")
+    plan = TakePlan(swing[:60], 10e3, "swing", "clock")
     record(station.station(plan), plan, target)
     with pytest.raises(UnusableInput, match="exists"):
         record(station.station(plan), plan, target)
@@ -171,7 +171,7 @@ def test_measurements_are_not_overwritten(bench: Make, swing: Wave, target: Path
 def test_a_fringe_lost_without_a_word_is_flagged(bench: Make, target: Path) -> None:
     server, station = bench()
     # slow, so that 316 nm between two samples is no motion
-    plan = Plan(30.0 + 20.0 * np.sin(np.linspace(0.0, 6.0, 400)), 10e3, "slow", "clock")
+    plan = TakePlan(30.0 + 20.0 * np.sin(np.linspace(0.0, 6.0, 400)), 10e3, "slow", "clock")
     server.control.answer("FAULT interferometer beam_loss_at=200 beam_bits=0")
     taken = record(station.station(plan), plan, target)
     flags = flags_of(taken.recording, "interferometer")
@@ -197,11 +197,11 @@ def test_a_decay_before_the_take_makes_it_begin_at_the_same_length(
     for n, history in enumerate((0.0, 60.0)):
         station.output.power_up()
         station.output.ramp(history)
-        plan = Plan(wave, 2e3, "still", "clock", erase=decay)
+        plan = TakePlan(wave, 2e3, "still", "clock", erase=decay)
         record(station.station(plan), plan, target.with_name(f"take{n}"))
         ends.append(server.rig.seen(np.array([server.rig.trigger_edges[-1]])).x[0])
     assert abs(ends[1] - ends[0]) < 5e-9
-    plan = Plan(wave, 2e3, "still", "clock", erase=decay + 60.0)
+    plan = TakePlan(wave, 2e3, "still", "clock", erase=decay + 60.0)
     with pytest.raises(LimitViolation):
         record(station.station(plan), plan, target)
 
@@ -211,7 +211,7 @@ def test_an_amplifier_that_is_not_the_declared_one_is_found_at_a_small_step(
     bench: Make, swing: Wave, target: Path, gain: float
 ) -> None:
     server, station = bench(gain=gain)
-    plan = Plan(swing, 10e3, "swing", "clock")
+    plan = TakePlan(swing, 10e3, "swing", "clock")
     with pytest.raises(HardwareError, match="gain"):
         record(station.station(plan), plan, target)
     # a probe of 2 V moved it, nothing more

@@ -22,8 +22,8 @@ from hardware.simulators.bench_server import (
     BenchConfig,
     BenchServer,
     ClockConfig,
-    Envelope,
     PlantConfig,
+    SealedEnvelope,
     Stand,
     load_config,
     serve,
@@ -187,13 +187,13 @@ def test_unknown_plants_and_effects_are_refused() -> None:
 
 def test_the_envelope_is_that_of_the_sealed_bench(tmp_path: Path) -> None:
     """Its file opens with the checks of `SealedTruth`; a changed truth does not."""
-    envelope = Envelope.closed(LINEAR.as_dict())
+    envelope = SealedEnvelope.closed(LINEAR.as_dict())
     assert "salt" not in repr(envelope)
     assert "stack" not in repr(envelope)
     envelope.save(tmp_path / "truth.json")
     assert SealedTruth.load(tmp_path / "truth.json").open() == LINEAR
     assert envelope.truth() == LINEAR.as_dict()
-    assert Envelope.closed(LINEAR.as_dict()).hash != envelope.hash
+    assert SealedEnvelope.closed(LINEAR.as_dict()).hash != envelope.hash
 
 
 def test_same_seed_same_bytes_through_the_server() -> None:

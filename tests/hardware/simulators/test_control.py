@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 from hardware.contracts import Clock
 from hardware.simulators.control import (
     BenchClock,
+    ConnectionWatchdog,
     ControlFront,
     LocalClock,
-    Watchdog,
     ask,
     client,
 )
@@ -251,7 +251,7 @@ def test_an_interrupted_question_does_not_shift_the_answers(rig: Rig, front: Any
 
 def test_a_watchdog_brings_the_output_back_slowly(rig: Rig) -> None:
     """Only after the last program, after its patience, without a jump."""
-    front = ControlFront(rig, watchdog=Watchdog(timeout=0.2, fall=0.05, steps=50))
+    front = ControlFront(rig, watchdog=ConnectionWatchdog(timeout=0.2, fall=0.05, steps=50))
     address = front.start()
     first, second = BenchClock(address), BenchClock(address)
     second.edge()
@@ -291,7 +291,7 @@ def test_without_a_watchdog_it_stays_and_is_told(rig: Rig) -> None:
 
 def test_a_program_that_comes_back_in_time_is_left_alone(rig: Rig) -> None:
     """On a paced bench the watchdog looks again when its patience ends."""
-    front = ControlFront(rig, watchdog=Watchdog(timeout=0.2))
+    front = ControlFront(rig, watchdog=ConnectionWatchdog(timeout=0.2))
     address = front.start()
     now = [0.0]
     rig.pace(lambda: now[0])
@@ -315,4 +315,4 @@ def test_a_program_that_comes_back_in_time_is_left_alone(rig: Rig) -> None:
 def test_a_watchdog_without_sense_is_refused(wrong: Any) -> None:
     """One line with the name."""
     with pytest.raises(ValueError, match=f"Watchdog: {next(iter(wrong))}"):
-        Watchdog(**wrong)
+        ConnectionWatchdog(**wrong)

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from hardware.simulators.edges import EdgeDelay, averages
 from hardware.simulators.interpolation import cubic, linear
 from hardware.simulators.noise import white
-from hardware.simulators.plant_contract import EdgeDriven, Motion, Rewindable
+from hardware.simulators.plant_contract import EdgeDriven, PlantMotion, Rewindable
 from hardware.simulators.rig import DeviceClock, Rig
-from hardware.simulators.tape import Tape
+from hardware.simulators.tape import GrowingTape
 
 TAU = 1e-3
 
@@ -28,7 +28,7 @@ class Lag:
     def __init__(self) -> None:
         self.x = 0.0
 
-    def advance_edges(self, count: int, at: Any, volts: Any) -> Motion:
+    def advance_edges(self, count: int, at: Any, volts: Any) -> PlantMotion:
         x, i = np.empty(count), np.empty(count)
         e, u = 0, float(volts[0])
         for k in range(count):
@@ -41,9 +41,9 @@ class Lag:
                 self.x = u + (self.x - u) * math.exp(-(end - begin) * self.step / TAU)
                 begin = end
             x[k], i[k] = self.x, u - self.x
-        return Motion(x, i)
+        return PlantMotion(x, i)
 
-    def advance(self, volts: Any) -> Motion:
+    def advance(self, volts: Any) -> PlantMotion:
         at = np.arange(1.0, len(volts))
         return self.advance_edges(len(volts), at, np.asarray(volts))
 
@@ -62,7 +62,7 @@ class Means:
     def __init__(self) -> None:
         self.inner = Lag()
 
-    def advance(self, volts: Any) -> Motion:
+    def advance(self, volts: Any) -> PlantMotion:
         return self.inner.advance(volts)
 
 
@@ -208,7 +208,7 @@ def test_what_is_long_past_is_refused_not_invented() -> None:
 
 def test_memory_is_bounded() -> None:
     """A tape that forgets does not grow."""
-    tape = Tape(2)
+    tape = GrowingTape(2)
     for k in range(3000):
         tape.append(np.full(100, float(k)), np.full(100, -float(k)))
         tape.forget(len(tape) - 1000)

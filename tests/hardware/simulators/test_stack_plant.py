@@ -13,7 +13,7 @@ from hardware.simulators.draw import ChannelNoise, Truth
 from hardware.simulators.effects import CATALOGUE
 from hardware.simulators.excitation import SAMPLE_RATE, voltage
 from hardware.simulators.plant import BIAS, NOMINAL
-from hardware.simulators.plants import Creeping, Disturbed, Hysteretic, SensorNoise, StackPlant
+from hardware.simulators.plants import Creeping, Disturbed, HystereticPlant, SensorNoise, StackPlant
 from hardware.simulators.plants.line import DelayLine
 from hardware.simulators.plants.native import library
 from hardware.simulators.rig import Rig
@@ -142,7 +142,7 @@ def test_hysteresis_and_creep_can_be_added() -> None:
     """A play holds its place at a reversal; creep goes on to its ratio."""
     bench = StackPlant(plain())
     gain = bench.advance(np.full(20_000, 1.0)).x[-1]
-    plant = Hysteretic(StackPlant(plain()), [10.0], [1.0], direct=0.0)
+    plant = HystereticPlant(StackPlant(plain()), [10.0], [1.0], direct=0.0)
     levels = [50.0, 35.0, 30.0, 20.0]
     settled = [plant.advance(np.full(8000, v)).x[-1] / gain for v in levels]
     assert np.allclose(settled, [40.0, 40.0, 40.0, 30.0], rtol=1e-6)

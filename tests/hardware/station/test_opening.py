@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bondsight.cli.acquire import add_acquire_command
+from bondsight.cli.bench_serve import station_table, station_writer
 from hardware.contracts import Clock
 from hardware.errors import LinkLost, ProtocolFault
-from hardware.recorder import Plan, record
+from hardware.recorder import TakePlan, record
 from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
 from hardware.simulators.siosifm import build
 from hardware.station import open_station, read_settings, settings_from
 from hardware.storage import Provenance
-from identification.command_line.acquire import add_acquire_command
-from identification.command_line.bench_serve import station_table, station_writer
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the stub library is C code")
 
@@ -35,7 +35,7 @@ def test_a_gcs_controller_drives_a_take(kind: str, tmp_path: Path) -> None:
         table["output"]["kind"] = kind
         with open_station(settings_from(table)) as bench:
             volts = 30.0 + 20.0 * np.sin(np.linspace(0.0, 12.0, 500))
-            plan = Plan(volts, 5e3, "gcs", "start")
+            plan = TakePlan(volts, 5e3, "gcs", "start")
             taken = record(bench.station(plan), plan, tmp_path / "take")
         assert server.rig.volts == 0.0
         assert server.extremes.highest <= 50.1
@@ -83,7 +83,7 @@ def test_the_acquire_line_that_bench_serve_prints_can_be_used(
         options = parser.parse_args(line.split()[1:])
         assert options.synchronise == way
         with open_station(read_settings(options.station)) as bench:
-            bench.station(Plan(np.array([1.0, 2.0, 1.0]), 1e3, "t", options.synchronise))
+            bench.station(TakePlan(np.array([1.0, 2.0, 1.0]), 1e3, "t", options.synchronise))
 
 
 def test_synchronisation_that_the_wiring_does_not_allow_is_refused(tmp_path: Path) -> None:
@@ -92,7 +92,7 @@ def test_synchronisation_that_the_wiring_does_not_allow_is_refused(tmp_path: Pat
         table = station_table(server.addresses, config, str(build(tmp_path / "stub")))
         del table["output"]["clock"]
         with open_station(settings_from(table)) as bench:
-            plan = Plan(np.array([1.0, 2.0, 1.0]), 1e3, "t", "clock")
+            plan = TakePlan(np.array([1.0, 2.0, 1.0]), 1e3, "t", "clock")
             with pytest.raises(ValueError, match=r"needs \[output\] clock"):
                 bench.station(plan)
         assert server.extremes.highest == 0.0

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bondgraph.errors import BondsightError
+from bondgraph.support.errors import BondsightError
 from hardware.envelope import P840_1_UNIPOLAR
 from hardware.errors import DriverMissing, HardwareError
 from hardware.station import open_station, read_settings, settings_from

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from hardware.storage import JournalFile, open_journal
-from hardware.storage.frames import MAGIC, Kind, head
+from hardware.storage.frames import MAGIC, FrameKind, head
 from tests.hardware.storage.samples import chunk, expected_x, written
 
 
@@ -96,7 +96,7 @@ def test_records_with_right_checksums_and_wrong_content(
     journal = written(path, [chunk(n=4)], close=False)
     journal._shut()
     with open(path, "ab") as stream:
-        stream.write(head(Kind(kind), 3, payload) + payload)
+        stream.write(head(FrameKind(kind), 3, payload) + payload)
     found = open_journal(path)
     assert found.read("interferometer").n == 4
     assert found.cut or kind == 5

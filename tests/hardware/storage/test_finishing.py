@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Air, Flag, Identity
 from hardware.storage import (
     ClockAlignment,

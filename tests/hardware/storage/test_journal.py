@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bondgraph.errors import BondsightError, UnknownName, UnusableInput
+from bondgraph.support.errors import BondsightError, UnknownName, UnusableInput
 from hardware.contracts import Chunk, Flag
 from hardware.errors import HardwareError
-from hardware.storage import Gap, Journal, JournalFailed, open_journal
+from hardware.storage import Journal, JournalFailed, StreamGap, open_journal
 from tests.hardware.storage.samples import chunk, expected_x, written
 
 
@@ -59,7 +59,7 @@ def test_gaps_are_found_and_not_closed(tmp_path: Path) -> None:
     parts = [chunk(first=2, n=4), chunk(first=9, n=1), chunk(first=10, n=2), chunk(first=40, n=1)]
     written(tmp_path / "a.journal", parts)
     data = open_journal(tmp_path / "a.journal").read("interferometer")
-    assert data.gaps == (Gap(0, 1), Gap(6, 8), Gap(12, 39))
+    assert data.gaps == (StreamGap(0, 1), StreamGap(6, 8), StreamGap(12, 39))
     assert data.lost == sum(g.n for g in data.gaps) == 33
     assert np.array_equal(data.numbers, [2, 3, 4, 5, 9, 10, 11, 40])
     assert np.array_equal(data.channels["x"], expected_x(data.numbers))

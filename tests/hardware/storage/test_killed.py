@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput
 from hardware.storage import Provenance, open_journal, recover
 from tests.hardware.storage.samples import expected_x
 
@@ -38,7 +38,7 @@ while True:
 FINISHER = """
 import os, sys
 import numpy as np
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
 from hardware.contracts import Identity
 from hardware.storage import *
 from tests.hardware.storage.samples import chunk

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Air, Chunk, Flag, Identity
 from hardware.storage import (
     ClockAlignment,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bondgraph.hysteresis import AlJanaideh
 from hardware.simulators.rig import DeviceClock
-from hardware.synchrony import Held, Stream, TimeMap
+from hardware.synchrony import HeldColumns, Stream, TimeMap
 
 Array = NDArray[np.float64]
 RATE, SAMPLES, LAG = 3125.0, 32768, 100e-6
@@ -51,7 +51,7 @@ def record(
     rng = np.random.default_rng(seed)
     count = int((n / RATE + 0.1) * drive_rate)
     volts = volt(np.arange(count) / drive_rate)
-    held = Held(volts[:, None], 1.0 / drive_rate, "zero", lag)
+    held = HeldColumns(volts[:, None], 1.0 / drive_rate, "zero", lag)
     s = clock.instants(0.0, 0, n, RATE)
     channels = {"V_copy": held.at(s)[0][:, 0] + copy_noise * rng.standard_normal(n)}
     if length:
@@ -76,7 +76,7 @@ def width(volts: Array, x: Array) -> float:
 
 def widths(drive: Stream, sensor: Stream, *maps: TimeMap, lag: float = LAG) -> list[float]:
     """Width of the last second's loops, the drive taken at the instants that each map tells."""
-    held = Held(drive.channels["V"][:, None], 1.0 / drive.rate, "zero", lag)
+    held = HeldColumns(drive.channels["V"][:, None], 1.0 / drive.rate, "zero", lag)
     late = slice(sensor.n - round(sensor.rate), None)
     return [
         width(held.at(m.to_drive(sensor.time[late]))[0][:, 0], sensor.channels["x"][late])

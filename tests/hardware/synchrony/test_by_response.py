@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bondsight.cli.acquire_signal import waveform
 from hardware.envelope import P840_1_UNIPOLAR
 from hardware.simulators import draw_truth
-from hardware.simulators.plants import Hysteretic, StackPlant
+from hardware.simulators.plants import HystereticPlant, StackPlant
 from hardware.simulators.rig import DeviceClock, Rig
-from hardware.synchrony import Stream, Wiring, align
+from hardware.synchrony import ClockWiring, Stream, align
 from hardware.synchrony.by_response import skew_by_response
-from identification.command_line.acquire_signal import waveform
 
 RATE, FINE = 10e3, 40e3
 
@@ -23,7 +23,7 @@ def streams(
     plant = StackPlant(draw_truth(seed, effect="none" if effect == "hysteresis" else effect))
     # plays of 5 to 40 V that together move as much as a quarter of the voltage
     radii, gains = (5.0, 15.0, 40.0), (0.1, 0.1, 0.05)
-    rig = Rig(Hysteretic(plant, radii, gains) if effect == "hysteresis" else plant, keep=2.0)
+    rig = Rig(HystereticPlant(plant, radii, gains) if effect == "hysteresis" else plant, keep=2.0)
     volts = waveform("session", RATE, samples, P840_1_UNIPOLAR, seed)[0]
     for u in np.linspace(0.0, volts[0], 100):
         rig.drive(float(u))
@@ -59,7 +59,7 @@ def test_the_ratio_is_found_and_its_error_is_true(effect: str, ppm: float, withi
 
 def test_align_takes_it_and_still_knows_no_delay() -> None:
     drive, sensor = streams("hysteresis", 7, 37.0, 2500)
-    a = align(drive, sensor, Wiring())
+    a = align(drive, sensor, ClockWiring())
     low, high = a.skew_interval
     assert low < 37e-6 < high
     assert high - low < 30e-6

@@ -5,22 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnknownName, UnusableInput
+from bondgraph.support.errors import UnknownName, UnusableInput
 from hardware.contracts import Chunk, Flag
 from hardware.simulators.rig import DeviceClock
 from hardware.synchrony import (
     Budget,
-    Held,
+    ClockWiring,
+    HeldColumns,
     Stream,
     TimeMap,
-    Wiring,
     align,
     between,
     merged,
 )
 from tests.hardware.synchrony.bench import LAG, RATE, many, record, sine
 
-KNOWN = Wiring(lag=LAG)
+KNOWN = ClockWiring(lag=LAG)
 
 
 def test_map_and_its_inverse() -> None:
@@ -48,7 +48,7 @@ def test_held_drive_is_the_exact_answer_of_a_lag(hold: str) -> None:
     for n in range(0, t.size):  # explicit and slow, to compare with
         v[n] = now
         now = u[n] + (now - u[n]) * e
-    got, slope = Held(b[:, None], step, hold, lag).at(t)  # type: ignore[arg-type]
+    got, slope = HeldColumns(b[:, None], step, hold, lag).at(t)  # type: ignore[arg-type]
     assert np.abs(got[:, 0] - v).max() < 2e-3
     inner = (p > 1e-6) & (p < step - 2 * step / fine)
     numeric = np.gradient(got[:, 0], t)
@@ -81,7 +81,7 @@ def lost_before(gaps: list[tuple[int, int]], index: int) -> int:
 def test_a_drifting_ratio() -> None:
     clock = DeviceClock(ppm=-20.0, offset=200e-6, drift_ppm=300.0)
     drive, sensor = record(sine(20.0), clock, length=False)
-    found = align(drive, sensor, Wiring(lag=LAG, drifting=True))
+    found = align(drive, sensor, ClockWiring(lag=LAG, drifting=True))
     low, high = found.drift_interval
     assert low < 5e-6 < high
     assert abs(found.map.skew + 20e-6) < 0.2e-6
@@ -102,19 +102,19 @@ def test_jitter_is_told_from_noise() -> None:
 
 def test_a_wrong_start_of_many_samples_is_found() -> None:
     drive, sensor = record(many, DeviceClock(ppm=-400.0, offset=0.137), n=8192, length=False)
-    found = align(drive, sensor, Wiring(lag=LAG, most_delay=0.3))
+    found = align(drive, sensor, ClockWiring(lag=LAG, most_delay=0.3))
     assert abs(found.map.delay - 0.137) < 3e-6
     assert not found.alternatives
 
 
 def test_a_period_later_the_record_is_the_same() -> None:
-    begun = Wiring(lag=LAG, most_delay=0.02)
+    begun = ClockWiring(lag=LAG, most_delay=0.02)
     drive, sensor = record(sine(125.0), DeviceClock(), n=8192, length=False)
     onset = align(drive, sensor, begun)
     assert abs(onset.map.delay) < 1e-6
     assert not onset.alternatives  # rest to motion is in the record
     drive, sensor = record(sine(125.0), DeviceClock(offset=0.05), n=8192, length=False)
-    running = align(drive, sensor, Wiring(lag=LAG, delay=0.05, most_delay=0.02))
+    running = align(drive, sensor, ClockWiring(lag=LAG, delay=0.05, most_delay=0.02))
     assert abs(running.map.delay - 0.05) < 1e-6
     assert [round(1e3 * d) for d in running.alternatives] == [34, 42, 58, 66]
     assert running.flag is Flag.UNSYNCHRONISED  # said and flagged, not hidden
@@ -129,7 +129,7 @@ def test_many_tones_tell_the_delay_if_the_actuator_has_no_lag() -> None:
     unknown = align(drive, alone, KNOWN)
     assert not unknown.delay_known
     assert any("less the actuator's own lag" in n for n in unknown.notes)
-    found = align(drive, alone, Wiring(lag=LAG, plant_lag_error=2e-6))
+    found = align(drive, alone, ClockWiring(lag=LAG, plant_lag_error=2e-6))
     low, high = found.delay_interval
     if found.delay_known:
         assert low < 500e-6 < high
@@ -147,7 +147,7 @@ def covered(draws: int, n: int, f: float) -> tuple[float, float]:
         drive, sensor = record(
             sine(f), DeviceClock(ppm=ppm, offset=delay), n=n, lag=lag, seed=k, length=False
         )
-        found = align(drive, sensor, Wiring(lag=lag))
+        found = align(drive, sensor, ClockWiring(lag=lag))
         (a, b), (c, d) = found.delay_interval, found.skew_interval
         hits[k] = a <= delay <= b, c <= 1e-6 * ppm <= d
     return float(hits[:, 0].mean()), float(hits[:, 1].mean())
@@ -213,16 +213,16 @@ def test_one_clock_for_both() -> None:
     drive, sensor = record(sine(20.0), DeviceClock(offset=123e-6), n=4096)
     told = align(
         drive, Stream.of(RATE, x=sensor.channels["x"]),
-        Wiring(shared_clock=True, delay=123e-6, delay_error=1e-7),
+        ClockWiring(shared_clock=True, delay=123e-6, delay_error=1e-7),
     )  # fmt: skip
     assert told.ratio == 1.0
     assert told.delay_known
     assert "one clock" in told.sentence
-    by_copy = align(drive, sensor, Wiring(shared_clock=True, lag=LAG))
+    by_copy = align(drive, sensor, ClockWiring(shared_clock=True, lag=LAG))
     assert abs(by_copy.map.delay - 123e-6) < 1e-6
     assert by_copy.ratio == 1.0
     assert not align(
-        drive, Stream.of(RATE, x=sensor.channels["x"]), Wiring(shared_clock=True)
+        drive, Stream.of(RATE, x=sensor.channels["x"]), ClockWiring(shared_clock=True)
     ).delay_known
 
 
@@ -239,4 +239,4 @@ def test_what_is_refused() -> None:
     with pytest.raises(UnusableInput, match="give seconds or width"):
         Budget()
     with pytest.raises(UnusableInput, match="cannot drift"):
-        Wiring(shared_clock=True, drifting=True)
+        ClockWiring(shared_clock=True, drifting=True)

@@ -10,11 +10,11 @@ import pytest
 
 from hardware.contracts import Flag
 from hardware.simulators.rig import DeviceClock
-from hardware.synchrony import Budget, Stream, TimeMap, Wiring, align, false_width, merged
+from hardware.synchrony import Budget, ClockWiring, Stream, TimeMap, align, false_width, merged
 from tests.hardware.synchrony.bench import LAG, RATE, record, sine, true_map, widths
 
 CLOCK = DeviceClock(ppm=37.0, offset=123e-6)
-KNOWN = Wiring(lag=LAG)
+KNOWN = ClockWiring(lag=LAG)
 
 
 @pytest.mark.parametrize(
@@ -44,8 +44,8 @@ def test_false_width_is_made_by_a_skew(f: float) -> None:
 
 
 @pytest.mark.parametrize(("f", "allowed"), [(2.0, 1e-9), (100.0, 5e-9)])
-@pytest.mark.parametrize("wiring", [KNOWN, Wiring()], ids=["lag known", "lag unknown"])
-def test_a_copy_gives_ratio_delay_and_width(f: float, allowed: float, wiring: Wiring) -> None:
+@pytest.mark.parametrize("wiring", [KNOWN, ClockWiring()], ids=["lag known", "lag unknown"])
+def test_a_copy_gives_ratio_delay_and_width(f: float, allowed: float, wiring: ClockWiring) -> None:
     drive, sensor = record(sine(f), CLOCK)
     begun = time.process_time()
     found = align(drive, sensor, wiring)
@@ -92,7 +92,7 @@ def test_one_sine_without_a_copy_tells_the_ratio_only(f: float) -> None:
     together = merged(drive, alone, found)
     assert np.all(together.flags & int(Flag.UNSYNCHRONISED))
     # the same record with the trigger known is another matter
-    known = align(drive, alone, Wiring(delay=123e-6, delay_error=1e-6))
+    known = align(drive, alone, ClockWiring(delay=123e-6, delay_error=1e-6))
     assert known.delay_known
     assert known.map.delay == 123e-6
 
@@ -111,11 +111,11 @@ def alone(pair: tuple[Stream, Stream]) -> tuple[Stream, Stream]:
 
 
 def test_a_budget_in_nanometres() -> None:
-    from hardware.errors import ClockSkew
+    from hardware.errors import ClockSkewError
 
     drive, sensor = record(sine(100.0), CLOCK, n=4096)
     strict = Budget(width=1e-12, stroke=4.4e-6, frequency=100.0)
-    with pytest.raises(ClockSkew, match="nm of loop width at 100 Hz") as caught:
+    with pytest.raises(ClockSkewError, match="nm of loop width at 100 Hz") as caught:
         align(drive, sensor, KNOWN, budget=strict)
     assert caught.value.partial.map.delay == pytest.approx(123e-6, abs=1e-6)
     marked = align(

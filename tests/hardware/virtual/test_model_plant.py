@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
-from bondgraph.errors import UnknownName, UnusableInput
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
-from bondgraph.simulate import simulate
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import UnknownName, UnusableInput
 from hardware.simulators.plant_contract import Plant, Rewindable
 from hardware.simulators.rig import Rig
 from hardware.virtual import ModelPlant

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
-from bondgraph.elements import Sensor
-from bondgraph.naming import Names
-from bondgraph.signals import Split
-from bondgraph.simulate import exact_form, simulate
-from identification.diagnosis.scene import Past, Scene
-from identification.problem import Data
+from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.graph.elements import Sensor
+from bondgraph.signals.recording import Split
+from bondgraph.simulation.simulate import exact_form, simulate
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.study.problem import Data
 
 N = 800
 Array = Any
@@ -74,12 +74,12 @@ PLANTS = {
 
 
 @cache
-def scene(name: str) -> Scene:
+def scene(name: str) -> FittedModel:
     plant = PLANTS[name]
     graph = plant.build()
     t = plant.dt * np.arange(N)
     command = {plant.drive: plant.command(t)}
-    names = Names(graph)
+    names = SignalNames(graph)
     ports = {}
     for element in graph.of_type(C, R, I):
         (bond,) = graph.bonds_of(element.name)
@@ -90,7 +90,7 @@ def scene(name: str) -> Scene:
     past = {}
     for e, (a, b) in ports.items():
         moved = np.concatenate([[0.0], np.cumsum(0.5 * (run[a][1:] + run[a][:-1])) * plant.dt])
-        past[e] = Past(run[a], run[b], plant.dt, None if isinstance(graph[e], C) else moved)
+        past[e] = PortHistory(run[a], run[b], plant.dt, None if isinstance(graph[e], C) else moved)
     sensors = tuple(s.name for s in graph.of_type(Sensor))
     readings = np.stack([run[s] for s in sensors], axis=1)
     floor = 1e-3 * readings.std(axis=0)
@@ -99,7 +99,7 @@ def scene(name: str) -> Scene:
     noise = np.random.default_rng(1).normal(size=readings.shape) * floor
     noise[:, 0] += 5 * floor[0] * np.sin(21.0 * t)
     nominal: Any = None  # no effect looks at the fit itself
-    return Scene(graph, data, nominal, noise, past)
+    return FittedModel(graph, data, nominal, noise, past)
 
 
 def response(

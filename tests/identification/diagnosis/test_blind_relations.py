@@ -12,19 +12,19 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se, Zero
-from bondgraph.signals import Split
-from identification.diagnosis.blind_relations import (
+from bondgraph.signals.recording import Split
+from identification.diagnosis.localisation.blind_relations import (
     BlindRelation,
     blind_relations,
     more_than_one_site,
     no_relation,
 )
-from identification.diagnosis.relations.latent import Sampled
-from identification.diagnosis.relations.whitening import blind_filter
-from identification.diagnosis.structure import structure
-from identification.fit import Fit, fit
-from identification.problem import Data, Problem
-from identification.threads import single_threaded
+from identification.diagnosis.localisation.relations.latent import Sampled
+from identification.diagnosis.localisation.relations.whitening import blind_filter
+from identification.diagnosis.localisation.structural_classes import structure
+from identification.estimation.single_record import Fit, fit
+from identification.estimation.threads import single_threaded
+from identification.study.problem import Data, Problem
 
 N, DT, NOISE = 1200, 0.01, 1e-4
 MASS, STIFFNESS, DAMPING = 1.0, 400.0, 1.5

@@ -8,18 +8,18 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from actuators.catalogue import stack_with_payload
-from bondgraph.elements import Sensor
-from bondgraph.errors import UnknownName
-from bondgraph.graph import BondGraph
-from bondgraph.signals import Split
-from bondgraph.simulate import simulate
-from identification.blind.vocabulary import FAMILIES
-from identification.diagnosis.effects import CATALOGUE, UNNAMED, Effect, by_name, family_of
-from identification.diagnosis.pasts import scene
-from identification.diagnosis.scene import Past, Scene
-from identification.fit import fit
-from identification.problem import Data, Problem, drives
+from actuators.models.catalogue import stack_with_payload
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor
+from bondgraph.signals.recording import Split
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import UnknownName
+from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, by_name, family_of
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.estimation.single_record import fit
+from identification.study.problem import Data, Problem, drives
+from tests.proof.trial.vocabulary import FAMILIES
 
 VOCABULARY = {
     "memory": ("hysteresis", "creep"),
@@ -102,12 +102,12 @@ def recorded(graph: BondGraph) -> Data:
 
 
 @pytest.fixture(scope="module")
-def stack() -> Scene:
+def stack() -> FittedModel:
     graph = stack_with_payload()
     return scene(fit(Problem(graph, recorded(graph)), max_iterations=2))
 
 
-def test_scene_knows_every_port(stack: Scene) -> None:
+def test_scene_knows_every_port(stack: FittedModel) -> None:
     for effect in CATALOGUE:
         assert {e.name for e in effect.places(stack.graph)} <= set(stack.past), effect.name
     for past in stack.past.values():
@@ -117,7 +117,7 @@ def test_scene_knows_every_port(stack: Scene) -> None:
 
 
 @pytest.mark.parametrize("effect", EVERY, ids=NAMES)
-def test_rewriting_keeps_the_graph_sound(effect: Effect, stack: Scene) -> None:
+def test_rewriting_keeps_the_graph_sound(effect: Effect, stack: FittedModel) -> None:
     before = dict(stack.graph.elements)
     for place in effect.places(stack.graph):
         i = effect.insert(stack, place)
@@ -140,7 +140,7 @@ def test_rewriting_keeps_the_graph_sound(effect: Effect, stack: Scene) -> None:
 
 
 def test_past_of_a_port() -> None:
-    p = Past(np.array([-1.0, 3.0]), np.array([0.0, 4.0]))
+    p = PortHistory(np.array([-1.0, 3.0]), np.array([0.0, 4.0]))
     assert (p.centre, p.half, p.swing, p.slope) == (1.0, 2.0, 2.0, 1.0)
-    still = Past(np.zeros(3), np.zeros(3))
+    still = PortHistory(np.zeros(3), np.zeros(3))
     assert still.half == still.swing == still.rms == 1.0

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scipy.signal import cont2discrete, lfilter
 
-from bondgraph.elements import C, Df, Dq, I, One, R, Se
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se
 from bondgraph.hysteresis import play_record
 from bondgraph.laws import Coulomb
-from bondgraph.simulate import simulate
-from identification.diagnosis.characterise import Character, characterise
-from identification.diagnosis.effects.memories.creep import lagged
-from identification.diagnosis.latent import latent
-from identification.diagnosis.loops import cycles, loops
-from identification.diagnosis.scene import Past
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.catalogue.memory.creep import lagged
+from identification.diagnosis.explanation.characterisation import Character, characterise
+from identification.diagnosis.explanation.latent_signal import latent
+from identification.diagnosis.explanation.loops import cycles, loops
+from identification.diagnosis.screening.port_history import PortHistory
 
 Array = np.ndarray
 DT = 5e-3
@@ -36,7 +36,7 @@ def wander(n: int = 6000, seed: int = 0) -> Array:
 def described(signal: Array, x: Array, *, flow: bool = False, noise: float = 0.05) -> Character:
     moved = np.cumsum(x) * DT if flow else None
     rough = noise * signal.std() * np.random.default_rng(1).standard_normal(x.size)
-    return characterise(Past(x, x, DT, moved), signal + rough, flow=flow)
+    return characterise(PortHistory(x, x, DT, moved), signal + rough, flow=flow)
 
 
 def test_a_curve_over_the_argument() -> None:
@@ -145,7 +145,7 @@ def test_loops_count_and_close() -> None:
     t = DT * np.arange(4000)
     x = np.sin(2 * np.pi * 0.5 * t)
     assert len(cycles(x)) == 8
-    past = Past(x, x, DT)
+    past = PortHistory(x, x, DT)
     same = loops(past, np.sign(np.gradient(x)))
     assert same.area == pytest.approx(1.0, abs=0.05)
     assert same.closure > 0.9
@@ -201,7 +201,9 @@ def test_coulomb_force_is_seen_through_a_mass_and_a_spring() -> None:
     assert found.signal.std() == pytest.approx(2.0, rel=0.15)
     assert found.explained > 0.99
     # the port's own flow explains it, with a jump, and it takes energy
-    seen = characterise(Past(v, 0.5 * v, DT, np.asarray(truth["x"])), found.signal, flow=True)
+    seen = characterise(
+        PortHistory(v, 0.5 * v, DT, np.asarray(truth["x"])), found.signal, flow=True
+    )
     assert seen.variable == "argument"
     assert seen.odd > 0.9
     assert seen.loops.dissipation > 0.5

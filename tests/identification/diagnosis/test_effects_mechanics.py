@@ -8,27 +8,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from bondgraph.elements import Source
-from bondgraph.simulate import exact_form
-from identification.diagnosis.effects.effect import Effect, Hint, Signature
-from identification.diagnosis.effects.flow.nonlinear_resistance import NonlinearResistanceEffect
-from identification.diagnosis.effects.flow.square_root_flow import SquareRootFlow
-from identification.diagnosis.effects.friction.asymmetric_damping import AsymmetricDampingEffect
-from identification.diagnosis.effects.friction.coulomb import CoulombFriction
-from identification.diagnosis.effects.friction.presliding import PreslidingFriction, bend
-from identification.diagnosis.effects.friction.quadratic_drag import Drag
-from identification.diagnosis.effects.friction.stribeck import StribeckFriction
-from identification.diagnosis.effects.restoring.backlash import BacklashEffect
-from identification.diagnosis.effects.restoring.bilinear_stiffness import BilinearStiffness
-from identification.diagnosis.effects.restoring.contact_loss import ContactLossEffect
-from identification.diagnosis.effects.restoring.end_stop import EndStopEffect
-from identification.diagnosis.effects.restoring.nonlinear_stiffness import NonlinearStiffness
-from identification.diagnosis.effects.storage.added_mode import AddedMode
-from identification.diagnosis.effects.storage.leakage import Leakage
-from identification.diagnosis.effects.storage.overflow import OverflowEffect
-from identification.diagnosis.effects.storage.self_heating import SelfHeatingEffect
-from identification.fit import fit, start_cost
-from identification.problem import Problem
+from bondgraph.graph.elements import Source
+from bondgraph.simulation.simulate import exact_form
+from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
+from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
+from identification.diagnosis.catalogue.flow.square_root_flow import SquareRootFlow
+from identification.diagnosis.catalogue.friction.asymmetric_damping import AsymmetricDampingEffect
+from identification.diagnosis.catalogue.friction.coulomb import CoulombFriction
+from identification.diagnosis.catalogue.friction.presliding import PreslidingFriction, bend
+from identification.diagnosis.catalogue.friction.quadratic_drag import Drag
+from identification.diagnosis.catalogue.friction.stribeck import StribeckFriction
+from identification.diagnosis.catalogue.restoring.backlash import BacklashEffect
+from identification.diagnosis.catalogue.restoring.bilinear_stiffness import BilinearStiffness
+from identification.diagnosis.catalogue.restoring.contact_loss import ContactLossEffect
+from identification.diagnosis.catalogue.restoring.end_stop import EndStopEffect
+from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
+from identification.diagnosis.catalogue.storage.added_mode import AddedMode
+from identification.diagnosis.catalogue.storage.leakage import Leakage
+from identification.diagnosis.catalogue.storage.overflow import OverflowEffect
+from identification.diagnosis.catalogue.storage.self_heating import SelfHeatingEffect
+from identification.estimation.single_record import fit, start_cost
+from identification.study.problem import Problem
 from tests.identification.diagnosis.effect_plants import (
     N,
     electrical,

@@ -7,32 +7,32 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bondgraph.elements import GY, TF, C, Df, Dq, Element, I, One, R, Se, Valued, Zero
-from bondgraph.graph import BondGraph
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import GY, TF, C, Df, Dq, Element, I, One, R, Se, Valued, Zero
 from bondgraph.laws import Law
-from bondgraph.signals import Split
-from bondgraph.simulate import exact_form, simulate
-from identification.diagnosis.effects.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.effects.memories.creep import Creep, lagged
-from identification.diagnosis.effects.memories.hysteresis import Hysteresis
-from identification.diagnosis.effects.outside.external_disturbance import (
+from bondgraph.signals.recording import Split
+from bondgraph.simulation.simulate import exact_form, simulate
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.memory.creep import Creep, lagged
+from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis
+from identification.diagnosis.catalogue.outside.external_disturbance import (
     ExternalDisturbance,
     change_points,
     spectral_peaks,
 )
-from identification.diagnosis.effects.outside.generic import GROUPS, generic_columns
-from identification.diagnosis.effects.outside.time_varying_parameter import TimeVaryingParameter
-from identification.diagnosis.effects.outside.unnamed_curve import UnnamedCurve
-from identification.diagnosis.effects.transduction.nonlinear_ratio import NonlinearRatio
-from identification.diagnosis.effects.transduction.position_periodic_force import (
+from identification.diagnosis.catalogue.outside.generic import GROUPS, generic_columns
+from identification.diagnosis.catalogue.outside.time_varying_parameter import TimeVaryingParameter
+from identification.diagnosis.catalogue.outside.unnamed_curve import UnnamedCurve
+from identification.diagnosis.catalogue.transduction.nonlinear_ratio import NonlinearRatio
+from identification.diagnosis.catalogue.transduction.position_periodic_force import (
     PositionPeriodicForce,
 )
-from identification.diagnosis.pasts import scene
-from identification.diagnosis.probes import Probes, probes
-from identification.diagnosis.scene import Past, Scene
-from identification.fit import Fit, fit
-from identification.problem import Data, Problem
-from identification.residual import evaluate, start_point
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.screening.port_response import Probes, probes
+from identification.estimation.single_record import Fit, fit
+from identification.study.problem import Data, Problem
+from identification.study.residual import evaluate, start_point
 
 Array = np.ndarray
 N, DT = 400, 2e-3
@@ -91,7 +91,7 @@ def drive() -> BondGraph:
 
 @dataclass(frozen=True)
 class Bench:
-    scene: Scene
+    scene: FittedModel
     probes: Probes
     nominal: Fit
 
@@ -185,9 +185,10 @@ def _law(element: Element) -> Law:
 def test_kernels_do_not_depend_on_the_recording(bench: Bench) -> None:
     """Twice the range gives other numbers but the same equations."""
     wide = {
-        n: Past(2 * p.argument, 2 * p.output, p.dt, p.moved) for n, p in bench.scene.past.items()
+        n: PortHistory(2 * p.argument, 2 * p.output, p.dt, p.moved)
+        for n, p in bench.scene.past.items()
     }
-    other = Scene(
+    other = FittedModel(
         bench.scene.graph, bench.scene.data, bench.scene.nominal, bench.scene.residual, wide
     )
     for name in ("hysteresis", "unknown", "time_varying_parameter", "external_disturbance"):
@@ -223,7 +224,7 @@ def test_lines_and_changes_are_found() -> None:
 def test_generic_groups_span_what_they_say() -> None:
     t = 2e-3 * np.arange(3000)
     x = np.sin(2 * np.pi * t) + 0.3 * np.sin(2 * np.pi * 2.7 * t)
-    past = Past(x, x, 2e-3)
+    past = PortHistory(x, x, 2e-3)
     groups = generic_columns(past)
     assert tuple(groups) == GROUPS
     assert all(g.shape[0] == 3000 and np.isfinite(g).all() for g in groups.values())

@@ -9,41 +9,41 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph
-from bondgraph.elements import C, Df, Dq, I, One, R, Se, Source
-from bondgraph.signals import Split
-from bondgraph.simulate import exact_form, simulate
-from identification.diagnosis.effects.driving.dead_zone import DeadZoneEffect
-from identification.diagnosis.effects.driving.low_pass import LowPass
-from identification.diagnosis.effects.driving.saturation import SaturationEffect
-from identification.diagnosis.effects.driving.slew_limit import SlewLimitEffect
-from identification.diagnosis.effects.effect import Effect, Hint, Insertion
-from identification.diagnosis.effects.measuring.grid_step import (
+from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se, Source
+from bondgraph.signals.recording import Split
+from bondgraph.simulation.simulate import exact_form, simulate
+from identification.diagnosis.catalogue.drive.dead_zone import DeadZoneEffect
+from identification.diagnosis.catalogue.drive.low_pass import LowPass
+from identification.diagnosis.catalogue.drive.saturation import SaturationEffect
+from identification.diagnosis.catalogue.drive.slew_limit import SlewLimitEffect
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion
+from identification.diagnosis.catalogue.measurement.grid_step import (
     quantisation_step,
     rounding_explains,
 )
-from identification.diagnosis.effects.measuring.periodic_error import (
+from identification.diagnosis.catalogue.measurement.periodic_error import (
     PeriodicError,
     promising_cycles,
 )
-from identification.diagnosis.effects.measuring.quantisation import Quantisation
-from identification.diagnosis.effects.measuring.sensor_drift import SensorDrift
-from identification.diagnosis.effects.measuring.sensor_lag import SensorLag
-from identification.diagnosis.effects.measuring.sensor_nonlinearity import SensorNonlinearity
-from identification.diagnosis.effects.measuring.sensor_offset import SensorOffset
-from identification.diagnosis.effects.measuring.sensor_rectification import SensorRectification
-from identification.diagnosis.effects.timing.clock_skew import ClockSkew
-from identification.diagnosis.effects.timing.delay import Delay
-from identification.diagnosis.scene import Past, Scene
-from identification.fit import Fit, fit
-from identification.problem import Data, Problem
-from identification.residual import evaluate, start_point
+from identification.diagnosis.catalogue.measurement.quantisation import Quantisation
+from identification.diagnosis.catalogue.measurement.sensor_drift import SensorDrift
+from identification.diagnosis.catalogue.measurement.sensor_lag import SensorLag
+from identification.diagnosis.catalogue.measurement.sensor_nonlinearity import SensorNonlinearity
+from identification.diagnosis.catalogue.measurement.sensor_offset import SensorOffset
+from identification.diagnosis.catalogue.measurement.sensor_rectification import SensorRectification
+from identification.diagnosis.catalogue.time.clock_skew import ClockSkewEffect
+from identification.diagnosis.catalogue.time.delay import Delay
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.estimation.single_record import Fit, fit
+from identification.study.problem import Data, Problem
+from identification.study.residual import evaluate, start_point
 
 N, DT = 600, 1e-3
 STEP = 2e-5
 EFFECTS: tuple[Effect, ...] = (
     SaturationEffect(), SlewLimitEffect(), LowPass(), DeadZoneEffect(),
     SensorLag(), SensorOffset(), SensorDrift(), SensorNonlinearity(), SensorRectification(),
-    PeriodicError(), Quantisation(), Delay(), ClockSkew(),
+    PeriodicError(), Quantisation(), Delay(), ClockSkewEffect(),
 )  # fmt: skip
 EXACT = {
     "low_pass": 2e-2, "slew_limit": 5e-3, "saturation": 5e-3, "dead_zone": 3e-2,
@@ -79,39 +79,39 @@ def recorded(graph: BondGraph, values: Mapping[str, float] | None = None) -> Dat
     return Data("run", t, {"F": drive()}, y, ("x", "rate"), 1e-3 * y.std(axis=0), split)
 
 
-def scene_of(nominal: Fit) -> Scene:
+def scene_of(nominal: Fit) -> FittedModel:
     """Scene of sources and sensors alone: their pasts need no simulation of the ports."""
     data = nominal.problem.data
-    past = {n: Past(u, u, data.dt) for n, u in data.commands.items()}
+    past = {n: PortHistory(u, u, data.dt) for n, u in data.commands.items()}
     past |= {
-        n: Past(nominal.simulated[:, i], nominal.simulated[:, i], data.dt)
+        n: PortHistory(nominal.simulated[:, i], nominal.simulated[:, i], data.dt)
         for i, n in enumerate(data.names)
     }
     left = data.readings - nominal.simulated
-    return Scene(nominal.problem.graph, data, nominal, left, past)
+    return FittedModel(nominal.problem.graph, data, nominal, left, past)
 
 
 @pytest.fixture(scope="module")
-def scene() -> Scene:
+def scene() -> FittedModel:
     graph = plant()
     given = ("m", "k", "b")
     problem = Problem(graph, recorded(graph), fixed=given, nuisances=False, initial="rest")
     return scene_of(fit(problem, max_iterations=1))
 
 
-def readings(graph: BondGraph, scene: Scene, values: Mapping[str, float]) -> np.ndarray:
+def readings(graph: BondGraph, scene: FittedModel, values: Mapping[str, float]) -> np.ndarray:
     problem = Problem(graph, scene.data, starts=values, nuisances=False)
     return evaluate(problem, start_point(problem), derivatives=False).y
 
 
-def driven(scene: Scene, command: np.ndarray) -> np.ndarray:
+def driven(scene: FittedModel, command: np.ndarray) -> np.ndarray:
     """Readings of the nominal model under another command, from the same initial state."""
     nominal = Problem(scene.graph, scene.data, nuisances=False)
     other = Problem(scene.graph, replace(scene.data, commands={"F": command}), nuisances=False)
     return evaluate(other, start_point(nominal), derivatives=False).y
 
 
-def absent(effect: Effect, i: Insertion, scene: Scene) -> dict[str, float]:
+def absent(effect: Effect, i: Insertion, scene: FittedModel) -> dict[str, float]:
     """Values at which the effect does nothing: zero, but limits far away and tiny lags."""
     if effect.name == "saturation":
         far = 1e4 * float(np.ptp(drive()))
@@ -131,7 +131,7 @@ def test_words(effect: Effect) -> None:
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
-def test_zero_strength_is_the_nominal_model(effect: Effect, scene: Scene) -> None:
+def test_zero_strength_is_the_nominal_model(effect: Effect, scene: FittedModel) -> None:
     quiet = readings(scene.graph, scene, {})
     for place in effect.places(scene.graph):
         i = effect.insert(scene, place)
@@ -146,7 +146,7 @@ def test_zero_strength_is_the_nominal_model(effect: Effect, scene: Scene) -> Non
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
-def test_signatures_are_what_the_inserted_effect_does(effect: Effect, scene: Scene) -> None:
+def test_signatures_are_what_the_inserted_effect_does(effect: Effect, scene: FittedModel) -> None:
     """A hint of a signature and some weights gives back what the columns promise."""
     quiet = readings(scene.graph, scene, {})
     for place in effect.places(scene.graph):
@@ -226,12 +226,12 @@ def refitted(made: BondGraph, values: Mapping[str, float], effect: Effect, place
         (SensorRectification(), "rate", {"amount_rate": 0.8}),
         (PeriodicError(), "x", {"a_x": 2e-4, "b_x": -1e-4, "period_x": 1.13e-3}),
         (Delay(), "F", {"delay_F": 3.3e-3}),
-        (ClockSkew(), "x", {"clock_x": 0.004}),
+        (ClockSkewEffect(), "x", {"clock_x": 0.004}),
     ],
     ids=lambda v: v.name if isinstance(v, Effect) else "",
 )
 def test_hints_lead_to_the_truth(
-    effect: Effect, place: str, values: dict[str, float], scene: Scene
+    effect: Effect, place: str, values: dict[str, float], scene: FittedModel
 ) -> None:
     made = effect.insert(scene, scene.graph[place]).graph
     found = refitted(made, values, effect, place)
@@ -255,10 +255,10 @@ def test_step_of_a_grid(n: int, step: float) -> None:
     assert quantisation_step(np.round(40 * y, 3)) == pytest.approx(1e-3)
 
 
-def test_a_slew_limit_shows_in_steps(scene: Scene) -> None:
+def test_a_slew_limit_shows_in_steps(scene: FittedModel) -> None:
     """A command that rests between jumps: ramps of some samples are tried."""
     steps = np.where((np.arange(N) // 90) % 2, 1.0, -0.5)
-    past = {**scene.past, "F": Past(steps, steps, DT)}
+    past = {**scene.past, "F": PortHistory(steps, steps, DT)}
     effect, place = SlewLimitEffect(), scene.graph["F"]
     found = effect.signatures(replace(scene, past=past), place)
     taken = sorted(float(np.ceil(1.5 * (s.shape or {})["slowness"] / DT)) for s in found)
@@ -266,14 +266,14 @@ def test_a_slew_limit_shows_in_steps(scene: Scene) -> None:
     assert taken[-1] > 15
     for s in found:
         assert 0 < np.abs(s.columns).max() < 1.5
-    still = {**scene.past, "F": Past(np.ones(N), np.ones(N), DT)}
+    still = {**scene.past, "F": PortHistory(np.ones(N), np.ones(N), DT)}
     (nothing,) = effect.signatures(replace(scene, past=still), place)
     assert not nothing.columns.any()
 
 
-def test_commands_that_move_are_late_together(scene: Scene) -> None:
+def test_commands_that_move_are_late_together(scene: FittedModel) -> None:
     graph = scene.graph.with_branch("v", [Se("G", unit="N")])
-    past = {**scene.past, "G": Past(drive(), drive(), DT)}
+    past = {**scene.past, "G": PortHistory(drive(), drive(), DT)}
     commands = {"F": drive(), "G": 0.5 * drive()}
     both = replace(scene, graph=graph, data=replace(scene.data, commands=commands), past=past)
     i = Delay().insert(both, graph["F"])

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from bondgraph.errors import UnusableInput
-from identification.command_line.main import main
-from identification.diagnosis.explain import KINDS, parse_verdict, read_verdict
-from identification.diagnosis.retold import WIDTH, retold
+from bondgraph.support.errors import UnusableInput
+from bondsight.cli.main import main
+from identification.diagnosis.verdict.schema import KINDS, parse_verdict, read_verdict
+from identification.diagnosis.verdict.text import WIDTH, retold
 
 
 def finding(effect: str = "hysteresis", element: str = "C_nl", **more: Any) -> dict[str, Any]:

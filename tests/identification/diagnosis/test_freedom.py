@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph.elements import C, Df, Dq, I, One, R, Se
-from bondgraph.graph import BondGraph
-from bondgraph.signals import Split
-from bondgraph.simulate import simulate
-from identification.diagnosis.freedom import freedom
-from identification.fit import fit
-from identification.problem import Data, Problem
-from identification.residual import Point, evaluate
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se
+from bondgraph.signals.recording import Split
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.screening.tangent_space import freedom
+from identification.estimation.single_record import fit
+from identification.study.problem import Data, Problem
+from identification.study.residual import Point, evaluate
 
 N = 300
 

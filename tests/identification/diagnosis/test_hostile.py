@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph
-from bondgraph.errors import BondsightError
-from bondgraph.signals import Recording
-from identification.blind.generator import draw
-from identification.blind.generator.making import record
-from identification.blind.models import blind_model
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis, diagnose
-from identification.diagnosis.search import Options
-from identification.diagnosis.verdict import verdict
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict.document import verdict
+from tests.proof.trial.generator import draw
+from tests.proof.trial.generator.making import record
+from tests.proof.trial.models import blind_model
 
 Array = np.ndarray
 Channels = dict[str, Array]
 SAMPLES = 1200
-OPTIONS = Options(jobs=1, keep=2, more=0, effects=1)
+OPTIONS = DiagnosisOptions(jobs=1, keep=2, more=0, effects=1)
 
 
 @pytest.fixture(scope="module")

@@ -11,22 +11,22 @@ import numpy as np
 import pytest
 
 from bondgraph import MTF, TF, BondGraph, C, Df, Dq, I, One, R, Se
-from bondgraph.backend import NUMPY
-from bondgraph.drives import Drive
-from bondgraph.elements import Sensor, Source
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Sensor, Source
+from bondgraph.graph.modulation import displacement
 from bondgraph.laws import Polynomial
-from bondgraph.modulation import displacement
-from bondgraph.signals import Split
-from bondgraph.simulate import simulate
-from identification.diagnosis.effects import by_name
-from identification.diagnosis.effects.effect import Hint
-from identification.diagnosis.pasts import scene
-from identification.diagnosis.probes import Probes, probes
-from identification.diagnosis.repair import Base, base_of
-from identification.diagnosis.scene import Past, Scene
-from identification.fit import fit
-from identification.problem import Data, Problem
-from identification.residual import evaluate, start_point
+from bondgraph.signals.recording import Split
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.ops import NUMPY
+from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.catalogue.effect import Hint
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.screening.port_response import Probes, probes
+from identification.diagnosis.search.base import Base, base_of
+from identification.estimation.single_record import fit
+from identification.study.problem import Data, Problem
+from identification.study.residual import evaluate, start_point
 
 Array = Any
 N, DT = 500, 0.01
@@ -61,7 +61,7 @@ NOMINAL: dict[str, Callable[[], BondGraph]] = {
 
 
 @cache
-def prepared(name: str) -> tuple[Base, Scene, Probes]:
+def prepared(name: str) -> tuple[Base, FittedModel, Probes]:
     graph = NOMINAL[name]()
     t = np.asarray(DT * np.arange(N), np.float64)
     u = 4 * np.sin(5.1 * t) * np.minimum(t, 1) + 3 * np.sin(13.0 * t) * np.minimum(t, 1)
@@ -88,7 +88,7 @@ def with_law(graph: BondGraph, name: str, law: Polynomial) -> BondGraph:
     return graph.with_element(name, law=law)
 
 
-def bend(past: Past) -> Polynomial:
+def bend(past: PortHistory) -> Polynomial:
     return Polynomial(past.centre, past.half, past.swing, (2,))
 
 

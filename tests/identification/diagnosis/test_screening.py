@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bondgraph.split import interleaved
-from identification.blind.models.chain import chain
-from identification.diagnosis.effects import CATALOGUE, UNNAMED
-from identification.diagnosis.pasts import scene
-from identification.diagnosis.probes import probes
-from identification.diagnosis.screening import Screened, projection, screen
-from identification.fit import Fit, fit
-from identification.problem import Data, Problem
-from identification.residual import evaluate
+from bondgraph.signals.split import interleaved
+from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.screening.port_response import probes
+from identification.diagnosis.screening.score_test import Screened, projection, screen
+from identification.estimation.single_record import Fit, fit
+from identification.study.problem import Data, Problem
+from identification.study.residual import evaluate
+from tests.proof.trial.models.chain import chain
 
 Array = Any
 N, DT, NOISE = 800, 2e-3, 3e-6

@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
-from bondgraph.elements import TF, Element
-from bondgraph.signals import Split
-from identification.diagnosis.regions import Region, regions, summary
-from identification.diagnosis.scene import Past, Scene
-from identification.diagnosis.where import axes_of, where, words
-from identification.diagnosis.where.bands import bands, spectrum
-from identification.diagnosis.where.binned import heat_map, profile
-from identification.diagnosis.where.history import since_turning, turning_points
-from identification.diagnosis.where.region import multiple
-from identification.diagnosis.where.scan import contrast, densest, stretches
-from identification.diagnosis.where.variables import variables_of
-from identification.fit import Fit, Status
-from identification.problem import Data, Problem
-from identification.residual import Point
+from bondgraph.graph.elements import TF, Element
+from bondgraph.signals.recording import Split
+from identification.diagnosis.localisation.recording import axes_of, where, words
+from identification.diagnosis.localisation.recording.bands import bands, spectrum
+from identification.diagnosis.localisation.recording.binned import heat_map, profile
+from identification.diagnosis.localisation.recording.history import since_turning, turning_points
+from identification.diagnosis.localisation.recording.region import multiple
+from identification.diagnosis.localisation.recording.scan import contrast, densest, stretches
+from identification.diagnosis.localisation.recording.variables import variables_of
+from identification.diagnosis.localisation.regions import Region, regions, summary
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.estimation.single_record import Fit, FitStatus
+from identification.study.problem import Data, Problem
+from identification.study.residual import Point
 
 Array = np.ndarray
 N, DT, FLOOR = 4000, 0.01, 0.1
@@ -53,16 +53,18 @@ def fitted(extra: Array, seed: int = 0) -> Fit:
     data = Data("planted", t, {"F": x}, (x + noise + extra)[:, None], ("x",), np.array([FLOOR]),
                 split)  # fmt: skip
     problem = Problem(spring(), data)
-    return Fit(problem, Point(np.zeros(0), np.zeros((1, 2))), Status.CONVERGED, 1.0, 1, x[:, None])
+    return Fit(
+        problem, Point(np.zeros(0), np.zeros((1, 2))), FitStatus.CONVERGED, 1.0, 1, x[:, None]
+    )
 
 
-def pasts() -> dict[str, Past]:
+def pasts() -> dict[str, PortHistory]:
     x = motion()
     v = np.gradient(x, DT)
     return {
-        "k": Past(x, 200 * x, DT),
-        "d": Past(v, 2 * v, DT, x - x[0]),
-        "x": Past(x, x, DT),
+        "k": PortHistory(x, 200 * x, DT),
+        "d": PortHistory(v, 2 * v, DT, x - x[0]),
+        "x": PortHistory(x, x, DT),
     }
 
 
@@ -134,7 +136,7 @@ def test_the_same_samples_are_told_once() -> None:
 
 def test_a_scene_gives_the_ports_and_without_it_the_commands() -> None:
     fit = fitted(louder(motion() > 1.5))
-    scene = Scene(spring(), fit.problem.data, fit, np.zeros((N, 1)), pasts())
+    scene = FittedModel(spring(), fit.problem.data, fit, np.zeros((N, 1)), pasts())
     assert {r.element for r in regions(fit, scene, ("k",))} >= {"k"}
     assert {r.element for r in regions(fit)} <= {"F", ""}
     assert summary(regions(fit, scene))
@@ -143,7 +145,7 @@ def test_a_scene_gives_the_ports_and_without_it_the_commands() -> None:
 def test_too_short_or_not_finite_gives_nothing() -> None:
     fit = fitted(np.zeros(N))
     assert where(replace(fit, simulated=np.full((N, 1), np.nan)), pasts()) == ()
-    broken = {"k": Past(np.full(N, np.nan), np.full(N, np.nan), DT)}
+    broken = {"k": PortHistory(np.full(N, np.nan), np.full(N, np.nan), DT)}
     assert all(r.element == "" for r in where(fitted(louder(motion() > 1.5)), broken))
 
 
@@ -221,11 +223,11 @@ def test_axes_of_two_ports_and_sources() -> None:
     with BondGraph("gear") as g:
         a, b = One("a"), One("b")
         Se("F", unit="N") >> a >> TF("T", 2.0) >> b >> R("d", 1.0, unit="N*s/m")
-    past = Past(motion(), motion(), DT)
+    past = PortHistory(motion(), motion(), DT)
     assert [a.kind for a in axes_of(g, "F", past)] == ["amplitude", "velocity", "history"]
     assert axes_of(g, "F", past)[1].unit == "N/s"
     assert axes_of(g, "T", past)[0].name == "effort behind T"
-    assert axes_of(g, "F", Past(np.ones(N), np.ones(N), DT)) == ()
+    assert axes_of(g, "F", PortHistory(np.ones(N), np.ones(N), DT)) == ()
 
 
 def test_words() -> None:

@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, I, One, R, Se
-from bondgraph.draw import svg
 from bondgraph.drawing import shading
-from bondgraph.errors import BondsightError
-from identification.diagnosis.decide import Decision
-from identification.diagnosis.effects import Insertion
-from identification.diagnosis.search import Trial
-from identification.diagnosis.where.plausible import confidence_of_places, place_weights
-from identification.fit import Fit
+from bondgraph.drawing.svg import svg
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue import Insertion
+from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.localisation.recording.plausible import (
+    confidence_of_places,
+    place_weights,
+)
+from identification.diagnosis.search.candidates import Candidate
+from identification.estimation.single_record import Fit
 
 
 def graph() -> BondGraph:
@@ -25,16 +28,16 @@ def graph() -> BondGraph:
     return g
 
 
-def trial(element: str, level: float, *, home: bool = True, effect: str = "creep") -> Trial:
+def trial(element: str, level: float, *, home: bool = True, effect: str = "creep") -> Candidate:
     """A trial with 40 blocks about `level`; all share the same scatter."""
     scatter = 1 + 0.1 * np.random.default_rng(1).standard_normal(40)
     own = 1 + 0.1 * np.random.default_rng(len(element) + ord(element[0])).standard_normal(40)
     insertion = Insertion(effect, "memory", "law", element, graph(), (), ())
     fit: Fit = None  # type: ignore[assignment]
-    return Trial(insertion, home, fit, level, level, level * scatter * own)
+    return Candidate(insertion, home, fit, level, level, level * scatter * own)
 
 
-def decision(chosen: Trial, confidence: float, same: tuple[Trial, ...] = ()) -> Decision:
+def decision(chosen: Candidate, confidence: float, same: tuple[Candidate, ...] = ()) -> Decision:
     return Decision("missing_physics", chosen, same, (), 0.9, confidence, ())
 
 

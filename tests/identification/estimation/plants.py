@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
-from bondgraph.laws.table import Table
-from bondgraph.shift import delayed
-from bondgraph.signals import Recording
-from bondgraph.simulate import simulate
+from bondgraph.laws.table import TableLaw
+from bondgraph.signals.fractional_delay import delayed
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import simulate
 from identification.estimation import Estimation, Study, Vary
 
 Array = NDArray[np.float64]
@@ -75,7 +75,7 @@ def falling(slope: float = -20.0) -> BondGraph:
         body = One("v")
         Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
         body >> R("d", 1.0, unit="N*s/m")
-        law = Table((-1.0, 0.0, 1.0), (-slope, 0.0, slope), free=True, unit="N")
+        law = TableLaw((-1.0, 0.0, 1.0), (-slope, 0.0, slope), free=True, unit="N")
         body >> C("k", law=law)
         body >> Dq("x", unit="m")
     return g

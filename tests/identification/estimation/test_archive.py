@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
-from bondgraph.archive import read_archive, write_archive
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording, Split
-from bondgraph.simulate import simulate
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.archive import read_archive, write_archive
+from bondgraph.support.errors import UnusableInput
 from identification.estimation import (
     Estimation,
     LogNormal,
     Normal,
     Nuisances,
-    Setting,
+    SettledSetting,
     Study,
     Vary,
     estimate,
@@ -129,7 +129,7 @@ def test_all_fields_of_a_fit_are_stored() -> None:
         "study", "setting", "method", "optimiser", "status", "point", "covariance", "cost",
         "trace", "estimates", "nuisances", "simulated", "notes", "seconds",
     }  # fmt: skip
-    assert {f.name for f in fields(Setting)} == {
+    assert {f.name for f in fields(SettledSetting)} == {
         "hold", "n_sub", "floors", "whitening", "n_fine", "corrections",
         "corrected_at",
     }  # fmt: skip

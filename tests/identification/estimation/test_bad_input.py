@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bondgraph.elements import Parameter
-from bondgraph.errors import UnusableInput
-from bondgraph.signals import Recording, Split
+from bondgraph.graph.elements import Parameter
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.errors import UnusableInput
 from identification.estimation import (
     NO_NUISANCES,
     Estimation,
+    FitStatus,
     Normal,
     Nuisances,
-    Status,
     Study,
     Vary,
     estimate,
@@ -155,7 +155,7 @@ def test_tiny_records_end_with_multiple_shooting_too(n: int) -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_exact_data_give_exact_values(noise: str, method: str) -> None:
     found = estimate(study(record(600, noise=0.0), noise=noise), method)
-    assert found.status in (Status.CONVERGED, Status.NO_PROGRESS)
+    assert found.status in (FitStatus.CONVERGED, FitStatus.NO_PROGRESS)
     for n, t in TRUTH.items():
         assert found.values[n] == pytest.approx(t, rel=1e-6)
         assert np.isfinite(found.estimate_of(n).ci95).all()
@@ -228,7 +228,7 @@ def test_windows_with_a_given_initial_state_are_refused() -> None:
 
 def test_too_few_iterations_are_said() -> None:
     found = estimate(study(record(300)), max_iterations=0)
-    assert found.status is Status.ITERATIONS
+    assert found.status is FitStatus.ITERATIONS
     assert "raise max_iterations" in str(found)
 
 

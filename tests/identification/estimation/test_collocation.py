@@ -9,19 +9,19 @@ import pytest
 
 from actuators import stack_bond_graph
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
-from bondgraph.errors import UnusableInput
+from bondgraph.equations.codegen import program
+from bondgraph.equations.program import Program
 from bondgraph.laws import Coulomb, Polynomial, StopSum
-from bondgraph.program import Program
-from bondgraph.programming import program
-from bondgraph.signals import Recording
-from bondgraph.simulate import simulate
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import UnusableInput
 from identification.estimation import Study, Vary, estimate
+from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.collocation import Collocation
-from identification.estimation.methods.method import Options
+from identification.estimation.methods.method import FitOptions
 from identification.estimation.methods.radau import stage_inputs, tableau
 from identification.estimation.result import Estimation
-from identification.estimation.specification import NO_NUISANCES, Nuisances
-from identification.levenberg_marquardt import Status
+from identification.study.specification import NO_NUISANCES, Nuisances
 from tests.identification.estimation.plants import (
     TRUTH,
     caught,
@@ -85,7 +85,7 @@ def test_stage_inputs_follow_the_declared_behaviour() -> None:
 )
 def test_agrees_with_single_shooting(options: dict[str, object]) -> None:
     here, there = both(study(record(200), **options))
-    assert here.status is Status.CONVERGED
+    assert here.status is FitStatus.CONVERGED
     assert moved_by(here, there).max() < 1e-3
     assert here.rmse()["x"] == pytest.approx(there.rmse()["x"], rel=1e-3)
 
@@ -142,7 +142,7 @@ def test_an_unstable_plant_keeps_readings_and_intervals_of_the_trajectory() -> N
         nuisances=NO_NUISANCES,
     )  # fmt: skip
     made = estimate(s, "collocation", optimiser="ipopt")
-    assert made.status is Status.CONVERGED
+    assert made.status is FitStatus.CONVERGED
     assert max(misses(made, truth).values()) < 4
     assert made.rmse()["x"] == pytest.approx(2e-4, rel=0.15)
 
@@ -169,19 +169,19 @@ def test_scales_of_the_piezo_stack() -> None:
         fs=fs,
     )
     here, there = both(Study(g, r, free=tuple(truth), nuisances=NO_NUISANCES, initial="rest"))
-    assert here.status is Status.CONVERGED
+    assert here.status is FitStatus.CONVERGED
     assert moved_by(here, there).max() < 5e-3
     assert max(misses(here, truth).values()) < 4
 
 
 def test_gauss_newton_hessian_ends_at_the_same_place() -> None:
     s = study(record(400), nuisances=NO_NUISANCES)
-    stack, options = s.stack(), Options("ipopt")
+    stack, options = s.stack(), FitOptions("ipopt")
     exact = Collocation().solve(s, s.first_setting, stack, stack.start(), options)
     squares = Collocation(hessian="gauss_newton").solve(
         s, s.first_setting, stack, stack.start(), options
     )
-    assert exact.status is squares.status is Status.CONVERGED
+    assert exact.status is squares.status is FitStatus.CONVERGED
     assert squares.point.theta == pytest.approx(exact.point.theta, abs=1e-6)
 
 
@@ -196,9 +196,9 @@ def test_interrupt_keeps_the_best_values() -> None:
 
     stack = s.stack()
     made = Collocation().solve(
-        s, s.first_setting, stack, stack.start(), Options("ipopt", report=report)
+        s, s.first_setting, stack, stack.start(), FitOptions("ipopt", report=report)
     )
-    assert made.status is Status.CANCELLED
+    assert made.status is FitStatus.CANCELLED
     assert np.isfinite(made.point.theta).all()
     assert len(calls) == 4
 
@@ -207,9 +207,9 @@ def test_wall_time_ends_a_run() -> None:
     s = study(record(400))
     stack = s.stack()
     made = replace(Collocation(), wall_time=1e-3).solve(
-        s, s.first_setting, stack, stack.start(), Options("ipopt")
+        s, s.first_setting, stack, stack.start(), FitOptions("ipopt")
     )
-    assert made.status is Status.ITERATIONS
+    assert made.status is FitStatus.ITERATIONS
 
 
 def test_refusals_name_another_method() -> None:

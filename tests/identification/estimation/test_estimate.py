@@ -11,13 +11,13 @@ from scipy.interpolate import CubicSpline
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Polynomial
-from bondgraph.signals import Recording, Split
-from bondgraph.simulate import simulate
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.simulation.simulate import simulate
 from identification.estimation import (
     NO_NUISANCES,
     Estimation,
+    FitStatus,
     Nuisances,
-    Status,
     Study,
     Vary,
     estimate,
@@ -44,7 +44,7 @@ def plain() -> Estimation:
 
 
 def test_one_record_gives_the_truth_within_its_intervals(plain: Estimation) -> None:
-    assert plain.status is Status.CONVERGED
+    assert plain.status is FitStatus.CONVERGED
     assert max(misses(plain, TRUTH).values()) < FAR
     assert abs(plain.values["k"] - 200.0) < 1.0
     assert plain.cost == pytest.approx(1.0, abs=0.02)
@@ -285,7 +285,7 @@ def test_interrupt_keeps_the_best_so_far(method: str, at: int) -> None:
 
     made = study(record(600))
     found = estimate(made, method, progress=stop)
-    assert found.status is Status.CANCELLED
+    assert found.status is FitStatus.CANCELLED
     assert "cancelled" in str(found)
     assert found.trace[-1] < found.trace[0] or at == 1
     off = abs(np.log(found.values["k"] / 200.0))

@@ -7,15 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from actuators.catalogue import stack_with_payload
-from actuators.textbook import mass_with_viscous_friction, resonator, thermal_lag
+from actuators.models.catalogue import stack_with_payload
+from actuators.models.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
-from bondgraph.elements import Parameter
-from bondgraph.errors import UnusableInput
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws.stop_sum import StopSum
-from bondgraph.signals import Recording, Split
-from bondgraph.simulate import simulate
-from identification.design import multisine
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import UnusableInput
 from identification.estimation import (
     NO_NUISANCES,
     Estimation,
@@ -28,7 +27,8 @@ from identification.estimation import (
 from identification.estimation.methods.line_response import line_evaluation
 from identification.estimation.methods.periodic_lines import Lines, lines_of
 from identification.estimation.methods.steady_response import settled_course, steady_evaluation
-from identification.residual import Point, slots
+from identification.experiments.design import multisine
+from identification.study.residual import Point, slots
 
 Array = np.ndarray
 

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from actuators.catalogue import stack_with_payload
-from actuators.textbook import mass_with_viscous_friction, resonator, thermal_lag
+from actuators.models.catalogue import stack_with_payload
+from actuators.models.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from bondgraph import BondGraph, C, Dq, I, One, R, Se, Zero
 from bondgraph.laws.friction import Coulomb
 from bondgraph.laws.stop_sum import StopSum
-from bondgraph.signals import Recording, Split
-from bondgraph.simulate import simulate
-from identification.design import multisine
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.simulation.simulate import simulate
 from identification.estimation import Study, Vary, estimate
 from identification.estimation.guess import Guess, explained_guess, guess
 from identification.estimation.guessing.measured import measured_response
+from identification.experiments.design import multisine
 
 Array = NDArray[Any]
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from bondgraph.errors import UnknownName, UnusableInput
+from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.estimation import (
     NO_NUISANCES,
     Estimation,
+    FitStatus,
     Normal,
     Nuisances,
-    Status,
     Study,
     Vary,
     estimate,
@@ -26,7 +26,7 @@ def newton() -> Estimation:
 @pytest.mark.parametrize("solver", ["mumps", "spral"])
 def test_same_answer_as_gauss_newton(newton: Estimation, solver: str) -> None:
     found = estimate(study(record(700)), optimiser="ipopt", linear_solver=solver)
-    assert found.status is Status.CONVERGED
+    assert found.status is FitStatus.CONVERGED
     assert found.optimiser == "ipopt"
     assert found.cost == pytest.approx(newton.cost, rel=1e-5)
     for a, b in zip(found.estimates, newton.estimates, strict=True):
@@ -72,6 +72,6 @@ def test_interrupt_keeps_the_best_so_far(at: int) -> None:
             raise KeyboardInterrupt
 
     found = estimate(study(record(400)), optimiser="ipopt", progress=stop)
-    assert found.status is Status.CANCELLED
+    assert found.status is FitStatus.CANCELLED
     assert abs(found.values["k"] - 200.0) < 100.0
     assert count == at + 1  # one more call says that it is done

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph.drives import Drive
-from bondgraph.elements import Parameter
-from bondgraph.errors import UnusableInput
-from identification.estimation import NO_NUISANCES, Nuisances, Status, Study, Vary, estimate
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Parameter
+from bondgraph.support.errors import UnusableInput
+from identification.estimation import NO_NUISANCES, FitStatus, Nuisances, Study, Vary, estimate
 from tests.identification.estimation.plants import (
     TRUTH,
     caught,
@@ -23,7 +23,7 @@ from tests.identification.estimation.plants import (
 def test_same_answer_as_single_shooting() -> None:
     made = study(record(900), record(600, 60.0, 3, name="slow"))
     one, many = estimate(made), estimate(made, "multiple_shooting")
-    assert many.status is Status.CONVERGED
+    assert many.status is FitStatus.CONVERGED
     assert many.cost == pytest.approx(one.cost, rel=1e-4)
     for e in one.estimates:
         width = np.diff(e.ci95)[0] / (2 * 1.96)
@@ -48,7 +48,7 @@ def test_unstable_plant_is_found(seed: int) -> None:
         Study(falling(-15.0), caught(300, seed=seed), hold="hold", nuisances=NO_NUISANCES),
         "multiple_shooting",
     )
-    assert found.status is Status.CONVERGED
+    assert found.status is FitStatus.CONVERGED
     truth = {"m": 0.5, "d": 1.0, "t_0_k": 20.0, "t_1_k": 0.0, "t_2_k": -20.0}
     assert max(misses(found, truth).values()) < 3.3
     assert found.rmse()["x"] == pytest.approx(2e-4, rel=0.1)

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
 from identification.estimation import Estimation, estimate
 from identification.estimation.noise import autoregressive, innovations
 from tests.identification.estimation.plants import TRUTH, force, misses, moved, record, study

@@ -12,8 +12,8 @@ import joblib
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnknownName, UnusableInput
-from identification.estimation import NO_NUISANCES, Status, Study, Vary, estimate
+from bondgraph.support.errors import UnknownName, UnusableInput
+from identification.estimation import NO_NUISANCES, FitStatus, Study, Vary, estimate
 from identification.estimation.starts import Starts, many_starts
 from tests.identification.estimation.plants import FREE, TRUTH, misses, record, spring, study
 
@@ -46,7 +46,7 @@ def test_waterfall_rises_and_the_best_is_the_truth(alone: Starts) -> None:
     assert alone.agreeing == np.sum(alone.costs <= alone.costs[0] * 1.001)
     assert alone.agreeing >= 2
     assert max(misses(alone.best, TRUTH).values()) < 3.3
-    assert alone.best.status is Status.CONVERGED
+    assert alone.best.status is FitStatus.CONVERGED
     assert alone.names == alone.best.stack.names
     assert f"of {COUNT} starts" in str(alone)
     assert alone.wanted == COUNT

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, simulate
-from bondgraph.signals import Recording, Split
+from bondgraph.signals.recording import Recording, Split
 from identification.estimation import Estimation, Nuisances, Study, Vary, estimate
 
 FloatArray = NDArray[np.float64]

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actuators.textbook import thermal_lag
-from bondgraph.errors import UnknownName, UnusableInput
-from identification.command_line.coverage import add_coverage_command
-from identification.command_line.identifiability import add_identifiability_command
+from actuators.models.textbook import thermal_lag
+from bondgraph.support.errors import UnknownName, UnusableInput
+from bondsight.cli.identifiability import add_identifiability_command
 from identification.uncertainty.cases import case_of, demo_cases
 from identification.uncertainty.coverage import Coverage, coverage, trial, wilson
+from tests.proof.coverage.command import add_coverage_command
 
 
 def run(*words: str) -> int:
@@ -112,7 +112,7 @@ def test_command_tells_what_a_model_determines(capsys: pytest.CaptureFixture[str
 
 @pytest.mark.recordings
 def test_command_fits_a_recording(capsys: pytest.CaptureFixture[str]) -> None:
-    from identification.data import available
+    from identification.datasets import available
 
     if not available("hair_dryer"):
         pytest.skip("the hair dryer recording is not here")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput
 from identification.uncertainty.figures import correlation_figure, profile_figure
 from identification.uncertainty.information import Sensitivities, information
 from identification.uncertainty.profile import profile, threshold_of

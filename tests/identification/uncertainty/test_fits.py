@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bondgraph.errors import UnknownName, UnusableInput
+from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.estimation import Estimation, LogNormal, Study, Vary, estimate
-from identification.uncertainty.fitted import Fitted, from_estimation
+from identification.uncertainty.fitted import FitView, from_estimation
 from identification.uncertainty.information import Sensitivities
 from identification.uncertainty.postflight import postflight, practical_of
 from identification.uncertainty.practical import practical
@@ -24,16 +24,16 @@ def plain() -> Estimation:
 
 
 @pytest.fixture(scope="module")
-def fit(plain: Estimation) -> Fitted:
+def fit(plain: Estimation) -> FitView:
     return from_estimation(plain)
 
 
 @pytest.fixture(scope="module")
-def gauged() -> Fitted:
+def gauged() -> FitView:
     return from_estimation(found(spring(1.001)))
 
 
-def test_sensitivities_are_those_of_the_readings(fit: Fitted) -> None:
+def test_sensitivities_are_those_of_the_readings(fit: FitView) -> None:
     # columns less nuisances and initial state: never longer than what the fit saw
     assert fit.sensitivities.names == ("m", "d", "k")
     assert fit.sensitivities.values == pytest.approx(list(TRUTH.values()), rel=0.02)
@@ -44,7 +44,7 @@ def test_sensitivities_are_those_of_the_readings(fit: Fitted) -> None:
         assert low - (high - low) < v < high + (high - low)
 
 
-def test_profile_of_a_nearly_linear_parameter_is_its_interval(fit: Fitted) -> None:
+def test_profile_of_a_nearly_linear_parameter_is_its_interval(fit: FitView) -> None:
     p = profile_one(fit, "k")
     assert p.shape == "two-sided"
     scale = np.sqrt(fit.inflation("k"))
@@ -55,7 +55,7 @@ def test_profile_of_a_nearly_linear_parameter_is_its_interval(fit: Fitted) -> No
     assert rise_at(fit, "k", -1.0)[0] == np.inf
 
 
-def test_profile_of_a_product(fit: Fitted, gauged: Fitted) -> None:
+def test_profile_of_a_product(fit: FitView, gauged: FitView) -> None:
     one, other = (profile_one(f, "k/m") for f in (fit, gauged))
     assert one.value == pytest.approx(400.0, rel=0.01)
     # the ratio is determined even where neither part is
@@ -66,7 +66,7 @@ def test_profile_of_a_product(fit: Fitted, gauged: Fitted) -> None:
         profile_one(fit, "k^0.5")
 
 
-def test_gauge_is_flat_in_every_word(gauged: Fitted) -> None:
+def test_gauge_is_flat_in_every_word(gauged: FitView) -> None:
     p = practical_of(gauged)
     (flat,) = p.of("flat direction")
     assert set(flat.names) == {"b", "m", "d", "k"}
@@ -109,7 +109,7 @@ def test_a_good_fit_has_no_findings(plain: Estimation) -> None:
     assert text.startswith("the data determine every parameter: m, d, k")
 
 
-def test_profiles_in_parallel_are_the_same(fit: Fitted) -> None:
+def test_profiles_in_parallel_are_the_same(fit: FitView) -> None:
     seen: list[str] = []
     one = profiles(fit, ("m", "k"), progress=lambda k, n, name: seen.append(f"{k}/{n} {name}"))
     two = profiles(fit, ("m", "k"), jobs=2)

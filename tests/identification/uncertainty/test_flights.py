@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
-from bondgraph.signals import Recording
+from bondgraph.signals.recording import Recording
 from identification.estimation import Study, Vary, estimate
 from identification.uncertainty.finding import Finding
 from identification.uncertainty.postflight import postflight

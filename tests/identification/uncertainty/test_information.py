@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from bondgraph.errors import UnknownName, UnusableInput
-from identification.block_scores import block_rows, block_scores, blocks_for
+from bondgraph.support.errors import UnknownName, UnusableInput
+from identification.statistics.block_scores import block_rows, block_scores, blocks_for
 from identification.uncertainty.information import Sensitivities, information
 
 

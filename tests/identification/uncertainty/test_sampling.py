@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph.errors import BondsightError, UnusableInput
+from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.uncertainty.figures import sample_figure
 from identification.uncertainty.fitted import from_estimation
 from identification.uncertainty.sampling import draw, sample, split_rhat

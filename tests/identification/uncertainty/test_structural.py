@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from actuators.moving_plate import moving_plate, moving_plate_charge
-from actuators.stack_bond_graph import stack_bond_graph
-from actuators.stack_lumped import stack_lumped
-from actuators.textbook import resonator, thermal_lag
+from actuators.electrostatic.moving_plate import moving_plate, moving_plate_charge
+from actuators.models.textbook import resonator, thermal_lag
+from actuators.stack.bond_graph import stack_bond_graph
+from actuators.stack.lumped import stack_lumped
 from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
 from bondgraph.analysis.exact_algebra import PRIME
-from bondgraph.drives import Drive
-from bondgraph.elements import Parameter
-from bondgraph.errors import UnknownName, UnusableInput
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Parameter
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic
+from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.uncertainty.extra_sensor import helpful_sensors
-from identification.uncertainty.rich_sensitivities import rich_nulls
+from identification.uncertainty.joint_sensitivities import rich_nulls
 from identification.uncertainty.structural import identifiability, structural_rank
 from identification.uncertainty.transfer_jacobian import (
     random_integers,

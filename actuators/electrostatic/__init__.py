@@ -1,0 +1,1 @@
+"""Electrostatic actuators: the moving-plate capacitor."""

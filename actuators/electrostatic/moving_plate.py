@@ -1,0 +1,163 @@
+"""The moving-plate capacitor: an electrostatic actuator as one store of energy, with pull-in.
+
+A plate on a spring, a gap of rest ``g`` before a fixed electrode:
+``W(q, x) = q^2 (g - x) / (2 eps A) + k x^2/2``. Its gradient gives the voltage
+``q (g - x)/(eps A)`` and the force ``k x - q^2/(2 eps A)``. The suspension belongs to the same
+energy, so that the displacement is one state and no eigenvalue is lost to counting it twice. Fringe
+fields are left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import final
+
+from actuators.materials.ceramics import VACUUM_PERMITTIVITY
+from bondgraph import BondGraph, Df, Dq, I, One, R, Se, Sf
+from bondgraph.graph.elements import CField
+from bondgraph.graph.modulation import port_variables
+from bondgraph.support.errors import UnusableInput
+
+__all__ = ["PlateRest", "moving_plate", "moving_plate_charge", "plate_rest", "pull_in_voltage"]
+
+SOURCE = "example: a plate of 0.4 mm by 0.4 mm over 2 um of air"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PlateRest:
+    """An operating point at rest: displacement (m), charge (C), voltage (V)."""
+
+    x: float
+    charge: float
+    voltage: float
+
+    def at(self) -> dict[str, float]:
+        """Return the point for ``System.linearise(at=..)`` of `moving_plate`, ``V_in`` driven."""
+        return {"q_plate1": self.charge, "q_plate2": self.x, "V_in": self.voltage}
+
+
+def pull_in_voltage(stiffness: float, gap: float, area: float, permittivity: float) -> float:
+    """Return ``V_pi = sqrt(8 k g^3 / (27 eps A))``, V, where the rest at ``x = g/3`` vanishes.
+
+    Nathanson et al., IEEE Trans. Electron Devices 14 (1967) 117.
+
+    Examples
+    --------
+    >>> round(pull_in_voltage(1.0, 2e-6, 1.6e-7, VACUUM_PERMITTIVITY), 3)
+    1.294
+    """
+    _check(stiffness=stiffness, gap=gap, area=area, permittivity=permittivity)
+    return sqrt(8 * stiffness * gap**3 / (27 * permittivity * area))
+
+
+def plate_rest(
+    x: float, stiffness: float, gap: float, area: float, permittivity: float
+) -> PlateRest:
+    """Return the rest, stable or not, at which the plate stands at `x`.
+
+    ``q = sqrt(2 eps A k x)`` balances the spring, ``V = q (g - x)/(eps A)``.
+
+    Raises
+    ------
+    UnusableInput
+        `x` is not between 0 and the gap.
+    """
+    _check(stiffness=stiffness, gap=gap, area=area, permittivity=permittivity)
+    if not 0 <= x < gap:
+        raise UnusableInput(f"moving plate: x = {x:g} m must lie between 0 and the gap {gap:g} m")
+    charge = sqrt(2 * permittivity * area * stiffness * x)
+    return PlateRest(x, charge, charge * (gap - x) / (permittivity * area))
+
+
+def moving_plate(
+    *,
+    stiffness: float = 1.0,
+    gap: float = 2e-6,
+    area: float = 1.6e-7,
+    permittivity: float = VACUUM_PERMITTIVITY,
+    mass: float = 1e-9,
+    damping: float = 1e-5,
+    resistance: float | None = None,
+    sensors: tuple[str, ...] = ("x",),
+) -> BondGraph:
+    """Moving-plate capacitor under the voltage ``V_in``.
+
+    Parameters
+    ----------
+    stiffness, gap, area, permittivity : float
+        N/m, m, m^2, F/m.
+    mass, damping : float
+        kg, N s/m.
+    resistance : float, optional
+        Between source and plate, ohm; without it the charge is solved from the voltage.
+    sensors : tuple of {"x", "i"}
+        Displacement and current.
+
+    Returns
+    -------
+    BondGraph
+        States ``q_plate2`` (the displacement), ``p_m``, with a resistance ``q_plate1``.
+    """
+    with BondGraph("moving_plate") as g:
+        source = Se("V_in", unit="V")
+        _plate(g, source, stiffness, gap, area, permittivity, mass, damping, resistance, sensors)
+    return g
+
+
+def moving_plate_charge(
+    *,
+    stiffness: float = 1.0,
+    gap: float = 2e-6,
+    area: float = 1.6e-7,
+    permittivity: float = VACUUM_PERMITTIVITY,
+    mass: float = 1e-9,
+    damping: float = 1e-5,
+    sensors: tuple[str, ...] = ("x",),
+) -> BondGraph:
+    """Moving-plate capacitor whose charge the current ``i_in`` imposes: no pull-in in the gap."""
+    with BondGraph("moving_plate_charge") as g:
+        source = Sf("i_in", unit="A")
+        _plate(g, source, stiffness, gap, area, permittivity, mass, damping, None, sensors)
+    return g
+
+
+def _plate(
+    g: BondGraph,
+    source: Se | Sf,
+    stiffness: float,
+    gap: float,
+    area: float,
+    permittivity: float,
+    mass: float,
+    damping: float,
+    resistance: float | None,
+    sensors: tuple[str, ...],
+) -> None:
+    q, x = port_variables("q", 2)
+    k = g.parameter("k", stiffness, "N/m", spread=2.0, source=SOURCE)
+    rest = g.parameter("gap", gap, "m", spread=1.5, source=SOURCE)
+    face = g.parameter("A", area, "m^2", spread=1.2, source=SOURCE)
+    eps = g.parameter("eps", permittivity, "F/m", fixed=True, source="CODATA 2018, vacuum")
+    energy = q**2 * (rest - x) / (2 * eps * face) + k * x**2 / 2
+    plate = CField("plate", energy=energy, units=("V", "N"))
+    loop, body = One("loop"), One("body")
+    source >> loop >> plate
+    if resistance is not None:
+        loop >> R("R_e", resistance, unit="ohm", spread=3.0, source=SOURCE)
+    body >> plate
+    body >> I("m", mass, unit="kg", spread=2.0, source=SOURCE)
+    body >> R("b", damping, unit="N*s/m", spread=10.0, source=SOURCE)
+    if "i" in sensors:
+        loop >> Df("i", unit="A")
+    if "x" in sensors:
+        body >> Dq("x", unit="m")
+
+
+def _check(**values: float) -> None:
+    for name, value in values.items():
+        if not 0 < value < float("inf"):
+            raise UnusableInput(
+                f"moving plate: {name} = {value:g} must be positive and finite, in SI"
+            )

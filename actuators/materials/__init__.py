@@ -1,0 +1,1 @@
+"""Piezoelectric materials: constants, their forms, temperature and age, resonance, circuits."""

@@ -1,0 +1,1 @@
+"""Models by name, and textbook models where a diagnosis starts."""

@@ -1,0 +1,36 @@
+"""Models by name, for the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from actuators.electrostatic.moving_plate import moving_plate, moving_plate_charge
+from actuators.models.textbook import mass_with_viscous_friction, resonator, thermal_lag
+from actuators.stack.bond_graph import stack_bond_graph
+from actuators.stack.field import stack_field_charge, stack_field_curved, stack_field_voltage
+from actuators.stack.lumped import stack_lumped
+from actuators.thesis.models import PRINTED_MODELS
+from actuators.ultrasonic.stage import ultrasonic_stage
+from bondgraph import BondGraph
+
+
+def stack_with_payload() -> BondGraph:
+    """Return the linear stack that moves 0.1 kg through a 20 ohm lead; reads ``x`` and ``i``."""
+    return stack_bond_graph(mass=0.1, resistance=20.0, damping=150.0, sensors=("x", "i"))
+
+
+MODELS: dict[str, Callable[[], BondGraph]] = {
+    "stack_bond_graph": stack_bond_graph,
+    "stack_lumped": stack_lumped,
+    "stack_with_payload": stack_with_payload,
+    "stack_field_voltage": stack_field_voltage,
+    "stack_field_charge": stack_field_charge,
+    "stack_field_curved": stack_field_curved,
+    "moving_plate": moving_plate,
+    "moving_plate_charge": moving_plate_charge,
+    **PRINTED_MODELS,
+    "ultrasonic_stage": ultrasonic_stage,
+    "mass_with_viscous_friction": mass_with_viscous_friction,
+    "resonator": resonator,
+    "thermal_lag": thermal_lag,
+}

@@ -1,0 +1,1 @@
+"""The piezo stack: graphs, operators, sizing, excitation, loading curve."""

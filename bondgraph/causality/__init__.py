@@ -1,0 +1,1 @@
+"""Causality: strokes with reasons, alternatives, conflicts."""

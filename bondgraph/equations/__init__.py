@@ -1,0 +1,1 @@
+"""From causal relations to equations, in closed form and as an executable program."""

@@ -1,0 +1,87 @@
+"""Closed SymPy forms of ordered relations, made when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from bondgraph.equations.relations import LawUse, Relation
+from bondgraph.graph.elements import Parameter, symbol
+from bondgraph.support.errors import BondsightError
+from bondgraph.support.ops import SYMPY
+
+__all__ = ["Closing", "law_expression"]
+
+
+@dataclass
+class Closing:
+    """Closed forms of relations on demand, each made once; more relations may come later.
+
+    Iterative, so that chains of any length do not meet the limit of recursion.
+
+    Parameters
+    ----------
+    relations : mapping of str to Relation
+        By target; what is no target is a leaf.
+    laws : sequence of LawUse
+    parameters : mapping of str to Parameter
+    """
+
+    relations: Mapping[str, Relation]
+    laws: Sequence[LawUse]
+    parameters: Mapping[str, Parameter]
+
+    def __post_init__(self) -> None:
+        """Start with nothing closed."""
+        self.done: dict[str, sp.Expr] = {}
+
+    def __call__(self, name: str) -> sp.Expr:
+        """Return the closed form of a signal; of a leaf its symbol."""
+        todo = [name]
+        while todo:
+            top = todo[-1]
+            if top in self.done or top not in self.relations:
+                todo.pop()
+                continue
+            r = self.relations[top]
+            missing = [s for s in r.sources if s in self.relations and s not in self.done]
+            if missing:
+                todo.extend(missing)
+                continue
+            self.done[top] = self._put_in(r)
+            todo.pop()
+        return self.done.get(name, symbol(name))
+
+    def value(self, r: Relation) -> sp.Expr:
+        """Return the right-hand side (or the residual) of a relation in closed form."""
+        for s in r.sources:
+            self(s)
+        return self._put_in(r)
+
+    def _put_in(self, r: Relation) -> sp.Expr:
+        reads = {symbol(s): self.done[s] for s in r.reads if s in self.done}
+        parts = [
+            (c.xreplace(reads) if isinstance(c, sp.Expr) else c) * self.done.get(s, symbol(s))
+            for c, s in r.terms
+        ]
+        if r.expression is not None:
+            parts.append(r.expression.xreplace(reads))
+        if r.law is not None:
+            use = self.laws[r.law]
+            argument = self.done.get(use.argument, symbol(use.argument))
+            parts.append(law_expression(use, self.parameters, argument))
+        return sp.Add(*parts)
+
+
+def law_expression(use: LawUse, parameters: Mapping[str, Parameter], argument: sp.Expr) -> sp.Expr:
+    """Return the deviation of a law as SymPy; one with memory or a jump as a named function."""
+    law = use.law
+    if not law.n_memory and not law.set_valued and not law.timed:
+        try:
+            p = tuple(parameters[n].symbol for n in use.parameters)
+            return sp.sympify(law.deviation(SYMPY, argument, (), p))
+        except (TypeError, AttributeError, BondsightError):
+            pass  # a law in numbers only (a table): named below
+    return sp.Function(f"{use.element}_deviation")(argument)

@@ -1,0 +1,284 @@
+"""System -> Program: the one place where exact equations become CasADi functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any, overload
+
+import casadi as ca
+import sympy as sp
+
+from bondgraph.equations.casadi_printer import to_casadi
+from bondgraph.equations.derivation import system
+from bondgraph.equations.program import LawCall, Program, ProgramStep
+from bondgraph.equations.relations import Relation
+from bondgraph.equations.system import System
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor, Source, symbol
+from bondgraph.graph.modulation import TIME
+from bondgraph.laws.law import Law, split
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import CASADI
+
+__all__ = ["law_functions", "program", "program_of", "signal_function"]
+
+# the operators of Python look for the fitting overload first, which takes seven times as long
+_binary = ca.SX.binary
+_ZERO, _ONE = ca.SX(0), ca.SX(1)
+
+
+def program(graph: BondGraph) -> Program:
+    """Derive `graph` and return its executable form.
+
+    Raises
+    ------
+    UnusableInput
+        A source or a sensor has a dead time, which no state and no memory can carry, or a sensor
+        has a clock of its own.
+    """
+    late = [e.name for e in graph.of_type(Source) if e.drive and e.drive.delay]
+    late += [e.name for e in graph.of_type(Sensor) if e.delay]
+    if late:
+        raise UnusableInput(
+            f"{graph.name}: {', '.join(late)} has a dead time, which the exported equations cannot "
+            "carry; take it out (delay=None) and shift the signal in the target"
+        )
+    clocks = [e.name for e in graph.of_type(Sensor) if e.clock]
+    if clocks:
+        raise UnusableInput(
+            f"{graph.name}: {', '.join(clocks)} has a clock of its own, which the exported "
+            "equations do not have; take it out (clock=None) and resample in the target"
+        )
+    return program_of(system(graph))
+
+
+def law_functions(law: Law, n_q: int) -> tuple[ca.Function, ca.Function]:
+    """Return ``(s, m, q, h) -> deviation`` and ``(s, m, q, h) -> memory``."""
+    s, h = ca.SX.sym("s"), ca.SX.sym("h")
+    m, q = ca.SX.sym("m", law.n_memory), ca.SX.sym("q", n_q)
+    arguments = (*split(q), h) if law.timed else split(q)
+    value = ca.SX(law.deviation(CASADI, s, split(m), arguments))
+    new = law.advance(CASADI, s, split(m), arguments) if law.n_memory else ()
+    column = ca.vertcat(*new) if new else ca.SX(0, 1)
+    return (
+        ca.Function("value", [s, m, q, h], [value], ["s", "m", "q", "h"], ["w"]),
+        ca.Function("advance", [s, m, q, h], [column], ["s", "m", "q", "h"], ["m_next"]),
+    )
+
+
+class _Evaluation:
+    """CasADi values of every signal of a system, in one pass over its relations."""
+
+    def __init__(self, model: System) -> None:
+        self.model = model
+        self.names = {
+            "x": model.states,
+            "z": tuple(a.name for a in model.algebraic),
+            "u": (*model.inputs, *model.input_rates),
+            "p": tuple(model.parameters),
+        }
+        self.t, self.h = ca.SX.sym("t"), ca.SX.sym("h")
+        self.columns = {k: ca.SX.sym(k, len(v)) for k, v in self.names.items()}
+        self.value: dict[str, Any] = {str(TIME): self.t}
+        for k in ("x", "z", "u"):
+            self.value.update(zip(self.names[k], ca.vertsplit(self.columns[k]), strict=True))
+        # `one` is an input of an offset; as the rate of time it is the number
+        self.value.setdefault("one", ca.SX(1))
+        values = ca.vertsplit(self.columns["p"])
+        self.parameter = dict(zip(self.names["p"], values, strict=True))
+        self.coefficients: dict[Any, Any] = {}
+        self.calls = self._calls()
+        self.m = ca.SX.sym("m", sum(c.law.n_memory for c in self.calls))
+        for r in model.relations:
+            self.value[r.target] = self.of(r)
+        self.residuals = [self.of(a.residual) for a in model.algebraic]
+
+    @cached_property
+    def table(self) -> dict[sp.Symbol, Any]:
+        return {q.symbol: self.parameter[n] for n, q in self.model.parameters.items()}
+
+    def _calls(self) -> tuple[LawCall, ...]:
+        found, at = [], 0
+        for use in self.model.laws:
+            value, advance = law_functions(use.law, len(use.parameters))
+            memory = slice(at, at + use.law.n_memory)
+            at = memory.stop
+            argument = symbol(use.argument)
+            found.append(
+                LawCall(
+                    use.element,
+                    use.law,
+                    argument,
+                    use.slope,
+                    memory,
+                    use.parameters,
+                    value,
+                    advance,
+                )
+            )
+        return tuple(found)
+
+    def coefficient(self, c: Any, reads: dict[sp.Symbol, Any]) -> Any:
+        if reads and c.free_symbols & reads.keys():
+            return to_casadi(c, {**self.table, **reads})
+        simple = self._simple(c)
+        if simple is not None:
+            return simple
+        if c not in self.coefficients:
+            self.coefficients[c] = to_casadi(c, self.table)
+        return self.coefficients[c]
+
+    def _simple(self, c: Any) -> Any:
+        """Return a parameter or its inverse, the coefficients of nearly all relations."""
+        if c.is_Symbol:
+            return self.parameter.get(c.name)
+        if c.is_Pow and c.exp is sp.S.NegativeOne and c.base.is_Symbol:
+            base = self.parameter.get(c.base.name)
+            return None if base is None else _binary(ca.OP_DIV, _ONE, base)
+        return None
+
+    def of(self, r: Relation) -> Any:
+        reads = {symbol(s): self.value[s] for s in r.reads} if r.reads else {}
+        total: Any = _ZERO
+        for c, s in r.terms:
+            value = self.value[s]
+            if not isinstance(c, int):
+                value = _binary(ca.OP_MUL, self.coefficient(c, reads), value)
+            total = _binary(ca.OP_SUB if isinstance(c, int) and c != 1 else ca.OP_ADD, total, value)
+        if r.expression is not None:
+            total = total + to_casadi(r.expression, {**self.table, **reads})
+        if r.law is not None:
+            total = total + self.law(r.law, "value")
+        return total
+
+    def law(self, position: int, what: str) -> Any:
+        call, use = self.calls[position], self.model.laws[position]
+        q = ca.vertcat(*[self.parameter[n] for n in call.parameters])
+        function = call.value if what == "value" else call.advance
+        return function(self.value[use.argument], self.m[call.memory], q, self.h)
+
+    @property
+    def arguments(self) -> tuple[list[ca.SX], list[str]]:
+        c = self.columns
+        return (
+            [self.t, c["x"], c["z"], c["u"], c["p"], self.m, self.h],
+            ["t", "x", "z", "u", "p", "m", "h"],
+        )
+
+
+def program_of(model: System) -> Program:
+    """Return the executable form of a system."""
+    made = _Evaluation(model)
+    ins, labels = made.arguments
+    rates = ca.vertcat(*[made.value[s.rate] for s in model.stored])
+    readings = ca.vertcat(*[made.value[s] for _, s, _ in model.readings])
+    kept = [made.law(i, "advance") for i, c in enumerate(made.calls) if c.law.n_memory]
+    columns = [
+        ca.densify(ca.SX(v)) if v is not None else ca.SX(0, 1)
+        for v in (
+            rates,
+            readings,
+            ca.vertcat(*made.residuals) if made.residuals else ca.SX(0, 1),
+            ca.vertcat(*kept) if kept else ca.SX(0, 1),
+        )
+    ]
+    units = {s.name: s.unit for s in model.stored}
+    units |= {n: q.unit for n, q in model.parameters.items()}
+    units |= {n: unit for n, _, unit in model.readings}
+    memory = [f"{c.element}_m{i}" for c in made.calls for i in range(c.law.n_memory)]
+    virgin = [v for c in made.calls for v in c.law.initial_memory(0.0)]
+    readable = _Readable(model, made.calls)
+    return Program(
+        name=model.name,
+        states=model.states,
+        algebraic=made.names["z"],
+        inputs=made.names["u"],
+        parameters=made.names["p"],
+        memory=tuple(memory),
+        outputs=model.output_names,
+        input_rates=model.input_rates,
+        units=units,
+        nominal=tuple(q.value for q in model.parameters.values()),
+        start=(0.0,) * model.order,
+        guess=(0.0,) * len(model.algebraic),
+        virgin=tuple(virgin),
+        steps=readable.steps,
+        laws=made.calls,
+        rates=_Late(lambda: tuple(symbol(s.rate) for s in model.stored)),
+        readings=tuple(symbol(s) for _, s, _ in model.readings),
+        residuals=readable.residuals,
+        rhs=ca.Function("rhs", ins, columns[:2], labels, ["dx", "y"]),
+        residual=ca.Function("residual", ins, columns[2:3], labels, ["g"]),
+        advance=ca.Function("advance", ins, columns[3:], labels, ["m_next"]),
+    )
+
+
+def signal_function(model: System, names: tuple[str, ...]) -> ca.Function:
+    """Return ``(t, x, z, u, p, m, h) -> signals`` for any signals of a system."""
+    made = _Evaluation(model)
+    found = []
+    for n in names:
+        name = n if n in made.value else model.aliases.get(n, n)
+        if name not in made.value:
+            model.signal(name)  # raises and says what there is
+        found.append(made.value[name])
+    ins, labels = made.arguments
+    column = ca.vertcat(*found)
+    return ca.Function("signals", ins, [ca.densify(ca.SX(column))], labels, ["s"])
+
+
+class _Readable:
+    """The steps of a program as SymPy assignments, each law called just before it is needed."""
+
+    def __init__(self, model: System, calls: tuple[LawCall, ...]) -> None:
+        self.model, self.calls = model, calls
+        self.steps = _Late(lambda: self._made[0])
+        self.residuals = _Late(lambda: self._made[1])
+
+    @cached_property
+    def _made(self) -> tuple[tuple[ProgramStep, ...], tuple[sp.Expr, ...]]:
+        called: set[int] = set()
+        steps: list[ProgramStep] = []
+
+        def call(r: Relation) -> None:
+            if r.law is not None and r.law not in called:
+                called.add(r.law)
+                element = self.calls[r.law].element
+                steps.append(ProgramStep(f"w_{element}", None, r.law, f"law of {element}"))
+
+        for r in self.model.relations:
+            call(r)
+            steps.append(ProgramStep(r.target, self._expression(r), None, r.reason))
+        residuals = []
+        for a in self.model.algebraic:
+            call(a.residual)
+            residuals.append(self._expression(a.residual))
+        return tuple(steps), tuple(residuals)
+
+    def _expression(self, r: Relation) -> sp.Expr:
+        parts = [sp.Mul(c, symbol(s)) for c, s in r.terms]
+        if r.expression is not None:
+            parts.append(r.expression)
+        if r.law is not None:
+            parts.append(symbol(f"w_{self.calls[r.law].element}"))
+        return sp.Add(*parts)
+
+
+class _Late(Sequence[Any]):
+    """A sequence made when it is first read: readable steps cost more than all functions."""
+
+    def __init__(self, make: Callable[[], Sequence[Any]]) -> None:
+        self._make = make
+
+    @overload
+    def __getitem__(self, at: int) -> Any: ...
+    @overload
+    def __getitem__(self, at: slice) -> Sequence[Any]: ...
+    def __getitem__(self, at: int | slice) -> Any:
+        """Return an entry."""
+        return self._make()[at]
+
+    def __len__(self) -> int:
+        """Return the number of entries."""
+        return len(self._make())

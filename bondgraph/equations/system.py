@@ -1,0 +1,222 @@
+"""The exact equations of any bond graph: ordered assignments, closed forms, what is implicit.
+
+States keep their natural coordinates: displacements ``q_`` and momenta ``p_`` of the storages with
+integral causality. Dependent storages, linear loops and derivatives of inputs are solved; what
+cannot be solved in closed form stays as algebraic unknowns with residuals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import sympy as sp
+
+from bondgraph.causality.assignment import Causality
+from bondgraph.equations.closed_forms import Closing
+from bondgraph.equations.relations import LawUse, Relation, StoredState
+from bondgraph.graph.elements import Parameter, symbol
+from bondgraph.support.errors import unknown_name
+
+if TYPE_CHECKING:
+    from bondgraph.analysis.linear import Linearised
+    from bondgraph.equations.program import Program
+
+__all__ = ["Algebraic", "System"]
+
+_OUTSIDE = ("time",)
+
+
+@dataclass(frozen=True, slots=True)
+class Algebraic:
+    """An unknown that only a numerical solution gives: ``0 = residual``.
+
+    Attributes
+    ----------
+    name : str
+        The signal (or dependent store) that is guessed.
+    residual : Relation
+        Its implicit relation, evaluated after the assignments.
+    reason : str
+        Which elements form the loop.
+    """
+
+    name: str
+    residual: Relation
+    reason: str
+
+
+@dataclass(frozen=True)
+class System:
+    """``dx/dt = f(x, z, u, du/dt, p)``, ``0 = g(..)``, ``y = h(..)``.
+
+    Attributes
+    ----------
+    name : str
+    stored : tuple of Stored
+        Independent states with the signals that are their rates.
+    inputs : tuple of str
+        Commands of the sources, external signals and pseudo-inputs (``one``, ``ramp``).
+    input_rates : tuple of str
+        ``d_NAME`` (second derivatives ``d2_NAME``) that the equations need.
+    readings : tuple of (str, str, str)
+        Sensor, signal and unit.
+    relations : tuple of Relation
+        Explicit assignments in order of evaluation.
+    algebraic : tuple of Algebraic
+        Unknowns of nonlinear loops and of dependent stores with nonlinear laws.
+    laws : tuple of LawUse
+        Nonlinear laws that the relations refer to by position.
+    held : dict of str to str
+        Dependent store to the storage it belongs to.
+    loops : tuple of tuple of str
+        Signals of every algebraic loop that was solved or left implicit.
+    parameters : dict of str to Parameter
+    causality : Causality
+    aliases : dict of str to str
+        Second names: ``f_R_1`` of a resistor whose flow is named after its junction.
+    """
+
+    name: str
+    stored: tuple[StoredState, ...]
+    inputs: tuple[str, ...]
+    input_rates: tuple[str, ...]
+    readings: tuple[tuple[str, str, str], ...]
+    relations: tuple[Relation, ...]
+    algebraic: tuple[Algebraic, ...]
+    laws: tuple[LawUse, ...]
+    held: Mapping[str, str]
+    loops: tuple[tuple[str, ...], ...]
+    parameters: dict[str, Parameter]
+    causality: Causality
+    aliases: Mapping[str, str]
+
+    # -- sizes and names ----------------------------------------------------------------------
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the independent states."""
+        return tuple(s.name for s in self.stored)
+
+    @property
+    def order(self) -> int:
+        """Number of independent states."""
+        return len(self.stored)
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of the sensors."""
+        return tuple(n for n, _, _ in self.readings)
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Position of the assignment of every signal."""
+        return {r.target: i for i, r in enumerate(self.relations)}
+
+    # -- closed forms -------------------------------------------------------------------------
+    @cached_property
+    def _closing(self) -> Closing:
+        return Closing({r.target: r for r in self.relations}, self.laws, self.parameters)
+
+    def signal(self, name: str) -> sp.Expr:
+        """Return a signal in states, inputs, parameters (and algebraic unknowns).
+
+        Raises
+        ------
+        UnknownName
+        """
+        known = self._closing.relations
+        if name not in known and name not in self._leaves:
+            name = self.aliases.get(name, name)
+        if name not in known and name not in self._leaves:
+            raise unknown_name("signal", name, self.name, [*known, *self._leaves])
+        return self._closing(name)
+
+    @cached_property
+    def _leaves(self) -> frozenset[str]:
+        return frozenset(
+            (
+                *self.states,
+                *self.inputs,
+                *self.input_rates,
+                *(a.name for a in self.algebraic),
+                *_OUTSIDE,
+            )
+        )
+
+    @property
+    def rates(self) -> tuple[sp.Expr, ...]:
+        """Closed ``dx/dt``, shape (n_x,)."""
+        return tuple(self.signal(s.rate) for s in self.stored)
+
+    @property
+    def outputs(self) -> tuple[sp.Expr, ...]:
+        """Closed readings of the sensors, shape (n_y,)."""
+        return tuple(self.signal(s) for _, s, _ in self.readings)
+
+    @property
+    def residuals(self) -> tuple[sp.Expr, ...]:
+        """Closed residuals of the algebraic unknowns, shape (n_z,)."""
+        return tuple(self._closing.value(a.residual) for a in self.algebraic)
+
+    @property
+    def dependent(self) -> dict[str, sp.Expr]:
+        """Closed form of every dependent store."""
+        return {name: self.signal(name) for name in self.held}
+
+    @property
+    def is_explicit(self) -> bool:
+        """Whether nothing is left to be solved numerically."""
+        return not self.algebraic
+
+    # -- analysis -----------------------------------------------------------------------------
+    def linearise(self, at: Mapping[str, float] | None = None) -> Linearised:
+        """Return the symbolic linear system at an operating point, see `analysis.linear`."""
+        from bondgraph.analysis.linear import linearise
+
+        return linearise(self, at)
+
+    def transfer_function(self, source: str, signal: str) -> sp.Expr:
+        """Return the transfer function from an input to any signal, rational in ``s``."""
+        from bondgraph.analysis.linear import transfer_function
+
+        return transfer_function(self, source, signal)
+
+    def eigenvalues(self, values: Mapping[str, float] | None = None) -> Any:
+        """Return the eigenvalues at parameter `values` (nominal where not given), shape (n_x,)."""
+        from bondgraph.analysis.linear import eigenvalues
+
+        return eigenvalues(self, values)
+
+    def program(self) -> Program:
+        """Return the executable form, see `bondgraph.equations.codegen`."""
+        from bondgraph.equations.codegen import program_of
+
+        return program_of(self)
+
+    # -- showing ------------------------------------------------------------------------------
+    def __str__(self) -> str:
+        """Ordered assignments, rates, residuals and outputs as text."""
+        lines = [f"{r.target} := {_text(self, r)}    ({r.reason})" for r in self.relations]
+        lines += [f"0 = {_text(self, a.residual)}    (unknown {a.name}: {a.reason})"
+                  for a in self.algebraic]  # fmt: skip
+        lines += [f"d{s.name}/dt := {s.rate}" for s in self.stored]
+        lines += [f"{n} := {s}" for n, s, _ in self.readings]
+        return "\n".join(lines)
+
+    def _repr_latex_(self) -> str:
+        """Return the closed equations for notebooks."""
+        from bondgraph.export.latex import system_latex
+
+        return "$$" + system_latex(self) + "$$"
+
+
+def _text(system: System, relation: Relation) -> str:
+    parts = [sp.Mul(c, symbol(s), evaluate=True) for c, s in relation.terms]
+    if relation.expression is not None:
+        parts.append(relation.expression)
+    if relation.law is not None:
+        use = system.laws[relation.law]
+        parts.append(sp.Function(f"{use.element}_deviation")(symbol(use.argument)))
+    return str(sp.Add(*parts))

@@ -1,0 +1,1 @@
+"""Graphs as JSON: written, and read from strangers without executing anything."""

@@ -1,0 +1,141 @@
+"""JSON from strangers as plain data, within bounds of time and memory; nothing is executed."""
+
+from __future__ import annotations
+
+import json
+import math
+import stat
+from pathlib import Path
+from typing import Any, NoReturn
+
+from bondgraph.support.errors import UnusableInput
+
+__all__ = ["MAX_BYTES", "MAX_CONTAINERS", "MAX_INTEGER", "MAX_VALUES", "plain_data"]
+
+MAX_BYTES = 32 * 2**20
+MAX_CONTAINERS = 900_000
+"""Lists and objects; counted before parsing, so that memory is bounded."""
+MAX_VALUES = 4_000_000
+MAX_INTEGER = 2**53
+"""Whole numbers beyond it are no exact floats."""
+
+
+def plain_data(text_or_path: str | Path) -> tuple[Any, str]:
+    """Parse JSON text, or the file at a path.
+
+    Parameters
+    ----------
+    text_or_path : str or Path
+        Text whose first sign is ``{`` or ``[`` is JSON itself, any other the path of a file.
+
+    Returns
+    -------
+    object, str
+        Lists, dicts, texts, finite numbers, flags and None; and what to call the source in errors.
+
+    Raises
+    ------
+    UnusableInput
+        No file, too large, not UTF-8, no JSON, nested too deep, a key twice, NaN or infinity, an
+        integer beyond 2**53.
+
+    Examples
+    --------
+    >>> plain_data('{"a": [1, 2.5]}')
+    ({'a': [1, 2.5]}, 'JSON text')
+    """
+    if isinstance(text_or_path, str) and text_or_path.lstrip("\ufeff \t\r\n")[:1] in ("{", "["):
+        where, text = "JSON text", text_or_path.lstrip("\ufeff")
+        _check_size(where, len(text))
+    else:
+        where, text = _file_text(Path(text_or_path))
+    _check_counts(where, text)
+    return _parsed(where, text), where
+
+
+def _check_size(where: str, size: int) -> None:
+    if size > MAX_BYTES:
+        raise UnusableInput(
+            f"{where}: {size / 2**20:.1f} MiB is more than the {MAX_BYTES // 2**20} MiB that are "
+            "read; split the model"
+        )
+
+
+def _file_text(file: Path) -> tuple[str, str]:
+    where = _short(str(file))
+    try:
+        found = file.stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise UnusableInput(f"{where}: this is not a file; give the path of a .json file")
+        _check_size(where, found.st_size)
+        with open(file, "rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        if isinstance(error, UnusableInput):
+            raise
+        reason = getattr(error, "strerror", None) or "no valid path"
+        raise UnusableInput(
+            f"{where}: cannot be opened ({reason}); give the path of a .json file, or JSON text "
+            "that begins with {"
+        ) from None
+    _check_size(where, len(data))
+    try:
+        return where, data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UnusableInput(
+            f"{where}: byte {error.start} is not UTF-8; save the file as UTF-8"
+        ) from None
+
+
+def _short(text: str) -> str:
+    shown = ascii(text)[1:-1]
+    return shown if len(shown) <= 100 else shown[:97] + "..."
+
+
+def _check_counts(where: str, text: str) -> None:
+    containers = text.count("{") + text.count("[")
+    if containers > MAX_CONTAINERS or text.count(",") > MAX_VALUES:
+        raise UnusableInput(
+            f"{where}: {containers} lists and objects or {text.count(',')} values are more than "
+            f"the {MAX_CONTAINERS} and {MAX_VALUES} that are read; split the model"
+        )
+
+
+def _parsed(where: str, text: str) -> Any:
+    def bad(message: str) -> NoReturn:
+        raise UnusableInput(f"{where}: {message}")
+
+    def integer(digits: str) -> int:
+        if len(digits) > 17 or abs(int(digits)) > MAX_INTEGER:
+            bad(f"the whole number {_short(digits)} is beyond 2**53; write it as a decimal number")
+        return int(digits)
+
+    def decimal(digits: str) -> float:
+        value = float(digits)
+        if not math.isfinite(value):
+            bad(f"the number {_short(digits)} is too large for a double; give a smaller one")
+        return value
+
+    def constant(word: str) -> float:
+        bad(f"{word} is not a finite number; give a finite one")
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            seen: set[str] = set()
+            twice = next(k for k, _ in pairs if k in seen or seen.add(k))  # type: ignore[func-returns-value]
+            bad(f"the key {_short(twice)!r} is given twice in one object; keep one")
+        return found
+
+    try:
+        return json.loads(
+            text,
+            parse_int=integer,
+            parse_float=decimal,
+            parse_constant=constant,
+            object_pairs_hook=unique,
+        )
+    except json.JSONDecodeError as error:
+        bad(f"this is no JSON: {error.msg} at line {error.lineno} column {error.colno}")
+    except RecursionError:
+        bad("lists and objects are nested too deep; a graph needs a few levels only")

@@ -1,0 +1,1 @@
+"""The language: elements, bonds, the ``with`` block, sub-models, checks, domains."""

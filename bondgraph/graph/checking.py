@@ -1,0 +1,245 @@
+"""Everything that can be wrong with a graph before causality is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import sympy as sp
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import (
+    GY,
+    MGY,
+    MTF,
+    TF,
+    X0,
+    X1,
+    C,
+    De,
+    Df,
+    Dq,
+    Element,
+    Field,
+    Junction,
+    Modulated,
+    Multiport,
+    One,
+    Parameter,
+    Sensor,
+    Source,
+    TwoPort,
+    Valued,
+    Zero,
+)
+from bondgraph.support.errors import BondsightError, unknown_name
+
+_TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
+    De: ((Zero, X0), "a 0-junction (one effort)"),
+    Df: ((One, X1), "a 1-junction (one flow)"),
+    Dq: ((One, X1), "a 1-junction (one flow)"),
+}
+
+
+SMALLEST, LARGEST = 1e-100, 1e100
+
+
+def problems(graph: BondGraph) -> tuple[str, ...]:
+    """Return one line for each problem: the element, what is wrong, what to do."""
+    if not graph.elements:
+        return (
+            "the graph has no elements: create them inside 'with BondGraph(...)' and bond them "
+            "with >>",
+        )
+    lines: list[str] = []
+    parameters = graph.parameters
+    for e in graph.elements.values():
+        lines.extend(_bond_problems(graph, e))
+        lines.extend(_value_problems(graph, e, parameters))
+        lines.extend(_name_problems(graph, e, parameters))
+    lines.extend(_parameter_problems(parameters))
+    lines.extend(_connection_problems(graph))
+    if not lines:
+        lines.extend(_physics_problems(graph))
+    return tuple(lines)
+
+
+def _physics_problems(graph: BondGraph) -> tuple[str, ...]:
+    """Domains that are joined without a transducer, fields that are no stores."""
+    lines: tuple[str, ...] = ()
+    if any(getattr(e, "unit", "") or getattr(e, "units", ()) for e in graph.elements.values()):
+        from bondgraph.graph.domain_check import domain_problems
+
+        lines += domain_problems(graph)
+    if graph.of_type(Field):
+        from bondgraph.energy.stores import energy_problems
+
+        lines += energy_problems(graph)
+    return lines
+
+
+def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
+    bonds = graph.bonds_of(e.name)
+    n = len(bonds)
+    if n == 0 and len(graph.elements) > 1:
+        return [f"{e.name} ({e.kind}) has no bond: connect it with >> or remove it"]
+    if isinstance(e, Junction):
+        if n < 2:
+            return [f"{e.name} ({e.kind}-junction) has {n} bond: a junction joins at least two"]
+        return []
+    if isinstance(e, Multiport):
+        return _multiport_problems(graph, e)
+    if isinstance(e, TwoPort):
+        return _two_port_problems(e, n, [b.head == e.name for b in bonds])
+    if n != 1:
+        return [f"{e.name} ({e.kind}) has {n} bonds: a one-port has one; put a junction between"]
+    b = bonds[0]
+    other = graph[b.head if b.tail == e.name else b.tail]
+    if isinstance(e, Sensor):
+        wanted, text = _TAPS[type(e)]
+        if not isinstance(other, wanted):
+            return [
+                f"{e.name} ({e.kind}) is bonded to {other.name} ({other.kind}): attach it to {text}"
+            ]
+        return []
+    return []
+
+
+def _two_port_problems(e: TwoPort, n: int, into: list[bool]) -> list[str]:
+    if n != 2:
+        return [f"{e.name} ({e.kind}) has {n} bonds: a two-port has two, one in and one out"]
+    if into[0] == into[1]:
+        return [
+            f"{e.name} ({e.kind}): both half arrows point {'in' if into[0] else 'out'}; "
+            "one goes in, one goes out, write a >> two_port >> b"
+        ]
+    return []
+
+
+def _multiport_problems(graph: BondGraph, e: Multiport) -> list[str]:
+    bonds = graph.bonds_of(e.name)
+    lines = []
+    if len(bonds) != e.ports:
+        lines.append(
+            f"{e.name} ({e.kind}) has {len(bonds)} bonds and {e.ports} ports: bond every port, or "
+            "set ports="
+        )
+    return lines
+
+
+def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parameter]) -> list[str]:
+    if isinstance(e, MTF | MGY) or not isinstance(e, Valued | TwoPort):
+        return []
+    own = e.ratio if isinstance(e, TwoPort) else e.value
+    if isinstance(e, C) and own is None:
+        own = e.stiffness
+    if isinstance(own, int | float) and SMALLEST < own < LARGEST:
+        if not isinstance(e, C) or None in (e.value, e.stiffness):
+            return []  # the usual case, without symbols
+    try:
+        c = graph.coefficient(e)
+    except BondsightError as error:
+        return [str(error)]
+    if isinstance(e, C) and e.value is not None and e.stiffness is not None:
+        return [f"{e.name} (C) has both a capacitance and a stiffness: give one"]
+    if c.is_Symbol:
+        v = complex(parameters[str(c)].value)
+    else:
+        numbers = {s: parameters[str(s)].value for s in c.free_symbols}
+        v = complex(sp.N(c.subs(numbers))) if numbers else complex(sp.N(c))
+    if v.imag or v.real != v.real or abs(v) == float("inf"):
+        return [
+            f"{e.name} ({e.kind}): its coefficient {c} is not a finite number; check its parameters"
+        ]
+    if v.real and not SMALLEST < abs(v) < LARGEST:
+        return [
+            f"{e.name} ({e.kind}): coefficient {v.real:g} is beyond {SMALLEST:g} to {LARGEST:g}, "
+            "whose products a float cannot hold; choose other units"
+        ]
+    if isinstance(e, Valued) and v.real < 0:
+        return [
+            f"{e.name} ({e.kind}): coefficient {v.real:g} is negative, which creates energy; "
+            "give a positive value"
+        ]
+    if v.real == 0 and not (isinstance(e, Valued) and e.law is not None):
+        return [
+            f"{e.name} ({e.kind}): coefficient is zero; give a nonzero value or remove the element"
+        ]
+    return []
+
+
+def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parameter]) -> list[str]:
+    """Parameters that a source or a sensor names: they must exist, and times must not run back."""
+    if isinstance(e, Source):
+        drive = e.drive
+        uses = [("offset", e.offset)]
+        uses += [("lag", drive.lag), ("delay", drive.delay)] if drive is not None else []
+    elif isinstance(e, Sensor):
+        uses = [("lag", e.lag), ("delay", e.delay), ("clock", e.clock)]
+        uses += [("drift", n) for n in e.drift]
+    else:
+        return []
+    lines = []
+    for what, name in uses:
+        if name is None:
+            continue
+        if name not in parameters:
+            error = unknown_name(f"parameter for the {what}", name, e.name, parameters)
+            lines.append(str(error))
+        elif what == "lag" and not parameters[name].value > 0:
+            lines.append(f"{e.name}: its lag {name} must be positive; give a time, or leave it out")
+        elif what == "delay" and not parameters[name].value >= 0:
+            lines.append(f"{e.name}: its delay {name} must not be negative")
+    return lines
+
+
+def _parameter_problems(parameters: Mapping[str, Parameter]) -> list[str]:
+    lines = []
+    for p in parameters.values():
+        if p.value != p.value or abs(p.value) == float("inf"):
+            lines.append(f"parameter {p.name} is {p.value}: give a finite number")
+        elif p.positive and p.value < 0:
+            lines.append(
+                f"parameter {p.name} = {p.value:g} must be positive: check its sign and unit"
+            )
+    return lines
+
+
+def _connection_problems(graph: BondGraph) -> list[str]:
+    near: dict[str, list[str]] = {n: [] for n in graph.elements}
+    for b in graph.bonds:
+        near[b.tail].append(b.head)
+        near[b.head].append(b.tail)
+    for e in graph.of_type(Modulated, TF, GY):
+        value = e.value if isinstance(e, Modulated) else e.ratio
+        for s in getattr(value, "free_symbols", ()):
+            _, _, name = str(s).partition("_")
+            for end in name.split(">"):
+                if end in near:
+                    near[end].append(e.name)
+                    near[e.name].append(end)
+    parts = _parts(near)
+    if len(parts) < 2:
+        return []
+    parts.sort(key=len, reverse=True)
+    rest = ", ".join(sorted(n for part in parts[1:] for n in part))
+    return [
+        f"the graph falls into {len(parts)} parts: {rest} not connected to "
+        f"{min(parts[0])}; bond them"
+    ]
+
+
+def _parts(near: Mapping[str, Sequence[str]]) -> list[set[str]]:
+    """Return the connected parts of an undirected graph."""
+    parts: list[set[str]] = []
+    seen: set[str] = set()
+    for start in near:
+        if start in seen:
+            continue
+        part, ahead = {start}, [start]
+        while ahead:
+            more = [n for n in near[ahead.pop()] if n not in part]
+            part.update(more)
+            ahead.extend(more)
+        seen |= part
+        parts.append(part)
+    return parts

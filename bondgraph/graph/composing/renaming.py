@@ -1,0 +1,209 @@
+"""Elements under new names: expressions, signals and the names of parameters follow."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeAlias
+
+import sympy as sp
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Element, Field, Multiport, Parameter, symbol
+from bondgraph.support.errors import GraphError
+
+__all__ = [
+    "Renaming",
+    "apart",
+    "assemble",
+    "declared_parameters",
+    "mentioned_names",
+    "own_parameters",
+]
+
+Replacement: TypeAlias = str | sp.Expr
+"""A new name, or the expression that takes the place of a parameter."""
+
+_VALUES = ("value", "stiffness", "ratio", "energy", "law", "matrix")
+_REFERENCES = ("offset", "lag", "delay", "clock", "drift")
+_SIGNAL = re.compile(r"([efqp])_(.+)")
+_PORT = re.compile(r"(.+?)(\d+)")
+
+
+class _Apart(BondGraph):
+    """Takes the elements that must not join the graph being built."""
+
+    def add(self, element: Element) -> Element:
+        """Forget the element."""
+        return element
+
+
+def apart() -> BondGraph:
+    """Return a context in which new elements join no graph."""
+    return _Apart("apart")
+
+
+def assemble(
+    name: str,
+    elements: Iterable[Element],
+    bonds: Iterable[tuple[str, str]],
+    parameters: Iterable[Parameter] = (),
+) -> BondGraph:
+    """Return the graph of these elements, bonds (tail, head) and declared parameters."""
+    graph = BondGraph(name)
+    for e in elements:
+        graph.add(e)
+    for tail, head in bonds:
+        graph.bond(graph[tail], graph[head])
+    return graph.with_parameters(parameters)
+
+
+def own_parameters(element: Element) -> tuple[Parameter, ...]:
+    """Return the parameters an element brings along: its value, its laws."""
+    alone = BondGraph("alone")
+    alone.add(element)
+    return tuple(alone.parameters.values())
+
+
+def declared_parameters(graph: BondGraph) -> tuple[Parameter, ...]:
+    """Return the parameters of `graph` that no element brings along."""
+    own = {p.name for e in graph.elements.values() for p in own_parameters(e)}
+    return tuple(p for n, p in graph.parameters.items() if n not in own)
+
+
+def mentioned_names(element: Element) -> frozenset[str]:
+    """Return every name an element's expressions and references hold, signals as ``e_name``.
+
+    The port variables of a field are its own and not among them.
+    """
+    found: set[str] = set()
+    for label, value in _parts(element):
+        for item in _flat(value):
+            if isinstance(item, str):
+                found.add(item)
+            elif isinstance(item, sp.Basic):
+                names = {str(s) for s in item.free_symbols}
+                found |= {n for n in names if label in _REFERENCES or not _is_port(element, n)}
+    return frozenset(found)
+
+
+@dataclass(frozen=True)
+class Renaming:
+    """New names for elements, and what takes the place of parameters.
+
+    Attributes
+    ----------
+    elements : mapping of str to str
+        New names of elements; signals such as ``e_name`` follow.
+    values : mapping of str to str or sympy.Expr
+        New names (str) or replacements (expression) of parameters and of signals from outside.
+    """
+
+    elements: Mapping[str, str]
+    values: Mapping[str, Replacement]
+
+    def element(self, e: Element) -> Element:
+        """Return `e` under its new name, with everything it mentions renamed.
+
+        Raises
+        ------
+        GraphError
+            A lag, delay, offset or drift would have to be an expression.
+        """
+        changes: dict[str, Any] = {"name": self.elements.get(e.name, e.name)}
+        for label, value in _parts(e):
+            if label == "drive":
+                changes[label] = self._drive(e, value)
+            elif label in _REFERENCES:
+                changes[label] = self._references(e, label, value)
+            else:
+                changes[label] = self._value(e, value)
+        with apart():
+            return replace(e, **changes)
+
+    def signal(self, name: str) -> str:
+        """Return the new name of a signal such as ``e_body``, ``f_a>b`` or ``q_field1``."""
+        match = _SIGNAL.fullmatch(name)
+        if not match:
+            return name
+        letter, body = match.groups()
+        if ">" in body:
+            tail, head = body.split(">", 1)
+            names = self.elements
+            return f"{letter}_{names.get(tail, tail)}>{names.get(head, head)}"
+        return f"{letter}_{self._body(body)}"
+
+    def _body(self, body: str) -> str:
+        if body in self.elements:
+            return self.elements[body]
+        port = _PORT.fullmatch(body)
+        if port and port[1] in self.elements:
+            return f"{self.elements[port[1]]}{port[2]}"
+        return body
+
+    def _value(self, e: Element, value: Any) -> Any:
+        if isinstance(value, tuple):
+            return tuple(self._value(e, v) for v in value)
+        if isinstance(value, str):
+            return self.values.get(value, value)
+        if not isinstance(value, sp.Basic):
+            return value
+        table = {s: self._symbol(s) for s in value.free_symbols if not _is_port(e, str(s))}
+        return value.xreplace(table)
+
+    def _symbol(self, s: sp.Symbol) -> sp.Expr:
+        name = str(s)
+        new = self.values.get(name, name)
+        if not isinstance(new, str):
+            return new
+        if new == name and name not in self.values:
+            new = self.signal(name)
+        return s if new == name else symbol(new, positive=bool(s.is_positive))
+
+    def _references(self, e: Element, label: str, value: Any) -> Any:
+        if isinstance(value, tuple):
+            return tuple(self._references(e, label, v) for v in value)
+        new = self.values.get(value, value)
+        if new is None or isinstance(new, str):
+            return new
+        if isinstance(new, sp.Symbol):
+            return str(new)
+        raise GraphError(
+            f"{e.name} ({e.kind}): its {label} {value!r} cannot be the expression {new}; "
+            "declare a parameter for it"
+        )
+
+    def _drive(self, e: Element, drive: Drive) -> Drive:
+        return replace(
+            drive,
+            lag=self._references(e, "lag", drive.lag),
+            delay=self._references(e, "delay", drive.delay),
+        )
+
+
+def _parts(e: Element) -> Iterator[tuple[str, Any]]:
+    """Fields that may mention names; a law of a one-port only has parameters of its own."""
+    for f in fields(e):
+        value = getattr(e, f.name)
+        if value is None or (f.name == "law" and not isinstance(e, Field)):
+            continue
+        if f.name in (*_VALUES, *_REFERENCES, "drive"):
+            yield f.name, value
+
+
+def _flat(value: Any) -> Iterator[Any]:
+    if isinstance(value, Drive):
+        yield from (v for v in (value.lag, value.delay) if v is not None)
+    elif isinstance(value, tuple):
+        for v in value:
+            yield from _flat(v)
+    else:
+        yield value
+
+
+def _is_port(e: Element, name: str) -> bool:
+    """Whether `name` is a port variable of the field `e`, such as ``q2``."""
+    letter = getattr(e, "letter", "")
+    return isinstance(e, Multiport) and bool(re.fullmatch(rf"{letter}\d+", name))

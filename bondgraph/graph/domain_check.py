@@ -1,0 +1,267 @@
+"""Physical domains of bonds from the units of elements; a voltage never meets a force unnoticed.
+
+Bonds at one junction share a domain; two-ports and fields separate domains. Every unit is a
+statement about the effort, the flow or their quotient of its group of bonds: a source or sensor
+gives one of them, R is effort over flow, C displacement over effort (a stiffness the inverse), I
+momentum over flow. Two statements contradict each other if they say the same quantity in different
+dimensions, or if the domains of `bondgraph.graph.domains` that they fit have none in common.
+Elements without unit, or with unit "1", say nothing, nor do commands and readings on the far side
+of a drive's or a sensor's law; what is ambiguous is no error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+from bondgraph.graph.bond_graph import Bond, BondGraph
+from bondgraph.graph.domains import DOMAINS
+from bondgraph.graph.elements import (
+    RS,
+    C,
+    De,
+    Df,
+    Dq,
+    Element,
+    I,
+    Junction,
+    MSe,
+    Multiport,
+    R,
+    Se,
+    Sensor,
+    Source,
+)
+from bondgraph.signals.units import Dimension, parse_unit
+from bondgraph.support.errors import UnusableInput
+
+__all__ = ["UnitStatement", "dimensions_of", "domain_problems", "groups_of_bonds", "statements"]
+
+SECOND: Dimension = (0, 0, 1, 0, 0)
+QUANTITY = {"e": "effort", "f": "flow", "z": "effort over flow"}
+
+
+@dataclass(frozen=True, slots=True)
+class UnitStatement:
+    """What the unit of one element says about its bond.
+
+    Attributes
+    ----------
+    element : Element
+    bond : Bond
+    quantity : {"e", "f", "z"}
+        Effort, flow, or effort over flow.
+    dims : tuple of 5 int
+        Its dimension.
+    unit : str
+        As it was written.
+    """
+
+    element: Element
+    bond: Bond
+    quantity: str
+    dims: Dimension
+    unit: str
+
+    @property
+    def domains(self) -> frozenset[str]:
+        """Names of the domains it fits; none if it fits no domain of the table."""
+        return _fitting(self.quantity, self.dims)
+
+    def __str__(self) -> str:
+        """Element, kind, unit, domain, bond."""
+        names = " or ".join(sorted(self.domains)) or "no domain of the table"
+        e = self.element
+        return f"{e.name} ({e.kind}, unit {self.unit}: {names}, bond {self.bond.name})"
+
+
+def domain_problems(graph: BondGraph) -> tuple[str, ...]:
+    """Return one line for every group of bonds whose units belong to different domains.
+
+    Examples
+    --------
+    >>> from bondgraph import BondGraph, I, One, Se
+    >>> with BondGraph("g") as g:
+    ...     body = One("body")
+    ...     _ = Se("V", unit="V") >> body >> I("m", 1.0, unit="kg")
+    >>> print(domain_problems(g)[0].split(";")[0])
+    V (Se, unit V: electrical, bond V>body) meets m (I, unit kg: translation, bond body>m)
+    """
+    lines: list[str] = []
+    for group in _stated(graph, lines):
+        pair = _contradiction(group)
+        if pair is not None:
+            lines.append(_line(*pair))
+            continue
+        e, f, z = (next((s for s in group if s.quantity == q), None) for q in "efz")
+        if e and f and z and _minus(e.dims, f.dims) != z.dims:
+            lines.append(
+                f"{e}, {f} and {z} do not fit together: effort over flow is not the unit of "
+                f"{z.element.name}; correct one of the units, or put a TF or GY between"
+            )
+    return tuple(lines)
+
+
+def groups_of_bonds(graph: BondGraph) -> dict[Bond, int]:
+    """Return the number of the group of every bond: bonds at one junction share theirs."""
+    group = {b: i for i, b in enumerate(graph.bonds)}
+    at = {i: [b] for b, i in group.items()}
+    for e in graph.of_type(Junction):
+        bonds = graph.bonds_of(e.name)
+        for b in bonds[1:]:
+            old, new = sorted((group[b], group[bonds[0]]), key=lambda i: len(at[i]))
+            if old != new:
+                for moved in at.pop(old):
+                    group[moved] = new
+                    at[new].append(moved)
+    return group
+
+
+def statements(graph: BondGraph) -> tuple[UnitStatement, ...]:
+    """Return what the units of all elements say; units that cannot be read say nothing."""
+    return tuple(s for e in graph.elements.values() for s in _of(graph, e, []))
+
+
+def dimensions_of(graph: BondGraph) -> dict[Bond, tuple[Dimension | None, Dimension | None]]:
+    """Return dimensions of effort and flow of every bond, None where the units do not tell.
+
+    Two of effort, flow and their quotient give the third; if the statements fit one domain only,
+    it gives both.
+    """
+    group = groups_of_bonds(graph)
+    said: dict[int, list[UnitStatement]] = {}
+    for s in statements(graph):
+        said.setdefault(group[s.bond], []).append(s)
+    known = {i: _resolved(ss) for i, ss in said.items()}
+    return {b: known.get(i, (None, None)) for b, i in group.items()}
+
+
+def _resolved(said: list[UnitStatement]) -> tuple[Dimension | None, Dimension | None]:
+    by = {s.quantity: s.dims for s in reversed(said)}
+    e, f, z = by.get("e"), by.get("f"), by.get("z")
+    if e is None and f is not None and z is not None:
+        e = _plus(f, z)
+    if f is None and e is not None and z is not None:
+        f = _minus(e, z)
+    if e is not None and f is not None:
+        return e, f
+    fits = [s.domains for s in said if s.domains]
+    common = frozenset.intersection(*fits) if fits else frozenset()
+    if len(common) == 1 and all(s.domains for s in said):
+        d = DOMAINS[next(iter(common))]
+        return d.effort.parsed.dims, d.flow.parsed.dims
+    return e, f
+
+
+def _stated(graph: BondGraph, lines: list[str]) -> list[list[UnitStatement]]:
+    """Statements by group; units that cannot be read become lines."""
+    group = groups_of_bonds(graph)
+    said: dict[int, list[UnitStatement]] = {}
+    for e in graph.elements.values():
+        for s in _of(graph, e, lines):
+            said.setdefault(group[s.bond], []).append(s)
+    return list(said.values())
+
+
+def _contradiction(said: list[UnitStatement]) -> tuple[UnitStatement, UnitStatement] | None:
+    """Return the first two statements that cannot both hold."""
+    distinct: dict[tuple[str, Dimension], UnitStatement] = {}
+    for s in said:
+        key = (s.quantity, s.dims)
+        if key in distinct:
+            continue
+        for other in distinct.values():
+            if other.quantity == s.quantity:
+                return other, s
+            if s.domains and other.domains and not (s.domains & other.domains):
+                return other, s
+        distinct[key] = s
+    return None
+
+
+def _line(first: UnitStatement, second: UnitStatement) -> str:
+    return (
+        f"{first} meets {second}; bonds at one junction share a domain: put a transducer "
+        "between them (TF if effort gives effort, GY if effort gives flow), or correct a unit"
+    )
+
+
+def _of(graph: BondGraph, e: Element, lines: list[str]) -> Iterator[UnitStatement]:
+    """Statements of one element."""
+    bonds = graph.bonds_of(e.name)
+    for i, (quantity, unit) in enumerate(_written(e)):
+        if not unit.strip() or unit.strip() == "1" or not quantity:
+            continue
+        at = 1 if isinstance(e, RS) and i else i if isinstance(e, Multiport) else 0
+        if isinstance(e, RS):
+            ends = [b for b in bonds if (b.tail == e.name) == bool(at)]
+        else:
+            ends = list(bonds[at : at + 1])
+        if not ends:
+            continue
+        try:
+            dims = parse_unit(unit).dims
+        except UnusableInput as error:
+            lines.append(f"{e.name} ({e.kind}): {error}")
+            continue
+        yield UnitStatement(e, ends[0], *_as_quotient(quantity, dims), unit)
+
+
+def _written(e: Element) -> tuple[tuple[str, str], ...]:
+    """Return what the element's units measure, one entry a port (two for the heat port of RS)."""
+    if isinstance(e, RS):
+        heat = (("f", "W"), ("e", "K")) if e.heat == "energy" else (("e", "K"),)
+        return (("z", e.unit), *heat)
+    if isinstance(e, Multiport):
+        return tuple(("e", unit) for unit in e.units)
+    unit = getattr(e, "unit", "")
+    if isinstance(e, Source):
+        effort = isinstance(e, Se | MSe)
+        command = e.drive is not None and e.drive.law is not None
+        return () if command else (("e" if effort else "f", unit),)
+    if isinstance(e, Sensor):
+        if e.law is not None:
+            return ()
+        table: dict[type[Element], str] = {De: "e", Df: "f", Dq: "q"}
+        return ((table.get(type(e), ""), unit),)
+    if isinstance(e, R):
+        return (("z", unit),)
+    if isinstance(e, C):
+        if e.law is not None and e.value is None and e.stiffness is None:
+            return ()  # the unit may be that of a stiffness or of a compliance
+        return (("k" if e.stiffness is not None else "c", unit),)
+    if isinstance(e, I):
+        return (("i", unit),)
+    return (("e", unit),) if isinstance(e, Junction) and unit else ()
+
+
+def _as_quotient(quantity: str, dims: Dimension) -> tuple[str, Dimension]:
+    """Express a displacement as a flow; a stiffness, compliance or inertia as effort over flow."""
+    if quantity == "q":
+        return "f", _minus(dims, SECOND)
+    if quantity == "k":  # effort / displacement
+        return "z", _plus(dims, SECOND)
+    if quantity == "c":  # displacement / effort
+        return "z", _minus(SECOND, dims)
+    if quantity == "i":  # momentum / flow
+        return "z", _minus(dims, SECOND)
+    return quantity, dims
+
+
+@lru_cache(maxsize=512)
+def _fitting(quantity: str, dims: Dimension) -> frozenset[str]:
+    found = set()
+    for d in DOMAINS.values():
+        e, f = d.effort.parsed.dims, d.flow.parsed.dims
+        if d.name != "generic" and dims == {"e": e, "f": f, "z": _minus(e, f)}[quantity]:
+            found.add(d.name)
+    return frozenset(found)
+
+
+def _plus(a: Dimension, b: Dimension) -> Dimension:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4])
+
+
+def _minus(a: Dimension, b: Dimension) -> Dimension:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4])

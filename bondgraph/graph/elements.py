@@ -1,0 +1,407 @@
+"""The nouns of a bond graph: sources, resistors, storages, transducers, junctions, sensors."""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
+
+import sympy as sp
+
+from bondgraph.graph import building
+from bondgraph.support.errors import GraphError
+
+if TYPE_CHECKING:
+    from bondgraph.graph.drives import Drive
+    from bondgraph.laws.law import Law
+
+# a number, the name of a declared parameter, or a SymPy expression (untyped) of such
+Value: TypeAlias = float | int | str | Any
+_Other = TypeVar("_Other", bound="Element")
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A named number with a unit.
+
+    Parameters
+    ----------
+    name : str
+        Address of the parameter in equations, fits and verdicts.
+    value : float
+        Nominal value, SI.
+    unit : str
+        SI unit, printed only.
+    positive : bool
+        Physics forbids zero and negative values.
+    lower, upper : float or None
+        Bounds for identification.
+    scale : float or None
+        Typical size, used to condition fits; the nominal value when not given.
+    fixed : bool
+        Known well enough not to be fitted (a gauge, a counted number, a weighed mass).
+    source : str
+        Where the number comes from.
+    spread : float or None
+        The true value lies within this factor of `value` (data sheet, drawing, weighing); fits
+        stay inside, so that a wrong structure cannot hide behind absurd parameters.
+    """
+
+    name: str
+    value: float
+    unit: str = "1"
+    positive: bool = True
+    lower: float | None = None
+    upper: float | None = None
+    scale: float | None = None
+    fixed: bool = False
+    source: str = ""
+    spread: float | None = None
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The SymPy symbol of this parameter."""
+        return symbol(self.name, positive=self.positive)
+
+
+def symbol(name: str, *, positive: bool = False) -> sp.Symbol:
+    """Return the one symbol Bondsight uses for `name`."""
+    return sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
+
+
+@dataclass(frozen=True, eq=True)
+class Element(ABC):
+    """A named node of the graph.
+
+    ``a >> b`` inside ``with BondGraph(...)`` draws a bond whose half arrow points at ``b`` and
+    has the value ``b``, so that chains read from left to right.
+    """
+
+    name: str
+
+    kind: ClassVar[str] = ""
+    n_ports: ClassVar[int | None] = 1
+
+    def __post_init__(self) -> None:
+        """Refuse names that cannot be addresses; join the graph that is being built."""
+        if not self.name.isidentifier() or self.name.startswith("_"):
+            raise GraphError(
+                f"element name {self.name!r} is not an identifier: it is the address of the "
+                "element in equations and verdicts; use letters, digits and underscores, "
+                "a letter first"
+            )
+        for field_name in ("value", "stiffness", "ratio"):
+            value: Any = getattr(self, field_name, None)
+            if type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0:
+                value = value.item()
+                object.__setattr__(self, field_name, value)
+            plain = value is None or isinstance(value, int | float | str | sp.Expr)
+            if not plain or isinstance(value, bool):
+                raise GraphError(
+                    f"{self.name}: {field_name} = {value!r} is no number, no name of a parameter "
+                    "and no expression of parameters; give one of them"
+                )
+        building.join(self)
+
+    def __rshift__(self, other: _Other) -> _Other:
+        """Bond `self` to `other`, half arrow at `other`."""
+        building.bond(self, other)
+        return other
+
+
+@dataclass(frozen=True)
+class Junction(Element, ABC):
+    """A power-conserving junction; abstract."""
+
+    n_ports: ClassVar[int | None] = None
+
+
+@dataclass(frozen=True)
+class Zero(Junction):
+    """Common effort: one effort, the flows sum to zero."""
+
+    kind: ClassVar[str] = "0"
+
+
+@dataclass(frozen=True)
+class One(Junction):
+    """Common flow: one flow, the efforts sum to zero."""
+
+    kind: ClassVar[str] = "1"
+
+
+@dataclass(frozen=True)
+class Source(Element, ABC):
+    """An input; abstract.
+
+    `drive` describes what lies between the recorded command and the port (a lag, a limit);
+    `offset` names a constant added to the command.
+    """
+
+    unit: str = ""
+    drive: Drive | None = None
+    offset: str | None = None
+
+
+@dataclass(frozen=True)
+class Se(Source):
+    """Effort source."""
+
+    kind: ClassVar[str] = "Se"
+
+
+@dataclass(frozen=True)
+class Sf(Source):
+    """Flow source."""
+
+    kind: ClassVar[str] = "Sf"
+
+
+@dataclass(frozen=True)
+class Modulated(Source, ABC):
+    """A source whose value is a signal of the graph; abstract.
+
+    `value` is a SymPy expression of signals (`effort`, `flow`, `displacement`, `momentum`,
+    `external`, `TIME` of `bondgraph.graph.modulation`) and of declared parameters.
+    """
+
+    value: Value = field(default=0.0, kw_only=True)
+
+
+@dataclass(frozen=True)
+class MSe(Modulated):
+    """Effort source modulated by a signal."""
+
+    kind: ClassVar[str] = "MSe"
+
+
+@dataclass(frozen=True)
+class MSf(Modulated):
+    """Flow source modulated by a signal."""
+
+    kind: ClassVar[str] = "MSf"
+
+
+@dataclass(frozen=True)
+class Valued(Element, ABC):
+    """An element with one linear coefficient and, if wanted, a law; abstract.
+
+    `value` is a number (it becomes the parameter `name`), the name of a declared parameter, or a
+    SymPy expression of declared parameters.
+    """
+
+    value: Value | None = None
+    unit: str = ""
+    law: Law | None = field(default=None, kw_only=True)
+    fixed: bool = field(default=False, kw_only=True)
+    spread: float | None = field(default=None, kw_only=True)
+    source: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True)
+class R(Valued):
+    """Resistor ``e = R f`` (or a law ``e = law(f)``)."""
+
+    kind: ClassVar[str] = "R"
+
+
+@dataclass(frozen=True)
+class C(Valued):
+    """Storage of displacement ``e = q / C``; give ``stiffness=`` for springs, ``e = k q``."""
+
+    stiffness: Value | None = field(default=None, kw_only=True)
+    kind: ClassVar[str] = "C"
+
+
+@dataclass(frozen=True)
+class I(Valued):
+    """Storage of momentum ``f = p / I``."""
+
+    kind: ClassVar[str] = "I"
+
+
+@dataclass(frozen=True)
+class TwoPort(Element, ABC):
+    """A power-conserving two-port with a ratio; abstract."""
+
+    ratio: Value = 1.0
+    unit: str = ""
+    n_ports: ClassVar[int | None] = 2
+    fixed: bool = field(default=False, kw_only=True)
+    spread: float | None = field(default=None, kw_only=True)
+    source: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True)
+class TF(TwoPort):
+    """Transformer, half arrows through: ``e_in = n e_out``, ``f_out = n f_in``."""
+
+    kind: ClassVar[str] = "TF"
+
+
+@dataclass(frozen=True)
+class GY(TwoPort):
+    """Gyrator, half arrows through: ``e_in = r f_out``, ``e_out = r f_in``."""
+
+    kind: ClassVar[str] = "GY"
+
+
+@dataclass(frozen=True)
+class MTF(TF):
+    """Transformer whose `ratio` is an expression of signals and parameters."""
+
+    kind: ClassVar[str] = "MTF"
+
+
+@dataclass(frozen=True)
+class MGY(GY):
+    """Gyrator whose `ratio` is an expression of signals and parameters."""
+
+    kind: ClassVar[str] = "MGY"
+
+
+@dataclass(frozen=True)
+class Multiport(Element, ABC):
+    """An element with several power ports, numbered by the order of their bonds; abstract.
+
+    All half arrows point into it. `units` are the effort units of the ports, if they are to be
+    checked.
+    """
+
+    n_ports: ClassVar[int | None] = None
+    units: tuple[str, ...] = field(default=(), kw_only=True)
+    ports: int = field(default=2, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Field(Multiport, ABC):
+    """A multiport with one constitutive relation for all ports; abstract.
+
+    Give `law` as one expression a port, or, for a store, its `energy`, from which the law follows.
+    Expressions use the port variables ``q1, q2, ..`` (C), ``p1, ..`` (I) or ``f1, ..`` (R), see
+    `bondgraph.graph.modulation.port_variables`, and declared parameters. `matrix` gives a linear
+    law ``output = matrix @ port variables``.
+    """
+
+    law: tuple[Value, ...] = field(default=(), kw_only=True)
+    matrix: tuple[tuple[Value, ...], ...] = field(default=(), kw_only=True)
+    letter: ClassVar[str] = ""
+
+
+@dataclass(frozen=True)
+class CField(Field):
+    """Multiport C: efforts are the gradient of the `energy` of the displacements."""
+
+    energy: Value | None = field(default=None, kw_only=True)
+    kind: ClassVar[str] = "CF"
+    letter: ClassVar[str] = "q"
+
+
+@dataclass(frozen=True)
+class IField(Field):
+    """Multiport I: flows are the gradient of the `energy` of the momenta."""
+
+    energy: Value | None = field(default=None, kw_only=True)
+    kind: ClassVar[str] = "IF"
+    letter: ClassVar[str] = "p"
+
+
+@dataclass(frozen=True)
+class RField(Field):
+    """Multiport R: efforts from flows."""
+
+    kind: ClassVar[str] = "RF"
+    letter: ClassVar[str] = "f"
+
+
+@dataclass(frozen=True)
+class RE(TwoPort):
+    """Chemical reaction by mass action: ``f = k (exp(A_in) - exp(A_out))`` through both ports.
+
+    Efforts are affinities over ``R T``; `ratio` is the rate constant ``k`` (Oster, Perelson and
+    Katchalsky, Q. Rev. Biophys. 6 (1973) 1). It destroys free energy: ``(e_in - e_out) f >= 0``.
+    """
+
+    kind: ClassVar[str] = "RE"
+
+
+@dataclass(frozen=True)
+class RS(TwoPort):
+    """Resistor with its heat: ``e = R f`` at the port the half arrow enters, heat out of the other.
+
+    `ratio` is the resistance. The outgoing flow is the heat flow ``e f`` (``heat="energy"``, the
+    pseudo thermal domain) or the entropy flow ``e f / T`` (``heat="entropy"``).
+    """
+
+    heat: str = field(default="energy", kw_only=True)
+    kind: ClassVar[str] = "RS"
+
+
+@dataclass(frozen=True)
+class Switched(Junction, ABC):
+    """A junction that a controller turns off; abstract.
+
+    On, it is its junction; off, it isolates. Equations belong to one mode: `on` here, or
+    `bondgraph.simulation.modes.resolve.in_mode`. Switching keeps states; a mode that would need an
+    impulse is refused.
+    """
+
+    on: bool = True
+
+
+@dataclass(frozen=True)
+class X0(Switched):
+    """Switched 0-junction: off, every bond has zero effort."""
+
+    kind: ClassVar[str] = "X0"
+
+
+@dataclass(frozen=True)
+class X1(Switched):
+    """Switched 1-junction: off, every bond has zero flow."""
+
+    kind: ClassVar[str] = "X1"
+
+
+@dataclass(frozen=True)
+class Sensor(Element, ABC):
+    """A power-free tap whose reading is an output of the model; abstract.
+
+    `law` bends the reading, `lag` names the time constant of a first-order lag, `delay` a dead time
+    (s), `clock` the ratio error of the clock that samples it (reading number n is taken at
+    ``(1 + clock) t_n``), `drift` coefficients of powers of time.
+    """
+
+    unit: str = ""
+    law: Law | None = field(default=None, kw_only=True)
+    lag: str | None = field(default=None, kw_only=True)
+    delay: str | None = field(default=None, kw_only=True)
+    clock: str | None = field(default=None, kw_only=True)
+    drift: tuple[str, ...] = field(default=(), kw_only=True)
+
+
+@dataclass(frozen=True)
+class De(Sensor):
+    """Reads the effort of a 0-junction."""
+
+    kind: ClassVar[str] = "De"
+
+
+@dataclass(frozen=True)
+class Df(Sensor):
+    """Reads the flow of a 1-junction."""
+
+    kind: ClassVar[str] = "Df"
+
+
+@dataclass(frozen=True)
+class Dq(Sensor):
+    """Reads the displacement (integral of the flow) of a 1-junction."""
+
+    kind: ClassVar[str] = "Dq"
+
+
+def names(elements: Iterable[Element]) -> tuple[str, ...]:
+    """Return the names, in order."""
+    return tuple(e.name for e in elements)

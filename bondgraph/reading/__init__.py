@@ -1,1 +1,0 @@
-"""From files and tables to checked, even, SI columns; `bondgraph.signals` makes recordings."""

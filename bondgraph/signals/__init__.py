@@ -1,0 +1,1 @@
+"""Recordings: channels in SI, units, splits, resampling, delays."""

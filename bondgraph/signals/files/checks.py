@@ -1,0 +1,116 @@
+"""What every source must satisfy: usable names, finite values, an existing file."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bondgraph.support.errors import UnusableInput
+
+FloatArray = NDArray[np.float64]
+
+MAX_BYTES = 2**31
+
+
+def frozen(values: ArrayLike) -> FloatArray:
+    """Return values as a float64 array nobody can write to."""
+    out = np.asarray(values, dtype=np.float64)
+    if out.flags.writeable:
+        out = out.copy()
+        out.flags.writeable = False
+    return out
+
+
+def means_time(name: str) -> bool:
+    """Whether a name is the time; `T` is not, it is a temperature or a period."""
+    return name == "t" or name.lower() == "time"
+
+
+def check_name(name: str, where: str) -> None:
+    """Refuse names that a header or a map could not carry."""
+    if not name or name != name.strip() or any(c in ',;"[]#' or not c.isprintable() for c in name):
+        raise UnusableInput(
+            f"{where}: {name!r} cannot name a channel; use letters, digits and underscores"
+        )
+    if means_time(name) or name.lower().endswith("fs_hz"):
+        raise UnusableInput(f"{where}: channel name {name!r} means the time base; choose another")
+
+
+def check_finite(values: FloatArray, what: str, place: Callable[[int], str]) -> None:
+    """Refuse NaN and infinity; `place` says where sample i stands."""
+    good = np.isfinite(values)
+    bad = np.flatnonzero(~good)
+    if not bad.size:
+        return
+    first = place(int(bad[0]))
+    edges = np.flatnonzero(np.diff(np.concatenate(([True], good, [True])).astype(np.int8)))
+    # pairs of first bad and first good sample after it
+    starts, stops = edges[::2], edges[1::2]
+    bursts = ""
+    if bad.size > starts.size:
+        longest = int(np.argmax(stops - starts))
+        bursts = (
+            f" ({starts.size} bursts, the longest from {place(int(starts[longest]))} to "
+            f"{place(int(stops[longest]) - 1)})"
+            if starts.size > 1
+            else f" up to {place(int(bad[-1]))} without a gap"
+        )
+    clean = ""
+    if bad.size < values.size:
+        heads = np.concatenate(([0], stops))
+        tails = np.concatenate((starts, [values.size]))
+        best = int(np.argmax(tails - heads))
+        clean = (
+            f", or keep the longest part without any, {place(int(heads[best]))} to "
+            f"{place(int(tails[best]) - 1)}"
+        )
+    raise UnusableInput(
+        f"{what}: {bad.size} of {values.size} values are NaN, infinite or empty, the first in "
+        f"{first}{bursts}; remove or fill them{clean}"
+    )
+
+
+def check_file(file: Path) -> None:
+    """Refuse what is not there, no file, empty or too large."""
+    if not file.exists():
+        raise UnusableInput(f"{file}: there is no such file; check the path")
+    if not file.is_file():
+        raise UnusableInput(f"{file}: this is not a file; give the path of a file of measurements")
+    try:
+        size = file.stat().st_size
+        with open(file, "rb"):
+            pass
+    except OSError as error:
+        raise UnusableInput(f"{file.name}: cannot be opened ({error.strerror})") from error
+    if size == 0:
+        raise UnusableInput(f"{file.name}: the file is empty; export the recording again")
+    if size > MAX_BYTES:
+        raise UnusableInput(
+            f"{file.name}: {size / 2**30:.1f} GiB is more than the {MAX_BYTES / 2**30:.0f} GiB "
+            f"read at once; cut or decimate the recording"
+        )
+
+
+def check_total(size: int, where: str) -> None:
+    """Refuse what unpacks to more than is read at once."""
+    if size > MAX_BYTES:
+        raise UnusableInput(
+            f"{where}: unpacks to {size / 2**30:.1f} GiB, more than the {MAX_BYTES / 2**30:.0f} "
+            f"GiB read at once; cut or decimate the recording"
+        )
+
+
+def optional(module: str, method: str, extra: str = "") -> Any:
+    """Import a package that only some users have; an extra of this project may bring it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = f"'bondsight[{extra}]'" if extra else module.split(".")[0]
+        raise UnusableInput(
+            f"Recording.{method} needs {module}, which is not installed; pip install {package}"
+        ) from error

@@ -1,0 +1,156 @@
+"""Which column becomes which channel, which one the time, which one the sampling rate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bondgraph.signals.files.checks import FloatArray, check_name, means_time
+from bondgraph.signals.units import Unit, parse_unit, split_header
+from bondgraph.support.errors import UnusableInput, unknown_name
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnPlan:
+    """Which column becomes what: channel -> (header, unit), time and rate columns."""
+
+    channels: dict[str, tuple[str, Unit]]
+    time: tuple[str, Unit] | None
+    rate: str | None
+
+    @property
+    def headers(self) -> list[str]:
+        """All columns that must be read."""
+        picked = [h for h, _ in self.channels.values()]
+        picked += [self.time[0]] if self.time else []
+        return list(dict.fromkeys(picked + ([self.rate] if self.rate else [])))
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnTable:
+    """Columns as read, before units, with the place of every sample for messages."""
+
+    plan: ColumnPlan
+    columns: dict[str, FloatArray]
+    place: Callable[[int], str]
+    notes: tuple[str, ...] = ()
+
+
+def is_time(header: str) -> bool:
+    """Whether a column is the time: called so, and in a unit of time if it has one."""
+    base, unit = split_header(header)
+    if not means_time(base):
+        return False
+    return unit is None or parse_unit(unit, header).dims == (0, 0, 1, 0, 0)
+
+
+def is_rate(header: str) -> bool:
+    """Whether a column is the sampling rate."""
+    return header.lower().endswith("fs_hz") or header.lower() == "fs[hz]"
+
+
+def _unit_of(header: str, where: str) -> Unit:
+    base, unit = split_header(header)
+    if unit is None:
+        raise UnusableInput(
+            f"{where}, column {header!r}: no unit; name it like '{base}[um]' ('1' for a pure "
+            f"number) or choose columns and units with a map (x={base}[um])"
+        )
+    if unit == "C" and "temp" in base.lower():
+        raise UnusableInput(f"{where}, column {header!r}: C means coulomb; write degC or K")
+    return parse_unit(unit, f"{where}, column {header!r}")
+
+
+def _find(target: str, headers: Sequence[str], where: str) -> tuple[str, Unit]:
+    """Return the column that a map entry means, and its unit."""
+    target = target.strip()
+    base, _, tail = target[:-1].partition("[") if target.endswith("]") else (target, "", "")
+    base = base.strip()
+    for wanted in dict.fromkeys((target, base)):
+        if wanted in headers:
+            if tail and wanted == base:
+                return wanted, parse_unit(tail, f"{where}, map to {target!r}")
+            return wanted, _unit_of(wanted, where)
+    matches = [h for h in headers if split_header(h)[0] == base]
+    if len(matches) > 1:
+        raise UnusableInput(
+            f"{where}: {target!r} fits the columns {', '.join(matches)}; give the full header"
+        )
+    if not matches:
+        raise unknown_name("column", target, where, headers)
+    unit = _unit_of(matches[0], where)
+    if tail:
+        given = parse_unit(tail, f"{where}, map to {target!r}")
+        if given.dims != unit.dims or not np.isclose(given.scale, unit.scale, rtol=1e-12, atol=0):
+            raise UnusableInput(
+                f"{where}: the map says {target!r} but the header says {matches[0]!r}; "
+                f"make the units agree"
+            )
+    return matches[0], unit
+
+
+def choose(
+    headers: Sequence[str], map: Mapping[str, str] | None, fs: float | None, where: str
+) -> ColumnPlan:
+    """Decide which columns are the channels, the time and the sampling rate."""
+    seen: set[str] = set()
+    for h in headers:
+        if h and h in seen:
+            raise UnusableInput(f"{where}: two columns are called {h!r}; rename one")
+        seen.add(h)
+    named = [h for h in headers if h]
+    rates = [h for h in named if is_rate(h)]
+    times = [h for h in named if is_time(h)]
+    asked = {k: v for k, v in (map or {}).items() if not means_time(k)}
+    time_asked = [v for k, v in (map or {}).items() if means_time(k)]
+    if map is not None:
+        channels = {k: _find(v, named, where) for k, v in asked.items()}
+    else:
+        channels = {}
+        for h in named:
+            if h in rates or h in times:
+                continue
+            base = split_header(h)[0]
+            if base in channels:
+                raise UnusableInput(
+                    f"{where}: columns {channels[base][0]!r} and {h!r} would both be channel "
+                    f"{base!r}; choose with --map {base}={h}"
+                )
+            channels[base] = (h, _unit_of(h, where))
+    for name in channels:
+        check_name(name, where)
+    if not channels:
+        raise UnusableInput(f"{where}: no column holds a channel; columns: {', '.join(named)}")
+    if fs is not None:
+        return ColumnPlan(channels, None, None)
+    if time_asked:
+        times = [_find_time(time_asked[0], named, where)]
+    if len(times) > 1:
+        raise UnusableInput(
+            f"{where}: columns {', '.join(times)} could all be the time; choose with --map t=..."
+        )
+    if times:
+        unit = split_header(times[0])[1]
+        return ColumnPlan(
+            channels, (times[0], parse_unit(unit or "s", f"{where}, {times[0]}")), None
+        )
+    chosen = [h for h, _ in channels.values()]
+    fitting = [r for r in rates if all(h.startswith(r[:-5]) for h in chosen)]
+    if not fitting:
+        raise UnusableInput(
+            f"{where}: no time column; add a column 't_s' or 'fs_hz', or give the sampling rate "
+            f"(columns: {', '.join(named)})"
+        )
+    return ColumnPlan(channels, None, max(fitting, key=len))
+
+
+def _find_time(target: str, headers: Sequence[str], where: str) -> str:
+    fits = [h for h in headers if target.strip() in (h, split_header(h)[0])]
+    if not fits:
+        raise unknown_name("time column", target, where, headers)
+    unit = split_header(fits[0])[1]
+    if unit is not None and parse_unit(unit, f"{where}, {fits[0]}").dims != (0, 0, 1, 0, 0):
+        raise UnusableInput(f"{where}: the time column {fits[0]!r} is not in a unit of time")
+    return fits[0]

@@ -1,0 +1,90 @@
+"""One even time base, values in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bondgraph.signals.files.checks import FloatArray, check_finite
+from bondgraph.signals.files.columns import ColumnTable
+from bondgraph.support.errors import UnusableInput
+
+_EVEN, _MILD = 0.01, 0.20
+
+
+@dataclass(frozen=True, slots=True)
+class Even:
+    """Channels in SI on one even time base, with what was done to get there."""
+
+    time: FloatArray
+    channels: dict[str, FloatArray]
+    units: dict[str, str]
+    notes: tuple[str, ...]
+
+
+def make_even(table: ColumnTable, where: str, fs: float | None) -> Even:
+    """Check values, make the time even, convert to SI."""
+    plan, notes = table.plan, list(table.notes)
+    for header, values in table.columns.items():
+        check_finite(values, f"{where}, column {header!r}", table.place)
+    channels = {k: unit.to_si(table.columns[h]) for k, (h, unit) in plan.channels.items()}
+    units = {k: unit.si for k, (_, unit) in plan.channels.items()}
+    notes += [f"channel {k!r}: {u.note}" for k, (_, u) in plan.channels.items() if u.note]
+    n = next(iter(channels.values())).size
+    if plan.time is not None:
+        stamps = plan.time[1].to_si(table.columns[plan.time[0]])
+        column = f"{where}, column {plan.time[0]!r}"
+        time, note = even_time(stamps, column, table.place)
+        if note:
+            channels = {k: np.interp(time, stamps, v) for k, v in channels.items()}
+            notes.append(note)
+    else:
+        rate = fs
+        if rate is None and plan.rate is not None:
+            rates = table.columns[plan.rate]
+            if np.any(rates != rates[0]):
+                raise UnusableInput(f"{where}, column {plan.rate!r}: the rate changes; give t_s")
+            rate = float(rates[0])
+        if rate is None or not (np.isfinite(rate) and rate > 0.0):
+            raise UnusableInput(f"{where}: the sampling rate must be positive, not {rate!r} Hz")
+        time = np.arange(n) / rate
+    return Even(time, channels, units, tuple(notes))
+
+
+def even_time(t: FloatArray, where: str, place: Callable[[int], str]) -> tuple[FloatArray, str]:
+    """Return the time, put on an even grid if mildly uneven, and a note if that was done."""
+    if t.size < 2:
+        return t, ""
+    steps = np.diff(t)
+    wrong = np.flatnonzero(steps <= 0.0)
+    if wrong.size:
+        i = int(wrong[0]) + 1
+        if np.ptp(t) == 0.0:
+            raise UnusableInput(
+                f"{where}: all {t.size} time stamps are {t[0]:.9g} s; give the sampling rate, or a "
+                "column that counts the time"
+            )
+        what = "repeats the one before" if steps[i - 1] == 0.0 else "is earlier than the one before"
+        raise UnusableInput(
+            f"{where}, {place(i)}: the time stamp {t[i]:.9g} s {what} ({wrong.size} such rows); "
+            f"sort the rows and remove duplicates"
+        )
+    mean = (t[-1] - t[0]) / (t.size - 1)
+    typical = float(np.median(steps))
+    worst = int(np.argmax(np.abs(steps - typical)))
+    jitter = float(abs(steps[worst] - typical) / typical)
+    if jitter <= _EVEN:
+        return t, ""
+    if jitter < _MILD:
+        note = (
+            f"uneven time (up to {100 * jitter:.2g} % of the step): resampled by linear "
+            f"interpolation onto {mean:.9g} s"
+        )
+        return np.linspace(t[0], t[-1], t.size), note
+    raise UnusableInput(
+        f"{where}, {place(worst + 1)}: uneven time, a step of {steps[worst]:.6g} s where "
+        f"{typical:.6g} s is usual; resample evenly, cut out the gap, or give the sampling rate if "
+        f"the stamps are only rounded"
+    )

@@ -1,0 +1,191 @@
+"""Which samples of a record fit and which judge, by one stated rule."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bondgraph.support.errors import UnusableInput
+
+if TYPE_CHECKING:
+    from bondgraph.signals.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Split:
+    """Which samples fit, which samples judge.
+
+    Parameters
+    ----------
+    train, test : slice or tuple of slice
+        Samples scored in the fit and held out of it.
+    rule : str
+        The rule in words.
+    rest : slice or None
+        Leading samples with a constant input: noise floor only, never scored in train.
+    score_from : int
+        First sample to score; a simulation may start before it to settle.
+    """
+
+    train: slice | tuple[slice, ...]
+    test: slice | tuple[slice, ...]
+    rule: str
+    rest: slice | None = None
+    score_from: int = 0
+
+
+def stretches(part: slice | tuple[slice, ...]) -> tuple[slice, ...]:
+    """Return the stretches of one part of a split."""
+    return part if isinstance(part, tuple) else (part,)
+
+
+def whole(part: slice | tuple[slice, ...]) -> slice:
+    """Return the samples from the first to the last stretch of one part, gaps included.
+
+    Examples
+    --------
+    >>> whole((slice(0, 2), slice(4, 6)))
+    slice(0, 6, None)
+    """
+    parts = stretches(part)
+    return slice(parts[0].start, parts[-1].stop) if parts else slice(0, 0)
+
+
+def interleaved(start: int, stop: int, blocks: int = 30, every: int = 3) -> Split:
+    """Hold out every third of short stretches: both parts see every level, band and time.
+
+    Parameters
+    ----------
+    start, stop : int
+        Samples to divide.
+    blocks : int
+        Number of stretches.
+    every : int
+        One of so many is held out.
+    """
+    edges = np.linspace(start, stop, blocks + 1).astype(int)
+    parts = [slice(int(a), int(b)) for a, b in pairwise(edges) if b > a]
+    test = tuple(p for i, p in enumerate(parts) if i % every == every - 1)
+    train = tuple(p for i, p in enumerate(parts) if i % every != every - 1)
+    rule = f"one in {every} of {len(parts)} stretches held out"
+    return Split(train, test, rule)
+
+
+def default_split(
+    recording: Recording, fraction: float = 1.0 / 3.0, drive: str | ArrayLike | None = None
+) -> Split:
+    """Hold out the last part of a record, by one stated rule.
+
+    The last `fraction` of the samples is held out. If a drive is given: leading samples in which
+    it stays within 1 % of its range for at least 2 % of the record are rest and not scored; if it
+    is periodic afterwards (autocorrelation of at least 0.98 at some lag up to half the record),
+    train and test are whole periods counted back from the end, at least one each, and what is
+    left before the first whole period is run-in, before `score_from`.
+
+    Parameters
+    ----------
+    recording : Recording
+        N samples.
+    fraction : float
+        Held-out part, between 0 and 1 (exclusive).
+    drive : str or array_like, optional
+        The input: a channel name or (N,) values.
+
+    Returns
+    -------
+    Split
+        Slices of samples; test is empty only if there is one sample.
+
+    Raises
+    ------
+    UnusableInput
+        If the fraction or the shape of the drive is wrong.
+
+    Examples
+    --------
+    >>> from bondgraph.signals.recording import Recording
+    >>> r = Recording.from_arrays("demo", {"x[m]": [0.0, 1.0, 2.0]}, fs=1.0)
+    >>> default_split(r).test
+    slice(2, 3, None)
+    """
+    if not 0.0 < fraction < 1.0:
+        raise UnusableInput(f"{recording.name}: hold out between 0 and 1, not {fraction!r}")
+    n, rest, period = recording.n, None, None
+    if drive is not None:
+        u = recording[drive] if isinstance(drive, str) else np.asarray(drive, dtype=np.float64)
+        if u.shape != (n,):
+            raise UnusableInput(f"{recording.name}: the drive has shape {u.shape}, not ({n},)")
+        rest = _rest(u)
+        period = _period(u[rest.stop if rest else 0 :])
+    start = rest.stop if rest else 0
+    left = n - start
+    said = f"; rest of {start} samples not scored" if rest else ""
+    if period is not None:
+        whole = int((left + 0.5) / period)
+        held = min(max(1, round(fraction * whole)), whole - 1)
+        first = max(start, n - round(whole * period))
+        cut = n - round(held * period)
+        rule = f"last {held} of {whole} whole periods of {period:.6g} samples held out{said}"
+        return Split(slice(first, cut), slice(cut, n), rule, rest, first)
+    held = min(max(1, round(fraction * left)), left - 1)
+    rule = f"last {fraction:.3g} of {left} samples held out{said}"
+    return Split(slice(start, n - held), slice(n - held, n), rule, rest, start)
+
+
+def _rest(u: FloatArray) -> slice | None:
+    """Leading samples in which the drive stays within 1 % of its range, if 2 % of the record."""
+    span = float(np.ptp(u))
+    if span == 0.0:
+        return None
+    moving = np.maximum.accumulate(u) - np.minimum.accumulate(u) > 0.01 * span
+    stop = int(np.argmax(moving))
+    return slice(0, stop) if stop >= max(2, 0.02 * u.size) else None
+
+
+def _period(u: FloatArray) -> float | None:
+    """Period of a drive in samples (fractions possible), None if it does not repeat."""
+    m = u.size
+    if m < 8 or np.ptp(u) == 0.0:
+        return None
+    v = u - u.mean()
+    size = 1 << (2 * m - 1).bit_length()
+    spectrum = np.fft.rfft(v, size)
+    lags = m // 2 + 2
+    raw = np.fft.irfft(np.abs(spectrum) ** 2, size)[:lags]
+    energy = np.concatenate(([0.0], np.cumsum(v * v)))
+    k = np.arange(lags)
+    norm = np.sqrt(energy[m - k] * (energy[m] - energy[k]))
+    r = np.divide(raw, norm, out=np.zeros(lags), where=norm > 1e-12 * energy[m])
+    below = np.flatnonzero(r < 0.5)
+    if not below.size:
+        return None
+    inner = np.arange(max(1, int(below[0])), lags - 1)
+    peaks = inner[(r[inner] >= r[inner - 1]) & (r[inner] >= r[inner + 1]) & (r[inner] >= 0.98)]
+    if not peaks.size:
+        return None
+    first = int(peaks[r[peaks] >= r[peaks].max() - 0.005][0])
+    period = _vertex(r, first)
+    count = 2
+    while count * period < lags - 2:
+        near, reach = round(count * period), max(1, int(0.1 * period))
+        low, high = max(1, near - reach), min(lags - 1, near + reach + 1)
+        period = _vertex(r, low + int(np.argmax(r[low:high]))) / count
+        count *= 2
+    return period
+
+
+def _vertex(r: Iterable[float] | FloatArray, k: int) -> float:
+    """Place of the maximum of the parabola through three neighbours."""
+    values = np.asarray(r)
+    if not 0 < k < values.size - 1:
+        return float(k)
+    a, b, c = (float(x) for x in values[k - 1 : k + 2])
+    bend = a - 2.0 * b + c
+    return k + (0.5 * (a - c) / bend if bend < 0.0 else 0.0)

@@ -1,0 +1,1 @@
+"""Radau IIA over whole records of any program, with exact sensitivities."""

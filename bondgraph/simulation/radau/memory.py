@@ -1,0 +1,73 @@
+"""Memory at the first sample: relaxed at the arguments that the laws have there."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+
+from bondgraph.equations.casadi_printer import to_casadi
+from bondgraph.equations.program import Program
+from bondgraph.simulation.radau.interpreted import Carried
+from bondgraph.simulation.radau.recorder import Key, Order, consistent, functions_of
+
+__all__ = ["relaxed_memory"]
+
+Array = np.ndarray
+
+
+def relaxed_memory(program: Program, order: Order, begin: Carried) -> tuple[Array, Array]:
+    """Return the memory of laws at rest at their arguments, as the exact step starts, and tangents.
+
+    The arguments are those of the state and the inputs at the first sample, with the memory of
+    `begin`.
+
+    Returns
+    -------
+    memory : ndarray, shape (n_m,)
+    tangent : ndarray, shape (n_m, n_d)
+    """
+    memory, tangent = begin.m.copy(), begin.tm.copy()
+    started = consistent(functions_of(program), order, begin)
+    if started is None:
+        return memory, tangent
+    v, tv = started.v, started.tv
+    found = _arguments(Key(program))(order.time, v, order.first, order.p, begin.m, 0.0)
+    s, by_v, by_p, by_m = (np.asarray(a.full()) for a in found)
+    ds = by_v @ tv + by_m @ begin.tm
+    ds[:, : len(order.directions)] += by_p[:, list(order.directions)]
+    kept = [c for c in program.laws if c.law.n_memory]
+    for call, at, slope in zip(kept, s.ravel(), ds, strict=True):
+        memory[call.memory] = call.law.initial_memory(float(at))
+        tangent[call.memory] = np.outer(call.law.memory_sensitivity(float(at)), slope)
+    return memory, tangent
+
+
+@lru_cache(maxsize=64)
+def _arguments(key: Key) -> ca.Function:
+    """Return ``(t, v, u, p, m, h) -> (s, ds/dv, ds/dp, ds/dm)`` of the laws with memory."""
+    q = key.program
+    v = ca.SX.sym("v", len(q.states) + len(q.algebraic))
+    u, p = ca.SX.sym("u", len(q.inputs)), ca.SX.sym("p", len(q.parameters))
+    m, t, h = ca.SX.sym("m", len(q.memory)), ca.SX.sym("t"), ca.SX.sym("h")
+    names = (*q.states, *q.algebraic, *q.inputs, *q.parameters)
+    known = dict(zip(names, ca.vertsplit(ca.vertcat(v, u, p)), strict=True))
+    known.setdefault("time", t)
+    known.setdefault("one", ca.SX(1))
+
+    def value(expression: object) -> ca.SX:
+        symbols = getattr(expression, "free_symbols", ())
+        return ca.SX(to_casadi(expression, {s: known[s.name] for s in symbols}))
+
+    for step in q.steps:
+        if step.law is None:
+            known[step.target] = value(step.expression)
+            continue
+        call = q.laws[step.law]
+        own = ca.vertcat(*[p[q.parameters.index(n)] for n in call.parameters])
+        known[step.target] = call.value(value(call.argument), m[call.memory], own, h)
+    arguments = [value(c.argument) for c in q.laws if c.law.n_memory]
+    s = ca.vertcat(*arguments)
+    results = [ca.densify(s), *(ca.densify(ca.jacobian(s, w)) for w in (v, p, m))]
+    return ca.Function("arguments", [t, v, u, p, m, h], results)

@@ -1,0 +1,314 @@
+"""Whole records of any `Program` with exact sensitivities, in one compiled call.
+
+The step is that of `bondgraph.simulation.integrate`: Radau IIA with two stages (Hairer and Wanner,
+Solving Ordinary Differential Equations II, 1996, sec. IV.5), memory constant within a step and
+advanced once it is accepted. Newton's method runs in C until its correction vanishes against the
+largest value so far of every variable; then the factors solve for the tangents of the stages, by
+the implicit function theorem. The interface is that of `prepare` and `run_prepared` in
+`bondgraph.simulate`.
+
+Algebra is dense: a step costs of the order of ``(n_x + n_z)^3``, so it is meant for models of up to
+some thirty states and unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from bondgraph.equations.program import LawCall, Program
+from bondgraph.simulation.radau.interpreted import Carried
+from bondgraph.simulation.radau.memory import relaxed_memory
+from bondgraph.simulation.radau.native_source import GeneralFunctions
+from bondgraph.simulation.radau.recorder import Key, Order, functions_of, recorder
+from bondgraph.simulation.simulate import fine_inputs
+from bondgraph.support.errors import UnusableInput, unknown_name
+
+__all__ = ["GeneralRun", "PreparedGeneral", "prepare_general", "run_general"]
+
+Array = np.ndarray
+Memories = Mapping[str, Sequence[float]]
+
+
+@dataclass(frozen=True)
+class GeneralRun:
+    """One pass over a record; the fields of `KernelRun` and the tangents at the end.
+
+    Attributes
+    ----------
+    y : ndarray, shape (N, n_y)
+        NaN from the sample that Newton's method did not reach.
+    dy : ndarray, shape (N, n_y, n_d)
+    s, w : ndarray, shape (N, 0)
+        Laws are not told apart here.
+    x : ndarray, shape (n_x,)
+        State at the last sample.
+    memory : dict of str to tuple of float
+        Memory of each law that has one, at the last sample, by element.
+    settled : bool
+        Whether all samples were reached.
+    z : ndarray, shape (n_z,)
+        Algebraic unknowns at the last sample.
+    dx : ndarray, shape (n_x, n_d)
+    dmemory : ndarray, shape (n_m, n_d)
+        Tangents of the state and of all memories, in the order of ``Program.memory``.
+    reached : int
+        Samples that are good, from the first on.
+    """
+
+    y: Array
+    dy: Array
+    s: Array
+    w: Array
+    x: Array
+    memory: dict[str, tuple[float, ...]]
+    settled: bool
+    z: Array
+    dx: Array
+    dmemory: Array
+    reached: int
+
+
+@dataclass(frozen=True)
+class PreparedGeneral:
+    """A program at one parameter vector, ready to run over any inputs.
+
+    Attributes
+    ----------
+    program : Program
+    p : ndarray, shape (n_p,), SI
+    step : float
+        Between samples, s.
+    n_sub : int
+    directions : tuple of int
+        Parameters to differentiate by; then come states, then memory if wanted.
+    state_directions, memory_directions : bool
+    """
+
+    program: Program
+    p: Array
+    step: float
+    n_sub: int
+    directions: tuple[int, ...]
+    state_directions: bool
+    memory_directions: bool
+
+    @property
+    def n_p(self) -> int:
+        """Directions that are parameters."""
+        return len(self.directions)
+
+    @property
+    def n_d(self) -> int:
+        """All directions."""
+        n_x = len(self.program.states) if self.state_directions else 0
+        return self.n_p + n_x + (len(self.program.memory) if self.memory_directions else 0)
+
+
+def prepare_general(
+    program: Program,
+    p: Array,
+    step: float,
+    n_sub: int = 1,
+    directions: Sequence[int] = (),
+    state_directions: bool = False,
+    memory_directions: bool = False,
+) -> PreparedGeneral:
+    """Check a program at parameters `p` (SI, shape (n_p,)) for samples `step` (s) apart.
+
+    Raises
+    ------
+    UnusableInput
+        A law jumps (dry friction), so that Newton's method has nothing to go by; or sizes are
+        wrong.
+    """
+    p = np.array(p, float)
+    if p.shape != (len(program.parameters),) or not np.isfinite(p).all():
+        raise UnusableInput(
+            f"{program.name}: p has shape {p.shape}; it needs {len(program.parameters)} finite "
+            f"numbers, one a parameter: {', '.join(program.parameters)}"
+        )
+    if not (step > 0.0 and np.isfinite(step)) or n_sub < 1:
+        raise UnusableInput(f"{program.name}: step = {step!r} s, n_sub = {n_sub!r}; give more")
+    wanted = tuple(int(i) for i in directions)
+    if any(not 0 <= i < p.size for i in wanted):
+        raise UnusableInput(
+            f"{program.name}: directions {wanted} are no positions among {p.size} parameters"
+        )
+    if jumps := _jumping(Key(program)):
+        raise UnusableInput(
+            f"{program.name}: {', '.join(jumps)} has a law that jumps, which Newton's method "
+            "cannot follow; use LuGre, Sliding or a smooth law there, or a graph that is linear up "
+            "to its laws"
+        )
+    return PreparedGeneral(
+        program, p, float(step), int(n_sub), wanted, state_directions, memory_directions
+    )
+
+
+@lru_cache(maxsize=64)
+def _jumping(key: Key) -> tuple[str, ...]:
+    return tuple(c.element for c in key.program.laws if _jumps(c, key.program))
+
+
+def _jumps(call: LawCall, program: Program) -> bool:
+    """Whether the deviation is set-valued, or plainly jumps where the argument changes sign."""
+    if call.law.set_valued:
+        return True
+    q = [program.nominal[program.parameters.index(n)] or 1.0 for n in call.parameters]
+    memory = program.virgin[call.memory]
+    ahead, back = (float(call.value(s, memory, q, 0.0)) for s in (1e-60, -1e-60))
+    return abs(ahead - back) > 1e-20
+
+
+def run_general(
+    ready: PreparedGeneral,
+    u: Array,
+    x0: Array,
+    hold: str = "linear",
+    fine: Array | None = None,
+    *,
+    every_substep: bool = False,
+    memory: Memories | None = None,
+    memory_tangent: Array | None = None,
+    relaxed: bool = False,
+    time: float = 0.0,
+) -> GeneralRun:
+    """Simulate inputs from state `x0` at `time` (s) of the first sample.
+
+    Parameters
+    ----------
+    u : ndarray, shape (N, n_u)
+        At the samples, see `bondgraph.simulation.integrate.inputs_of`. Rates of inputs are taken
+        anew from the ends of each sub-step.
+    x0 : ndarray, shape (n_x,)
+    hold : {"linear", "hold", "band-limited"}
+        What the inputs do between samples, unless `fine` has them, see
+        `bondgraph.simulation.simulate.fine_inputs`.
+    fine : ndarray, shape ((N - 1) * n_sub, 2, n_u), optional
+        Inputs at both ends of each sub-step.
+    every_substep : bool
+        Give ``(N - 1) * n_sub + 1`` rows instead of N.
+    memory : dict of str to sequence of float, optional
+        To start from, by element; that of the program (virgin, at zero) where not given.
+    memory_tangent : ndarray, shape (n_m, n_d), optional
+        Derivatives of that memory, if it depends on parameters or states.
+    relaxed : bool
+        Start from laws at rest at their first arguments, as `run_prepared` does, instead of at
+        zero, as `integrate` does; not those in `memory`.
+
+    Raises
+    ------
+    UnusableInput
+        Wrong shapes, or rates of an input that is held, which jumps between samples.
+    """
+    q = ready.program
+    n_x, n_z, n_m, n_y = len(q.states), len(q.algebraic), len(q.memory), len(q.outputs)
+    x0 = np.asarray(x0, float)
+    if x0.shape != (n_x,) or not np.isfinite(x0).all():
+        raise UnusableInput(
+            f"{q.name}: x0 has shape {x0.shape}; it needs {n_x} finite numbers, one a state: "
+            f"{', '.join(q.states)}"
+        )
+    u, fine = _inputs(ready, u, hold, fine)
+    m = np.array(q.virgin, float)
+    kept = np.zeros(n_m, bool)
+    rows = {c.element: c for c in q.laws if c.law.n_memory}
+    for element, states in (memory or {}).items():
+        if element not in rows:
+            raise unknown_name("law with memory", element, q.name, rows)
+        m[rows[element].memory] = rows[element].law.checked_memory(states)
+        kept[rows[element].memory] = True
+    tv, tm = np.zeros((n_x + n_z, ready.n_d)), np.zeros((n_m, ready.n_d))
+    if memory_tangent is not None:
+        tm += np.asarray(memory_tangent, float)
+    at = ready.n_p
+    if ready.state_directions:
+        tv[:n_x, at : at + n_x] = np.eye(n_x)
+        at += n_x
+    if ready.memory_directions:
+        tm[:, at:] += np.eye(n_m)
+    n_sub = 1 if every_substep else ready.n_sub
+    begin = Carried(np.concatenate([x0, np.array(q.guess, float)]), m, tv, tm)
+    out = np.full((fine.shape[0] // n_sub + 1, n_y * (1 + ready.n_d)), np.nan)
+    order = Order(time, ready.step / ready.n_sub, n_sub, ready.p, ready.directions, u[0], fine)
+    if relaxed and not kept.all():
+        m_rest, tm_rest = relaxed_memory(q, order, begin)
+        m, tm = np.where(kept, m, m_rest), np.where(kept[:, None], tm, tm_rest)
+        begin = Carried(begin.v, m, tv, tm)
+    record = recorder(q)
+    end, reached = record(order, begin, out)
+    if reached == 0 and n_z and (z := _search(functions_of(q), order, begin)).size:
+        begin = Carried(np.concatenate([x0, z]), m, tv, tm)
+        end, reached = record(order, begin, out)
+    out[reached:] = np.nan
+    settled = reached == out.shape[0]
+    if not settled:
+        end = Carried(*(np.full_like(a, np.nan) for a in (end.v, end.m, end.tv, end.tm)))
+    empty = np.zeros((out.shape[0], 0))
+    return GeneralRun(
+        out[:, :n_y],
+        out[:, n_y:].reshape(out.shape[0], n_y, ready.n_d),
+        empty,
+        empty,
+        end.v[:n_x],
+        {e: tuple(end.m[c.memory].tolist()) for e, c in rows.items()},
+        settled,
+        end.v[n_x:],
+        end.tv[:n_x],
+        end.tm,
+        reached,
+    )
+
+
+def _inputs(ready: PreparedGeneral, u: Array, hold: str, fine: Array | None) -> tuple[Array, Array]:
+    """Return the inputs at the samples and at the ends of the sub-steps, rates those of these."""
+    q = ready.program
+    u = np.asarray(u, float)
+    if u.ndim != 2 or u.shape[1] != len(q.inputs) or not u.shape[0]:
+        raise UnusableInput(
+            f"{q.name}: u has shape {u.shape}; it needs (N, {len(q.inputs)}), one column an input: "
+            f"{', '.join(q.inputs)}"
+        )
+    own = fine is None
+    fine = fine_inputs(u, ready.n_sub, hold) if fine is None else np.asarray(fine, float)
+    if fine.shape != ((u.shape[0] - 1) * ready.n_sub, 2, u.shape[1]):
+        raise UnusableInput(
+            f"{q.name}: fine has shape {fine.shape}; it needs "
+            f"{((u.shape[0] - 1) * ready.n_sub, 2, u.shape[1])}"
+        )
+    if q.input_rates and fine.shape[0]:
+        if own and hold == "hold":
+            raise UnusableInput(
+                f"{q.name}: the equations need {', '.join(q.input_rates)}, but an input that is "
+                "held jumps between samples; use hold='linear' or 'band-limited'"
+            )
+        u, fine = u.copy(), fine.copy()
+        for name in q.input_rates:
+            column = q.inputs.index(name)
+            source = name.partition("_")[2]
+            if source in q.inputs and source not in q.input_rates:
+                ends = fine[:, :, q.inputs.index(source)]
+                fine[:, :, column] = ((ends[:, 1] - ends[:, 0]) * ready.n_sub / ready.step)[:, None]
+            else:  # a higher derivative, given: it is that of the piece that begins at the sample
+                fine[:, :, column] = np.repeat(u[:-1, column], ready.n_sub)[:, None]
+            u[0, column] = fine[0, 0, column]
+    return u, np.ascontiguousarray(fine)
+
+
+def _search(functions: GeneralFunctions, order: Order, begin: Carried) -> Array:
+    """Algebraic unknowns at the start for which plain Newton failed; empty if there are none."""
+    from scipy.optimize import root
+
+    n_x = functions.n_x
+
+    def at(z: Array) -> tuple[Array, Array]:
+        v = np.concatenate([begin.v[:n_x], z])
+        value, slope = functions.stage(order.time, v, order.first, order.p, begin.m, 0.0)
+        return value.full().ravel()[n_x:], slope.full()[n_x:, n_x:]
+
+    found = root(lambda z: at(z)[0], begin.v[n_x:], jac=lambda z: at(z)[1], options={"xtol": 1e-13})
+    return np.asarray(found.x if np.isfinite(found.x).all() else np.zeros(0), float)

@@ -1,0 +1,1 @@
+"""Bondsight: the front door and the command line."""

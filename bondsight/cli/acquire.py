@@ -1,0 +1,210 @@
+"""``bondsight acquire``: drive, record, align, store; and diagnose what was recorded."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from bondgraph.support.errors import UnusableInput
+from bondsight.cli.arguments import jobs, nonnegative
+from bondsight.cli.output import writable
+
+__all__ = ["add_acquire_command"]
+
+
+def add_acquire_command(verbs: Any) -> None:
+    """Add the command to the sub-parsers of ``bondsight``."""
+    p = verbs.add_parser("acquire", help="record on a bench, and diagnose what was recorded")
+    p.add_argument(
+        "station", nargs="?", type=Path,
+        help="station file (TOML): envelope, output, amplifier, interferometer",
+    )  # fmt: skip
+    p.add_argument(
+        "--simulated", action="store_true",
+        help="start a virtual bench that conceals an effect, and record on it over its wire",
+    )  # fmt: skip
+    p.add_argument(
+        "--bench", type=Path, default=None, metavar="FILE",
+        help="with --simulated: configuration of the virtual bench (TOML or JSON)",
+    )  # fmt: skip
+    p.add_argument("--effect", default="drawn", help="with --simulated: conceal this effect")
+    p.add_argument("--place", default="", help="with --simulated: at this element")
+    p.add_argument("--strength", default="", help="with --simulated: weak, medium or strong")
+    p.add_argument("--seed", type=nonnegative, default=None, help="of the bench and the signal")
+    p.add_argument("--signal", default="session", help="session, sine:HZ, demagnetise, or a file")
+    p.add_argument(
+        "--erase", type=float, default=None, metavar="VOLTS",
+        help="before the take, take the actuator's history away by a decay around this voltage",
+    )  # fmt: skip
+    p.add_argument(
+        "--rate", type=float, default=None,
+        help="samples a second of the output (default: 10000, or that of the file)",
+    )  # fmt: skip
+    p.add_argument(
+        "--samples", type=nonnegative, default=8192,
+        help="of session and sine (default 8192); files and decays have their own",
+    )  # fmt: skip
+    p.add_argument("--synchronise", choices=("clock", "start", "none"), default="clock",
+                   help="how the sensor knows when the output changes")  # fmt: skip
+    p.add_argument("--name", default="take", help="of the recording and its files")
+    p.add_argument("--out", type=Path, default=Path("bondsight-out"))
+    p.add_argument("--live", type=Path, default=None, metavar="PNG", help="picture of the progress")
+    p.add_argument("--quiet", action="store_true", help="no view of the progress")
+    p.add_argument(
+        "--diagnose", default=None, metavar="MODEL", help="then diagnose with this model"
+    )
+    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    p.add_argument("--json", action="store_true", help="print the verdict as JSON")
+    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    p.add_argument(
+        "--recover", type=Path, default=None, metavar="JOURNAL",
+        help="make recordings from the journal of a take that was broken off",
+    )  # fmt: skip
+    p.set_defaults(run=_acquire)
+
+
+def _acquire(options: argparse.Namespace) -> int:
+    from hardware.storage import new_files
+
+    if options.recover is not None:
+        return _recover(options.recover)
+    if options.simulated == (options.station is not None):
+        raise UnusableInput(
+            "acquire: give a station file, or --simulated for a virtual bench (not both)"
+        )
+    _check_name(options.name)
+    writable(options.out)
+    new_files(options.out / options.name)
+    if options.diagnose:
+        from bondgraph.causality.assignment import assign_causality
+        from bondsight.cli.models import load_model
+
+        graph = load_model(options.diagnose)
+        graph.require_sound()
+        assign_causality(graph)  # a conflict is refused before anything moves
+        _check_maps(graph, options.maps)
+    if not options.simulated:
+        from hardware.station import read_settings
+
+        record_and_diagnose(options, read_settings(options.station))
+        return 0
+    from bondsight.cli.acquire_simulated import simulated
+
+    return simulated(options, record_and_diagnose)
+
+
+def _check_name(name: str) -> None:
+    """Refuse a name that is no plain file name."""
+    if not name or name != Path(name).name or not name.isprintable() or name.startswith("."):
+        raise UnusableInput(
+            f"--name {name!r}: is no plain file name; give one without folders, and --out for those"
+        )
+
+
+def _check_maps(graph: Any, maps: list[str]) -> None:
+    """Refuse a map of something that is neither in the model nor of the right form."""
+    from bondgraph.graph.elements import Sensor, Source
+    from bondgraph.support.errors import unknown_name
+
+    known = [e.name for e in graph.of_type(Source, Sensor)]
+    for text in maps:
+        name, equals, column = (part.strip() for part in text.partition("="))
+        if not (name and equals and column):
+            raise UnusableInput(f"--map {text} is not NAME=COLUMN; write --map V_in=V")
+        if name not in known:
+            raise UnusableInput(str(unknown_name("source or sensor", name, graph.name, known)))
+
+
+def _recover(journal: Path) -> int:
+    from bondgraph.signals.recording import Recording
+    from hardware.storage import Provenance, recover
+
+    said: dict[str, None] = {}
+    for path in recover(journal):
+        recording = Recording.open(path)
+        print(f"recording:  {path}  {recording!r}")
+        said.update(dict.fromkeys(Provenance.of(recording).warnings))
+    for sentence in said:
+        print(f"note:       {sentence}")
+    return 0
+
+
+def record_and_diagnose(options: argparse.Namespace, settings: Any) -> Any:
+    """Record one take and diagnose it if asked for; returns the diagnosis or None."""
+    path = _record(options, settings)
+    if not options.diagnose:
+        return None
+    from bondsight.cli.diagnose import diagnose_files
+    from bondsight.cli.models import load_model
+
+    graph = load_model(options.diagnose)
+    maps = [*options.maps, *_source(graph, options.maps)]
+    graph = _recorded_only(graph, path, maps)
+    request = argparse.Namespace(
+        recordings=[str(path)], model=options.diagnose, maps=maps, out=options.out,
+        json=options.json, jobs=options.jobs, seed=options.seed or 0, without=(), effects=None,
+        # a converter holds its command between updates; a monitor may have seen anything
+        hold="hold" if any(m.partition("=")[2].strip() == "V" for m in maps) else None,
+    )  # fmt: skip
+    return diagnose_files(request, graph)[1]
+
+
+def _source(graph: Any, maps: list[str]) -> list[str]:
+    """Map the commanded voltage to the model's only source, unless the user maps it."""
+    from bondgraph.graph.elements import Source
+
+    sources = [e.name for e in graph.of_type(Source)]
+    mapped = {m.partition("=")[0].strip() for m in maps}
+    if len(sources) == 1 and sources[0] not in mapped and sources[0] != "V":
+        return [f"{sources[0]}=V"]
+    return []
+
+
+def _recorded_only(graph: Any, path: Path, maps: list[str]) -> Any:
+    """Return the model without the sensors that the bench does not have, and say so."""
+    from bondgraph.graph.elements import Sensor
+    from bondgraph.signals.recording import Recording
+
+    there = {*Recording.open(path).channels, *(m.partition("=")[0].strip() for m in maps)}
+    absent = [e.name for e in graph.of_type(Sensor) if e.name not in there]
+    if len(absent) == len(graph.of_type(Sensor)):
+        return graph  # names differ: the matching by unit, or its message, is the better answer
+    for name in absent:
+        print(f"note:       sensor {name} of the model was not recorded; it is left out")
+        graph = graph.remove(name)
+    return graph
+
+
+def _record(options: argparse.Namespace, settings: Any) -> Path:
+    """Record one take with a live view; returns the file."""
+    from bondsight.cli.acquire_signal import waveform
+    from bondsight.cli.acquire_view import watching
+    from hardware.recorder import TakePlan, record
+    from hardware.station import open_station
+
+    volts, rate = waveform(
+        options.signal, options.rate, options.samples, settings.envelope, options.seed or 0
+    )
+    erase = None
+    if options.erase is not None:
+        decay = f"demagnetise:{options.erase!r}"
+        erase = waveform(decay, rate, options.samples, settings.envelope, 0)[0]
+    plan = TakePlan(volts, rate, options.name, options.synchronise, erase=erase)
+    print(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
+    print(
+        f"signal:     {options.signal}, {volts.size} samples of {rate:g} Hz "
+        f"({plan.seconds:.3g} s), {volts.min():.4g} to {volts.max():.4g} V"
+    )
+    with open_station(settings) as bench:
+        station = bench.station(plan)
+        quiet = options.quiet or not sys.stderr.isatty()
+        with watching(plan, station, quiet=quiet, picture=options.live) as view:
+            taken = record(station, plan, options.out / options.name, watch=view)
+        print(f"output:     {bench.output.status}")
+    print(f"recording:  {taken.path}  {taken.recording!r}")
+    print(f"raw data:   {taken.journal}")
+    for sentence in taken.sentences:
+        print(f"note:       {sentence}")
+    return taken.path

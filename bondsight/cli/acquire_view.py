@@ -1,0 +1,40 @@
+"""The progress of a take on the terminal and in a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from hardware.live import Gathering, LiveView, Snapshot, Watching
+from hardware.recorder import OUTPUT, Station, TakePlan
+
+__all__ = ["watching"]
+
+
+@contextmanager
+def watching(
+    plan: TakePlan, station: Station, *, quiet: bool = False, picture: Path | None = None
+) -> Iterator[Watching]:
+    """Show the steps of a take; an error that leaves the block becomes its last warning.
+
+    Parameters
+    ----------
+    plan : Plan
+    station : Station
+    quiet : bool
+        Print nothing; the picture is drawn all the same.
+    picture : Path, optional
+        PNG file that is rewritten every second.
+    """
+    rates = {OUTPUT: plan.rate, **{s.stream: s.rate for s in station.sensors}}
+    totals = {OUTPUT: int(plan.volts.size)}
+    gathering = Gathering(plan.name, station.clock, totals, duration=plan.seconds, rates=rates)
+    snapshot = Snapshot(picture) if picture is not None else None
+    shown = Watching(gathering, None if quiet else LiveView(), snapshot)
+    try:
+        yield shown
+    except BaseException as error:
+        shown.close(str(error) or type(error).__name__)
+        raise
+    shown.close()

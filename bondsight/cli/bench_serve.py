@@ -1,0 +1,216 @@
+"""``bondsight bench serve``: a virtual bench whose devices speak their real protocols."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bondgraph.support.errors import UnusableInput
+from bondsight.cli.arguments import nonnegative
+from bondsight.cli.checkout import evidence, has_evidence
+
+__all__ = [
+    "add_bench_serve_options",
+    "bench_config",
+    "bench_serve",
+    "station_table",
+    "station_text",
+    "station_writer",
+    "stub_library",
+]
+
+
+def add_bench_serve_options(p: argparse.ArgumentParser) -> None:
+    """Add the options of ``serve``."""
+    g = p.add_argument_group("bench serve")
+    g.add_argument("--config", type=Path, default=None, help="plant, clocks, air, faults (TOML)")
+    g.add_argument("--effect", default=None, help="conceal this effect ('drawn' leaves it open)")
+    g.add_argument("--place", default=None, help="at this element")
+    g.add_argument("--strength", default=None, help="weak, medium or strong")
+    g.add_argument("--seed", type=nonnegative, default=None, help="draw of the plant")
+    g.add_argument("--reveal", action="store_true", help="print the sealed truth at the end")
+    g.add_argument(
+        "--station", type=Path, default=None, help="write the station file for bondsight acquire"
+    )
+    g.add_argument("--ready", type=Path, default=None, help="write addresses as JSON when ready")
+    g.add_argument("--end", type=Path, default=None, help="end and reveal when this file appears")
+    g.add_argument(
+        "--parent", type=nonnegative, default=None, metavar="PID", help="end with this process"
+    )
+
+
+def bench_serve(options: argparse.Namespace) -> int:
+    """Serve until Ctrl-C."""
+    from hardware.simulators.bench_server import serve
+
+    if len(options.what) > 1:
+        raise UnusableInput(f"bench serve takes options only, not {' '.join(options.what[1:])}")
+    config = bench_config(
+        options.config, options.effect, options.place, options.strength, options.seed
+    )
+    if options.station is not None:
+        _check_station(options.station)
+    try:
+        return serve(
+            config, plants=plants(), reveal=options.reveal, ready_file=options.ready,
+            reveal_request=options.end, parent=options.parent,
+            started=None if options.station is None else station_writer(options.station, config),
+        )  # fmt: skip
+    except ValueError as error:
+        raise UnusableInput(str(error)) from None
+
+
+def bench_config(
+    path: Path | None, effect: str | None, place: str | None, strength: str | None, seed: int | None
+) -> Any:
+    """Return the configuration of a file with what the command line says instead."""
+    from dataclasses import replace
+
+    from hardware.simulators.bench_server import BenchConfig, load_config
+
+    try:
+        config = load_config(path) if path is not None else BenchConfig()
+        said = {"effect": effect, "place": place, "strength": strength, "seed": seed}
+        given: dict[str, Any] = {k: v for k, v in said.items() if v is not None}
+        return replace(config, plant=replace(config.plant, **given)) if given else config
+    except ValueError as error:
+        raise UnusableInput(str(error)) from None
+
+
+def _trial(plant: str, cell: str) -> Any:
+    """Return a maker of the sealed trial's plants."""
+
+    def make(config: Any) -> Any:
+        import secrets
+
+        from hardware.simulators.bench_server import Stand
+
+        trial = evidence("tests.proof.trial.bench_plant", "bench serve")
+        seed = secrets.randbits(31) if config.seed is None else config.seed
+        found = (
+            trial.TrialPlant(plant) if config.effect == "none" else trial.drawn(seed, plant, cell)
+        )
+        return Stand(found, {"seed": seed, "plant": plant, **found.truth})
+
+    return make
+
+
+def _model(name: str) -> Any:
+    """Return a maker of a model of the catalogue."""
+
+    def make(config: Any) -> Any:
+        from actuators.models.catalogue import MODELS
+        from bondgraph.graph.elements import Sensor, Source
+        from hardware.simulators.bench_server import Stand
+        from hardware.virtual import ModelPlant
+
+        graph = MODELS[name]()
+        sources = [e.name for e in graph.of_type(Source) if e.unit == "V"]
+        lengths = [e.name for e in graph.of_type(Sensor) if e.unit == "m"]
+        if not sources or not lengths:
+            raise ValueError(f"bench: {name} has no source in V, or no sensor in m")
+        return Stand(ModelPlant(graph, sources[0], lengths[0]), {"model": name})
+
+    return make
+
+
+def plants() -> dict[str, Any]:
+    """Return the makers of all plants beside the virtual stack."""
+    from actuators.models.catalogue import MODELS
+
+    cells = {"trial-stack": "single", "trial-stack-outside": "outside"} if has_evidence() else {}
+    trial = {name: _trial("stack", cell) for name, cell in cells.items()}
+    return {**trial, **{f"model-{n}": _model(n) for n in MODELS}}
+
+
+def station_table(
+    addresses: Mapping[str, str], config: Any, library: str, ppm: float = 0.0
+) -> dict[str, Any]:
+    """Return the station of a virtual bench as plain values.
+
+    Parameters
+    ----------
+    addresses : mapping
+        Address of each device by name.
+    config : BenchConfig
+        What it is made of.
+    library : str
+        Path of the stub library of the interferometer.
+    ppm : float
+        Error of the program's clock.
+    """
+    table: dict[str, Any] = {
+        "name": "virtual bench",
+        "envelope": {"preset": "P-840.1-unipolar"},
+        "clock": {"bench": addresses["control"], "ppm": ppm},
+    }
+    if "card" in addresses:
+        table["output"] = {
+            "kind": config.card_model.lower(), "address": addresses["card"],
+            "trigger": 0, "clock": 0,
+        }  # fmt: skip
+        table["amplifier"] = {
+            "name": "simulated amplifier", "gain": config.gain, "offset": config.offset,
+            "voltage_monitor": 0.05,
+        }  # fmt: skip
+    elif "gcs" in addresses:
+        table["output"] = {"kind": "gcs", "address": addresses["gcs"], "trigger": 1}
+    else:
+        raise UnusableInput("bench serve: only a card or a GCS controller gets a station file")
+    if "interferometer" in addresses:
+        host, _, port = addresses["interferometer"].rpartition(":")
+        table["interferometer"] = {
+            "connection": f"net:{host}:{port}", "library": library,
+            "dead_path": config.air.dead_path,
+        }  # fmt: skip
+    return table
+
+
+def station_text(table: Mapping[str, Any]) -> str:
+    """Return a station as the TOML of its file."""
+    lines = [f"{k} = {_toml(v)}" for k, v in table.items() if not isinstance(v, Mapping)]
+    for name, inner in table.items():
+        if isinstance(inner, Mapping):
+            lines += ["", f"[{name}]", *(f"{k} = {_toml(v)}" for k, v in inner.items())]
+    return "\n".join([*lines, ""])
+
+
+def _toml(value: Any) -> str:
+    # a JSON text is a TOML text too, and numbers are written alike
+    return json.dumps(value)
+
+
+def stub_library() -> str:
+    """Compile the stub of the vendor's library into the user's cache; returns its path."""
+    from hardware.simulators.siosifm import build
+
+    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    try:
+        return str(build(Path(root) / "bondsight" / "bench"))
+    except OSError as error:
+        raise UnusableInput(f"bench: {error}") from None
+
+
+def _check_station(path: Path) -> None:
+    if not path.parent.is_dir():
+        raise UnusableInput(f"{path.parent}: there is no such folder; make it first")
+
+
+def station_writer(path: Path, config: Any) -> Any:
+    """Return what writes the station file of a started bench and tells how to use it."""
+
+    def write(addresses: dict[str, str]) -> list[str]:
+        from bondgraph.support.whole_file import replacing
+
+        text = station_text(station_table(addresses, config, stub_library(), config.card.ppm))
+        with replacing(path) as stream:
+            stream.write(text.encode())
+        # a controller gives an edge at the start only, and an acquire line has to work as it is
+        way = "" if "card" in addresses else " --synchronise start"
+        return [f"  bondsight acquire {path}{way} --diagnose stack_with_payload"]
+
+    return write

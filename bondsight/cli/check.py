@@ -1,0 +1,28 @@
+"""``bondsight check``: everything that is wrong with a model."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+
+def add_check_command(verbs: Any) -> None:
+    """Add ``check`` to the sub-parsers of ``bondsight``."""
+    p = verbs.add_parser("check", help="say everything that is wrong with a model")
+    p.add_argument("model")
+    p.set_defaults(run=_check)
+
+
+def _check(options: argparse.Namespace) -> int:
+    from bondgraph.causality.assignment import assign_causality
+    from bondgraph.equations.derivation import system
+    from bondsight.cli.models import load_model
+
+    graph = load_model(options.model)
+    if lines := graph.check():
+        print("\n".join(lines), file=sys.stderr)
+        return 2
+    print(assign_causality(graph))
+    print(f"sound: {len(graph.elements)} elements, states {', '.join(system(graph).states)}")
+    return 0

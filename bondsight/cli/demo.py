@@ -1,0 +1,36 @@
+"""``bondsight demo``: conceal an effect on a virtual bench and find it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from bondsight.cli.arguments import jobs, nonnegative
+from bondsight.cli.output import writable
+
+
+def add_demo_command(verbs: Any) -> None:
+    """Add ``demo`` to the sub-parsers of ``bondsight``."""
+    p = verbs.add_parser("demo", help="conceal an effect on a virtual bench and find it")
+    p.add_argument(
+        "--seed", type=nonnegative, default=None, help="draw of the bench (default: by chance)"
+    )
+    p.add_argument(
+        "--seeds", type=int, default=None, help="run that many draws and print the score"
+    )
+    p.add_argument("--first", type=nonnegative, default=1, help="first seed of --seeds")
+    p.add_argument("--effect", default=None, help="conceal this effect instead of drawing one")
+    p.add_argument("--out", type=Path, default=Path("bondsight-out/demo"))
+    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    p.set_defaults(run=_demo)
+
+
+def _demo(options: argparse.Namespace) -> int:
+    from bondsight.cli.demonstration import demo, known_effect, score
+
+    known_effect(options.effect)
+    writable(options.out)
+    if options.seeds is not None:
+        return score(options.seeds, options.first, options.out, options.jobs, options.effect)
+    return demo(options.seed, options.out, options.jobs, options.effect)

@@ -1,0 +1,130 @@
+"""``bondsight diagnose``: locate, name and repair the mismatch between a model and recordings."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from bondgraph.causality.assignment import assign_causality
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.errors import UnusableInput, unknown_name
+from bondsight.cli.arguments import jobs, nonnegative
+from bondsight.cli.output import writable
+
+__all__ = ["add_diagnose_command", "diagnose_files", "known_effects", "load_all"]
+
+
+def add_diagnose_command(verbs: Any) -> None:
+    """Add the command to the sub-parsers of ``bondsight``."""
+    p = verbs.add_parser("diagnose", help="locate, name and repair a mismatch")
+    p.add_argument(
+        "recordings", nargs="+", metavar="RECORDING",
+        help="a .csv, .npz or .mat file, or a known recording; several of one system are used "
+        "together",
+    )  # fmt: skip
+    p.add_argument(
+        "--model", required=True, help="catalogue name, package.module:factory or file.py"
+    )
+    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    p.add_argument(
+        "--without", action="append", default=[], metavar="EFFECT",
+        help="an effect that may not be named; may be repeated",
+    )  # fmt: skip
+    p.add_argument(
+        "--effects", type=_positive, default=None, metavar="N",
+        help="look for at most N effects, one after the other",
+    )  # fmt: skip
+    p.add_argument("--out", type=Path, default=Path("bondsight-out"), help="folder for the results")
+    p.add_argument("--json", action="store_true", help="print the verdict as JSON")
+    p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None)
+    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    p.add_argument("--seed", type=nonnegative, default=0)
+    p.set_defaults(run=lambda options: diagnose_files(options)[0])
+
+
+def _positive(text: str) -> int:
+    value = nonnegative(text)
+    if value == 0:
+        raise argparse.ArgumentTypeError("0 is too few; give at least 1")
+    return value
+
+
+def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) -> tuple[int, Any]:
+    """Diagnose, write verdict and report, print; returns the exit code and the diagnosis.
+
+    Parameters
+    ----------
+    options : Namespace
+        As parsed.
+    graph : BondGraph, optional
+        In place of the model the options name.
+    """
+    from bondsight.cli.models import load_model
+    from bondsight.cli.progress import Bar
+    from bondsight.cli.words import in_words
+    from identification.diagnosis.diagnose import characterised, diagnose
+    from identification.diagnosis.report import write_report
+    from identification.diagnosis.search.candidates import DiagnosisOptions
+    from identification.diagnosis.verdict.document import verdict, write_verdict
+
+    settings: dict[str, Any] = {"jobs": options.jobs, "without": known_effects(options.without)}
+    if options.effects is not None:
+        settings["effects"] = options.effects
+    graph = load_model(options.model) if graph is None else graph
+    graph.require_sound()
+    assign_causality(graph)  # a conflict is refused before any file is read
+    found, split, said = load_all(options.recordings, options.maps, graph)
+    writable(options.out)
+    with Bar(quiet=not sys.stderr.isatty()) as bar:
+        result = diagnose(
+            graph, found, split, model=options.model, hold=options.hold,
+            options=DiagnosisOptions(**settings), progress=bar, seed=options.seed,
+        )  # fmt: skip
+    path = write_verdict(result, options.out)
+    report = write_report(characterised(result), options.out)
+    if options.json:
+        print(json.dumps(verdict(result), indent=2, allow_nan=False))
+    else:
+        print(in_words(result, said))
+        print(f"verdict: {path}\nreport:  {report}")
+    return 0, result
+
+
+def known_effects(names: Sequence[str]) -> tuple[str, ...]:
+    """Return `names` if all are effects of the catalogue.
+
+    Raises
+    ------
+    UnusableInput
+        At the first name that is not in the catalogue, with the nearest that is.
+    """
+    from identification.diagnosis.catalogue import CATALOGUE
+
+    known = [e.name for e in CATALOGUE]
+    for n in names:
+        if n not in known:
+            raise UnusableInput(str(unknown_name("effect", n, "the catalogue", known)))
+    return tuple(names)
+
+
+def load_all(
+    texts: Sequence[str], maps: Sequence[str], graph: BondGraph
+) -> tuple[Recording | list[Recording], Split | None, tuple[str, ...]]:
+    """Read one or several recordings and match their channels to the model.
+
+    Returns
+    -------
+    recording or list of them, split (a single known recording may state one), sentences
+    """
+    from bondsight.cli.recordings import load_recording
+
+    loaded = [load_recording(text, maps, graph) for text in texts]
+    said = tuple(dict.fromkeys(s for _, _, sentences in loaded for s in sentences))
+    if len(loaded) == 1:
+        return loaded[0][0], loaded[0][1], said
+    return [r for r, _, _ in loaded], None, said

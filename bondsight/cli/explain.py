@@ -1,0 +1,22 @@
+"""``bondsight explain``: a verdict file again, in plain words."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+
+def add_explain_command(verbs: Any) -> None:
+    """Add the command to the parser's verbs."""
+    p = verbs.add_parser("explain", help="say a verdict file again in plain words")
+    p.add_argument("verdict", type=Path, help="a verdict.json that bondsight diagnose wrote")
+    p.set_defaults(run=_explain)
+
+
+def _explain(options: argparse.Namespace) -> int:
+    from identification.diagnosis.verdict.schema import read_verdict
+    from identification.diagnosis.verdict.text import retold
+
+    print(retold(read_verdict(options.verdict)))
+    return 0

@@ -1,0 +1,175 @@
+"""From the words of ``bondsight fit`` to a study."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.errors import UnusableInput, unknown_name
+from bondsight.cli.recordings import load_recording
+from identification.estimation import LogNormal, Nuisances, Study, Vary
+
+__all__ = ["add_study_options", "study_from"]
+
+
+def add_study_options(p: argparse.ArgumentParser) -> None:
+    """Add what says which numbers vary, and what the measuring chain may add."""
+    p.add_argument("recordings", nargs="+", metavar="RECORDING", help="files or known recordings")
+    p.add_argument(
+        "--model", required=True, help="catalogue name, package.module:factory, .json or .py file"
+    )
+    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    p.add_argument("--free", nargs="+", default=None, metavar="NAME", help="default: all not fixed")
+    p.add_argument("--fix", action="append", default=[], metavar="NAME=VALUE", help="SI")
+    p.add_argument("--start", action="append", default=[], metavar="NAME=VALUE", help="SI")
+    p.add_argument("--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="SI")
+    p.add_argument(
+        "--prior",
+        action="append",
+        default=[],
+        metavar="NAME=MEDIAN:FACTOR",
+        help="two thirds of the weight within FACTOR of MEDIAN",
+    )
+    p.add_argument(
+        "--own",
+        nargs="+",
+        default=[],
+        metavar="NAME",
+        help="parameters with a value in every recording",
+    )
+    p.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"), default=None)
+    p.add_argument("--noise", choices=("white", "coloured"), default="white")
+    p.add_argument("--rest", action="store_true", help="every recording begins at rest")
+    p.add_argument("--clock", type=float, default=0.0, metavar="PPM", help="largest clock error")
+    p.add_argument("--no-offsets", action="store_true", help="sensors have no offset")
+    p.add_argument("--no-lags", action="store_true", help="sensors have no lag")
+    p.add_argument("--command-offsets", action="store_true", help="commands may have an offset")
+    p.add_argument("--window", type=int, default=None, help="samples of windows to score on")
+    p.add_argument(
+        "--validate", nargs="+", default=[], metavar="RECORDING", help="recordings only judged"
+    )
+    p.add_argument(
+        "--init", type=int, default=0, help="samples of those that their state is fitted to"
+    )
+
+
+def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tuple[str, ...]]:
+    """Return the study that the options describe, and sentences about matched channels.
+
+    Raises
+    ------
+    UnusableInput, UnknownName
+        One line that says which option, and what to write instead.
+    """
+    records: list[Recording] = []
+    splits: list[Split | None] = []
+    said: list[str] = []
+    for text in options.recordings:
+        recording, split, words = load_recording(text, options.maps, graph)
+        records.append(recording)
+        splits.append(split)
+        said += words
+    judged = [load_recording(text, options.maps, graph)[0] for text in options.validate]
+    study = Study(
+        graph,
+        records,
+        _free(options, graph),
+        {n: _number("--fix", n, v) for n, v in _pairs("--fix", options.fix)},
+        initial="rest" if options.rest else "free",
+        hold=options.hold or "linear",
+        noise=options.noise,
+        nuisances=Nuisances(
+            offsets=not options.no_offsets,
+            lags=not options.no_lags,
+            commands=options.command_offsets,
+            clock=1e-6 * options.clock,
+        ),
+        splits=_splits(splits),
+        validation=judged,
+        init=options.init,
+        window=options.window,
+    )
+    return _with_splits(study, splits, records), tuple(said)
+
+
+def _splits(splits: Sequence[Split | None]) -> list[Split] | None:
+    known = [s for s in splits if s is not None]
+    return known if len(known) == len(splits) else None
+
+
+def _with_splits(
+    study: Study, splits: Sequence[Split | None], records: Sequence[Recording]
+) -> Study:
+    """Keep the stated splits of known recordings beside the default ones of files."""
+    if all(s is None for s in splits) or all(s is not None for s in splits):
+        return study
+    mixed = [s or d for s, d in zip(splits, study.splits, strict=True)]
+    return study.changed(splits=mixed)
+
+
+def _free(options: argparse.Namespace, graph: BondGraph) -> list[Vary] | None:
+    known = graph.parameters
+    starts = {n: _number("--start", n, v) for n, v in _pairs("--start", options.start)}
+    bounds = dict(_pairs("--bound", options.bound))
+    priors = dict(_pairs("--prior", options.prior))
+    fixed = {n for n, _ in _pairs("--fix", options.fix)}
+    names = options.free
+    if names is None:
+        names = [n for n, p in known.items() if not p.fixed and n not in fixed]
+    for option, given in (
+        ("--start", starts), ("--bound", bounds), ("--prior", priors), ("--own", options.own)
+    ):  # fmt: skip
+        for n in given:
+            if n not in known:
+                raise unknown_name(f"parameter of {option}", n, graph.name, known)
+            if n not in names:
+                raise UnusableInput(f"{option} {n}: {n} is not free; add it to --free")
+    found = []
+    for n in names:
+        v = Vary(n, own=n in options.own)
+        if n in bounds:
+            low, high = _span("--bound", n, bounds[n])
+            v = replace(v, lower=low, upper=high)
+        if n in priors:
+            v = replace(v, prior=LogNormal(*_both("--prior", n, priors[n])))
+        if n in starts:
+            v = replace(v, start=starts[n])
+        found.append(v)
+    return found
+
+
+def _pairs(option: str, entries: Sequence[str]) -> list[tuple[str, str]]:
+    found = []
+    for e in entries:
+        name, sign, value = (part.strip() for part in e.partition("="))
+        if not (name and sign and value):
+            raise UnusableInput(f"{option} {e} is not NAME=VALUE; write {option} m=0.5")
+        found.append((name, value))
+    return found
+
+
+def _number(option: str, name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise UnusableInput(f"{option} {name}={text}: {text!r} is no number") from None
+
+
+def _span(option: str, name: str, text: str) -> tuple[float | None, float | None]:
+    low, sign, high = text.partition(":")
+    if not sign:
+        raise UnusableInput(f"{option} {name}={text} is not NAME=LOW:HIGH; one may be left empty")
+    return (
+        _number(option, name, low) if low else None,
+        _number(option, name, high) if high else None,
+    )
+
+
+def _both(option: str, name: str, text: str) -> tuple[float, float]:
+    first, sign, second = text.partition(":")
+    if not sign:
+        raise UnusableInput(f"{option} {name}={text} is not NAME=MEDIAN:FACTOR, such as k=200:1.5")
+    return _number(option, name, first), _number(option, name, second)

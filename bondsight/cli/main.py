@@ -1,0 +1,92 @@
+"""``bondsight``: diagnose a recording, run the demonstration, print equations, measure."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from bondgraph.support.errors import BondsightError
+from bondsight.cli.acquire import add_acquire_command
+from bondsight.cli.bench import add_bench_command
+from bondsight.cli.check import add_check_command
+from bondsight.cli.checkout import add_developer_commands
+from bondsight.cli.demo import add_demo_command
+from bondsight.cli.diagnose import add_diagnose_command
+from bondsight.cli.draw import add_draw_command
+from bondsight.cli.effects import add_effects_command
+from bondsight.cli.equations import add_equations_command
+from bondsight.cli.explain import add_explain_command
+from bondsight.cli.export import add_export_command
+from bondsight.cli.fit import add_fit_command
+from bondsight.cli.identifiability import add_identifiability_command
+from bondsight.cli.machines import add_machine_commands
+from bondsight.cli.recordings_list import add_recordings_command
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns the exit code (0 finished, 2 unusable input)."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if not hasattr(options, "run"):
+        parser.print_help()
+        return 0
+    try:
+        return int(options.run(options))
+    except BondsightError as error:
+        # notes say what became of data and outputs; they belong to the line
+        whole = "; ".join([str(error), *getattr(error, "__notes__", ())])
+        print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        where = f" {error.filename}" if error.filename else ""
+        print(f"bondsight: cannot read or write{where}: {error.strerror or error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt as error:
+        said = ["stopped; files already named above are complete"]
+        whole = "; ".join([*said, *getattr(error, "__notes__", ())])
+        print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
+        return 130
+
+
+class _OneLine(argparse.ArgumentParser):
+    """A parser that refuses in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong and where the help is."""
+        self.exit(2, f"bondsight: {' '.join(message.split())}; see {self.prog} --help\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _OneLine(
+        prog="bondsight",
+        description="Find the physics that a model leaves out, from a recording.",
+    )
+    verbs = parser.add_subparsers(title="commands", metavar="COMMAND")
+
+    add_diagnose_command(verbs)
+
+    add_demo_command(verbs)
+    add_check_command(verbs)
+    add_equations_command(verbs)
+    add_draw_command(verbs)
+    add_bench_command(verbs)
+    add_acquire_command(verbs)
+    add_explain_command(verbs)
+    add_effects_command(verbs)
+    add_export_command(verbs)
+    add_machine_commands(verbs)
+    add_fit_command(verbs)
+    add_identifiability_command(verbs)
+    add_recordings_command(verbs)
+    add_developer_commands(verbs)
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,22 @@
+"""Folders for results."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from bondgraph.support.errors import BondsightError
+
+__all__ = ["writable"]
+
+
+def writable(folder: Path) -> None:
+    """Refuse a folder that cannot be written before the work is done, not after."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BondsightError(
+            f"cannot write to {folder}: {error.strerror}; give another --out"
+        ) from None
+    if not os.access(folder, os.W_OK):
+        raise BondsightError(f"cannot write to {folder}: no permission; give another --out")

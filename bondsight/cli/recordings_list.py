@@ -1,0 +1,88 @@
+"""``bondsight recordings``: the public recordings, where they are, how they are parted."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from bondgraph.support.errors import UnusableInput
+from identification.datasets.known import about, available, names
+from identification.datasets.protocols import SETS, protocol, public_set, set_available
+from identification.datasets.public_set import Protocol
+
+__all__ = ["add_recordings_command", "details", "listing"]
+
+
+def add_recordings_command(verbs: Any) -> None:
+    """Add ``recordings [NAME] [--fetch] [--sha256 FILE=HEX]`` to the sub-commands."""
+    p = verbs.add_parser("recordings", help="list the known public recordings, or fetch one")
+    p.add_argument("name", nargs="?", default=None, help="a data set: its parts and its origin")
+    p.add_argument("--fetch", action="store_true", help="download it if it is not here")
+    p.add_argument(
+        "--sha256", action="append", default=[], metavar="FILE=HEX", help="checksum of a file"
+    )
+    p.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.name is None:
+        if options.fetch:
+            raise UnusableInput("--fetch needs the name of a data set; see bondsight recordings")
+        print(listing())
+        return 0
+    found = None
+    if options.fetch:
+        from identification.datasets.download import fetch
+
+        found = fetch(options.name, sha256=_digests(options.sha256), progress=sys.stderr.isatty())
+    print(details(options.name, found))
+    return 0
+
+
+def _digests(entries: Sequence[str]) -> dict[str, str]:
+    pairs = [e.partition("=") for e in entries]
+    for file, sign, digest in pairs:
+        if not (file and sign and digest):
+            raise UnusableInput(f"--sha256 {file} is not FILE=HEX; write --sha256 data.mat=0123...")
+    return {file: digest for file, _, digest in pairs}
+
+
+def listing() -> str:
+    """All public recordings, one line each: first those `diagnose` takes, then the parted sets."""
+    lines = ["recordings that diagnose takes by name:"]
+    lines += [
+        f"  {n:22s} {'here' if available(n) else 'absent':7s} {about(n).title}" for n in names()
+    ]
+    lines.append("data sets parted in training and test records:")
+    states = {"folder": "here", "cache": "fetched", "": "absent"}
+    for name, entry in SETS.items():
+        lines.append(f"  {name:22s} {states[set_available(name)]:7s} {entry.title}")
+    lines.append("bondsight recordings NAME tells more about a data set")
+    return "\n".join(lines)
+
+
+def details(name: str, found: Protocol | None = None) -> str:
+    """Origin, licence, channels and parts of one data set."""
+    entry = public_set(name)
+    if found is None and set_available(name):
+        found = protocol(name)
+    lines = [
+        f"{entry.name}: {entry.title}",
+        f"source:   {entry.source}",
+        f"citation: {entry.citation}",
+        f"licence:  {entry.licence}",
+        f"channels: {', '.join(entry.inputs) or 'none'} -> {', '.join(entry.outputs)}",
+        f"protocol: {entry.official or 'own'}; {entry.init} samples may set the initial state",
+        f"note:     {entry.note}",
+    ]
+    if found is None:
+        group = " + ".join(entry.files[0][:3]) + (" + ..." if len(entry.files[0]) > 3 else "")
+        return "\n".join([*lines, f"absent:   put {group} in the sub-folder {entry.folder}"])
+    if entry.official and not found.official:
+        lines.append("parts:    own, for the files here do not allow the published ones")
+    for record in (*found.train, *found.tests.values()):
+        kind = record.name.removeprefix(f"{entry.name}/")
+        lines.append(f"  {kind:32s} {record.n} samples at {record.fs:.6g} Hz from {record.source}")
+    return "\n".join(lines)

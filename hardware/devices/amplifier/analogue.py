@@ -1,0 +1,173 @@
+"""An analogue amplifier behind a converter: an unguarded output in volts at the actuator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import final
+
+from hardware.contracts import Clock, Identity, WallClock
+from hardware.devices.amplifier.channel import AnalogueChannel, AnalogueInputs
+from hardware.devices.amplifier.data import Amplifier
+from hardware.envelope.limits import Converter
+from hardware.errors import HardwareError, LimitViolation, TimedOut
+
+__all__ = ["AnalogueAmplifier"]
+
+
+@final
+class AnalogueAmplifier:
+    """A `RawOutput`: voltage at the actuator to voltage of the converter and back.
+
+    The amplifier has no digital interface: it cannot be asked, and nothing in it or in the card
+    brings the voltage down when the program is gone. So `has_watchdog` is False, and after a crash
+    the output has to be taken as unknown.
+
+    Parameters
+    ----------
+    channel : AnalogueChannel
+        The converter.
+    amplifier : Amplifier
+        Gain, offset, limits.
+    inputs : AnalogueInputs, optional
+        Monitor inputs, in the order of ``amplifier.monitors.channels()``.
+    clamp : bool
+        Cut commands to the limits instead of refusing them; every cut is counted in `clamped`.
+    clock : Clock, optional
+        For ramping down at power-up.
+    gentle : float
+        Rate of that ramp (V/s).
+    """
+
+    def __init__(
+        self,
+        channel: AnalogueChannel,
+        amplifier: Amplifier,
+        inputs: AnalogueInputs | None = None,
+        *,
+        clamp: bool = False,
+        clock: Clock | None = None,
+        gentle: float = 100.0,
+    ) -> None:
+        self._channel = channel
+        self._amplifier = amplifier
+        self._inputs = inputs
+        self._clamp = clamp
+        self._clock: Clock = WallClock() if clock is None else clock
+        self._gentle = gentle
+        self._last: float | None = None
+        self.clamped = 0
+        ends = sorted((channel.lowest, channel.highest))
+        reach = sorted(amplifier.gain * v + amplifier.offset for v in ends)
+        lowest, highest = max(amplifier.lowest, reach[0]), min(amplifier.highest, reach[1])
+        # what the converter cannot give is refused like what the actuator cannot stand
+        self._amplifier = replace(amplifier, lowest=min(lowest, 0.0), highest=max(highest, 0.0))
+
+    @property
+    def amplifier(self) -> Amplifier:
+        """Gain, offset, and the limits that hold with this converter."""
+        return self._amplifier
+
+    @property
+    def identity(self) -> Identity:
+        """Amplifier and card."""
+        card = self._channel.identity
+        return replace(card, model=f"{self._amplifier.name} behind {card.model}".strip())
+
+    @property
+    def converter(self) -> Converter:
+        """What can be produced at the actuator, for the guard."""
+        a = self._amplifier
+        return Converter(a.lowest, a.highest, abs(a.gain) * self._channel.resolution)
+
+    @property
+    def has_watchdog(self) -> bool:
+        """False: neither the amplifier nor the card notices a dead program."""
+        return False
+
+    def power_up(self) -> None:
+        """Bring the actuator to 0 V without an overshoot.
+
+        If the card is giving a voltage already, it is ramped down first: from what the monitor
+        tells, or, if that fails, from what was written last. Where neither is known the card goes
+        to 0 V in one step.
+        """
+        present = self._found() if self._channel.adopt() else None
+        if present is not None:
+            self._ramp_down(present)
+        self._channel.power_up()
+        self._last = 0.0
+        if self._amplifier.offset:
+            self.write(0.0)
+
+    def write(self, volts: float) -> None:
+        """Set the voltage at the actuator (V) now.
+
+        Raises
+        ------
+        LimitViolation
+            Not a number (always), or outside the limits (unless clamping was asked for).
+        """
+        a = self._amplifier
+        if self._clamp and volts == volts and not a.lowest <= volts <= a.highest:
+            volts = min(max(volts, a.lowest), a.highest)
+            self.clamped += 1
+        self._last = volts
+        self._channel.write(a.input_volts(volts))
+
+    def read(self) -> float | None:
+        """Voltage at the actuator (V) by the monitor; None without one."""
+        return self._measured()
+
+    def read_current(self) -> float | None:
+        """Return the current into the actuator (A) by the monitor; None without one."""
+        return self._monitored("i")
+
+    def provenance(self) -> dict[str, float | str]:
+        """Return the numbers that a recording has to keep."""
+        monitors = self._amplifier.monitors
+        told: dict[str, float | str] = dict(self._amplifier.provenance())
+        told["converter"] = self._channel.identity.model
+        for name, scale in (("voltage", monitors.voltage), ("current", monitors.current)):
+            if scale is not None and self._inputs is not None:
+                told[f"monitor_{name}"] = scale
+        return told
+
+    def close(self) -> None:
+        """Let go of the card; the voltage stays as it is."""
+        try:
+            self._channel.close()
+        except (HardwareError, OSError):
+            return
+
+    def _found(self) -> float | None:
+        """Voltage that the card is giving (V), as well as it can be known."""
+        try:
+            measured = self._measured()
+        except TimedOut:
+            measured = None
+        return self._last if measured is None else measured
+
+    def _measured(self) -> float | None:
+        return self._monitored("V_mon")
+
+    def _monitored(self, name: str) -> float | None:
+        monitors = self._amplifier.monitors
+        names = monitors.channels()
+        if self._inputs is None or name not in names:
+            return None
+        volts = self._inputs.read()
+        if volts.size < len(names):
+            raise LimitViolation(
+                f"{self._amplifier.name}: {volts.size} inputs for the monitors {', '.join(names)}"
+            )
+        n = names.index(name)
+        return float(monitors.scaled(name, volts[n : n + 1])[0])
+
+    def _ramp_down(self, present: float) -> None:
+        """Follow the output down from where it was found, in steps of a hundredth of a second."""
+        a = self._amplifier
+        steps = int(abs(present) / self._gentle / 0.01)
+        for k in range(1, steps + 1):
+            volts = min(max(present * (1.0 - k / steps), a.lowest), a.highest)
+            self._channel.write(a.input_volts(volts))
+            self._clock.sleep(0.01)

@@ -1,0 +1,261 @@
+"""A waveform on an NI card: buffered, on the card's own sample clock.
+
+The clock and the start are exported, so that an interferometer can sample with them, and the
+monitors are read on the same clock. Never run on NI's driver; see `hardware.devices.daq.ni`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.support.errors import UnusableInput
+from hardware.contracts import Chunk, Clock, Identity, WallClock, WaveProgress
+from hardware.devices.amplifier.data import Amplifier
+from hardware.devices.daq.ni import NiChannel, NiTimedInputs, translated
+from hardware.errors import HardwareError, ProtocolFault, TimedOut
+
+__all__ = ["NiTerminals", "NiWave"]
+
+REPORT = 0.02
+_UNITS = {"V": "V", "V_mon": "V", "i": "A"}
+
+
+@dataclass(frozen=True, slots=True)
+class NiTerminals:
+    """What is connected to the card beside the output.
+
+    Parameters
+    ----------
+    monitors : tuple of str
+        Inputs of the monitors, such as ``"Dev1/ai0"``, in the order of
+        ``amplifier.monitors.channels()``.
+    clock : str
+        Terminal to export the sample clock to, such as ``"/Dev1/PFI0"``.
+    start : str
+        Terminal to export the start trigger to.
+    trigger : str
+        Terminal whose rising edge starts the output; empty to start at once.
+    """
+
+    monitors: tuple[str, ...] = ()
+    clock: str = ""
+    start: str = ""
+    trigger: str = ""
+
+
+@final
+class NiWave:
+    """Plays waveforms through an NI card and an amplifier; unguarded.
+
+    The monitors are sampled at the edge that updates the output, so a reading belongs to the
+    voltage just before its own sample.
+
+    Parameters
+    ----------
+    channel : NiChannel
+        The output.
+    amplifier : Amplifier
+        Between volts at the actuator and volts of the card.
+    terminals : NiTerminals, optional
+        What is connected.
+    clock : Clock, optional
+        For waiting between reports.
+    timeout : float
+        Longest time without a new sample (s).
+    """
+
+    def __init__(
+        self,
+        channel: NiChannel,
+        amplifier: Amplifier,
+        terminals: NiTerminals | None = None,
+        *,
+        clock: Clock | None = None,
+        timeout: float = 5.0,
+    ) -> None:
+        self._channel = channel
+        self._amplifier = amplifier
+        self._terminals = NiTerminals() if terminals is None else terminals
+        self._clock: Clock = WallClock() if clock is None else clock
+        self._timeout = timeout
+        self._names = amplifier.monitors.channels() if self._terminals.monitors else ()
+        if len(self._names) != len(self._terminals.monitors):
+            raise UnusableInput(
+                f"{amplifier.name} has monitors {amplifier.monitors.channels()}, the terminals "
+                f"name {self._terminals.monitors}; name one input for each"
+            )
+        self._monitors = NiTimedInputs(
+            self._terminals.monitors, f"/{channel.device}/ao/SampleClock"
+        )
+        self._volts: NDArray[np.float64] = np.zeros(0)
+        self._rate = 0.0
+        self._task: Any = None
+        self._total = 0
+        self._running = False
+        self._position: int | None = 0
+
+    @property
+    def identity(self) -> Identity:
+        """The card."""
+        return self._channel.identity
+
+    @property
+    def rate(self) -> float:
+        """Rate of the loaded waveform (Hz), on the card's clock."""
+        return self._rate
+
+    @property
+    def position(self) -> int | None:
+        """Samples of the last waveform that were put out, valid after `abort`.
+
+        None after a waveform was broken off and the driver no longer tells how far it was once the
+        card had stopped: what it told before is too little by what was put out until then.
+        """
+        return self._position
+
+    def load(self, volts: NDArray[np.float64], rate: float) -> None:
+        """Check a waveform (V at the actuator, ``(n,)``) and keep it; the card is not touched."""
+        record = np.array(volts, float)
+        if record.ndim != 1 or record.size < 2 or not 0.0 < rate < 1e8:
+            raise UnusableInput(
+                f"waveform of shape {record.shape} at {rate} Hz; give at least 2 samples and a "
+                "rate > 0"
+            )
+        inputs = self._amplifier.input_record(record)
+        if inputs.min() < self._channel.lowest or inputs.max() > self._channel.highest:
+            raise UnusableInput(
+                f"{self._channel.name}: needs {inputs.min():g} to {inputs.max():g} V; it gives "
+                f"{self._channel.lowest:g} to {self._channel.highest:g} V"
+            )
+        self._volts, self._rate = record, rate
+
+    def play(self) -> Iterator[WaveProgress]:
+        """Play on the card; yields about every 20 ms."""
+        if self._volts.size == 0:
+            raise ProtocolFault("no waveform is loaded; call load() first")
+        self._position = 0
+        return self._play(self._volts, self._rate)
+
+    def abort(self) -> None:
+        """Stop; the output keeps its value. Never raises."""
+        task, self._task = self._task, None
+        if task is not None:
+            before = _generated(task)
+            try:
+                task.stop()
+                # only what stands still can be counted
+                after = _generated(task)
+            except Exception:
+                after = None
+            with suppress(Exception):
+                task.close()
+            if self._running and self._position != self._total:
+                known = before is not None and after is not None and after >= before
+                self._position = after if known else None
+        self._monitors.stop()
+
+    def _play(self, volts: NDArray[np.float64], rate: float) -> Iterator[WaveProgress]:
+        total = volts.size
+        reported, since = 0, self._clock.now()
+        readings = np.zeros((len(self._names), 0))
+        try:
+            self._start(volts, rate)
+            while reported < total:
+                self._clock.sleep(REPORT)
+                if self._task is None:
+                    return
+                generated, readings = self._progress(readings)
+                count = min(generated, reported + readings.shape[1]) if self._names else generated
+                if count > reported:
+                    since = self._clock.now()
+                    new = count - reported
+                    chunk = self._chunk(reported, volts[reported:count], readings[:, :new])
+                    readings = readings[:, new:]
+                    reported = count
+                    yield WaveProgress(reported, total, 0, (chunk,))
+                elif self._clock.now() - since > self._timeout:
+                    raise TimedOut(
+                        f"{self._channel.name}: no new sample within {self._timeout:g} s after "
+                        f"{reported} of {total}; does the start trigger come?"
+                    )
+                else:
+                    yield WaveProgress(reported, total)
+        except HardwareError as error:
+            left = readings.shape[1]
+            if left and error.partial is None:
+                error.carrying(
+                    (self._chunk(reported, volts[reported : reported + left], readings),)
+                )
+            raise
+        finally:
+            self.abort()
+
+    def _start(self, volts: NDArray[np.float64], rate: float) -> None:
+        """Prepare the output, arm the inputs, start the output last: it gives the clock."""
+        self._channel.release()
+        terminals = self._terminals
+        with translated(f"{self._channel.name} waveform") as nidaqmx:
+            kinds = nidaqmx.constants
+            task = nidaqmx.Task()
+            self._task, self._total, self._running = task, volts.size, False
+            task.ao_channels.add_ao_voltage_chan(
+                self._channel.name, min_val=self._channel.lowest, max_val=self._channel.highest
+            )
+            task.timing.cfg_samp_clk_timing(
+                rate,
+                source="",
+                active_edge=kinds.Edge.RISING,
+                sample_mode=kinds.AcquisitionType.FINITE,
+                samps_per_chan=volts.size,
+            )
+            if terminals.trigger:
+                task.triggers.start_trigger.cfg_dig_edge_start_trig(
+                    terminals.trigger, trigger_edge=kinds.Edge.RISING
+                )
+            for signal, terminal in (
+                (kinds.Signal.SAMPLE_CLOCK, terminals.clock),
+                (kinds.Signal.START_TRIGGER, terminals.start),
+            ):
+                if terminal:
+                    task.export_signals.export_signal(signal, terminal)
+            written = task.write(self._amplifier.input_record(volts), auto_start=False)
+            if written != volts.size:
+                raise ProtocolFault(
+                    f"{self._channel.name}: the driver took {written} of {volts.size} samples"
+                )
+            if self._names:
+                self._monitors.start(rate, volts.size)
+            self._running = True
+            task.start()
+
+    def _progress(self, readings: NDArray[np.float64]) -> tuple[int, NDArray[np.float64]]:
+        """Return how many samples were put out, and the readings that wait to be reported."""
+        with translated(f"{self._channel.name} waveform"):
+            finished = bool(self._task.is_task_done())
+            generated = int(self._task.out_stream.total_samp_per_chan_generated)
+        position = self._total if finished else min(generated, self._total)
+        self._position = position
+        if self._names:
+            readings = np.concatenate([readings, self._monitors.drain()], axis=1)
+        return position, readings
+
+    def _chunk(
+        self, first: int, volts: NDArray[np.float64], readings: NDArray[np.float64]
+    ) -> Chunk:
+        channels = {"V": volts}
+        for name, raw in zip(self._names, readings, strict=True):
+            channels[name] = self._amplifier.monitors.scaled(name, raw)
+        return Chunk("output", first, channels, {k: _UNITS[k] for k in channels})
+
+
+def _generated(task: Any) -> int | None:
+    """Return how many samples were put out; None if the driver does not tell."""
+    with suppress(Exception):
+        return int(task.out_stream.total_samp_per_chan_generated)
+    return None

@@ -1,0 +1,34 @@
+"""SIOS interferometers through the vendor's public C library: one beam, read in three ways.
+
+`Streaming` takes values as they come on the device's clock, `Triggered` takes one for every edge
+of a foreign clock, `Block` fills the device's memory at up to 1 MHz. The library is loaded at run
+time; nothing of it is part of this project. The interface knows no input for a foreign analogue
+signal: a copy of the voltage cannot be sampled beside the length, so one clock for both is had by
+the external sample clock.
+"""
+
+from hardware.devices.interferometer.block import Block
+from hardware.devices.interferometer.constants import Trigger
+from hardware.devices.interferometer.device import Interferometer
+from hardware.devices.interferometer.environment import AirCorrection
+from hardware.devices.interferometer.library import VARIABLE, VendorLibrary
+from hardware.devices.interferometer.readouts import EllipseCorrection, Health, OpticalReading
+from hardware.devices.interferometer.streaming import NORMAL_RATE, Streaming, Triggered
+from hardware.devices.interferometer.thesis import Superfast, ThesisInterface
+
+__all__ = [
+    "NORMAL_RATE",
+    "VARIABLE",
+    "AirCorrection",
+    "Block",
+    "EllipseCorrection",
+    "Health",
+    "Interferometer",
+    "OpticalReading",
+    "Streaming",
+    "Superfast",
+    "ThesisInterface",
+    "Trigger",
+    "Triggered",
+    "VendorLibrary",
+]

@@ -1,8 +1,0 @@
-"""Real recordings with known missing physics: impoverished models, fixed in advance."""
-
-from __future__ import annotations
-
-from identification.blind.real.case import Published, RealCase, Truth
-from identification.blind.real.registry import REAL_CASES, chosen_cases
-
-__all__ = ["REAL_CASES", "Published", "RealCase", "Truth", "chosen_cases"]

@@ -1,1 +1,0 @@
-"""The command ``bondsight``: joins models, recordings, diagnosis and the virtual bench."""

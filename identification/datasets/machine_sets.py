@@ -1,0 +1,214 @@
+"""Sets of single machines; their parts are our own unless the note says otherwise."""
+
+from __future__ import annotations
+
+from identification.datasets import machine_readers as read
+from identification.datasets.public_set import Original, PublicSet
+
+__all__ = ["MACHINE_SETS"]
+
+_DRGP = ("RomanFoell/DRGP-VSS", "457f35ffd321cdfe9359d1df707fde9a32041c9c")
+_ARM = ("Rafa7046/Non_Linear_Identification", "e5c9b006b0a2ec1650bc018a5fb38d2f4363d4c7")
+_PENDULUM = ("dynamicslab/MultiArm-Pendulum", "e99a7e13fe2adc8fc647321a156b6cb59a48a698")
+_CYLINDER = ("EvaZillen/3D-printed-pneumatic-actuator", "6e0bcb4633bd53b2a8544cdbd497c4c06539afc7")
+_PINION = ("KonradMnich/friction-identification", "8b477df1747f606c68387096b613b9fae01aa8a6")
+_BEAM = ("elchape99/SSCSA", "aaf445cbb0df3616089fa3c7ab309bfdfd2b8695")
+_PIEZO = ("chandratue/SmartHysteresis", "e7672dabcabbc75341e9ea965d073f68b27e5cda")
+_PNZT = ("mavasbel/matlab-preisach-model", "e083eb995b8f7c84e06e8d1ac58ac564aec539ee")
+_NONE = "none stated by the repository: do not redistribute"
+_DAISY = "DaISy: licence not verified, the database asks for citation"
+_DE_MOOR = "B. De Moor (ed.), DaISy: Database for the Identification of Systems, KU Leuven"
+_PNZT_FILES = (
+    "record1_60s", "record2_60s", "record3_105s", "record4_1400s",
+    "loop01_0p1Hz_1400V", "loop02_0p01Hz_1400V", "loop03_1Hz_800V", "loop04_1Hz_1000V",
+    "loop05_1Hz_1200V", "loop06_1Hz_1400V", "loop07_1Hz_800V", "loop08_1Hz_800V",
+    "loop09_1Hz_800V", "loop10_1Hz_800V",
+)  # fmt: skip
+_SEALS = ("O_ring_1bar", "O_ring_3bar", "O_ring_5bar", "O_ring_7bar", "X_ring257_3bar")
+
+MACHINE_SETS = (
+    PublicSet(
+        name="piezo_actuator",
+        title="Piezoelectric actuator: 3.26 s of rest, then a 150 V, 1 Hz sine (hysteresis)",
+        citation=(
+            "Discovery of sparse hysteresis models for piezoelectric materials, Applied Physics "
+            "Letters 2023, doi 10.1063/5.0146134"
+        ),
+        licence=_NONE,
+        folder="piezo-actuator-sine",
+        files=(("sine_150V_1Hz.csv",),),
+        originals=(Original(*_PIEZO, "Data/hysteresis_v_150_1hz.csv"),),
+        loader=read.piezo_actuator,
+        inputs=("V",),
+        outputs=("x",),
+        note="own parts: whole periods, the last two judge; the rest before them is left out",
+        aliases=("piezo-actuator-sine",),
+    ),
+    PublicSet(
+        name="pnzt_creep",
+        title="PNZT ceramic: voltage steps with rests, and loops (butterfly, creep, leakage)",
+        citation=(
+            "B. Jayawardhana et al., Modeling and analysis of butterfly loops via Preisach "
+            "operators and its application in a piezoelectric material, CDC 2018"
+        ),
+        licence=_NONE,
+        folder="pnzt-ceramic-creep",
+        files=(tuple(f"{f}.csv" for f in _PNZT_FILES),),
+        originals=tuple(
+            Original(*_PNZT, f"Remnant_Measurements_2/remnant_measurements/trap/{f}")
+            for f in ("RMN_TRAP_1400V_1000V_CREEP.dat", "RMN_TRAP_SLOW.dat")
+        ),
+        loader=read.pnzt_creep,
+        inputs=("V",),
+        outputs=("i", "P", "x"),
+        note="own parts: records 1 and 3 train; record 4 holds instrument drift",
+        aliases=("pnzt-ceramic-creep",),
+    ),
+    PublicSet(
+        name="piezo_beam",
+        title="Cantilever with two short-circuited piezo patches: exciter current to velocity",
+        citation=(
+            "A. Bono, A. Chiappe, A. Di Donna, S. Lombardi, N. Torre, Smart coupled systems for "
+            "sensing and actuation, University of Genoa"
+        ),
+        licence=_NONE,
+        folder="piezo-shunt-beam",
+        files=(("time_short_short_new.npz",),),
+        originals=(Original(*_BEAM, "FRF"),),
+        loader=read.piezo_beam,
+        inputs=("i",),
+        outputs=("v",),
+        init=1000,
+        note="own parts: the last third judges; the unit of the velocity is not stated",
+        aliases=("piezo-shunt-beam",),
+    ),
+    PublicSet(
+        name="mr_damper",
+        title="Magnetorheological damper: velocity to force (yield force, hysteresis)",
+        citation=(
+            "J. Wang, A. Sano, T. Chen, B. Huang, Identification of Hammerstein systems without "
+            "explicit parameterisation of non-linearity, Int. J. Control 82 (2009) 937-952"
+        ),
+        licence="distributed with a commercial toolbox: internal use",
+        folder="mr-damper",
+        files=(("mr_damper.csv",), ("damper.mat",)),
+        originals=(Original(*_DRGP, "matlab_ip/data_raw/damper.mat"),),
+        loader=read.mr_damper,
+        inputs=("v",),
+        outputs=("F",),
+        init=10,
+        note="customary parts: first 2000 samples, rest; units as the toolbox documents them",
+        aliases=("mr-damper",),
+    ),
+    PublicSet(
+        name="pendulum",
+        title="Pendulum on ball bearings, free swings (Coulomb friction, drag)",
+        citation=(
+            "K. Kaheman, U. Fasel, J. J. Bramburger, B. Strom, J. N. Kutz, S. L. Brunton, The "
+            "Experimental Multi-Arm Pendulum on a Cart, arXiv 2205.06231"
+        ),
+        licence="MIT",
+        folder="pendulum-free-swing",
+        files=(("small_swing.csv", "large_swing.csv"),),
+        originals=(
+            Original(*_PENDULUM, "Datas/SinglePendulum/SingleDataFreeSwing_1_Dt_0_0001.mat"),
+            Original(
+                *_PENDULUM,
+                "ParameterEstimation/SinglePendulum/SinglePendulumDataForParameterEstimation.mat",
+            ),
+        ),
+        loader=read.pendulum,
+        inputs=(),
+        outputs=("theta",),
+        init=10,
+        note="own parts: the small swing trains, the large one judges; its omega is smoothed",
+        aliases=("pendulum-free-swing",),
+    ),
+    PublicSet(
+        name="rack_and_pinion",
+        title="Rack and pinion drive, one stroke: speed to force (Stribeck, tooth ripple)",
+        citation="K. Mnich, friction-identification, README of the repository",
+        licence=_NONE,
+        folder="rack-and-pinion-friction",
+        files=(("merged.csv",),),
+        originals=tuple(Original(*_PINION, f"input/{f}") for f in ("a3NI.csv", "a3MR.csv")),
+        loader=read.rack_and_pinion,
+        inputs=("v",),
+        outputs=("F",),
+        init=10,
+        note="own parts: the last third judges; one direction only",
+        aliases=("rack-and-pinion-friction",),
+    ),
+    PublicSet(
+        name="pneumatic_cylinder",
+        title="Printed pneumatic cylinder: seal friction at four pressures and two seals",
+        citation="E. Zillen, 3D printed pneumatic actuators, MSc thesis, TU Delft",
+        licence="CC0 1.0",
+        folder="pneumatic-cylinder-friction",
+        files=(tuple(f"{f}.csv" for f in _SEALS),),
+        originals=tuple(
+            Original(
+                *_CYLINDER,
+                f"results_pneumatic-actuator/data/friction/{f.replace('_ring', '-ring')}.csv",
+            )
+            for f in _SEALS
+        ),
+        loader=read.pneumatic_cylinder,
+        inputs=("x", "p"),
+        outputs=("F",),
+        init=10,
+        note=(
+            "own parts: O-ring at 1, 3 and 7 bar train; 5 bar and the X-ring judge. Stretches "
+            "without a pause of the logger, resampled to 100 Hz; p is above ambient"
+        ),
+        aliases=("pneumatic-cylinder-friction",),
+    ),
+    PublicSet(
+        name="hair_dryer",
+        title="Hair dryer: heater voltage to air temperature reading (dead time, second lag)",
+        citation=f"{_DE_MOOR}, [96-006] hair dryer",
+        licence=_DAISY,
+        folder="daisy-mechatronics",
+        files=(("hair_dryer.csv",), ("dryer.mat",)),
+        originals=(Original(*_DRGP, "matlab_ip/data_raw/dryer.mat"),),
+        loader=read.hair_dryer,
+        inputs=("u",),
+        outputs=("y",),
+        init=10,
+        note="customary parts: first and last 500 samples",
+        aliases=("daisy-mechatronics/hair_dryer",),
+    ),
+    PublicSet(
+        name="ball_and_beam",
+        title="Ball and beam: beam angle to ball position (rolling friction, end stops)",
+        citation=f"{_DE_MOOR}, [96-004] ball and beam",
+        licence=_DAISY,
+        folder="daisy-mechatronics",
+        files=(("ball_and_beam.csv",), ("ballbeam.mat",)),
+        originals=(Original(*_DRGP, "matlab_ip/data_raw/ballbeam.mat"),),
+        loader=read.ball_and_beam,
+        inputs=("angle",),
+        outputs=("x",),
+        init=10,
+        note="customary parts: first and last 500 samples",
+        aliases=("daisy-mechatronics/ball_and_beam",),
+    ),
+    PublicSet(
+        name="flexible_arm",
+        title="Flexible robot arm: reaction torque to acceleration (lightly damped modes)",
+        citation=f"{_DE_MOOR}, [96-009] flexible robot arm",
+        licence=_DAISY,
+        folder="daisy-mechatronics",
+        files=(("flexible_robot_arm.csv",),),
+        originals=(Original(*_ARM, "src/data/robot-arm.csv"),),
+        loader=read.flexible_arm,
+        inputs=("u",),
+        outputs=("y",),
+        init=10,
+        note=(
+            "own parts: the last third judges; units and sample time are not published, so the "
+            "time counts samples"
+        ),
+        aliases=("daisy-mechatronics/flexible_robot_arm",),
+    ),
+)

@@ -1,0 +1,70 @@
+"""A drive that follows with a lag."""
+
+from __future__ import annotations
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Element, Parameter
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sources
+from identification.diagnosis.catalogue.signal_traces import lagged, weighed, weight_of
+from identification.diagnosis.screening.port_history import FittedModel
+
+__all__ = ["LAGS", "LowPass", "lag_parameter", "lag_starts"]
+
+LAGS = (0.4, 2.0, 6.0, 20.0, 100.0)
+"""Time constants to try, in samples."""
+
+
+class LowPass(Effect):
+    """The drive follows with a first-order lag."""
+
+    name = "low_pass"
+    family = "drive"
+    law = "first_order_lag"
+    sentence = "it follows the command with a first-order lag"
+    looks = "late and smaller the faster the command, the same at every amplitude"
+    confused_with = ("delay", "sensor_lag", "slew_limit")
+    separated_by = (
+        "a multisine up to well beyond the corner: a lag falls in gain, a delay does not; a second "
+        "sensor tells the drive's lag from a sensor's"
+    )
+    source = "single-pole amplifier"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Return sources."""
+        return sources(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """How far the command stays behind, for several time constants."""
+        u, dt = scene.of(element).argument, scene.data.dt
+        return tuple(
+            weighed((lagged(u, dt, k * dt) - u,), tau=k * dt)
+            for k in LAGS
+            if k < 0.1 * scene.data.n
+        )
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """One lag, from a fraction of a sample to a part of the record."""
+        tau = lag_parameter(scene, element)
+        graph = scene.graph.with_parameters([tau]).with_element(
+            element.name, drive=Drive(lag=tau.name)
+        )
+        return self.inserted(element, graph, lag_starts(scene, tau, hint), (tau.name,))
+
+
+def lag_parameter(scene: FittedModel, element: Element) -> Parameter:
+    """Time constant of a lag at `element`."""
+    dt, n = scene.data.dt, scene.data.n
+    return Parameter(f"tau_{element.name}", 2 * dt, "s", lower=0.02 * dt, upper=0.1 * n * dt)
+
+
+def lag_starts(
+    scene: FittedModel, tau: Parameter, hint: Hint | None
+) -> tuple[dict[str, float], ...]:
+    """Start values of a lag: what the signature says, or many."""
+    if hint is None:
+        return tuple({tau.name: k * scene.data.dt} for k in LAGS)
+    shape = float(hint.shape["tau"])
+    found = [shape * weight_of(hint), shape]
+    kept = dict.fromkeys(float(min(max(v, tau.lower or v), tau.upper or v)) for v in found)
+    return tuple({tau.name: v} for v in kept)

@@ -1,0 +1,174 @@
+"""What an effect of the catalogue is: where it may attach, how it enters the graph, its start."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Element, R, Sensor, Source
+from identification.diagnosis.screening.port_history import FittedModel
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Insertion:
+    """An effect inserted at an element, ready to be fitted.
+
+    Attributes
+    ----------
+    graph : BondGraph
+        The rewritten graph.
+    starts : tuple of dict
+        Start values to try, by parameter.
+    strengths : tuple of str
+        Parameters that make the effect; it is absent when all are zero.
+    simpler, confused_with : tuple of str
+        Names of effects it contains, and of those it may be taken for.
+    sentence : str
+        The effect in words for the user.
+    """
+
+    effect: str
+    family: str
+    law: str
+    element: str
+    graph: BondGraph
+    starts: tuple[Mapping[str, float], ...]
+    strengths: tuple[str, ...]
+    simpler: tuple[str, ...] = ()
+    confused_with: tuple[str, ...] = ()
+    sentence: str = ""
+
+    @property
+    def label(self) -> str:
+        """Text such as ``hysteresis at C_nl``."""
+        return f"{self.effect} at {self.element}"
+
+
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """What a weak effect adds at its port: columns that a linear screening weighs.
+
+    Attributes
+    ----------
+    columns : ndarray, shape (N, k)
+        Addition to the output of the element's law (effort of C, R and I; the secondary effort of
+        a two-port), to the command of a source, to the reading of a sensor; SI, along the record.
+    flow : ndarray, shape (N, k), or None
+        Two-ports only: what each column adds to the primary flow at the same time.
+    shape : dict of str to float
+        The shape parameters these columns were made with (a width, a time constant); given back
+        to `Effect.insert` as part of the hint.
+    """
+
+    columns: Array
+    flow: Array | None = None
+    shape: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Hint:
+    """What the linear screening found for one effect at one place.
+
+    Attributes
+    ----------
+    shape : dict of str to float
+        Shape of the signature that explained most.
+    weights : ndarray, shape (k,)
+        Least-squares weights of its columns.
+    """
+
+    shape: Mapping[str, float]
+    weights: Array
+
+
+class Effect(ABC):
+    """A physical effect; abstract.
+
+    Class attributes: `name` and `family` from the vocabulary, `law`, one `sentence` for the user,
+    `looks` (what its trace looks like), `confused_with`, `separated_by` (the experiment that tells
+    it from those), `simpler` (effects it contains as special cases), `source` of the law. `home`
+    is False where the effect can sit but seldom does: such a place counts only if it explains more
+    than every home.
+    """
+
+    name: ClassVar[str]
+    family: ClassVar[str]
+    law: ClassVar[str]
+    sentence: ClassVar[str]
+    looks: ClassVar[str] = ""
+    confused_with: ClassVar[tuple[str, ...]] = ()
+    separated_by: ClassVar[str] = ""
+    simpler: ClassVar[tuple[str, ...]] = ()
+    source: ClassVar[str] = ""
+    costly: ClassVar[bool] = False
+    """Leaves the exact engine: fitted only where the screening puts it among the first."""
+
+    @abstractmethod
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Elements where the effect makes sense."""
+
+    def home(self, element: Element) -> bool:
+        """Whether `element` is a usual place of this effect."""
+        return True
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Return what a weak effect of this kind adds at `element`, for several shapes.
+
+        An empty tuple exempts the effect from the screening: it is always fitted.
+        """
+        return ()
+
+    @abstractmethod
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Rewrite the graph of `scene` with the effect at `element`; start values from `hint`."""
+
+    def inserted(
+        self,
+        element: Element,
+        graph: BondGraph,
+        starts: tuple[Mapping[str, float], ...],
+        strengths: tuple[str, ...],
+    ) -> Insertion:
+        """Label a rewritten graph."""
+        return Insertion(
+            self.name, self.family, self.law, element.name, graph, starts, strengths,
+            self.simpler, self.confused_with, self.sentence,
+        )  # fmt: skip
+
+
+def storages(graph: BondGraph) -> tuple[Element, ...]:
+    """All C without a law of their own."""
+    return tuple(e for e in graph.of_type(C) if e.law is None)
+
+
+def mechanical_resistors(graph: BondGraph) -> tuple[Element, ...]:
+    """Resistors that can rub: all whose unit is not electrical, thermal or hydraulic."""
+    other = ("ohm", "S", "K/W", "W/K", "Pa*s/m3", "Pa*s/m^3")
+    return tuple(e for e in graph.of_type(R) if e.law is None and e.unit not in other)
+
+
+def other_resistors(graph: BondGraph) -> tuple[Element, ...]:
+    """Electrical, thermal and hydraulic resistors."""
+    rubbing = {e.name for e in mechanical_resistors(graph)}
+    return tuple(e for e in graph.of_type(R) if e.law is None and e.name not in rubbing)
+
+
+def sources(graph: BondGraph) -> tuple[Element, ...]:
+    """Return sources without a drive."""
+    return tuple(e for e in graph.of_type(Source) if e.drive is None)
+
+
+def sensors(graph: BondGraph) -> tuple[Element, ...]:
+    """Sensors without a law, lag, delay, drift or clock of their own."""
+    return tuple(
+        e
+        for e in graph.of_type(Sensor)
+        if e.law is None and e.lag is None and e.delay is None and e.clock is None and not e.drift
+    )

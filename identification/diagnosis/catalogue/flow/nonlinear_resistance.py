@@ -1,0 +1,74 @@
+"""A resistor whose characteristic bends."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element
+from bondgraph.laws import NonlinearResistance
+from identification.diagnosis.catalogue.by_domain import (
+    electrical_resistors,
+    hydraulic_resistors,
+    rebalanced,
+    tamed,
+)
+from identification.diagnosis.catalogue.effect import (
+    Effect,
+    Hint,
+    Insertion,
+    Signature,
+    other_resistors,
+)
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+
+
+class NonlinearResistanceEffect(Effect):
+    """Effort that is no straight line of the flow."""
+
+    name = "nonlinear_resistance"
+    family = "flow"
+    law = "cubic_characteristic"
+    sentence = "its effort bends away from the straight line as more flows"
+    looks = "effort over flow is one curve, the same at every speed and with no loop"
+    confused_with = ("square_root_flow", "self_heating", "saturation")
+    separated_by = (
+        "steady flow at several levels, each held short and long: a bent characteristic answers "
+        "at once, heat takes its time"
+    )
+    source = "series of a characteristic through the origin; Chua, IEEE Trans. Circuit Theory 1969"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Electrical, thermal and hydraulic resistors."""
+        return other_resistors(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Square and cube of the scaled flow."""
+        past = scene.of(element)
+        z = past.argument / _level(past)
+        return (Signature(np.stack([z**2, z**3], axis=1)),)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Quadratic and cubic term."""
+        past = scene.of(element)
+        effort, flow = "K", "W"
+        if element in electrical_resistors(scene.graph):
+            effort, flow = "V", "A"
+        elif element in hydraulic_resistors(scene.graph):
+            effort, flow = "Pa", "m3/s"
+        size = float(np.abs(past.output).max()) or 1.0
+        law = NonlinearResistance(0.1 * size, _level(past), effort, flow)
+        names = tuple(p.name for p in law.parameters(element.name) if not p.fixed)
+        graph = scene.graph.with_element(element.name, law=law)
+        starts: tuple[dict[str, float], ...] = ({},)
+        if hint is not None:
+            weights = tamed(hint.weights, size)
+            start = {n: float(w) for n, w in zip(names, weights, strict=True)}
+            z = past.argument / _level(past)
+            added = np.stack([z**2, z**3], axis=1) @ weights
+            starts = ({**start, **rebalanced(element, past, added)}, start)
+        return self.inserted(element, graph, starts, names)
+
+
+def _level(past: PortHistory) -> float:
+    return float(np.abs(past.argument).max()) or 1.0

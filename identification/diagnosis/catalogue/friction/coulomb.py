@@ -1,0 +1,60 @@
+"""Dry friction of constant level."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element
+from bondgraph.laws import Coulomb
+from identification.diagnosis.catalogue.by_domain import at_least, rebalanced, rubbing_units
+from identification.diagnosis.catalogue.effect import (
+    Effect,
+    Hint,
+    Insertion,
+    Signature,
+    mechanical_resistors,
+)
+from identification.diagnosis.screening.port_history import FittedModel
+
+
+class CoulombFriction(Effect):
+    """Dry friction of constant level."""
+
+    name = "coulomb_friction"
+    family = "friction"
+    law = "coulomb"
+    sentence = "a force of constant size opposes every motion and holds at rest"
+    looks = (
+        "flat tops where the motion turns, an error of the same size at small and large "
+        "amplitude, a step of the force with every change of direction"
+    )
+    confused_with = ("stribeck_friction", "presliding_friction", "hysteresis")
+    separated_by = (
+        "constant slow speeds in both directions and a reversal within the slip length: Coulomb "
+        "friction has one level and no spring before it slides"
+    )
+    source = "Coulomb 1785; Moreau 1988 for the implicit step"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Mechanical resistors."""
+        return mechanical_resistors(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Direction of the flow."""
+        return (Signature(np.sign(scene.of(element).argument)[:, None]),)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Coulomb law beside the viscous one."""
+        force = at_least(scene.of(element).swing, 1e-12)
+        law = Coulomb(0.3 * force, unit=rubbing_units(element)[0])
+        (p,) = law.parameters(element.name)
+        graph = scene.graph.with_element(element.name, law=law)
+        levels = (0.3, 0.05) if hint is None else (at_least(hint.weights[0] / force, 0.02),)
+        direction = np.sign(scene.of(element).argument)
+        starts = tuple(
+            {p.name: level * force, **share}
+            for level in levels
+            for share in (rebalanced(element, scene.of(element), level * force * direction), {})
+        )
+        return self.inserted(element, graph, starts, (p.name,))

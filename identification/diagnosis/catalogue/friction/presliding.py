@@ -1,0 +1,114 @@
+"""Friction that bends before it slides."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element
+from bondgraph.laws import DahlFriction
+from identification.diagnosis.catalogue.by_domain import at_least, rebalanced, rubbing_units
+from identification.diagnosis.catalogue.effect import (
+    Effect,
+    Hint,
+    Insertion,
+    Signature,
+    mechanical_resistors,
+)
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+
+Array = np.ndarray
+
+WAYS = (0.01, 0.03, 0.1, 0.3, 1.0)
+"""Slip lengths tried, over half the range of the motion."""
+LARGEST_EXPONENT = 200.0
+
+
+class PreslidingFriction(Effect):
+    """A contact that is a spring before it slides (Dahl's bristle)."""
+
+    name = "presliding_friction"
+    family = "friction"
+    law = "dahl"
+    sentence = "a contact that bends like a spring after every reversal before it slides"
+    looks = (
+        "rounded corners of the friction force over the way after each reversal, loops in force "
+        "over displacement even for motions too small to slide"
+    )
+    confused_with = ("coulomb_friction", "hysteresis", "stribeck_friction")
+    separated_by = (
+        "reversals of growing amplitude from far below to far above the slip length: a bristle is "
+        "a spring below and Coulomb friction above; hysteresis of a spring does not level off"
+    )
+    simpler = ("coulomb_friction",)
+    source = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Mechanical resistors."""
+        return mechanical_resistors(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Bend of a bristle along the motion, for several slip lengths."""
+        way = _way(scene.of(element))
+        half = 0.5 * float(np.ptp(way)) or 1.0
+        return tuple(
+            Signature(bend(way, share * half)[:, None], shape={"way": share * half})
+            for share in WAYS
+        )
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Insert a bristle beside the viscous law."""
+        past = scene.of(element)
+        force = at_least(past.swing, 1e-12)
+        half = 0.5 * float(np.ptp(_way(past))) or 1.0
+        effort, _, length = rubbing_units(element)
+        tried = ((0.2 * force, 0.03 * half), (0.2 * force, 0.3 * half))
+        if hint is not None:
+            level, way = at_least(hint.weights[0], 0.02 * force), float(hint.shape["way"])
+            tried = ((level, way), (level, 0.3 * way))
+        law = DahlFriction(0.2 * force, 0.03 * half, unit=effort, way_unit=length)
+        names = tuple(p.name for p in law.parameters(element.name))
+        graph = scene.graph.with_element(element.name, law=law)
+        starts = []
+        for level, way in tried:
+            values = dict(zip(names, (level, way), strict=True))
+            share = rebalanced(element, past, level * bend(_way(past), way))
+            starts += [{**values, **share}, values]
+        return self.inserted(element, graph, tuple(starts), names[:1])
+
+
+def bend(way: Array, length: float) -> Array:
+    """Bend ``z`` of ``dz/dx = (1 - z sign(dx)) / length`` along a motion, from rest.
+
+    In path length it is a first-order filter of the direction, which is summed in parts short
+    enough for the exponential.
+
+    Parameters
+    ----------
+    way : ndarray, shape (N,)
+    length : float
+        Slip length, unit of `way`.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        -1 to 1.
+    """
+    step = np.diff(way)
+    size = np.minimum(np.abs(step) / length, 0.5 * LARGEST_EXPONENT)
+    gain = -np.expm1(-size) * np.sign(step)
+    path = np.cumsum(size)
+    z = np.zeros(way.size)
+    first, last, base = 0, 0.0, 0.0
+    while first < size.size:
+        end = max(int(np.searchsorted(path, base + LARGEST_EXPONENT)), first + 1)
+        e = path[first:end] - base
+        z[first + 1 : end + 1] = np.exp(-e) * (last + np.cumsum(gain[first:end] * np.exp(e)))
+        first, last, base = end, float(z[end]), float(path[end - 1])
+    return z
+
+
+def _way(past: PortHistory) -> Array:
+    if past.moved is not None:
+        return past.moved
+    return np.asarray(np.cumsum(past.argument) * past.dt)

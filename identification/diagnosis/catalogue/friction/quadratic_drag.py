@@ -1,0 +1,52 @@
+"""Force that grows with the square of the speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element
+from bondgraph.laws import QuadraticDrag
+from identification.diagnosis.catalogue.by_domain import at_least, rebalanced
+from identification.diagnosis.catalogue.effect import (
+    Effect,
+    Hint,
+    Insertion,
+    Signature,
+    mechanical_resistors,
+)
+from identification.diagnosis.screening.port_history import FittedModel
+
+
+class Drag(Effect):
+    """Force that grows with the square of the speed."""
+
+    name = "quadratic_drag"
+    family = "friction"
+    law = "quadratic_drag"
+    sentence = "a force that grows with the square of the speed opposes the motion"
+    looks = "peaks at high speed are too low, slow motion is right; damping grows with amplitude"
+    confused_with = ("coulomb_friction", "asymmetric_damping")
+    separated_by = "free decay or steady speeds from slow to fast: damping grows with the speed"
+    source = "Newton's drag law; Batchelor, An Introduction to Fluid Dynamics, section 5.11"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Mechanical resistors."""
+        return mechanical_resistors(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """``|f| f``."""
+        f = scene.of(element).argument
+        return (Signature((np.abs(f) * f)[:, None]),)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Quadratic law beside the viscous one."""
+        past = scene.of(element)
+        full = past.swing / past.half**2
+        law = QuadraticDrag(0.2 * full)
+        (p,) = law.parameters(element.name)
+        graph = scene.graph.with_element(element.name, law=law)
+        start = 0.2 * full if hint is None else at_least(hint.weights[0], 0.02 * full)
+        added = start * np.abs(past.argument) * past.argument
+        starts = ({p.name: start, **rebalanced(element, past, added)}, {p.name: start})
+        return self.inserted(element, graph, starts, (p.name,))

@@ -1,0 +1,107 @@
+"""A reading that knows few values."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element
+from bondgraph.laws.rounding import Rounding
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
+from identification.diagnosis.catalogue.measurement.grid_step import quantisation_step
+from identification.diagnosis.catalogue.measurement.periodic_error import promising_cycles
+from identification.diagnosis.catalogue.signal_traces import (
+    reading_without_offset,
+    unit_of,
+    weighed,
+)
+from identification.diagnosis.screening.port_history import FittedModel
+
+__all__ = ["Quantisation"]
+
+Array = np.ndarray
+
+
+class Quantisation(Effect):
+    """The reading is rounded to an even grid, coarse against everything else that is wrong.
+
+    Step and origin of the grid are read off the recording. A fine grid is part of the noise floor
+    and never a finding; a coarse one is, when the fitted model predicts the rounding errors
+    themselves: the weight of their column is then near one.
+    """
+
+    name = "quantisation"
+    family = "measurement"
+    law = "rounding"
+    sentence = "its reading is rounded to few values"
+    looks = "stairs: few distinct values, the residual even between half a step below and above"
+    confused_with = ("periodic_error", "dead_zone", "coulomb_friction", "sensor_nonlinearity")
+    separated_by = "count the distinct values of the reading; a finer range of the converter"
+    source = "uniform quantiser, Widrow 1956"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Sensors."""
+        return sensors(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Return the rounding error of the simulated reading, on its grid or on the likeliest one.
+
+        A reading that was rounded before noise came to it lies on no grid; its step is where the
+        residual repeats itself along the reading.
+        """
+        y = reading_without_offset(scene, element)
+        found = _grid(scene, element)
+        if found is not None:
+            return (weighed((_rounded(y, *found) - y,), step=found[0], origin=found[1]),)
+        if scene.data.resolution.get(element.name, 0.0) > 0:
+            return (weighed((np.zeros(y.size),)),)
+        left = scene.residual[:, scene.data.names.index(element.name)]
+        steps = [_sharpened(y, left, step) for step in _repeating(y, left)]
+        made = tuple(weighed((_rounded(y, h, 0.0) - y,), step=h, origin=0.0) for h in steps)
+        return made or (weighed((np.zeros(y.size),)),)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Round to the grid of the recording; to one too fine to matter where there is none."""
+        y = reading_without_offset(scene, element)
+        step, origin = 1e-9 * (float(np.ptp(y)) or 1.0), 0.0
+        if hint is not None and "step" in hint.shape:
+            step, origin = float(hint.shape["step"]), float(hint.shape["origin"])
+        elif (found := _grid(scene, element)) is not None:
+            step, origin = found
+        law = Rounding(step, origin, unit=unit_of(element))
+        amount, *_ = (p.name for p in law.parameters(element.name))
+        graph = scene.graph.with_element(element.name, law=law)
+        return self.inserted(element, graph, ({amount: 1.0},), (amount,))
+
+
+TRIED = 3
+"""Steps that are tried where the reading lies on no grid."""
+
+
+def _rounded(y: Array, step: float, origin: float) -> Array:
+    return np.asarray(origin + step * np.floor((y - origin) / step + 0.5))
+
+
+def _repeating(y: Array, left: Array) -> list[float]:
+    span = float(np.ptp(y)) or 1.0
+    return [span / float(c) for c in promising_cycles(y, left, TRIED)]
+
+
+def _sharpened(y: Array, left: Array, step: float) -> float:
+    """Step near `step` whose rounding errors are most like the residual."""
+    half = 0.25 * step / (float(np.ptp(y)) or 1.0)
+
+    def likeness(h: float) -> float:
+        error = _rounded(y, h, 0.0) - y
+        return float(abs(error @ left) / (np.linalg.norm(error) + 1e-300))
+
+    tries = step * (1 + half * np.linspace(-1, 1, 21))
+    return float(max(tries, key=likeness))
+
+
+def _grid(scene: FittedModel, element: Element) -> tuple[float, float] | None:
+    readings = scene.data.readings[:, scene.data.names.index(element.name)]
+    step = quantisation_step(readings)
+    if step is None or step < 1.01 * scene.data.resolution.get(element.name, 0.0):
+        return None  # a converter that is known to be coarse is no finding
+    return step, float(readings[0] - step * np.round(readings[0] / step))

@@ -1,0 +1,52 @@
+"""A reading that wanders with time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element, Parameter
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
+from identification.diagnosis.catalogue.signal_traces import unit_of, weighed
+from identification.diagnosis.screening.port_history import FittedModel
+
+__all__ = ["SensorDrift"]
+
+
+class SensorDrift(Effect):
+    """The reading wanders with time."""
+
+    name = "sensor_drift"
+    family = "measurement"
+    law = "polynomial_in_time"
+    sentence = "its reading wanders slowly with time, whatever is measured"
+    looks = "a straight or bent line under the whole record, also where nothing moves"
+    confused_with = ("creep", "sensor_offset", "time_varying_parameter")
+    separated_by = (
+        "a long rest: drift goes on, creep dies out; and a second sensor of the same motion"
+    )
+    source = "second-order polynomial of time"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Sensors."""
+        return sensors(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Return a line and a parabola over the record."""
+        ramp = np.linspace(0.0, 1.0, scene.data.n)
+        return (weighed((ramp, ramp**2)),)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Linear and quadratic drift."""
+        past = scene.of(element)
+        drift = tuple(
+            Parameter(
+                f"drift_{j}_{element.name}", 0.0, unit_of(element), positive=False,
+                scale=0.05 * past.half,
+            )
+            for j in (1, 2)
+        )  # fmt: skip
+        names = tuple(p.name for p in drift)
+        graph = scene.graph.with_parameters(drift).with_element(element.name, drift=names)
+        start = {} if hint is None else dict(zip(names, map(float, hint.weights), strict=True))
+        return self.inserted(element, graph, (start,), names)

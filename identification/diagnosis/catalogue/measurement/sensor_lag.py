@@ -1,0 +1,44 @@
+"""A reading that follows with a lag."""
+
+from __future__ import annotations
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element
+from identification.diagnosis.catalogue.drive.low_pass import LAGS, lag_parameter, lag_starts
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
+from identification.diagnosis.catalogue.signal_traces import lagged, weighed
+from identification.diagnosis.screening.port_history import FittedModel
+
+__all__ = ["SensorLag"]
+
+
+class SensorLag(Effect):
+    """The reading follows with a first-order lag."""
+
+    name = "sensor_lag"
+    family = "measurement"
+    law = "first_order_lag"
+    sentence = "its reading follows the true value with a first-order lag"
+    looks = "late and smaller the faster the motion, in this reading alone"
+    confused_with = ("low_pass", "delay")
+    separated_by = "a second sensor: a lag of the drive shows in both readings, this one in one"
+    source = "single-pole sensor"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Sensors."""
+        return sensors(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """How far the reading stays behind, for several time constants."""
+        y, dt = scene.of(element).argument, scene.data.dt
+        return tuple(
+            weighed((lagged(y, dt, k * dt) - y,), tau=k * dt)
+            for k in LAGS
+            if k < 0.1 * scene.data.n
+        )
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """One lag."""
+        tau = lag_parameter(scene, element)
+        graph = scene.graph.with_parameters([tau]).with_element(element.name, lag=tau.name)
+        return self.inserted(element, graph, lag_starts(scene, tau, hint), (tau.name,))

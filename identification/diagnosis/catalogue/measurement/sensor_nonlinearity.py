@@ -1,0 +1,57 @@
+"""A reading that bends away from the true value."""
+
+from __future__ import annotations
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element
+from bondgraph.laws import Parametrised, Polynomial
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
+from identification.diagnosis.catalogue.signal_traces import (
+    reading_without_offset,
+    unit_of,
+    weighed,
+)
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+
+__all__ = ["SensorNonlinearity"]
+
+
+class SensorNonlinearity(Effect):
+    """The reading bends away from the true value."""
+
+    name = "sensor_nonlinearity"
+    family = "measurement"
+    law = "polynomial"
+    sentence = "its reading bends away from the true value"
+    looks = "the error is one curve over the reading, at every speed"
+    confused_with = ("nonlinear_stiffness", "saturation", "nonlinear_ratio")
+    separated_by = (
+        "a second sensor, or a free decay: a bent scale leaves the frequency alone, a bent spring "
+        "moves it with the amplitude"
+    )
+    source = "calibration polynomial"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Sensors."""
+        return sensors(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Quadratic and cubic term."""
+        past = _past(scene, element)
+        z = (past.argument - past.centre) / past.half
+        return (weighed((z**2, z**3)),)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Quadratic and cubic term about the centre of the readings."""
+        past = _past(scene, element)
+        curve = Polynomial(past.centre, past.half, 0.05 * past.half, unit=unit_of(element))
+        names = tuple(p.name for p in curve.parameters(element.name))
+        law = Parametrised(curve, ("centre", "half"))
+        graph = scene.graph.with_element(element.name, law=law)
+        start = {} if hint is None else dict(zip(names, map(float, hint.weights), strict=True))
+        return self.inserted(element, graph, (start,), names)
+
+
+def _past(scene: FittedModel, element: Element) -> PortHistory:
+    y = reading_without_offset(scene, element)
+    return PortHistory(y, y, scene.data.dt)

@@ -1,0 +1,106 @@
+"""Hysteresis: output that remembers where its argument turned."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import C, Element, Sensor, Source
+from bondgraph.hysteresis import play_record
+from bondgraph.laws import Parametrised, StopSum
+from identification.diagnosis.catalogue.effect import (
+    Effect,
+    Hint,
+    Insertion,
+    Signature,
+    sensors,
+    sources,
+    storages,
+)
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+
+Array = np.ndarray
+
+SHARES = (0.03, 0.09, 0.18, 0.3, 0.45, 0.65, 0.9)
+"""Thresholds over half of the argument's range; seven stops draw loops of all sizes."""
+
+
+class Hysteresis(Effect):
+    """Rate-independent memory as a bank of stops."""
+
+    name = "hysteresis"
+    family = "memory"
+    law = "prandtl_ishlinskii"
+    sentence = "its output depends on the turning points of the past, whatever the speed"
+    looks = (
+        "loops that open at every reversal, close at the old turning point and keep their area at "
+        "every speed; odd harmonics and a lag that no frequency changes"
+    )
+    confused_with = ("creep", "coulomb_friction", "presliding_friction", "backlash", "delay")
+    separated_by = (
+        "a slow triangle with small loops inside the large one, then the same at a tenth of the "
+        "speed: hysteresis draws the same loops, creep and delay do not, friction of a resistor "
+        "and backlash have one width"
+    )
+    source = "Krasnosel'skii and Pokrovskii, Systems with Hysteresis, 1989"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Storages; drives and sensors as the unusual places."""
+        return (*storages(graph), *sources(graph), *sensors(graph))
+
+    def home(self, element: Element) -> bool:
+        """Storages."""
+        return isinstance(element, C)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """One stop operator a threshold; the weights are the heights of the law."""
+        past = scene.of(element)
+        return (Signature(_sign(element) * stops(past, _thresholds(past))),)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Insert a stop sum beside the linear law."""
+        past = scene.of(element)
+        # a store has a slope in its own unit; a signal path has slope one
+        slope = past.slope if isinstance(element, C) else 1.0
+        thresholds = tuple(float(r) for r in _thresholds(past))
+        law = Parametrised(
+            StopSum(
+                thresholds, height=0.02 * slope, scale=0.1 * slope, sign=_sign(element),
+                unit=_slope_unit(element),
+            ),
+            ("thresholds",),
+        )  # fmt: skip
+        if isinstance(element, Source):
+            graph = scene.graph.with_element(element.name, drive=Drive(law=law))
+        else:
+            graph = scene.graph.with_element(element.name, law=law)
+        names = tuple(p.name for p in law.inner.parameters(element.name))
+        starts: dict[str, float] = {}
+        if hint is not None:
+            # a height at its lower bound of zero would stay there
+            weights = np.clip(hint.weights, 1e-3 * slope, 3.0 * slope)
+            starts = dict(zip(names, map(float, weights), strict=True))
+        return self.inserted(element, graph, (starts,), names)
+
+
+def stops(past: PortHistory, thresholds: Array) -> Array:
+    """Return the stops of the argument, relaxed at its first value, shape (N, n)."""
+    x = np.ascontiguousarray(past.argument, dtype=float)
+    return np.asarray(x[:, None] - play_record(x, thresholds, np.full(thresholds.size, x[0])))
+
+
+def _thresholds(past: PortHistory) -> Array:
+    return np.asarray(past.half * np.array(SHARES))
+
+
+def _sign(element: Element) -> float:
+    return 1.0 if isinstance(element, C) else -1.0
+
+
+def _slope_unit(element: Element) -> str:
+    if isinstance(element, C):
+        if element.stiffness is not None:
+            return element.unit or "1"
+        return f"1/({element.unit})" if element.unit else "1"
+    return "1" if isinstance(element, Source | Sensor) else ""

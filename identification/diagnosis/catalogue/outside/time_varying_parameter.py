@@ -1,0 +1,62 @@
+"""Time-varying parameter: a stiffness or a resistance that changes during the record."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Element, R
+from bondgraph.laws import Ageing
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, storages
+from identification.diagnosis.screening.port_history import FittedModel
+
+Array = np.ndarray
+
+
+class TimeVaryingParameter(Effect):
+    """Slope of a storage or a resistor that drifts, linearly and with the square of time."""
+
+    name = "time_varying_parameter"
+    family = "outside"
+    law = "ageing"
+    sentence = "its value changes while the record lasts"
+    looks = (
+        "the same command gives another answer late in the record than early; each stretch alone "
+        "is fitted well, with another value"
+    )
+    confused_with = ("nonlinear_stiffness", "sensor_drift", "creep", "self_heating")
+    separated_by = (
+        "the same excitation twice with a long pause, and once at half the amplitude: a drift "
+        "changes between the two equal parts, a nonlinear law between the amplitudes"
+    )
+    source = "Taylor series of the parameter over time"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Storages and resistors of every domain."""
+        return (*storages(graph), *(e for e in graph.of_type(R) if e.law is None))
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Argument times the time, and times its square, over the duration."""
+        past = scene.of(element)
+        t = past.time / _duration(scene)
+        return (Signature(np.stack([past.argument * t, past.argument * t**2], axis=1)),)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Give the element a law whose slope drifts."""
+        past = scene.of(element)
+        law = Ageing(_duration(scene), 0.1 * past.slope, _slope_unit(element))
+        graph = scene.graph.with_element(element.name, law=law)
+        names = tuple(p.name for p in law.parameters(element.name))[:2]
+        starts: dict[str, float] = {}
+        if hint is not None:
+            starts = dict(zip(names, map(float, hint.weights), strict=True))
+        return self.inserted(element, graph, (starts,), names)
+
+
+def _duration(scene: FittedModel) -> float:
+    return float(scene.data.dt * scene.data.n)
+
+
+def _slope_unit(element: Element) -> str:
+    unit = str(getattr(element, "unit", "")) or "1"
+    return f"1/({unit})" if isinstance(element, C) and element.stiffness is None else unit

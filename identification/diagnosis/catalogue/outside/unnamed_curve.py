@@ -1,0 +1,74 @@
+"""A curve without a name at every port: what locates when no name fits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Element, R, Source
+from bondgraph.laws import Parametrised, PiecewiseLinear
+from bondgraph.support.ops import NUMPY
+from identification.diagnosis.catalogue.effect import (
+    Effect,
+    Hint,
+    Insertion,
+    Signature,
+    sensors,
+    sources,
+    storages,
+)
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+
+Array = np.ndarray
+
+KNOTS = 7
+
+
+class UnnamedCurve(Effect):
+    """Any memoryless deviation as a function of the port's own variable."""
+
+    name = "unknown"
+    family = "outside"
+    law = "piecewise_linear"
+    sentence = "an unnamed function of its own variable would explain part of the misfit"
+    looks = "the deviation over the port's own variable falls on one curve of no known shape"
+    separated_by = "a slow sweep of the port's variable over its whole range, both ways"
+    source = "hat functions"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Every storage, resistor, source and sensor."""
+        resistors = (e for e in graph.of_type(R) if e.law is None)
+        return (*storages(graph), *resistors, *sources(graph), *sensors(graph))
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """One hat a free knot."""
+        past = scene.of(element)
+        return (Signature(hats(past)),)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Seven knots over the range of the record."""
+        past = scene.of(element)
+        curve = _curve(past)
+        law = Parametrised(curve, ("knots",))
+        names = tuple(p.name for p in curve.parameters(element.name))
+        if isinstance(element, Source):
+            graph = scene.graph.with_element(element.name, drive=Drive(law=law))
+        else:
+            graph = scene.graph.with_element(element.name, law=law)
+        starts: dict[str, float] = {}
+        if hint is not None:
+            starts = dict(zip(names, map(float, hint.weights), strict=True))
+        return self.inserted(element, graph, (starts,), names)
+
+
+def hats(past: PortHistory) -> Array:
+    """Hat functions of the argument on the free knots, shape (N, KNOTS - 2)."""
+    law = _curve(past)
+    heights = np.eye(len(law.free_knots))
+    return np.stack([law.deviation(NUMPY, past.argument, (), h) for h in heights.tolist()], axis=1)
+
+
+def _curve(past: PortHistory) -> PiecewiseLinear:
+    knots = past.centre + past.half * np.linspace(-1, 1, KNOTS)
+    return PiecewiseLinear(tuple(float(v) for v in knots), 0.05 * past.swing)

@@ -1,0 +1,81 @@
+"""A preloaded contact that cannot pull."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element
+from bondgraph.laws import ContactLoss
+from identification.diagnosis.catalogue.by_domain import (
+    at_least,
+    reach,
+    rebalanced,
+    rubbing_units,
+    shared_slope,
+    springs,
+)
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.screening.port_history import FittedModel
+
+SHARES = (0.85, 0.6, 0.3, 0.0, -0.4)
+"""Places of the loss tried, over half the range from its middle."""
+OUTSIDE = 1.5
+"""Half ranges from the middle at which a contact without the effect would open."""
+
+
+class ContactLossEffect(Effect):
+    """A preloaded contact that opens instead of pulling."""
+
+    name = "contact_loss"
+    family = "restoring"
+    law = "contact_loss"
+    sentence = "it is a preloaded contact that opens: it cannot pull"
+    looks = "force over displacement is level on one side, long flights on that side"
+    confused_with = ("bilinear_stiffness", "end_stop", "nonlinear_stiffness", "backlash")
+    separated_by = (
+        "the same excitation under more preload: the level side moves outwards and vanishes; the "
+        "knee of a bilinear spring keeps its place and its second slope"
+    )
+    source = "Brogliato, Nonsmooth Mechanics, 3rd ed. 2016 (unilateral contact)"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Springs."""
+        return springs(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Pull that does not come, on either side, for several preloads."""
+        past = scene.of(element)
+        return tuple(
+            Signature(
+                side * past.slope * np.maximum(side * (lift - past.argument), 0.0)[:, None],
+                shape={"side": side, "lift": lift},
+            )
+            for side in (1.0, -1.0)
+            for lift in (reach(past, -side * share) for share in SHARES)
+        )
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Insert a contact that opens on the side that explained more."""
+        past = scene.of(element)
+        side = 1.0 if hint is None else float(hint.shape["side"])
+        edge = reach(past, -side * OUTSIDE)
+        tried = [side * (reach(past, -side * share) - edge) for share in (0.6, 0.2)]
+        if hint is not None:
+            depth = at_least(side * (float(hint.shape["lift"]) - edge), 0.1 * past.half)
+            shallow = (OUTSIDE - 0.9) * past.half
+            tried = [depth, 0.5 * (depth + shallow), shallow]
+        shared = shared_slope(element, past)
+        law = ContactLoss(
+            coefficient=shared.coefficient, stiffness=shared.stiffness, inverse=shared.inverse,
+            stiffness_unit=getattr(element, "unit", "") or "N/m", depth=tried[0], size=past.half,
+            edge=edge, side=side, unit=rubbing_units(element)[2],
+        )  # fmt: skip
+        depth_name = law.parameters(element.name)[1].name
+        graph = scene.graph.with_element(element.name, law=law)
+        starts = []
+        for depth in tried:
+            pull = np.maximum(side * (edge - past.argument) + depth, 0.0)
+            share = rebalanced(element, past, side * past.slope * pull)
+            starts += [{depth_name: depth, **share}, {depth_name: depth}]
+        return self.inserted(element, graph, tuple(starts), (depth_name,))

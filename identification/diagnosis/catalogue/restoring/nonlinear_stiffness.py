@@ -1,0 +1,57 @@
+"""Effort that bends away from the straight line."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Element
+from bondgraph.laws import Parametrised, Polynomial
+from identification.diagnosis.catalogue.by_domain import rebalanced, tamed
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, storages
+from identification.diagnosis.screening.port_history import FittedModel
+
+
+class NonlinearStiffness(Effect):
+    """Effort bends away from the straight line with displacement."""
+
+    name = "nonlinear_stiffness"
+    family = "restoring"
+    law = "polynomial"
+    sentence = "its effort bends away from the straight line as it is charged or stretched"
+    looks = "a smooth curve of effort over displacement without loops; resonance shifts with level"
+    confused_with = (
+        "bilinear_stiffness", "end_stop", "backlash", "contact_loss", "sensor_nonlinearity",
+        "saturation",
+    )  # fmt: skip
+    separated_by = (
+        "slow loading to the largest stroke in both directions: a smooth curve bends everywhere, "
+        "the look-alikes have corners at one or two places"
+    )
+    source = "Duffing 1918; series of the stored energy"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Storages."""
+        return storages(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Square and cube of the scaled displacement."""
+        past = scene.of(element)
+        z = (past.argument - past.centre) / past.half
+        return (Signature(np.stack([z**2, z**3], axis=1)),)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Quadratic and cubic term about the centre of the record."""
+        assert isinstance(element, C)
+        past = scene.of(element)
+        law = Parametrised(Polynomial(past.centre, past.half, 0.1 * past.swing), ("centre", "half"))
+        names = tuple(p.name for p in law.parameters(element.name) if not p.fixed)
+        graph = scene.graph.with_element(element.name, law=law)
+        starts: tuple[dict[str, float], ...] = ({},)
+        if hint is not None:
+            weights = tamed(hint.weights, past.swing)
+            start = {n: float(w) for n, w in zip(names, weights, strict=True)}
+            z = (past.argument - past.centre) / past.half
+            added = np.stack([z**2, z**3], axis=1) @ weights
+            starts = ({**start, **rebalanced(element, past, added)}, start)
+        return self.inserted(element, graph, starts, names)

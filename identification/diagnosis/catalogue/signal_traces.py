@@ -1,0 +1,64 @@
+"""What signals become on their way: lagged, late, seen without a sensor's nuisances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.signal import lfilter
+
+from bondgraph.graph.elements import Element
+from identification.diagnosis.catalogue.effect import Hint, Signature
+from identification.diagnosis.screening.port_history import FittedModel
+from identification.study.residual import offset_scale, slots
+
+Array = np.ndarray
+
+__all__ = ["lagged", "reading_without_offset", "unit_of", "weighed", "weight_of"]
+
+
+def lagged(u: Array, dt: float, tau: float) -> Array:
+    """Return `u` behind a first-order lag, exact for a signal that is linear between its samples.
+
+    Parameters
+    ----------
+    u : ndarray, shape (N,)
+        Settled at its first value.
+    dt, tau : float
+        Time between samples and time constant, s.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+    """
+    ratio = dt / tau
+    keep, gone = np.exp(-ratio), -np.expm1(-ratio)
+    now = 1.0 - gone / ratio
+    moved = u - u[0]
+    return np.asarray(lfilter([now, gone - now], [1.0, -keep], moved) + u[0])
+
+
+def reading_without_offset(scene: FittedModel, element: Element) -> Array:
+    """Return the simulated reading of a sensor before its fitted offset, shape (N,), SI."""
+    past = scene.of(element)
+    problem = scene.nominal.problem
+    at = scene.data.names.index(element.name)
+    theta = scene.nominal.point.theta[slots(problem).offsets]
+    return np.asarray(past.argument - float(theta[at] * offset_scale(problem)[at]))
+
+
+def unit_of(element: Element) -> str:
+    """Return the unit of a source or a sensor."""
+    return str(getattr(element, "unit", "")) or "1"
+
+
+def weight_of(hint: Hint | None, at: int = 0, low: float = 0.3, high: float = 3.0) -> float:
+    """Weight of one column, kept to where a first-order step still means something; 1 without."""
+    if hint is None or at >= hint.weights.size:
+        return 1.0
+    return float(np.clip(hint.weights[at], low, high))
+
+
+def weighed(columns: Sequence[Array], **shape: float) -> Signature:
+    """Return a signature of some columns, shape (N,) each."""
+    return Signature(np.stack(columns, axis=1), shape=shape)

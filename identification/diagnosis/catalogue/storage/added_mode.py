@@ -1,0 +1,135 @@
+"""A resonance that the model does not have."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import cont2discrete, lfilter
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Element, I, One, Parameter, R, Zero, symbol
+from identification.diagnosis.catalogue.by_domain import masses
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+
+Array = np.ndarray
+
+DAMPING = 0.03
+PEAKS, GRID = 4, 8
+
+
+class AddedMode(Effect):
+    """A further mass on a spring hangs on an inertia."""
+
+    name = "added_mode"
+    family = "storage"
+    law = "attached_oscillator"
+    sentence = "a resonance is missing: a further mass on a spring hangs on it"
+    looks = "the misfit lives in a narrow band and rings on after every shock"
+    confused_with = ("delay", "low_pass", "sensor_lag")
+    separated_by = (
+        "a sine swept slowly through the band: a pair of antiresonance and resonance appears at "
+        "frequencies that do not depend on the amplitude"
+    )
+    source = "Den Hartog, Mechanical Vibrations, chapter 3 (attached oscillator)"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Masses."""
+        return masses(graph)
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Force of a light oscillator on the mass over the mass ratio, for several frequencies."""
+        past = scene.of(element)
+        inertia = _inertia(past)
+        return tuple(
+            Signature(
+                inertia * pull(past.argument, omega, DAMPING, past.dt)[:, None],
+                shape={"omega": omega},
+            )
+            for omega in frequencies(scene, past)
+        )
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Attach a mass through a spring and a damper, scaled by the inertia it hangs on."""
+        g, name, past = scene.graph, element.name, scene.of(element)
+        body = g[g.neighbour(name)]
+        if not isinstance(body, One):
+            (bond,) = g.bonds_of(name)
+            body = One(f"carrier_{name}")
+            g = g.with_inserted(bond, body)
+        tried = frequencies(scene, past)[:3]
+        ratio = 0.1
+        if hint is not None:
+            tried = (float(hint.shape["omega"]),)
+            ratio = float(np.clip(hint.weights[0], 0.01, 2.0))
+        amount = Parameter(f"mu_{name}", 0.1, "1", lower=1e-5, upper=20.0, scale=0.1)
+        omega = Parameter(
+            f"omega_{name}", tried[0], "rad/s",
+            lower=0.5 * np.pi / (past.n * past.dt), upper=np.pi / past.dt, scale=tried[0],
+        )  # fmt: skip
+        zeta = Parameter(f"zeta_{name}", DAMPING, "1", lower=1e-4, upper=2.0, scale=DAMPING)
+        g = g.with_parameters([amount, omega, zeta])
+        m, w, z = (symbol(p.name, positive=True) for p in (amount, omega, zeta))
+        mass = m * g.coefficient(element)
+        node, link = Zero(f"mode_{name}"), One(f"link_{name}")
+        g = g.with_branch(body.name, [node, link])
+        g = g.with_branch(node.name, [I(f"I_mode_{name}", mass)])
+        g = g.with_branch(link.name, [C(f"C_mode_{name}", stiffness=mass * w**2)])
+        g = g.with_branch(link.name, [R(f"R_mode_{name}", 2 * z * w * mass)])
+        starts = [{amount.name: ratio, omega.name: at} for at in tried]
+        if hint is not None:
+            # in the coupled system the peak lies above the oscillator's own frequency
+            starts += [{amount.name: max(ratio, 0.2), omega.name: 0.85 * tried[0]}]
+        return self.inserted(element, g, tuple(starts), (amount.name,))
+
+
+def pull(flow: Array, omega: float, damping: float, dt: float) -> Array:
+    """Force of an oscillator of unit mass on what moves with `flow`, exact for straight lines.
+
+    ``F = s (2 zeta omega s + omega^2) / (s^2 + 2 zeta omega s + omega^2) v``.
+
+    Parameters
+    ----------
+    flow : ndarray, shape (N,)
+        From rest.
+    omega, damping : float
+        rad/s, 1.
+    dt : float
+        Time between samples, s.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+    """
+    top = [2 * damping * omega, omega**2, 0.0]
+    bottom = [1.0, 2 * damping * omega, omega**2]
+    b, a, _ = cont2discrete((top, bottom), dt, method="foh")
+    return np.asarray(lfilter(np.ravel(b), a, flow - flow[0]))
+
+
+def frequencies(scene: FittedModel, past: PortHistory) -> tuple[float, ...]:
+    """Candidates, rad/s: peaks of the residual's spectrum, largest first, then an even grid.
+
+    Several sensors are added after scaling by their floor.
+    """
+    n = scene.residual.shape[0]
+    r = (scene.residual - scene.residual.mean(axis=0)) / scene.data.floor
+    power = np.sum(np.abs(np.fft.rfft(r * np.hanning(n)[:, None], axis=0)) ** 2, axis=1)
+    width = max(1, power.size // 400)
+    smooth = np.convolve(power, np.ones(2 * width + 1), mode="same")[1:]
+    inner = np.arange(1, smooth.size - 1)
+    tops = inner[(smooth[inner] >= smooth[inner - 1]) & (smooth[inner] > smooth[inner + 1])]
+    bin_width = 2 * np.pi / (n * scene.data.dt)
+    found: list[float] = []
+    for i in tops[np.argsort(smooth[tops])[::-1]]:
+        at = float(bin_width * (i + 1))
+        if len(found) < PEAKS and all(abs(np.log(at / other)) > 0.1 for other in found):
+            found.append(at)
+    low, high = 8 * bin_width, 0.6 * np.pi / past.dt
+    grid = np.geomspace(low, max(high, 2 * low), GRID)
+    return (*found, *(float(v) for v in grid))
+
+
+def _inertia(past: PortHistory) -> float:
+    """Inertia from effort and rate of flow along the record."""
+    square = float(past.rate @ past.rate)
+    return abs(float(past.rate @ past.output)) / square if square else 1.0

@@ -1,0 +1,157 @@
+"""Ratio that is not constant: of a lever, a gear, a motor, a voice coil."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import Bond, BondGraph
+from bondgraph.graph.composing.renaming import assemble
+from bondgraph.graph.elements import GY, MGY, MTF, TF, C, Element, One, Parameter, TwoPort
+from bondgraph.graph.modulation import displacement, flow
+from bondgraph.laws import Odometer
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+
+Array = np.ndarray
+
+BY_WAY, BY_FLOW = 0.0, 1.0
+
+
+class NonlinearRatio(Effect):
+    """Ratio that depends on the position or, in a gyrator, on the flow of its primary side.
+
+    Both sides use the same ratio, so that no power is made or lost: a modulated transformer or
+    gyrator with ``ratio = n (1 + a_1 z + a_2 z^2)``, ``z = (q - centre) / span`` or
+    ``z = f / span``.
+    """
+
+    costly = True
+    name = "nonlinear_ratio"
+    family = "transduction"
+    law = "modulated_ratio"
+    sentence = "its ratio is not constant but changes with position or current"
+    looks = (
+        "the gain changes along the way (or with the current) and the reaction on the other side "
+        "changes by the same share; no energy is lost"
+    )
+    confused_with = ("nonlinear_stiffness", "sensor_nonlinearity", "saturation")
+    separated_by = (
+        "the same small excitation about several positions (or bias currents), with both sides "
+        "measured: both gains change by the same share if it is the ratio"
+    )
+    source = "Karnopp, Margolis and Rosenberg, System Dynamics (modulated two-ports)"
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Return transformers and gyrators with a constant ratio."""
+        return tuple(
+            e for e in graph.of_type(TF, GY)
+            if not isinstance(e, MTF | MGY) and _ports(graph, e.name) is not None
+        )  # fmt: skip
+
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Share of the ratio times what the ratio multiplies, on both sides.
+
+        ``e_in = n (1 + d) x`` adds ``d x`` to the secondary effort (transformer) or the secondary
+        flow (gyrator), and ``d f_in`` on the other side, with ``d = a_1 z + a_2 z^2``.
+        """
+        assert isinstance(element, TwoPort)
+        past = scene.of(element)
+        found = []
+        way = way_of_two_port(past, element)
+        if np.ptp(way) > 0:
+            found.append(_shares(past, (way - _centre(way)) / _half(way), BY_WAY))
+        if isinstance(element, GY) and np.ptp(past.output) > 0:
+            found.append(_shares(past, past.output / _largest(past), BY_FLOW))
+        return tuple(found)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Exchange the two-port for a modulated one; a store without stiffness tells the way."""
+        assert isinstance(element, TwoPort)
+        g, name, past = scene.graph, element.name, scene.of(element)
+        by_flow = hint is not None and hint.shape.get("by") == BY_FLOW
+        declared: list[Parameter] = []
+        ratio = g.coefficient(element)
+        if isinstance(element.ratio, int | float):
+            # the number becomes a declared parameter of the same name: fitted values carry over
+            declared = [p for p in g.parameters.values() if p.name == name]
+        if by_flow:
+            into, _ = _bonds(g, name)
+            node = One(f"primary_{name}")
+            g = g.with_inserted(into, node)
+            signal, centre = flow(node.name), 0.0
+            span = _largest(past)
+        else:
+            g, counter = _with_counter(g, element)
+            way = way_of_two_port(past, element)
+            signal, centre, span = displacement(counter), _centre(way), _half(way)
+        made = {
+            "centre": Parameter(f"centre_{name}", centre, "1", positive=False, fixed=True),
+            "span": Parameter(f"span_{name}", span, "1", fixed=True),
+            "a_1": Parameter(f"a_1_{name}", 0.0, "1", positive=False, scale=0.1, lower=-2, upper=2),
+            "a_2": Parameter(f"a_2_{name}", 0.0, "1", positive=False, scale=0.1, lower=-2, upper=2),
+        }
+        z = (signal - made["centre"].symbol) / made["span"].symbol
+        changed = ratio * (1 + made["a_1"].symbol * z + made["a_2"].symbol * z**2)
+        kind = MTF if isinstance(element, TF) else MGY
+        g = _exchanged(g, kind(name, ratio=changed, unit=element.unit), [*declared, *made.values()])
+        strengths = (made["a_1"].name, made["a_2"].name)
+        starts: dict[str, float] = {}
+        if hint is not None:
+            starts = dict(zip(strengths, np.clip(hint.weights, -1, 1).astype(float), strict=True))
+        return self.inserted(element, g, (starts,), strengths)
+
+
+def way_of_two_port(past: PortHistory, element: TwoPort) -> Array:
+    """Displacement a ratio may depend on: primary of a transformer, secondary of a gyrator."""
+    speed = past.output if isinstance(element, TF) else past.argument
+    return np.concatenate([[0.0], np.cumsum(0.5 * past.dt * (speed[1:] + speed[:-1]))])
+
+
+def _shares(past: PortHistory, z: Array, by: float) -> Signature:
+    powers = np.stack([z, z**2], axis=1)
+    return Signature(
+        powers * past.argument[:, None], powers * past.output[:, None], shape={"by": by}
+    )
+
+
+def _with_counter(graph: BondGraph, element: TwoPort) -> tuple[BondGraph, str]:
+    """Return the graph with a store that counts the way of the side the ratio depends on."""
+    into, out = _bonds(graph, element.name)
+    node, counter = One(f"way_{element.name}"), f"counter_{element.name}"
+    g = graph.with_inserted(into if isinstance(element, TF) else out, node)
+    return g.with_branch(node.name, [C(counter, law=Odometer())]), counter
+
+
+def _exchanged(graph: BondGraph, element: TwoPort, declared: Iterable[Parameter]) -> BondGraph:
+    """Return the graph with `element` in the place of the one of its name."""
+    bonds = [(b.tail, b.head) for b in graph.bonds]
+    elements = [element if e.name == element.name else e for e in graph.elements.values()]
+    kept = [p for p in graph.declared_parameters.values()]
+    return assemble(graph.name, elements, bonds, [*kept, *declared])
+
+
+def _bonds(graph: BondGraph, name: str) -> tuple[Bond, Bond]:
+    """Bond into and bond out of a two-port."""
+    found = _ports(graph, name)
+    assert found is not None
+    return found
+
+
+def _ports(graph: BondGraph, name: str) -> tuple[Bond, Bond] | None:
+    into = [b for b in graph.bonds_of(name) if b.head == name]
+    out = [b for b in graph.bonds_of(name) if b.tail == name]
+    return (into[0], out[0]) if len(into) == len(out) == 1 else None
+
+
+def _centre(way: Array) -> float:
+    return float(0.5 * (way.max() + way.min()))
+
+
+def _half(way: Array) -> float:
+    return float(0.5 * np.ptp(way)) or 1.0
+
+
+def _largest(past: PortHistory) -> float:
+    return float(np.abs(past.output).max()) or 1.0

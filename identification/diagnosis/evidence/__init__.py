@@ -1,0 +1,1 @@
+"""The decision: what held-out data say of the candidates."""

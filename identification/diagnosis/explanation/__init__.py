@@ -1,0 +1,1 @@
+"""What a latent signal looks like, and which experiment comes next."""

@@ -1,0 +1,84 @@
+"""What to record next, computed from the structure and from the rivals."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import I, Source
+from identification.diagnosis.localisation.structural_classes import splitting_signals
+
+if TYPE_CHECKING:
+    from identification.diagnosis.diagnose import Diagnosis
+
+Array = np.ndarray
+
+
+def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
+    """Return what to record next, computed from the structure."""
+    if d.decision is None or d.decision.chosen is None or d.scene is None or d.structure is None:
+        if d.kind == "unknown_physics":
+            if beyond := _beyond_training(d):
+                return (beyond,)
+            return (
+                "no effect of the catalogue fits: record a slow large sweep and a step with a "
+                "rest after it",
+            )
+        return ()
+    chosen, lines = d.decision.chosen, []
+    same = list(dict.fromkeys(t.element for t in d.decision.same_place))
+    for signal, junction, split in splitting_signals(
+        d.scene.fitted, chosen.element, same, frequencies
+    )[:1]:
+        lines.append(
+            f"record {_signal_name(d.scene.graph, signal, junction)} (the "
+            f"{'flow' if signal.startswith('f_') else 'effort'} at {junction}): it separates "
+            f"{chosen.element} from {', '.join(split)}"
+        )
+    for name in same:
+        if isinstance(d.graph[name], Source):
+            lines.append(
+                f"record what {name} really puts out beside its command: it separates "
+                f"{chosen.element} from {name}"
+            )
+    lines += [e.sentence for e in d.experiments[:2]]
+    return tuple(lines)
+
+
+def _beyond_training(d: Diagnosis) -> str:
+    """Word when the held-out commands leave the range of the training part."""
+    if d.data is None or d.nominal is None:
+        return ""
+    for n, u in d.data.commands.items():
+        train, test = u[d.data.mask("train")], u[d.data.mask("test")]
+        margin = 0.05 * float(np.ptp(train))
+        if test.min() < train.min() - margin or test.max() > train.max() + margin:
+            return (
+                f"{n} runs from {test.min():.4g} to {test.max():.4g} in the held-out part but "
+                "only from "
+                f"{train.min():.4g} to {train.max():.4g} in training: record the whole range in "
+                "both"
+            )
+    return ""
+
+
+def _signal_name(graph: BondGraph, signal: str, junction: str) -> str:
+    """Usual word for a junction's variable, from the unit of a source at it."""
+    units = {
+        s.unit
+        for b in graph.bonds_of(junction)
+        for s in [graph[b.tail], graph[b.head]]
+        if isinstance(s, Source)
+    }
+    if "V" in units and signal.startswith("f_"):
+        return "the current i"
+    mechanical = any(
+        isinstance(graph[n], I) and getattr(graph[n], "unit", "") == "kg"
+        for b in graph.bonds_of(junction)
+        for n in (b.tail, b.head)
+    )
+    if mechanical and signal.startswith("f_"):
+        return "the velocity v"
+    return f"the signal {signal}"

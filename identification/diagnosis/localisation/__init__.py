@@ -1,0 +1,1 @@
+"""Where the mismatch sits: in the model and in the recording."""

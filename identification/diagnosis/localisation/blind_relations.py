@@ -1,0 +1,269 @@
+"""Relations blind to each class of ports, made from the graph, each refitted on its own.
+
+With more sensors than latent signals a part of the residual cannot come from a port whatever its
+law is. If the mismatch sits at that port alone, this part is noise once all parameters are fitted
+to it and to nothing else; every other relation stays above the floor. No law has to be known
+(analytical redundancy: Chow and Willsky, IEEE TAC 29 (1984) 603; from bond graphs: Samantaray and
+Ould Bouamama, Model-based Process Supervision, 2008).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.localisation.relations.latent import (
+    LatentModel,
+    Sampled,
+    latent_model,
+)
+from identification.diagnosis.localisation.relations.refit import (
+    BlindProblem,
+    Refitted,
+    blind_refit,
+)
+from identification.diagnosis.localisation.relations.whitening import blind_filter
+from identification.diagnosis.localisation.structural_classes import Isolability
+from identification.diagnosis.screening.port_response import Probes, probes
+from identification.estimation.single_record import Fit
+from identification.estimation.threads import single_threaded
+from identification.study.engine import ExactEngine
+from identification.study.residual import ResidualEvaluation, evaluate, start_point
+
+__all__ = ["BlindRelation", "blind_relations", "more_than_one_site", "no_relation"]
+
+Array = np.ndarray
+FLOOR_ERROR = 0.03
+"""Relative standard deviation of the square of a floor that was itself estimated."""
+LIMIT = 5.0
+LEFT = 1e-6
+"""Part of the nominal excess that discretisation may leave in the relation of the true port."""
+AMPLE = 30.0
+CLEAR = 5.0
+FIRST = 2
+STEPS = 12
+FOLLOWED = 2
+NEAR = 3.0
+GROSS = 1e4
+PARALLEL = 1e-9
+
+
+@dataclass(frozen=True)
+class BlindRelation:
+    """The residual as the relation blind to one class of ports sees it.
+
+    Attributes
+    ----------
+    ports : tuple of str
+        Elements that the relation cannot see.
+    before : float
+        Training misfit at the nominal parameters; 1 is the noise floor, here and below.
+    train, test : float
+        Training and held-out misfit after the relation's own refit.
+    z : float
+        Training misfit above the floor, in standard deviations.
+    freedom : float
+        Degrees of freedom on training data.
+    nominal : float
+        Training misfit of the nominal fit, all of the residual.
+    """
+
+    ports: tuple[str, ...]
+    before: float
+    train: float
+    test: float
+    z: float
+    freedom: float
+    nominal: float
+
+    @property
+    def left(self) -> float:
+        """Part of the nominal excess over the floor that the ports do not explain."""
+        return max(self.train - 1.0, 0.0) / max(self.nominal - 1.0, 1e-12)
+
+    @property
+    def compatible(self) -> bool:
+        """Whether the mismatch may sit at these ports alone."""
+        return self.z < LIMIT or (self.left < LEFT and self.nominal > 2.0)
+
+    @property
+    def words(self) -> str:
+        """One sentence."""
+        names = ", ".join(self.ports)
+        said = f"blind to {names}: {self.train:.3g} of the floor (held out {self.test:.3g})"
+        if self.compatible:
+            return f"{said}; the mismatch may sit there alone"
+        return f"{said}, z = {self.z:.3g}; something is missing elsewhere"
+
+
+@single_threaded
+def blind_relations(
+    fit: Fit, structure: Isolability, *, probed: Probes | None = None, steps: int = STEPS
+) -> tuple[BlindRelation, ...]:
+    """Relations blind to every class of ports, most compatible first.
+
+    Parameters
+    ----------
+    fit : Fit
+        The nominal fit.
+    structure : Structure
+        Classes of ports; elements it does not know stand alone.
+    probed : Probes, optional
+        The fitted model with its ports probed, if already made.
+    steps : int
+        Largest number of Gauss-Newton steps of each refit.
+
+    Returns
+    -------
+    tuple of BlindRelation
+        Empty where there is none; `no_relation` says why. Also empty if the fit is broken.
+
+    Notes
+    -----
+    A refit is local. On three identical masses it found single sites with a nominal misfit up
+    to 50 dB above the floor; grosser ones may stop short of it, and then no port is compatible.
+    """
+    probed = probed if probed is not None else probes(fit)
+    if no_relation(fit, probed):
+        return ()
+    model = latent_model(probed)
+    start = evaluate(fit.problem, fit.point)
+    if not np.isfinite(start.residual).all() or not start.residual.size:
+        return ()
+    nominal = float(np.mean(start.residual**2))
+    found = []
+    for ports in _classes(model, structure):
+        seen = _seen(fit, model, start, ports[0])
+        done = None if seen is None else _refitted(seen, start, FIRST)
+        if seen is not None and done is not None:
+            found.append((ports, seen, done))
+    found.sort(key=lambda f: f[2].train)
+    # only those that may yet reach the floor are followed to their end
+    best = found[0][2].train if found else 1.0
+    for i, (ports, seen, done) in enumerate(found):
+        if done.moving and (i < FOLLOWED or done.train < NEAR * max(best, 1.0)):
+            found[i] = ports, seen, _refitted(seen, start, steps, done.theta) or done
+    relations = [_relation(ports, done, nominal) for ports, _, done in found]
+    if not any(r.compatible for r in relations):
+        # a gross mismatch may have dragged the nominal fit too far: begin where the model did
+        declared = start_point(fit.problem).theta
+        for i, (ports, seen, done) in enumerate(found[:FOLLOWED]):
+            again = _refitted(seen, start, steps, declared)
+            if again is not None and again.train < done.train:
+                relations[i] = _relation(ports, again, nominal)
+    return tuple(sorted(relations, key=lambda r: r.train))
+
+
+def _relation(ports: tuple[str, ...], done: Refitted, nominal: float) -> BlindRelation:
+    spread = np.hypot(np.sqrt(2.0 / done.count), FLOOR_ERROR)
+    away = float((done.train - 1.0) / spread)
+    return BlindRelation(ports, done.before, done.train, done.test, away, done.count, nominal)
+
+
+def no_relation(fit: Fit, probed: Probes | None = None) -> str:
+    """Why no relation can be made; empty where some can."""
+    n_y = len(fit.problem.data.names)
+    if n_y < 2:
+        return (
+            f"{n_y} sensor: a latent signal at any port can explain all of the residual; a second "
+            "sensor gives relations that locate without a law"
+        )
+    probed = probed if probed is not None else probes(fit)
+    if not isinstance(probed.engine, ExactEngine):
+        return f"{fit.problem.graph.name} is not linear up to scalar laws: no transfer functions"
+    return ""
+
+
+def more_than_one_site(relations: tuple[BlindRelation, ...]) -> bool:
+    """Whether no single class of ports explains the mismatch: at least two sites, or moving ones.
+
+    False without relations, and where the mismatch is so gross (40 dB above the floor) that a
+    refit may have stopped short: then nothing is known.
+    """
+    return (
+        bool(relations)
+        and relations[0].nominal < GROSS
+        and not any(r.compatible for r in relations)
+    )
+
+
+def _classes(model: LatentModel, structure: Isolability) -> list[tuple[str, ...]]:
+    """Classes of the structure with a probed port; ports it does not know join a parallel one."""
+    classes = [tuple(n for n in c if n in model.ports) for c in structure.classes]
+    classes = [c for c in classes if c]
+    listed = {n for c in classes for n in c}
+    theta = model.probes.fit.point.theta
+    angles = np.geomspace(1e-3, 2.0, 9)
+    for name in model.ports:
+        if name in listed:
+            continue
+        own = model.sampled(name, theta).response(angles)
+        for i, members in enumerate(classes):
+            if _parallel(own, model.sampled(members[0], theta).response(angles)):
+                classes[i] = (*members, name)
+                break
+        else:
+            classes.append((name,))
+    return classes
+
+
+def _parallel(a: Array, b: Array) -> bool:
+    """Whether two single columns point the same way at every frequency."""
+    if a.shape[2] != 1 or b.shape[2] != 1:
+        return False
+    inner = np.abs(np.sum(a[:, :, 0].conj() * b[:, :, 0], axis=1))
+    both = np.linalg.norm(a[:, :, 0], axis=1) * np.linalg.norm(b[:, :, 0], axis=1)
+    return bool((both > 0).any() and (inner >= (1 - PARALLEL) * both).all())
+
+
+def _seen(
+    fit: Fit, model: LatentModel, start: ResidualEvaluation, port: str
+) -> BlindProblem | None:
+    """Return the fit as the relation sees it; None where the port explains all, or nothing."""
+    try:
+        size = _size(fit, model.sampled(port, fit.point.theta), start)
+    except (np.linalg.LinAlgError, BondsightError):
+        return None
+    if size is None:
+        return None
+    return BlindProblem(fit, lambda theta: blind_filter(model.sampled(port, theta), size))
+
+
+def _refitted(
+    seen: BlindProblem, start: ResidualEvaluation, steps: int, theta: Array | None = None
+) -> Refitted | None:
+    try:
+        done = blind_refit(seen, start, steps, theta)
+    except (np.linalg.LinAlgError, BondsightError):
+        return None
+    return done if np.isfinite(done.train) else None
+
+
+def _size(fit: Fit, sampled: Sampled, start: ResidualEvaluation) -> Array | None:
+    """Return a deviation of the latent signal ample for the residual to come from it."""
+    n_y, k = sampled.d.shape
+    mask = fit.problem.data.mask("train")
+    n = min(int(mask.sum()), start.residual.size // n_y)
+    # windows are consecutive; for a size their joints do not matter
+    left = (fit.problem.data.readings - start.y)[mask][:n] / fit.problem.data.floor
+    taper = np.hanning(n)
+    spectrum = np.fft.rfft(left * (taper / np.sqrt(np.sum(taper**2)))[:, None], axis=0)[2:]
+    angles = 2 * np.pi * np.arange(2, spectrum.shape[0] + 2) / n
+    power = np.linalg.norm(spectrum, axis=1)
+    picked = np.sort(np.argsort(power)[::-1][:200])
+    g, seen, power = sampled.response(angles[picked]), spectrum[picked], power[picked]
+    if np.linalg.matrix_rank(np.abs(g).sum(axis=0) > 0) == 0:
+        return None
+    if all(np.linalg.matrix_rank(one) >= n_y for one in g[:: max(1, len(g) // 8)]):
+        return None
+    sizes = np.ones(k)
+    for j in range(k):
+        strength = np.linalg.norm(g[:, :, j], axis=1)
+        along = np.abs(np.einsum("fy,fy->f", g[:, :, j].conj(), seen))
+        sound = (strength > 0) & (power > CLEAR) & (along > 0.5 * strength * power)
+        needed = along[sound] / strength[sound] ** 2
+        least = CLEAR / strength.max()
+        sizes[j] = AMPLE * max(float(np.max(needed, initial=0.0)), least)
+    return sizes

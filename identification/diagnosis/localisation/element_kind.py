@@ -1,0 +1,18 @@
+"""Kinds of places in the words of the verdict."""
+
+from __future__ import annotations
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, I, R, Sensor, Source, TwoPort
+
+
+def element_kind(graph: BondGraph, name: str) -> str:
+    """Kind of an element in the words of the verdict."""
+    e = graph[name]
+    for types, word in (
+        (C, "storage"), (R, "resistor"), (I, "inertia"), (TwoPort, "transformer"),
+        (Source, "source"), (Sensor, "sensor"),
+    ):  # fmt: skip
+        if isinstance(e, types):
+            return word
+    return "junction"

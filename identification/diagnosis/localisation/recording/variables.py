@@ -1,0 +1,64 @@
+"""What the variables of a port are called and measured in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+from bondgraph.graph.domains import DOMAINS, Domain
+from bondgraph.graph.elements import C, Element, I, R
+from bondgraph.signals.units import Unit, parse_unit
+from bondgraph.support.errors import BondsightError
+
+
+@dataclass(frozen=True)
+class Variables:
+    """Words and SI units of a port's displacement, flow and effort."""
+
+    displacement: str
+    displacement_unit: str
+    flow: str
+    flow_unit: str
+    effort: str
+    effort_unit: str
+
+
+GENERIC = Variables("displacement", "", "flow", "", "effort", "")
+
+
+def variables_of(element: Element) -> Variables:
+    """Read the domain of a storage, resistor or inertia from the unit of its parameter.
+
+    Elements without a unit, and units that fit no domain, get the generic words and no unit.
+    """
+    text = str(getattr(element, "unit", "") or "")
+    if not text or not isinstance(element, C | R | I):
+        return GENERIC
+    try:
+        unit = parse_unit(text)
+    except (BondsightError, ValueError):
+        return GENERIC
+    kind = "C" if isinstance(element, C) else "R" if isinstance(element, R) else "I"
+    for name, ways in _parameter_units():
+        if any(unit.same_dimension(u) for k, u in ways if k == kind):
+            return _variables(DOMAINS[name])
+    return GENERIC
+
+
+@cache
+def _parameter_units() -> tuple[tuple[str, tuple[tuple[str, Unit], ...]], ...]:
+    """Units that parameters have in each domain: compliance or stiffness, and so on."""
+    found = []
+    for name, d in DOMAINS.items():
+        if name == "generic":
+            continue
+        e, f = d.effort.unit, d.flow.unit
+        q, p = d.displacement.unit, d.momentum.unit
+        ways = (("C", q, e), ("C", e, q), ("R", e, f), ("R", f, e), ("I", p, f), ("I", f, p))
+        found.append((name, tuple((k, parse_unit(f"({a})/({b})")) for k, a, b in ways)))
+    return tuple(found)
+
+
+def _variables(d: Domain) -> Variables:
+    words = (d.displacement.name, d.displacement.unit, d.flow.name, d.flow.unit)
+    return Variables(*words, d.effort.name, d.effort.unit)

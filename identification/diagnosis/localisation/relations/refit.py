@@ -1,0 +1,261 @@
+"""Refit of all parameters to what a relation sees: Gauss-Newton on the blind residual.
+
+The whole model counts, the filter too: a latent signal passes through the plant, so that wrong
+parameters turn the direction the relation must be blind to. Its derivative by the parameters is
+taken by differences, that of the residual is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bondgraph.signals.fractional_delay import delayed_values
+from identification.diagnosis.localisation.relations.whitening import Blind
+from identification.estimation.single_record import Fit
+from identification.study.joint import JointProblem, stack_of
+from identification.study.problem import Problem
+from identification.study.residual import (
+    Point,
+    ResidualEvaluation,
+    evaluate,
+    output_delays,
+    slots,
+    weighted,
+    windows,
+)
+
+__all__ = ["BlindProblem", "Refitted", "blind_refit"]
+
+Array = np.ndarray
+DIFFERENCE = 1e-4
+LATE = 1e-3
+TRIES = 5
+ENOUGH = 1e-3
+"""Relative gain of a step below which a refit is taken to have arrived."""
+
+
+@dataclass(frozen=True, eq=False)
+class Refitted:
+    """How far a relation is from the floor, before and after its refit.
+
+    Attributes
+    ----------
+    before, train, test : float
+        Sum of squares over its expectation at the floor: training data at the nominal values,
+        training and held-out data at the refitted ones.
+    count : float
+        Degrees of freedom of the training data.
+    theta : ndarray
+        The refitted unknowns.
+    moving : bool
+        Whether further steps would still improve it.
+    """
+
+    before: float
+    train: float
+    test: float
+    count: float
+    theta: Array
+    moving: bool
+
+
+@dataclass(frozen=True, eq=False)
+class BlindProblem:
+    """A fitted problem as one relation sees it.
+
+    Attributes
+    ----------
+    fit : Fit
+        The nominal fit.
+    filter_at : callable
+        The blind filter at given unknowns.
+    """
+
+    fit: Fit
+    filter_at: Callable[[Array], Blind]
+
+    @property
+    def problem(self) -> Problem:
+        """The fitted problem."""
+        return self.fit.problem
+
+    @cached_property
+    def stack(self) -> JointProblem:
+        """Bounds and priors."""
+        return stack_of((self.problem,))
+
+    @cached_property
+    def free(self) -> Array:
+        """Positions of the unknowns that may move."""
+        lower, upper = self.stack.bounds
+        return np.flatnonzero(upper > lower)
+
+    @cached_property
+    def stretches(self) -> list[tuple[slice, int]]:
+        """Rows of each training window in the residual vector, and its number of samples."""
+        mask, found, filled = self.problem.data.mask("train"), [], 0
+        for w in windows(self.problem):
+            n = int(mask[w].sum())
+            if n:
+                rows = n * len(self.problem.data.names)
+                found.append((slice(filled, filled + rows), n))
+                filled += rows
+        return found
+
+    def at(self, theta: Array) -> ResidualEvaluation:
+        """Simulate with derivatives; the states at the starts are eliminated, not moved."""
+        return evaluate(self.problem, Point(theta, self.fit.point.states))
+
+    def rest(self, e: ResidualEvaluation, theta: Array, blind: Blind) -> Array:
+        """Training residual as the filter sees it."""
+        return np.concatenate(
+            [
+                _without_starts(blind(self._timed(theta, self._block(e.residual[rows], n))), blind)
+                for rows, n in self.stretches
+            ]
+        )[:, 0]
+
+    def triangle(self, e: ResidualEvaluation, theta: Array, blind: Blind) -> Array:
+        """Triangular factor of [columns rest] on training data, filter's derivative included."""
+        moved = self._moved(theta)
+        pieces = []
+        for rows, n in self.stretches:
+            r = self._timed(theta, self._block(e.residual[rows], n))
+            j = self._timed(theta, self._block(e.jacobian[rows][:, self.free], n))
+            columns, rest = blind(j), blind(r)
+            for i, other in moved:
+                columns[:, i] -= (other(r) - rest)[:, 0] / DIFFERENCE
+            both = np.concatenate([columns, rest], axis=1)
+            pieces.append(np.linalg.qr(_without_starts(both, blind), mode="r"))
+        return np.asarray(np.linalg.qr(np.concatenate(pieces), mode="r"))
+
+    def held_out(self, theta: Array, blind: Blind) -> float:
+        """Held-out sum of squares over its expectation."""
+        problem, total, count = self.problem, 0.0, 0.0
+        e = evaluate(problem, Point(theta, self.fit.point.states), derivatives=False)
+        left = problem.data.readings - e.y
+        test = problem.data.mask("test")
+        for w in windows(problem):
+            n = int(test[w].sum())
+            if n <= blind.states + 2:
+                continue
+            r = weighted(problem, left[w][test[w]].T[:, :, None].copy()).transpose(0, 2, 1)
+            seen = _without_starts(blind(self._timed(theta, r)), blind)
+            total += float(np.sum(seen**2))
+            count += max(n * blind.kept - blind.states, 1.0)
+        return total / count if count else np.nan
+
+    def count(self, blind: Blind) -> float:
+        """Degrees of freedom of the training data."""
+        own = sum(max(n * blind.kept - blind.states, 1.0) for _, n in self.stretches)
+        return max(own - min(self.free.size, 0.5 * own), 1.0)
+
+    def _block(self, rows: Array, n: int) -> Array:
+        """Rows channel by channel as (n_y, m, n)."""
+        return rows.reshape(len(self.problem.data.names), n, -1).transpose(0, 2, 1)
+
+    def _moved(self, theta: Array) -> list[tuple[int, Blind]]:
+        """Return filters a little way along every model parameter."""
+        found = []
+        model = slots(self.problem).free
+        for j, i in enumerate(self.free):
+            if model.start <= i < model.stop:
+                shifted = theta.copy()
+                shifted[i] += DIFFERENCE
+                found.append((j, self.filter_at(shifted)))
+        return found
+
+    def _timed(self, theta: Array, block: Array) -> Array:
+        """Undo the delays between channels: a latent signal reaches the plant, not the clock."""
+        lags = output_delays(self.problem, theta)
+        away = lags - lags.min()
+        if not (away > LATE).any():
+            return np.ascontiguousarray(block)
+        block = block.copy()
+        for c, lag in enumerate(away):
+            if lag > LATE:
+                block[c] = delayed_values(block[c].T, -float(lag)).T
+        return block
+
+
+def blind_refit(
+    seen: BlindProblem, start: ResidualEvaluation, steps: int, theta: Array | None = None
+) -> Refitted:
+    """Refit the parameters to the residual as the filter at the same parameters sees it.
+
+    Parameters
+    ----------
+    seen : BlindProblem
+    start : Evaluation
+        At the nominal fit, with derivatives.
+    steps : int
+        Largest number of Gauss-Newton steps.
+    theta : ndarray, optional
+        Where to begin; the nominal fit if not given.
+    """
+    nominal = seen.fit.point.theta
+    blind = seen.filter_at(nominal)
+    first = seen.rest(start, nominal, blind)
+    before = float(first @ first) / seen.count(blind)
+    if theta is None:
+        theta, e, cost = nominal, start, float(first @ first)
+    else:
+        e, blind = seen.at(theta), seen.filter_at(theta)
+        cost = float(np.sum(seen.rest(e, theta, blind) ** 2))
+    damping, moving = 1e-4, True
+    for _ in range(steps):
+        triangle = seen.triangle(e, theta, blind)
+        moving = False
+        for _ in range(TRIES):
+            trial = _stepped(seen, theta, triangle, damping)
+            there = seen.at(trial)
+            if np.isfinite(there.residual).all() and np.isfinite(there.jacobian).all():
+                filtered = seen.filter_at(trial)
+                reached = float(np.sum(seen.rest(there, trial, filtered) ** 2))
+                if reached < cost:
+                    moving = cost - reached > ENOUGH * cost
+                    theta, e, blind, cost = trial, there, filtered, reached
+                    damping = max(0.1 * damping, 1e-9)
+                    break
+            damping = min(30.0 * damping, 1e3)
+        if not moving:
+            break
+    count = seen.count(blind)
+    return Refitted(before, cost / count, seen.held_out(theta, blind), count, theta, moving)
+
+
+def _stepped(seen: BlindProblem, theta: Array, triangle: Array, damping: float) -> Array:
+    """Levenberg-Marquardt step within the bounds."""
+    free, stack = seen.free, seen.stack
+    lower, upper = stack.bounds
+    columns, aim = triangle[:, :-1], triangle[:, -1]
+    weight = stack.prior[0][free]
+    size = np.hypot(np.linalg.norm(columns, axis=0), weight) + 1e-300
+    if not np.isfinite(size).all():
+        return theta
+    wide = np.vstack([columns / size, np.diag(weight / size), np.sqrt(damping) * np.eye(free.size)])
+    step = np.linalg.lstsq(wide, np.concatenate([aim, np.zeros(2 * free.size)]), rcond=None)[0]
+    step = np.clip(step / size, -stack.lowest[free], stack.lowest[free])
+    trial = theta.copy()
+    trial[free] = np.clip(theta[free] + step, lower[free], upper[free])
+    return trial
+
+
+def _without_starts(block: Array, blind: Blind) -> Array:
+    """Project out the state at the start of a stretch; rows by columns."""
+    n_y, m, n = block.shape
+    flat = block.transpose(1, 0, 2).reshape(m, n_y * n)
+    if blind.states:
+        starts = blind.starts(n).transpose(1, 0, 2).reshape(blind.states, n_y * n)
+        size = np.linalg.norm(starts, axis=1)
+        starts = starts[size > 0] / size[size > 0, None]
+        if starts.shape[0]:
+            s, u = np.linalg.eigh(starts @ starts.T)
+            sound = s > 1e-10 * s[-1]
+            basis = (u[:, sound] / np.sqrt(s[sound])).T @ starts
+            flat = flat - (flat @ basis.T) @ basis
+    return np.asarray(flat.T)

@@ -1,0 +1,1 @@
+"""Score test of every effect at every port, without a fit."""

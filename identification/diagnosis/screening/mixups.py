@@ -1,0 +1,312 @@
+"""Before physics is blamed: channels exchanged, signs turned round, other units, dead sensors.
+
+A name for such a mistake would be an invention, and parameters bend far to hide it. So where the
+model fails grossly, it is fitted once more to the recording with each mistake undone; a mistake is
+only told if undoing it removes nearly all of the misfit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor
+from bondgraph.signals.recording import Split
+from bondgraph.signals.units import parse_unit
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.search.base import declared_fit
+from identification.diagnosis.search.nominal import nominal_fit
+from identification.estimation.single_record import Fit, FitStatus
+from identification.study.problem import Data, drives
+
+__all__ = ["FACTORS", "Mixup", "gross", "mixups", "moved", "relative_errors", "stuck", "undone"]
+
+Array = np.ndarray
+Fitter = Callable[[BondGraph, Data], Fit]
+
+GROSS = 0.2
+"""Error over the spread of a reading from which a mistake in the recording is looked for."""
+NOISE = 1.5
+"""Mean square over the floor that may be noise alone."""
+FALL, LEAST = 0.05, 0.2
+"""Undoing the mistake leaves this part of the misfit above the floor, and this part of all ..."""
+LEFT = 0.2
+"""... at most, and this error over the spread of any reading."""
+ALIKE = 3.0
+"""Mistakes whose misfit lies within this factor of the best one's cannot be told apart."""
+FEW = 1500
+"""Samples on which the mistakes are tried; the best is judged on all."""
+FAR = 8.0
+"""Ratio of measured to declared size from which other units are tried."""
+MOVED = 30.0
+"""Ratio of a fitted to a declared value that no data sheet is wrong by."""
+DEAF = 0.1
+"""Correlation with the model below which a sensor shows nothing of it."""
+FACTORS = (1e2, 1e3, 1e6, 1e9, 180.0 / np.pi, 30.0 / np.pi, 9.80665, 1e3 / 25.4, 1e5, 6e4)
+"""What a forgotten conversion multiplies by: percent, milli, micro, nano, degrees, turns a minute,
+kilogram-force, inches, bar, litres a minute."""
+
+
+@dataclass(frozen=True)
+class Mixup:
+    """A mistake in a recording that explains the misfit.
+
+    Attributes
+    ----------
+    kind : {"sign", "exchange", "scale", "dead"}
+    channels : tuple of str
+        One channel; two for an exchange.
+    factor : float
+        How many times too large the channel is, for a scale.
+    before, after : float
+        Held-out mean square over the floor as recorded, and with the mistake undone.
+    """
+
+    kind: str
+    channels: tuple[str, ...]
+    factor: float = 1.0
+    before: float = float("nan")
+    after: float = float("nan")
+
+    @property
+    def claim(self) -> str:
+        """The mistake in a few words."""
+        first = self.channels[0]
+        if self.kind == "exchange":
+            return f"{first} and {self.channels[1]} look exchanged"
+        if self.kind == "sign":
+            return f"{first} looks recorded with the wrong sign"
+        if self.kind == "dead":
+            return f"{first} does not follow the model at all: a dead or a foreign sensor"
+        many, size = max(self.factor, 1 / self.factor), "large" if self.factor > 1 else "small"
+        return f"{first} looks about {many:.3g} times too {size} (its unit?)"
+
+    @property
+    def sentence(self) -> str:
+        """The mistake with its evidence."""
+        how = "without it" if self.kind == "dead" else "with that undone"
+        return (
+            f"{self.claim}: {how} the held-out misfit falls from {self.before:.3g} to "
+            f"{self.after:.3g} times the floor"
+        )
+
+
+def relative_errors(fit: Fit, part: str = "test") -> dict[str, float]:
+    """Error of each reading over its spread, on one part; NaN where a reading stands still."""
+    y = fit.problem.data.readings[fit.problem.data.mask(part)]
+    r = fit.residuals(part)
+    spread = np.sqrt(np.mean((y - y.mean(axis=0)) ** 2, axis=0))
+    error = np.sqrt(np.mean(r**2, axis=0))
+    ratio = np.divide(error, spread, out=np.full_like(error, np.nan), where=spread > 0)
+    return dict(zip(fit.problem.data.names, map(float, ratio), strict=True))
+
+
+def gross(fit: Fit) -> bool:
+    """Whether the fitted model misses a reading by so much that the recording is in question."""
+    errors = [e for e in relative_errors(fit).values() if np.isfinite(e)]
+    return fit.chi2("test") > NOISE and max(errors, default=0.0) > GROSS
+
+
+def stuck(data: Data) -> tuple[str, ...]:
+    """Return a sentence for every reading that is constant although others and a command move."""
+    moving = [n for n, u in data.commands.items() if np.ptp(u) > 0]
+    still = [c for c in range(len(data.names)) if np.ptp(data.readings[:, c]) == 0]
+    if not moving or len(still) == len(data.names):
+        return ()
+    return tuple(
+        f"the reading {data.names[c]} is constant ({data.readings[0, c]:.4g}) while {moving[0]} "
+        "moves: check this sensor, or take it out of the model"
+        for c in still
+    )
+
+
+def moved(nominal: Fit) -> tuple[str, ...]:
+    """Return a sentence for every parameter that the fit carried absurdly far from its value."""
+    found = []
+    declared = nominal.problem.graph.parameters
+    for e in nominal.estimates:
+        start = declared[e.name].value if e.name in declared else 0.0
+        ratio = e.value / start if start else 1.0
+        if ratio > 0 and not 1 / MOVED < ratio < MOVED:
+            found.append(
+                f"{e.name} is declared as {start:.4g} and fitted as {e.value:.4g} {e.unit}: check "
+                "its value and the units of all channels".replace("  ", " ")
+            )
+    return tuple(found)
+
+
+def undone(data: Data, mixup: Mixup) -> Data:
+    """Return the recording with the mistake undone."""
+    if mixup.kind == "exchange":
+        return _exchanged(data, *mixup.channels)
+    (name,) = mixup.channels
+    factor = -1.0 if mixup.kind == "sign" else 1.0 / mixup.factor
+    if name in data.commands:
+        return replace(data, commands={**data.commands, name: factor * data.commands[name]})
+    c = data.names.index(name)
+    if mixup.kind == "dead":
+        # a floor this high takes the reading out of the fit
+        return replace(data, floor=_with(data.floor, c, 1e6 * float(np.ptp(data.readings[:, c]))))
+    readings = data.readings.copy()
+    readings[:, c] *= factor
+    return replace(
+        data, readings=readings, floor=_with(data.floor, c, abs(factor) * float(data.floor[c]))
+    )
+
+
+def _with(values: Array, place: int, value: float) -> Array:
+    found = np.array(values, float)
+    found[place] = value
+    return found
+
+
+def _exchanged(data: Data, one: str, other: str) -> Data:
+    if one in data.commands:
+        commands = dict(data.commands)
+        commands[one], commands[other] = commands[other], commands[one]
+        return replace(data, commands=commands)
+    order = list(range(len(data.names)))
+    a, b = data.names.index(one), data.names.index(other)
+    order[a], order[b] = b, a
+    return replace(data, readings=data.readings[:, order], floor=np.asarray(data.floor)[order])
+
+
+def mixups(graph: BondGraph, nominal: Fit, fitter: Fitter | None = None) -> tuple[Mixup, ...]:
+    """Return the mistakes in the recording that explain the misfit of `nominal`, the best first.
+
+    Several are returned where these data cannot tell them apart (the sign of the only sensor, or
+    of the only command). Nothing is looked for where the misfit is not `gross`.
+
+    Parameters
+    ----------
+    graph : BondGraph
+        The model as declared.
+    nominal : Fit
+        Its fit to the recording.
+    fitter : callable, optional
+        Fits a graph to data; the nominal fit of the diagnosis unless given.
+    """
+    if not gross(nominal):
+        return ()
+    data, fitted = nominal.problem.data, fitter or _fitted
+    brief = _brief(data)
+    before = _cost(fitted, graph, brief)
+    tried = [(m, _cost(fitted, graph, undone(brief, m), m)) for m in _candidates(graph, nominal)]
+    best = min((cost for _, cost in tried), default=np.inf)
+    if not _explains(before, best):
+        return ()
+    found = []
+    for m, cost in sorted(tried, key=lambda t: t[1]):
+        if cost < ALIKE * best and (sure := _judged(fitted, graph, nominal, m)) is not None:
+            found.append(sure)
+    if not found:
+        return ()
+    least = min(m.after for m in found)
+    return tuple(sorted((m for m in found if m.after <= ALIKE * least), key=lambda m: m.after))
+
+
+def _explains(before: float, after: float) -> bool:
+    return after < LEAST * before and after < 1.0 + FALL * before
+
+
+def _candidates(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
+    data = nominal.problem.data
+    units = {s.name: s.unit for s in (*drives(graph), *graph.of_type(Sensor))}
+    commands = [n for n, u in data.commands.items() if np.ptp(u) > 0]
+    for group in (commands, list(data.names)):
+        yield from (Mixup("sign", (n,)) for n in group)
+        for one, other in combinations(group, 2):
+            if _alike(units[one], units[other]):
+                yield Mixup("exchange", (one, other))
+    yield from _scales(graph, nominal, commands)
+    if len(data.names) > 1:
+        errors = relative_errors(nominal)
+        yield from (Mixup("dead", (n,)) for n in data.names if errors[n] > 1 - DEAF)
+
+
+def _alike(one: str, other: str) -> bool:
+    return not one or not other or parse_unit(one).same_dimension(parse_unit(other))
+
+
+def _scales(graph: BondGraph, nominal: Fit, commands: list[str]) -> Iterator[Mixup]:
+    """Forgotten conversions, from the sizes of the readings against the declared model's."""
+    problem = replace(nominal.problem, graph=graph, built=None)
+    simulated = declared_fit(problem, nominal).simulated
+    expected = simulated.std(axis=0)
+    ratio = problem.data.readings.std(axis=0) / np.maximum(expected, 1e-300)
+    if not np.isfinite(ratio).all() or not (ratio > 0).all():
+        return
+    for n, r in zip(problem.data.names, ratio, strict=True):
+        yield from (Mixup("scale", (n,), f) for f in _conversions(float(r)))
+    together = float(np.exp(np.mean(np.log(ratio))))
+    for n in commands:
+        yield from (Mixup("scale", (n,), f) for f in _conversions(1.0 / together))
+
+
+def _conversions(ratio: float) -> list[float]:
+    """Return conversions that a ratio of sizes may come from; none for an ordinary ratio."""
+    if 1 / FAR < ratio < FAR:
+        return []
+    known = [f**s for f in FACTORS for s in (1, -1)]
+    near = sorted(known, key=lambda f: abs(np.log(ratio / f)))[:2]
+    return [f for f in near if abs(np.log(ratio / f)) < np.log(6.0)]
+
+
+def _brief(data: Data) -> Data:
+    """Return the moving part of the first recording, at most `FEW` samples, all of them scored."""
+    begin = data.split.rest.stop if data.split.rest is not None else 0
+    ends = [e for e in (*data.breaks, data.n) if e > begin]
+    stop = min(begin + FEW, ends[0])
+    part = slice(begin, stop)
+    return replace(
+        data,
+        time=data.time[part],
+        commands={k: v[part] for k, v in data.commands.items()},
+        readings=data.readings[part],
+        split=Split(slice(0, stop - begin), slice(0, stop - begin), "the first samples"),
+        breaks=(),
+    )
+
+
+def _fitted(graph: BondGraph, data: Data) -> Fit:
+    return nominal_fit(graph, data, data.hold)[1]
+
+
+def _cost(fitter: Fitter, graph: BondGraph, data: Data, mixup: Mixup | None = None) -> float:
+    """Misfit after a fit; infinite where it cannot be made, or a dead sensor does follow."""
+    try:
+        found = fitter(graph, data)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return np.inf
+    if found.status is FitStatus.BROKEN or not np.isfinite(found.simulated).all():
+        return np.inf
+    if mixup is not None and mixup.kind == "dead" and _follows(found, mixup.channels[0]):
+        return np.inf
+    return found.chi2("train")
+
+
+def _follows(fit: Fit, sensor: str) -> bool:
+    c = fit.problem.data.names.index(sensor)
+    y, x = fit.problem.data.readings[:, c], fit.simulated[:, c]
+    return bool(np.ptp(x) == 0 or abs(np.corrcoef(x, y)[0, 1]) > DEAF)
+
+
+def _judged(fitter: Fitter, graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
+    """Fit all data with the mistake undone; None if that does not explain them after all."""
+    try:
+        found = fitter(graph, undone(nominal.problem.data, mixup))
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return None
+    before, after = nominal.chi2("test"), found.chi2("test")
+    errors = [
+        e
+        for n, e in relative_errors(found).items()
+        if not (mixup.kind == "dead" and n == mixup.channels[0])
+    ]
+    if found.status is FitStatus.BROKEN or not _explains(before, after) or max(errors) > LEFT:
+        return None
+    return replace(mixup, before=before, after=after)

@@ -1,0 +1,181 @@
+"""The past of every port along the fitted record: one simulation with all of them observed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.graph.bond_graph import Bond, BondGraph
+from bondgraph.graph.elements import (
+    GY,
+    TF,
+    C,
+    De,
+    Df,
+    Dq,
+    Element,
+    I,
+    One,
+    R,
+    Sensor,
+    Source,
+    TwoPort,
+    Zero,
+)
+from bondgraph.simulation.lure import Compiled
+from bondgraph.simulation.simulate import prepare, run_prepared
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.estimation.single_record import Fit
+from identification.study.engine import ExactEngine, engine_of
+from identification.study.residual import parameters_at, windows
+
+Array = np.ndarray
+
+
+def scene(nominal: Fit) -> FittedModel:
+    """Simulate the fitted model once more with all port variables observed."""
+    problem = nominal.problem
+    graph, data = problem.graph, problem.data
+    watched = _watched(graph)
+    traces = _observe(nominal, watched)
+    past: dict[str, PortHistory] = {}
+    for e, (a, b) in watched.items():
+        element = graph[e]
+        if a not in traces or b not in traces:
+            continue
+        first, second = traces[a], traces[b]
+        flow = second if isinstance(element, TwoPort) else first
+        moved = None
+        if not isinstance(element, C):
+            steps = 0.5 * (flow[1:] + flow[:-1]) * data.dt
+            moved = np.concatenate([[0.0], np.cumsum(steps)])
+        past[e] = PortHistory(first, second, data.dt, moved)
+    for s in graph.of_type(Source):
+        if s.name in data.commands:
+            past[s.name] = PortHistory(data.commands[s.name], data.commands[s.name], data.dt)
+    simulated = _filled(nominal.simulated)
+    for i, n in enumerate(data.names):
+        past[n] = PortHistory(simulated[:, i], simulated[:, i], data.dt)
+    residual = np.where(np.isfinite(nominal.simulated), data.readings - nominal.simulated, 0.0)
+    scored = data.mask("train") | data.mask("test")
+    return FittedModel(graph, data, nominal, residual * scored[:, None], past)
+
+
+def _watched(graph: BondGraph) -> dict[str, tuple[str, str]]:
+    """Names of the argument and the output of every port, by element."""
+    names = SignalNames(graph)
+    found: dict[str, tuple[str, str]] = {}
+    for e in graph.elements.values():
+        if isinstance(e, C | R | I):
+            (b,) = graph.bonds_of(e.name)
+            argument = f"q_{e.name}" if isinstance(e, C) else names.flow(b)
+            found[e.name] = (argument, names.effort(b))
+        elif isinstance(e, TF | GY):
+            ends = _ends(graph, e)
+            if ends is not None:
+                first, second = ends
+                far = names.effort(second) if isinstance(e, TF) else names.flow(second)
+                found[e.name] = (far, names.flow(first))
+    return found
+
+
+def _ends(graph: BondGraph, e: Element) -> tuple[Bond, Bond] | None:
+    into = [b for b in graph.bonds_of(e.name) if b.head == e.name]
+    out = [b for b in graph.bonds_of(e.name) if b.tail == e.name]
+    return (into[0], out[0]) if len(into) == len(out) == 1 else None
+
+
+def _observe(nominal: Fit, watched: dict[str, tuple[str, str]]) -> dict[str, Array]:
+    problem = nominal.problem
+    if isinstance(problem.engine, ExactEngine):
+        return _observe_exact(nominal, sorted({n for pair in watched.values() for n in pair}))
+    return _observe_with_sensors(nominal, watched)
+
+
+def _observe_exact(nominal: Fit, wanted: list[str]) -> dict[str, Array]:
+    problem = nominal.problem
+    space = problem.compiled.space
+    known = {str(s.symbol) for s in space.states} | {str(a.target) for a in space.assignments}
+    observed = tuple(n for n in wanted if n in known)
+    seen = Compiled(space, observed)
+    p = parameters_at(problem, nominal.point.theta)
+    ready = prepare(seen, p, problem.data.dt, problem.n_sub)
+    trace = np.full((problem.data.n, len(observed)), np.nan)
+    for w, x0 in zip(windows(problem), nominal.point.states, strict=True):
+        u = problem.inputs[w]
+        fine = problem.engine.fine_inputs(u, problem.n_sub, problem.data.hold)
+        trace[w] = run_prepared(ready, u, x0, fine=fine).y[:, seen.n_y :]
+    trace = _filled(trace)
+    return {n: trace[:, i] for i, n in enumerate(observed)}
+
+
+def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> dict[str, Array]:
+    """Attach sensors to every port: works for any model of the language."""
+    problem = nominal.problem
+    known = {n: v for n, v in nominal.values.items() if n in problem.with_offsets.parameters}
+    graph = problem.with_offsets.with_values(known)
+    sensed: dict[str, str] = {}
+    for name, (argument, output) in watched.items():
+        try:
+            wider, added = _with_sensors(graph, graph[name], argument, output)
+            engine_of(wider)
+        except BondsightError:
+            continue
+        graph, sensed = wider, {**sensed, **added}
+    engine = engine_of(graph)
+    values = {n: v for n, v in nominal.values.items() if n in engine.parameters}
+    ready = engine.prepare(engine.vector(values), problem.data.dt, problem.n_sub, [], False)
+    rows = nominal.point.states.shape[0]
+    by_name = dict(zip(problem.engine.state_names, nominal.point.states.T, strict=True))
+    x0 = np.zeros((rows, engine.n_x))
+    for i, n in enumerate(engine.state_names):
+        x0[:, i] = by_name.get(n, 0.0)
+    sensors = [s.name for s in graph.of_type(Sensor)]
+    trace = np.full((problem.data.n, len(sensors)), np.nan)
+    u = engine.inputs(problem.data.commands, problem.data.time)
+    for w, start in zip(windows(problem), x0, strict=True):
+        fine = engine.fine_inputs(u[w], problem.n_sub, problem.data.hold)
+        trace[w] = engine.run(ready, u[w], start, fine).y[:, : len(sensors)]
+    trace = _filled(trace)
+    return {signal: trace[:, sensors.index(sensor)] for signal, sensor in sensed.items()}
+
+
+def _with_sensors(
+    graph: BondGraph, e: Element, argument: str, output: str
+) -> tuple[BondGraph, dict[str, str]]:
+    """Return the graph with sensors for the two variables of a port, and their names by signal.
+
+    They are named after the element: elements of one junction share a signal.
+    """
+    names = {n: f"past_{e.name}_{n}" for n in (argument, output)}
+    if isinstance(e, TwoPort):
+        ends = _ends(graph, e)
+        if ends is None:
+            raise BondsightError(f"{e.name} has no two ends")
+        graph = _measured(graph, ends[0], One, Df(names[output]))
+        ends = _ends(graph, e)
+        assert ends is not None
+        node, sensor = (Zero, De) if isinstance(e, TF) else (One, Df)
+        return _measured(graph, ends[1], node, sensor(names[argument])), names
+    (bond,) = graph.bonds_of(e.name)
+    first = (Dq if isinstance(e, C) else Df)(names[argument])
+    graph = _measured(graph, bond, One, first)
+    (bond,) = graph.bonds_of(e.name)
+    return _measured(graph, bond, Zero, De(names[output])), names
+
+
+def _measured(graph: BondGraph, bond: Bond, kind: type[One | Zero], sensor: Sensor) -> BondGraph:
+    node = kind(f"at_{sensor.name}")
+    return graph.with_inserted(bond, node).with_branch(node.name, [sensor])
+
+
+def _filled(trace: Array) -> Array:
+    """Carry the nearest known value into samples that no window covers."""
+    out = trace.copy()
+    index = np.arange(trace.shape[0])
+    for c in range(trace.shape[1]):
+        good = np.isfinite(trace[:, c])
+        if good.any() and not good.all():
+            out[:, c] = np.interp(index, index[good], trace[good, c])
+    return np.asarray(np.nan_to_num(out))

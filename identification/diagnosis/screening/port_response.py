@@ -1,0 +1,226 @@
+"""What a latent signal at any port of the fitted model would do to the readings.
+
+The graph is probed with a source at every port, all derived once; a latent signal is then one run
+of the compiled kernel. Linear models are exact by superposition; others are run beside the fitted
+trajectory with a small share of the signal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor
+from bondgraph.signals.fractional_delay import delayed_values
+from bondgraph.simulation.simulate import KernelRun
+from identification.diagnosis.screening.latent_input import probed_graph
+from identification.estimation.single_record import Fit
+from identification.study.engine import Engine, engine_of
+from identification.study.problem import Problem, drives
+from identification.study.residual import output_delays, parameters_at, read_out, windows
+
+Array = np.ndarray
+EARLY = 32
+"""Samples before the one input of a linear model's answer: what lags of sensors may reach."""
+SMALL = 1e-3
+"""Share of the readings' spread that a latent signal may move in a model that is not linear."""
+
+
+@dataclass(frozen=True, eq=False)
+class Probes:
+    """The fitted model with a source at every port.
+
+    Attributes
+    ----------
+    fit : Fit
+        The fitted model.
+    engine : Engine
+        Of the probed graph.
+    ports : dict of str to (str, float)
+        Source that stands for a latent addition at each element, and the factor on it.
+    flows : dict of str to (str, float)
+        The same for the other side of two-ports.
+    """
+
+    fit: Fit
+    engine: Engine
+    ports: dict[str, tuple[str, float]]
+    flows: dict[str, tuple[str, float]]
+
+    @property
+    def problem(self) -> Problem:
+        """Problem of the fit."""
+        return self.fit.problem
+
+    @cached_property
+    def _ready(self) -> Any:
+        values = dict(zip(
+            self.problem.engine.parameter_names,
+            map(float, parameters_at(self.problem, self.fit.point.theta)), strict=True,
+        ))  # fmt: skip
+        p = self.engine.vector({n: v for n, v in values.items() if n in self.engine.parameters})
+        return self.engine.prepare(p, self.problem.data.dt, self.problem.steps, [], False)
+
+    @cached_property
+    def _base_inputs(self) -> Array:
+        data = self.problem.data
+        extra = {name: np.zeros(data.n) for name in self._sources}
+        return self.engine.inputs({**data.commands, **extra}, data.time)
+
+    @cached_property
+    def _sources(self) -> tuple[str, ...]:
+        return tuple(n for n, _ in (*self.ports.values(), *self.flows.values()))
+
+    @cached_property
+    def _columns(self) -> dict[str, int]:
+        """Where each source sits in the inputs, found by moving it."""
+        data = self.problem.data
+        names = [*self._sources, *(s.name for s in drives(self.problem.graph))]
+        short = {n: np.zeros(4) for n in names}
+        still = self.engine.inputs(short, data.time[:4])
+        found = {}
+        for n in names:
+            moved = self.engine.inputs({**short, n: np.ones(4)}, data.time[:4])
+            hit = np.flatnonzero(np.abs(moved - still).max(axis=0))
+            if hit.size == 1:
+                found[n] = int(hit[0])
+        return found
+
+    @cached_property
+    def _states(self) -> Array:
+        """Initial states of the windows in the order of the probed model."""
+        names = self.problem.engine.state_names
+        known = {n: self.fit.point.states[:, i] for i, n in enumerate(names)}
+        rows = self.fit.point.states.shape[0]
+        return (
+            np.stack([known.get(n, np.zeros(rows)) for n in self.engine.state_names], axis=1)
+            if self.engine.n_x
+            else np.zeros((rows, 0))
+        )
+
+    @cached_property
+    def _still(self) -> Array:
+        return self._run(self._base_inputs, self._states)
+
+    def _run(self, u: Array, states: Array) -> Array:
+        """Return the readings of all windows, shape (N, n_y)."""
+        problem = self.problem
+        y = np.zeros((problem.data.n, len(problem.data.names)))
+        for w, x0 in zip(windows(problem), states, strict=True):
+            fine = self.engine.fine_inputs(u[w], problem.steps, problem.data.hold)
+            run: KernelRun = self.engine.run(
+                self._ready, u[w], x0, fine, every_substep=bool(problem.delays)
+            )
+            y[w] = read_out(problem, run, self.fit.point.theta, derivatives=False).y
+        return y
+
+    def knows(self, element: str) -> bool:
+        """Whether `respond` has an answer for `element`."""
+        g = self.problem.graph
+        return (
+            (element in self.ports and self.ports[element][0] in self._columns)
+            or isinstance(g.elements.get(element), Sensor)
+            or element in self._columns
+        )
+
+    def respond(self, element: str, columns: Array, flow: Array | None = None) -> Array:
+        """Return what latent signals at an element change in the readings.
+
+        Parameters
+        ----------
+        element : str
+            Name of an element of the fitted graph.
+        columns : ndarray, shape (N, k), SI
+            Additions as `identification.diagnosis.catalogue.effect.Signature` describes them.
+        flow : ndarray, shape (N, k), optional
+            The other side of a two-port.
+
+        Returns
+        -------
+        ndarray, shape (N, n_y, k)
+        """
+        problem = self.problem
+        n, n_y = problem.data.n, len(problem.data.names)
+        out = np.zeros((n, n_y, columns.shape[1]))
+        if element in problem.data.names:
+            out[:, problem.data.names.index(element)] = columns
+            return out
+        source, factor = self.ports.get(element, (element, 1.0))
+        parts = [(self._columns[source], factor, columns)]
+        if flow is not None and element in self.flows:
+            other, by = self.flows[element]
+            parts.append((self._columns[other], by, flow))
+        if self.engine.exact_step and not problem.clock:
+            for at, by, c in parts:
+                self._convolved(at, by * c, out)
+            return out
+        for k in range(columns.shape[1]):
+            out[:, :, k] = self._one([(at, by, c[:, k]) for at, by, c in parts])
+        return out
+
+    def _convolved(self, at: int, columns: Array, out: Array) -> None:
+        """Add the response of a linear model, by convolution with its answer to one sample."""
+        answer = self._answers(at)
+        for w in windows(self.problem):
+            n = w.stop - w.start
+            size = next_fast_len(2 * n + EARLY, real=True)
+            spectrum = rfft(columns[w], size, axis=0)
+            for c in range(answer.shape[1]):
+                both = spectrum * rfft(answer[: n + EARLY, c], size)[:, None]
+                out[w, c] += irfft(both, size, axis=0)[EARLY : EARLY + n]
+
+    def _answers(self, at: int) -> Array:
+        """Return the outputs after one input of 1 at sample `EARLY`, shape (N + EARLY, n_y)."""
+        if at not in self._known:
+            problem = self.problem
+            longest = max(w.stop - w.start for w in windows(problem))
+            u = np.zeros((longest + EARLY, self._base_inputs.shape[1]))
+            u[EARLY, at] = 1.0
+            fine = self.engine.fine_inputs(u, problem.steps, problem.data.hold)
+            n_y = len(problem.data.names)
+            y = self.engine.run(self._ready, u, np.zeros(self.engine.n_x), fine).y[:, :n_y].copy()
+            lags = output_delays(problem, self.fit.point.theta)
+            for c in np.flatnonzero(lags):
+                y[:, c] = delayed_values(np.ascontiguousarray(y[:, c]), float(lags[c]))
+            self._known[at] = y
+        return self._known[at]
+
+    @cached_property
+    def _known(self) -> dict[int, Array]:
+        return {}
+
+    def _one(self, parts: Sequence[tuple[int, float, Array]]) -> Array:
+        # twice: the first run tells how large a share keeps the change small
+        spread = self.problem.data.readings.std(axis=0) + self.problem.data.floor
+        share = 1e-3
+        for _ in range(2):
+            u = self._base_inputs.copy()
+            for at, by, c in parts:
+                u[:, at] += share * by * c
+            change = (self._run(u, self._states) - self._still) / share
+            size = float(np.nanmax(np.abs(change).max(axis=0) / spread, initial=0.0))
+            if not np.isfinite(size) or size <= 0 or SMALL / 30 < share * size < 30 * SMALL:
+                break
+            share = SMALL / size
+        return np.asarray(np.nan_to_num(change, posinf=0.0, neginf=0.0))
+
+
+def probes(fit: Fit, plain: BondGraph | None = None) -> Probes:
+    """Probe the fitted model at every storage, resistor, inertia and two-port.
+
+    Parameters
+    ----------
+    plain : BondGraph, optional
+        Probe this graph with the fitted values instead: the model before effects were inserted,
+        which is linear where the repaired one is not, and near enough to rank what is left.
+    """
+    graph = fit.problem.with_offsets if plain is None else plain
+    known = {n: v for n, v in fit.values.items() if n in graph.parameters}
+    probed = probed_graph(graph.with_values(known))
+    return Probes(fit, engine_of(probed.graph), dict(probed.ports), dict(probed.flows))

@@ -1,0 +1,233 @@
+"""Rank every effect at every place by one linear step from the fitted model: cheap, for all ports.
+
+Each effect says what it would add at its port (`Effect.signatures`). The addition is sent through
+the linearised model to the readings, whatever parameters, offsets and initial states could imitate
+is projected out of it and out of the residual, and the rest is weighed by least squares: the first
+Gauss-Newton step of the full fit, for the price of one simulation (score test; Rao 1948).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bondgraph.graph.elements import Element
+from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
+from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.screening.port_response import Probes
+from identification.study.problem import Problem
+from identification.study.residual import evaluate, weighted, windows
+
+Array = np.ndarray
+BLOCKS = 24
+"""Stretches of the training part that vote on whether an improvement is real."""
+WEAKEST = 1e-7
+"""Singular values below this share of the largest are a combination without effect."""
+
+
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """One effect at one place after the linear screening.
+
+    Attributes
+    ----------
+    share : float
+        Part of the training misfit that one linear step would remove.
+    columns : int
+        How many weights that took.
+    z : float
+        Standard errors by which the improvement shows in stretches the weights were not fitted on.
+    hint : Hint or None
+        What the full fit starts from; None for effects without signatures.
+    latent : ndarray, shape (N,), SI, or None
+        The addition at the port that the weights make.
+    """
+
+    effect: Effect
+    element: Element
+    home: bool
+    share: float
+    columns: int
+    z: float
+    hint: Hint | None
+    latent: Array | None = None
+
+    @property
+    def label(self) -> str:
+        """Text such as ``hysteresis at C_nl``."""
+        return f"{self.effect.name} at {self.element.name}"
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """Residual and rows of the training part, free of what the fit itself can do.
+
+    Attributes
+    ----------
+    residual : ndarray, shape (M,)
+        Weighted residual, projected.
+    total : float
+        Its sum of squares before the projection took the rest of the fit's freedom.
+    blocks : ndarray of int, shape (M,)
+        Stretch of the record that each row belongs to.
+    """
+
+    problem: Problem
+    residual: Array
+    total: float
+    blocks: Array
+    _local: tuple[tuple[slice, Array], ...]
+    _shared: Array
+
+    def rows(self, response: Array) -> Array:
+        """Weighted, projected rows of responses (N, n_y, k), shape (M, k)."""
+        return self.clean(_rows(self.problem, response))
+
+    def clean(self, x: Array) -> Array:
+        """Project out initial states, parameters and nuisances."""
+        x = x.copy()
+        for rows, q in self._local:
+            x[rows] -= q @ (q.T @ x[rows])
+        return np.asarray(x - self._shared @ (self._shared.T @ x))
+
+
+def projection(scene: FittedModel) -> Projection:
+    """Prepare the screening of a fitted model."""
+    fit = scene.nominal
+    problem = fit.problem
+    e = evaluate(problem, fit.point)
+    local = []
+    for rows, matrix in e.local:
+        q = _basis(matrix)
+        local.append((rows, q))
+    raw = Projection(
+        problem, e.residual, 0.0, np.zeros(0), tuple(local), np.zeros((e.residual.size, 0))
+    )
+    shared = _basis(raw.clean(e.jacobian))
+    made = Projection(problem, e.residual, 0.0, np.zeros(0), tuple(local), shared)
+    left = made.clean(e.residual[:, None])[:, 0]
+    return Projection(
+        problem, left, float(left @ left), _block_of_rows(problem), tuple(local), shared
+    )
+
+
+def screen(scene: FittedModel, probes: Probes, catalogue: Sequence[Effect]) -> list[Screened]:
+    """Rank the effects of `catalogue` at all their places, best first; those exempt come last."""
+    onto = projection(scene)
+    found: list[Screened] = []
+    for effect in catalogue:
+        for element in effect.places(scene.graph):
+            if element.name not in scene.past or not probes.knows(element.name):
+                continue
+            signatures = effect.signatures(scene, element)
+            home = effect.home(element)
+            if not signatures:
+                found.append(Screened(effect, element, home, 0.0, 0, 0.0, None))
+                continue
+            best = _best(onto, probes, element, signatures)
+            if best is not None:
+                share, z, signature, weights = best
+                hint = Hint(signature.shape or {}, weights)
+                latent = signature.columns @ weights
+                k = weights.size
+                found.append(Screened(effect, element, home, share, k, z, hint, latent))
+    return sorted(found, key=lambda s: (s.hint is None, -s.share))
+
+
+def _best(
+    onto: Projection, probes: Probes, element: Element, signatures: Sequence[Signature]
+) -> tuple[float, float, Signature, Array] | None:
+    best: tuple[float, Array, Signature, Array] | None = None
+    for s in signatures:
+        size = np.abs(s.columns).max(axis=0)
+        usable = np.isfinite(size) & (size > 0)
+        if not usable.any():
+            continue
+        columns = np.where(usable, s.columns / np.where(usable, size, 1.0), 0.0)
+        flow = (
+            None if s.flow is None else np.where(usable, s.flow / np.where(usable, size, 1.0), 0.0)
+        )
+        x = onto.rows(probes.respond(element.name, np.nan_to_num(columns), flow))
+        if not np.isfinite(x).all():
+            continue
+        weights = _weights(x, onto.residual)
+        gain = _gain(x, onto.residual, weights)
+        if best is None or gain > best[0]:
+            best = gain, x, s, np.where(usable, weights / np.where(usable, size, 1.0), 0.0)
+    if best is None:
+        return None
+    gain, x, signature, weights = best
+    share = gain / onto.total if onto.total > 0 else 0.0
+    return share, votes(onto, x), signature, weights
+
+
+def _gain(x: Array, r: Array, weights: Array) -> float:
+    left = r - x @ weights
+    return float(r @ r - left @ left)
+
+
+def _weights(x: Array, r: Array) -> Array:
+    size = np.linalg.norm(x, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    found = np.linalg.lstsq(x / size, r, rcond=WEAKEST)[0]
+    return np.asarray(found / size)
+
+
+def votes(onto: Projection, x: Array) -> float:
+    """Return standard errors of the improvement on stretches not used for the weights.
+
+    Logarithms of the stretches' misfits are compared, so that a few loud ones do not decide.
+    """
+    if not x.shape[1]:
+        return 0.0
+    gains = np.zeros(BLOCKS)
+    for half in (0, 1):
+        inside = onto.blocks % 2 == half
+        if not inside.any() or inside.all():
+            return 0.0
+        weights = _weights(x[inside], onto.residual[inside])
+        left = onto.residual[~inside] - x[~inside] @ weights
+        here = onto.blocks[~inside]
+        before = np.bincount(here, onto.residual[~inside] ** 2, BLOCKS)
+        after = np.bincount(here, left**2, BLOCKS)
+        gains += np.where(before > 0, np.log((before + 1e-300) / (after + 1e-300)), 0.0)
+    g = gains[np.unique(onto.blocks)]
+    spread = float(g.std(ddof=1)) if g.size > 1 else 0.0
+    return float(g.mean() * np.sqrt(g.size) / spread) if spread > 0 else 0.0
+
+
+def _basis(x: Array) -> Array:
+    """Orthonormal columns that span `x`, negligible directions left out."""
+    if not x.shape[1]:
+        return np.zeros((x.shape[0], 0))
+    size = np.linalg.norm(x, axis=0)
+    x = x[:, size > 0] / size[size > 0]
+    if not x.shape[1] or not np.isfinite(x).all():
+        return np.zeros((x.shape[0], 0))
+    q, r = np.linalg.qr(x)
+    keep = np.abs(np.diag(r)) > WEAKEST
+    return np.asarray(q[:, keep])
+
+
+def _rows(problem: Problem, response: Array) -> Array:
+    """Training rows of responses in the order of the residual."""
+    train = problem.data.mask("train")
+    parts = []
+    for w in windows(problem):
+        chosen = train[w]
+        if chosen.any():
+            block = weighted(problem, response[w][chosen].transpose(1, 0, 2))
+            parts.append(block.reshape(-1, response.shape[2]))
+    return np.concatenate(parts) if parts else np.zeros((0, response.shape[2]))
+
+
+def _block_of_rows(problem: Problem) -> Array:
+    train = problem.data.mask("train")
+    count = int(train.sum())
+    order = np.zeros(train.size, int)
+    order[train] = np.minimum(np.arange(count) * BLOCKS // max(count, 1), BLOCKS - 1)
+    n_y = len(problem.data.names)
+    parts = [np.tile(order[w][train[w]], n_y) for w in windows(problem) if train[w].any()]
+    return np.concatenate(parts) if parts else np.zeros(0, int)

@@ -1,0 +1,1 @@
+"""Candidates fitted in rounds, effects added one after the other."""

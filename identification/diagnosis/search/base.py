@@ -1,0 +1,123 @@
+"""The data the search works on, and the repaired model on all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.search.candidates import (
+    Candidate,
+    DiagnosisOptions,
+    thinning,
+    trial_of,
+)
+from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.study.problem import Problem
+from identification.study.residual import Point, slots, start_point, windows
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """Where a search starts: a fitted model, and the problem that candidates are built from."""
+
+    fit: Fit
+    template: Problem
+
+
+def base_of(f: Fit) -> Base:
+    """Start candidates where `f` ended."""
+    problem = f.problem
+    states = problem.engine.state_names
+    known = {n: f.point.states[:, i] for i, n in enumerate(states)}
+    offsets = tuple(float(v) for v in f.point.theta[slots(problem).offsets])
+    start: dict[str, Any] = {
+        "starts": dict(f.values),
+        "known_states": known,
+        "known_offsets": offsets,
+        "built": None,
+    }
+    return Base(f, replace(problem, **start))
+
+
+def thinned(template: Problem, nominal: Fit, options: DiagnosisOptions) -> Base:
+    """Return the problem for the search on thinned data, with the nominal fit on the same data."""
+    factor = thinning(template.data, options.samples)
+    if factor == 1:
+        return base_of(nominal)
+    window = template.window and max(template.window // factor, 16)
+    thin = replace(template, data=template.data.thinned(factor), window=window)
+    states = template.engine.state_names
+    known = {n: nominal.point.states[:, i] for i, n in enumerate(states)}
+    return base_of(
+        fit(
+            replace(thin, known_states=known),
+            start=_lags_scaled(nominal, thin, factor),
+            max_iterations=8,
+        )
+    )
+
+
+def _lags_scaled(f: Fit, problem: Problem, factor: float) -> Point:
+    """Return the point of a fit on another sampling grid: lags and delays count samples."""
+    at = slots(problem)
+    theta = f.point.theta.copy()
+    theta[at.lags] /= factor
+    theta[at.delays] /= factor
+    return Point(theta, f.point.states)
+
+
+def on_full_data(
+    decisions: Sequence[Decision], template: Problem, holds: Sequence[str]
+) -> tuple[Decision, ...]:
+    """Refit the last named effect on all samples, and with what the commands do between them.
+
+    The behaviour between samples is chosen again here: beside a large misfit it does not show.
+    """
+    last = max((i for i, d in enumerate(decisions) if d.chosen is not None), default=None)
+    named = [i for i, d in enumerate(decisions) if d.kind == "missing_physics"]
+    last = named[-1] if named else last
+    if last is None:
+        return tuple(decisions)
+    chosen = decisions[last].chosen
+    assert chosen is not None
+    made = list(decisions)
+    made[last] = replace(decisions[last], chosen=_refitted(chosen, template, holds))
+    return tuple(made)
+
+
+def _refitted(chosen: Candidate, template: Problem, holds: Sequence[str]) -> Candidate:
+    old = chosen.fit
+    factor = max(1, round(template.data.n / old.problem.data.n))
+    fits = [old] if factor == 1 else []
+    for hold in dict.fromkeys((template.data.hold, *holds)):
+        if factor == 1 and hold == old.problem.data.hold:
+            continue
+        n_sub = max(old.problem.n_sub // factor, 4 if hold == "band-limited" else 1)
+        data = replace(template.data, hold=hold)
+        problem = replace(old.problem, data=data, window=template.window, n_sub=n_sub)
+        point = _lags_scaled(old, problem, 1 / factor)
+        if len(windows(problem)) != old.point.states.shape[0]:
+            problem = replace(problem, known_states={})
+            point = Point(point.theta, start_point(problem).states)
+        fits.append(fit(problem, start=point, max_iterations=10))
+    test = template.data.mask("test")
+    sound = [
+        f for f in fits if f.status is not FitStatus.BROKEN and np.isfinite(f.simulated[test]).all()
+    ]
+    if not sound:
+        return chosen
+    first = sound[0]
+    result = min(sound, key=lambda f: f.cost * (1.0 if f is first else 1.03))
+    return trial_of(chosen.insertion, chosen.home, result)
+
+
+def declared_fit(template: Problem, nominal: Fit) -> Fit:
+    """Fit the nuisances alone, parameters as declared."""
+    names = [n for n in template.graph.parameters if not n.startswith("offset_")]
+    return fit(replace(template, fixed=tuple(names), starts={}), max_iterations=10)

@@ -1,0 +1,413 @@
+"""Fit what the screening found promising: every serious effect at every serious place."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+from threadpoolctl import threadpool_limits
+
+from bondgraph.simulation.simulate import HOLDS
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
+from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.screening.score_test import Screened
+from identification.estimation.single_record import Fit, FitStatus, fit, start_cost
+from identification.study.problem import Data, Problem
+from identification.study.residual import Point, evaluate
+
+Array = np.ndarray
+BLOCKS = 40
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One effect at one place after its fit.
+
+    Attributes
+    ----------
+    home : bool
+        The place is a usual one for the effect.
+    train, test : float
+        Mean square residual over the floor.
+    blocks : ndarray, shape (BLOCKS,)
+        The same on consecutive parts of the held-out samples.
+    """
+
+    insertion: Insertion
+    home: bool
+    fit: Fit
+    train: float
+    test: float
+    blocks: Array
+
+    @property
+    def label(self) -> str:
+        """Text such as ``hysteresis at C_nl``."""
+        return self.insertion.label
+
+    @property
+    def effect(self) -> str:
+        """Name of the effect."""
+        return self.insertion.effect
+
+    @property
+    def element(self) -> str:
+        """Place of the effect."""
+        return self.insertion.element
+
+
+def blocks_of(result: Fit, part: str = "test") -> Array:
+    """Mean square weighted residual on consecutive parts of the held-out samples."""
+    r = result.residuals(part) / result.problem.data.floor
+    square = np.mean(r**2, axis=1)
+    count = min(BLOCKS, square.size)
+    return np.array([float(b.mean()) for b in np.array_split(square, count)])
+
+
+def paired_z(worse: Array, better: Array) -> float:
+    """How many standard errors `better` lies below `worse`, block by block.
+
+    The logarithm of each block's mean square is compared, so that a few blocks with a large misfit
+    (peaks that saturate) neither carry nor drown the comparison.
+    """
+    d = np.log(np.maximum(worse, 1e-300)) - np.log(np.maximum(better, 1e-300))
+    if d.size < 2:
+        return 0.0
+    spread = float(d.std(ddof=1)) / np.sqrt(d.size)
+    if spread > 0:
+        return float(d.mean() / spread)
+    return float(np.copysign(np.inf, d.mean())) if d.any() else 0.0
+
+
+@dataclass(frozen=True)
+class DiagnosisOptions:
+    """Cost of the search and what may be named.
+
+    Attributes
+    ----------
+    jobs : int
+        Processes; -1 for all cores. The joblib backend in force is used.
+    keep : int
+        Candidates of the linear screening that are fitted first.
+    more : int
+        Rivals of the best one that are fitted after them.
+    samples : int
+        A longer record is thinned for the search where that loses nothing.
+    effects : int
+        How many effects are looked for, one after the other.
+    without : tuple of str
+        Effects that may not be named.
+    extra : tuple of Effect
+        Effects of the user beside the catalogue.
+    holds : tuple of str
+        Behaviours of the commands between samples that may be chosen; one where it is known.
+    """
+
+    jobs: int = -1
+    keep: int = 8
+    more: int = 4
+    final_iterations: int = 30
+    samples: int = 12000
+    effects: int = 3
+    without: tuple[str, ...] = ()
+    extra: tuple[Effect, ...] = ()
+    holds: tuple[str, ...] = tuple(HOLDS)
+
+    @property
+    def catalogue(self) -> tuple[Effect, ...]:
+        """Effects that may be named."""
+        return (*(e for e in CATALOGUE if e.name not in self.without), *self.extra)
+
+
+def search(
+    scene: FittedModel,
+    template: Problem,
+    ranked: Sequence[Screened],
+    options: DiagnosisOptions,
+    progress: Progress | None = None,
+) -> list[Candidate]:
+    """Fit the best of `ranked`, then the rivals of the best one; best held-out score first.
+
+    `template` holds the data (thinned if that loses nothing) and how to score them.
+    """
+    first = _selection(ranked, options.keep)
+    trials = _fitted(scene, template, first, options, progress, 0.0, 0.65)
+    named = [t for t in trials if t.effect != UNNAMED.name]
+    if named:
+        best = min(named, key=lambda t: t.train)
+        done = {(t.effect, t.element) for t in trials} | {
+            (s.effect.name, s.element.name) for s in first
+        }
+        second = _rivals(best, ranked, done, options.more)
+        trials += _fitted(scene, template, second, options, progress, 0.65, 1.0, best.train)
+    test = scene.data.mask("test")
+    trials = [t for t in trials if np.isfinite(t.fit.simulated[test]).all()]
+    return sorted(trials, key=lambda t: t.test)
+
+
+COSTLY = 4
+"""Place in the ranking up to which costly effects are fitted."""
+
+
+def _selection(ranked: Sequence[Screened], keep: int) -> list[Screened]:
+    """Best ones, not more than four of a kind, and the best unnamed curve."""
+    chosen: list[Screened] = []
+    for place, s in enumerate(ranked):
+        if s.effect.name == UNNAMED.name or s.hint is None or (s.effect.costly and place >= COSTLY):
+            continue
+        if sum(c.effect.name == s.effect.name for c in chosen) < 4:
+            chosen.append(s)
+        if len(chosen) == keep:
+            break
+    chosen += [s for s in ranked if s.effect.name == UNNAMED.name and s.hint is not None][:1]
+    return chosen
+
+
+def _rivals(
+    best: Candidate, ranked: Sequence[Screened], done: set[tuple[str, str]], more: int
+) -> list[Screened]:
+    """Return what is known to be confused with the best, and the same effect elsewhere."""
+    alike = _alike(best, ranked)
+    top = max((s.share for s in ranked), default=0.0)
+    left = [
+        s
+        for s in ranked
+        if (s.effect.name, s.element.name) not in done
+        and s.effect.name != UNNAMED.name
+        and not s.effect.costly
+    ]
+    here = [s for s in left if s.effect.name in alike and s.element.name == best.element]
+    same = [s for s in left if s.effect.name == best.effect and s.share > 0.5 * top]
+    near = [s for s in left if s.effect.name in alike and s.share > 0.5 * top]
+    return list(dict.fromkeys([*here, *same, *near]))[:more]
+
+
+def _alike(best: Candidate, ranked: Sequence[Screened]) -> set[str]:
+    """Effects confused with one, either way, simpler and richer forms included."""
+    found = {*best.insertion.confused_with, *best.insertion.simpler}
+    return found | {
+        s.effect.name for s in ranked if best.effect in (*s.effect.confused_with, *s.effect.simpler)
+    }
+
+
+def _fitted(
+    scene: FittedModel,
+    template: Problem,
+    todo: Sequence[Screened],
+    options: DiagnosisOptions,
+    progress: Progress | None,
+    begin: float,
+    end: float,
+    beat: float = np.inf,
+) -> list[Candidate]:
+    """Fit in rounds: all a little, the better half more, the best to the end.
+
+    `beat` is the training misfit of what is fitted already.
+    """
+    tasks = []
+    for s in todo:
+        try:
+            made = s.effect.insert(scene, s.element, s.hint)
+        except BondsightError:
+            continue
+        problem = replace(template, graph=made.graph, built=None)
+        tasks.append((made, s.home, problem, scene.nominal.chi2("train") > FAR))
+    alive = _round(attempt, tasks, options, progress, begin, begin + 0.5 * (end - begin))
+    done: list[Candidate] = []
+    for number, iterations in enumerate(ROUNDS, start=1):
+        alive.sort(key=lambda t: t.train)
+        best = min([beat, *(t.train for t in alive)])
+        keep = max(4, len(alive) // 2)
+        # what is far above a fit at the floor will not get there
+        hopeful = [t for t in alive[:keep] if t.train < HOPELESS[number - 1] * best + 0.5]
+        done += [t for t in alive if not any(t is h for h in hopeful)]
+        rest = [(t, iterations) for t in hopeful]
+        low = begin + (end - begin) * (0.5 + 0.5 * (number - 1) / len(ROUNDS))
+        alive = _round(go_on, rest, options, progress, low, low + 0.25 * (end - begin))
+    return [*alive, *done]
+
+
+ROUNDS = (8, 14)
+"""Further steps of the fits that go on after the first short ones."""
+HOPELESS = (10.0, 4.0)
+"""Training misfit, over the best one's, from which a candidate is not followed."""
+
+
+def _round(
+    work: Callable[..., tuple[str, Candidate | None]],
+    tasks: Sequence[tuple[Any, ...]],
+    options: DiagnosisOptions,
+    progress: Progress | None,
+    begin: float,
+    end: float,
+) -> list[Candidate]:
+    found: list[tuple[str, Candidate]] = []
+    jobs = Parallel(n_jobs=options.jobs, return_as="generator_unordered")(
+        delayed(_alone)(work, *t) for t in tasks
+    )
+    for done, (label, trial) in enumerate(jobs, start=1):
+        if trial is not None:
+            found.append((label, trial))
+        if progress is not None:
+            progress(f"fitting {label}", begin + (end - begin) * done / len(tasks))
+    return [t for _, t in sorted(found, key=lambda pair: pair[0])]
+
+
+def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
+    """Run one fit in its process: one thread, no overflow warnings from absurd trial steps."""
+    with warnings.catch_warnings(), threadpool_limits(1):
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return work(*arguments)
+
+
+def attempt(
+    insertion: Insertion, home: bool, problem: Problem, far: bool = True
+) -> tuple[str, Candidate | None]:
+    """Fit one insertion a few steps from its best starts; None when it cannot be simulated.
+
+    `far`: the nominal fit may be bent so much that the declared values are tried as well.
+    """
+    short: list[Fit] = []
+    try:
+        problem = replace(problem, built=problem.engine)
+    except BondsightError:
+        return insertion.label, None
+    for candidate in promising(problem, insertion.starts, far):
+        try:
+            short.append(fit(candidate, max_iterations=FIRST))
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            continue
+    short = [r for r in short if _sound(r)]
+    if not short:
+        return insertion.label, None
+    return insertion.label, trial_of(insertion, home, min(short, key=lambda r: r.cost))
+
+
+FIRST = 4
+"""Steps of the first round."""
+FAR = 10.0
+"""Nominal misfit from which its parameter values mean little."""
+
+
+def go_on(trial: Candidate, iterations: int) -> tuple[str, Candidate | None]:
+    """Continue a fit, with sub-steps as fine as its residual asks for."""
+    try:
+        result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return trial.label, trial
+    better = _sound(result) and result.cost <= trial.fit.cost * 1.05
+    return trial.label, trial_of(trial.insertion, trial.home, result) if better else trial
+
+
+def trial_of(insertion: Insertion, home: bool, result: Fit) -> Candidate:
+    """Score a finished fit."""
+    return Candidate(
+        insertion, home, result, result.chi2("train"), result.chi2("test"), blocks_of(result)
+    )
+
+
+def _sound(r: Fit) -> bool:
+    return r.status is not FitStatus.BROKEN and bool(np.isfinite(r.cost))
+
+
+def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS)) -> Candidate:
+    """Go on from where the search stopped."""
+    try:
+        result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return trial
+    if result.status is FitStatus.BROKEN or not result.cost <= trial.fit.cost * 1.001:
+        return trial
+    return trial_of(trial.insertion, trial.home, with_best_hold(result, iterations, holds))
+
+
+def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
+    """Return the fit under the behaviour of the commands between samples that suits it best.
+
+    A missing lag or delay makes the plain model prefer the wrong behaviour, so every serious
+    candidate chooses again; where the behaviour does not show, nothing is refitted.
+    """
+    best = result
+    for hold in holds:
+        if hold == result.problem.data.hold:
+            continue
+        n_sub = max(result.problem.n_sub, 4 if hold == "band-limited" else 1)
+        problem = replace(result.problem, data=replace(result.problem.data, hold=hold), n_sub=n_sub)
+        there = evaluate(problem, result.point, derivatives=False).residual
+        cost = float(np.mean(there**2))
+        if not np.isfinite(cost) or abs(cost - result.cost) < 0.02 * result.cost:
+            continue
+        other = fit(problem, start=result.point, max_iterations=iterations)
+        if other.status is not FitStatus.BROKEN and other.cost < 0.97 * best.cost:
+            best = other
+    return best
+
+
+def promising(
+    problem: Problem, starts: tuple[Mapping[str, float], ...], far: bool = True
+) -> list[Problem]:
+    """Return the best starts with the nominal fit's values, and one with the declared ones.
+
+    A large effect may have bent the nominal parameters so far that no path leads back.
+    """
+    declared = {
+        n: p.value
+        for n, p in problem.graph.parameters.items()
+        if n in problem.starts and not p.fixed
+    }
+    chosen: list[Problem] = []
+    fitted = dict(problem.starts)
+    groups = [(fitted, 2 if far else 1)] + ([({**fitted, **declared}, 1)] if far else [])
+    for base, count in groups:
+        group = [replace(problem, starts={**base, **s}) for s in starts]
+        costs = []
+        for c in group:
+            try:
+                costs.append(start_cost(c))
+            except (BondsightError, np.linalg.LinAlgError, ValueError):
+                costs.append(np.inf)
+        order = np.argsort(costs, kind="stable")
+        chosen += [group[i] for i in order[:count] if np.isfinite(costs[i])]
+    return chosen
+
+
+def settled_fit(problem: Problem, iterations: int, start: Point | None = None) -> Fit:
+    """Fit, then refine the sub-steps until they no longer matter beside the residual."""
+    result = fit(problem, max_iterations=iterations, start=start)
+    if problem.engine.exact_step and problem.data.hold != "band-limited":
+        return result
+    while result.problem.n_sub < 16 and result.status is not FitStatus.BROKEN:
+        finer = replace(result.problem, n_sub=2 * result.problem.n_sub)
+        y = evaluate(finer, result.point, derivatives=False).y
+        m = problem.data.mask("train") | problem.data.mask("test")
+        change = float(np.mean(((y - result.simulated)[m] / problem.data.floor) ** 2))
+        if not np.isfinite(change) or change < 0.02 * max(1.0, result.cost):
+            return result
+        result = fit(finer, max_iterations=iterations, start=result.point)
+    return result
+
+
+def thinning(data: Data, samples: int) -> int:
+    """Largest factor that keeps the commands and leaves at least `samples` samples."""
+    factor = 1
+    while data.n // (2 * factor) >= samples // 2 and data.n > samples:
+        wider = 2 * factor
+        if not all(_kept(v, wider) for v in data.commands.values()):
+            break
+        if not all(_kept(data.readings[:, c], wider) for c in range(data.readings.shape[1])):
+            break
+        factor = wider
+    return factor
+
+
+def _kept(v: Array, factor: int) -> bool:
+    """Whether straight lines between every `factor`-th sample still follow `v`."""
+    index = np.arange(v.size)
+    off = np.abs(np.interp(index, index[::factor], v[::factor]) - v)
+    return bool(np.quantile(off, 0.999) < 5e-3 * (np.ptp(v) or 1.0))

@@ -1,0 +1,174 @@
+"""Fit the model as it is: what holds between samples, which windows, which minimum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import eig
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.simulation.first_order_hold import blocks
+from bondgraph.simulation.simulate import HOLDS, exact_form
+from bondgraph.support.errors import BondsightError
+from identification.estimation.single_record import Fit, FitStatus, best, fit
+from identification.study.problem import Data, Problem
+from identification.study.residual import evaluate
+
+Array = np.ndarray
+
+
+def integrates(graph: BondGraph) -> bool:
+    """Whether a constant command makes a reading run away: an eigenvalue at zero that both reach.
+
+    Springs in a ring leave a combination of displacements that nothing moves; it does no harm.
+    """
+    a, b, c = _state_space(graph)
+    if not a.size or not np.isfinite(a).all():
+        return False
+    values, left, right = eig(a, left=True, right=True)
+    size = max(float(np.abs(values).max()), float(np.sqrt(np.abs(a).max())) or 1.0)
+    for i in np.flatnonzero(np.abs(values) < 1e-9 * size):
+        driven = np.abs(left[:, i].conj() @ b) > 1e-9 * np.linalg.norm(b, axis=0)
+        seen = np.abs(c @ right[:, i]) > 1e-9 * np.linalg.norm(c, axis=1)
+        if driven.any() and seen.any():
+            return True
+    return False
+
+
+def _state_space(graph: BondGraph) -> tuple[Array, Array, Array]:
+    """Return A, B and C of the linear part (about rest)."""
+    compiled = exact_form(graph)
+    if compiled is not None:
+        parts = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float))
+        return parts.a, parts.b, parts.cy
+    from bondgraph.equations.derivation import system
+
+    try:
+        model = system(graph)
+        about = model.linearise()
+        values = {p.symbol: p.value for p in model.parameters.values()}
+        a, b, c = (
+            np.array(m.subs(values).tolist(), float).reshape(m.shape)
+            for m in (about.a, about.b, about.c)
+        )
+    except (BondsightError, TypeError):
+        return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
+    return a, b, c
+
+
+def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[Problem, Fit]:
+    """Fit the model as it is; returns the problem to start candidates from, and the fit.
+
+    Integrating plants are scored on windows with their own initial state, because their free run
+    only shows how far the drift has gone. Others are tried from the declared values, and through
+    short windows that have no wrong minima when a resonance starts at the wrong frequency.
+    """
+    runs_away = integrates(graph)
+    train = int(data.mask("train").sum())
+    window = max(100, min(500, train // 20)) if runs_away else None
+    base = Problem(graph, data, window=window, source_offsets=runs_away)
+    base = replace(base, built=base.engine)
+    result = _first_fit(base)
+    if hold and hold != data.hold:
+        return _held(result, hold)
+    if hold:
+        return result.problem, result
+    fits = {data.hold: result}
+    for h in HOLDS:
+        if h not in fits and _shows(result, h):
+            fits[h] = _held(result, h)[1]
+    # linear unless another behaviour halves the misfit: a missing lag imitates a held command
+    chosen = min(fits, key=lambda h: fits[h].cost * (0.5 if h == "linear" else 1.0))
+    result = fits[chosen]
+    if chosen == "band-limited":
+        problem = replace(result.problem, n_sub=4)
+        finer = fit(problem, start=result.point, max_iterations=25)
+        if finer.cost < 0.98 * result.cost:
+            result = finer
+    return result.problem, result
+
+
+def _held(result: Fit, hold: str) -> tuple[Problem, Fit]:
+    data = replace(result.problem.data, hold=hold)
+    n_sub = 2 if hold == "band-limited" else 1
+    problem = replace(result.problem, data=data, n_sub=n_sub)
+    found = fit(problem, start=result.point, max_iterations=25)
+    return found.problem, found
+
+
+def _shows(result: Fit, hold: str) -> bool:
+    """Whether another behaviour between samples changes the misfit at all."""
+    data = replace(result.problem.data, hold=hold)
+    problem = replace(result.problem, data=data, n_sub=2 if hold == "band-limited" else 1)
+    there = evaluate(problem, result.point, derivatives=False).residual
+    cost = float(np.mean(there**2)) if there.size else np.inf
+    # what a refit can gain is bounded by how much the misfit moves
+    return np.isfinite(cost) and abs(cost - result.cost) > 0.05 * result.cost
+
+
+def _first_fit(base: Problem) -> Fit:
+    """Fit from the declared values, and through windows that grow, each with its own state."""
+    fits = [fit(base, max_iterations=25)]
+    if base.window is not None or not base.engine.exact_step or fits[0].cost < GOOD:
+        return fits[0]
+    length = max(24, 8 * base.engine.n_x)
+    inside = np.flatnonzero(base.data.mask("train"))
+    begin, end = int(inside[0]), int(inside[-1]) + 1
+    few = slice(begin, min(end, begin + FEW))
+    short = replace(base.data.split, train=few, test=slice(few.stop, few.stop))
+    data = replace(base.data, split=short)
+    values: dict[str, float] = {}
+    while length < (end - begin) // 3 and length < 1000:
+        brief = replace(
+            base,
+            data=data,
+            window=length,
+            starts=values,
+            lags=False,
+            offsets=False,
+            built=base.engine,
+        )
+        found = fit(brief, max_iterations=8)
+        if found.status is FitStatus.BROKEN:
+            break
+        values = {k: v for k, v in found.values.items() if k in base.graph.parameters}
+        length *= 5
+    if values:
+        fits.append(fit(replace(base, starts=values), max_iterations=25))
+    result = best(fits)
+    return result if result.problem is base else _rebased(base, result)
+
+
+def deeper(result: Fit, values: Mapping[str, float]) -> Fit | None:
+    """Return a clearly better fit of the same model from other values; None if there is none.
+
+    A candidate that explains the record may owe it to its parameters alone: the nominal fit was
+    then caught in a minimum of its own (at a bound, or in a valley of parameters that the sensors
+    do not tell apart), and nothing is missing.
+    """
+    base = result.problem
+    own = {k: v for k, v in values.items() if k in base.graph.parameters}
+    found = fit(replace(base, starts=own), max_iterations=40)
+    if found.status is FitStatus.BROKEN or not found.cost < DEEPER * result.cost:
+        return None
+    return _rebased(base, found)
+
+
+DEEPER = 0.9
+"""Part of the misfit that another minimum leaves at most."""
+GOOD = 1.3
+"""Misfit over the floor at which no other minimum is looked for."""
+FEW = 2000
+"""Samples that the windows cover."""
+
+
+def _rebased(base: Problem, result: Fit) -> Fit:
+    """Express the fit from the declared start values, so that points can be shared."""
+    point = result.point
+    theta = point.theta.copy()
+    for i, f in enumerate(base.free):
+        value = result.values[f.parameter.name]
+        theta[i] = np.log(value / f.start) if f.log else (value - f.start) / f.scale
+    return replace(result, problem=base, point=replace(point, theta=theta))

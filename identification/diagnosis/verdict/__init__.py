@@ -1,0 +1,1 @@
+"""The verdict as a document, read and written, and in words."""

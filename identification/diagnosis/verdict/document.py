@@ -1,0 +1,255 @@
+"""The verdict of a diagnosis in the contract's JSON, and in words."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bondgraph.graph.elements import Source
+from bondgraph.signals.interop import regular_target
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.evidence.decision import Decision, Thresholds
+from identification.diagnosis.localisation.element_kind import element_kind
+from identification.diagnosis.search.candidates import Candidate
+from identification.estimation.single_record import Estimate, Fit
+
+MOST = 3
+"""More effects than this are no set of look-alikes but nothing known."""
+SCHEMA = "bondsight.verdict/1"
+
+
+def verdict(d: Diagnosis) -> dict[str, Any]:
+    """Return the verdict as plain data (schema ``bondsight.verdict/1``)."""
+    return {
+        "schema": SCHEMA,
+        "verdict": d.kind,
+        "model": d.model,
+        "recording": {
+            "name": d.recording.name,
+            "sha256": d.recording.sha256,
+            "samples": int(d.recording.n),
+            "channels": list(d.recording.channels),
+        },
+        "findings": _findings(d),
+        "fit": {
+            "noise_floor": {}
+            if d.data is None
+            else {n: float(s) for n, s in zip(d.data.names, d.data.floor, strict=True)},
+            "nominal": _errors(d.nominal),
+            "repaired": _errors(d.repaired),
+        },
+        "parameters": [_estimate(e) for e in (d.repaired or d.nominal).estimates]
+        if d.nominal
+        else [],
+        "nuisances": [_nuisance(e) for e in (d.repaired or d.nominal).nuisances]
+        if d.nominal
+        else [],
+        "advice": list(d.advice),
+        "notes": list(d.notes),
+        "seconds": round(d.seconds, 3),
+        "seed": d.seed,
+    }
+
+
+def _findings(d: Diagnosis) -> list[dict[str, Any]]:
+    if d.kind == "missing_physics":
+        return [_named(step, d) for step in d.findings]
+    return [_unknown(d)] if d.kind == "unknown_physics" else []
+
+
+def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
+    chosen = step.chosen
+    assert chosen is not None
+    return {
+        "location": _location(
+            chosen.element, [t.element for t in step.same_place], d, chosen.effect
+        ),
+        "answer": "exact",
+        "effect": chosen.effect,
+        "family": chosen.insertion.family,
+        "law": chosen.insertion.law,
+        "confidence": round(step.confidence, 3),
+        "parameters": [_estimate(e) for e in effect_parameters(chosen, d)],
+        "also_possible": [_rival(t) for t in (*step.rivals, *step.richer)],
+        "share_of_misfit_explained": round(step.share, 4),
+    }
+
+
+def _unknown(d: Diagnosis) -> dict[str, Any]:
+    """Return an honest "unknown": what comes closest is listed, nothing is named."""
+    step = d.decision
+    chosen = step.chosen if step else None
+    possible = [*([chosen] if chosen else []), *(step.rivals if step else ())]
+    families = {t.insertion.family for t in possible}
+    # a family or a set of look-alikes is an answer only if its members explain the misfit; where
+    # the exact law is another one, at most the family is
+    alike = {t.effect for t in possible}
+    kind = "unknown"
+    if step is not None and step.complete and possible:
+        kind = "family" if len(alike) == 1 else "look_alikes" if len(alike) <= MOST else "unknown"
+    elif step is not None and step.share >= Thresholds().share and len(families) == 1:
+        kind = "family"
+    return {
+        "location": unresolved_place(d),
+        "answer": kind,
+        "effect": "unknown",
+        "family": families.pop() if kind != "unknown" and len(families) == 1 else "outside",
+        "law": "none",
+        "confidence": 0.0,
+        "parameters": [],
+        "also_possible": [_rival(t) for t in possible],
+        "share_of_misfit_explained": round(step.share, 4) if step else 0.0,
+    }
+
+
+def unresolved_place(d: Diagnosis) -> dict[str, Any]:
+    """Place of an unnamed mismatch, with all that are as good; empty where they are too many."""
+    from identification.diagnosis.localisation.places_without_name import places_of
+
+    step = d.decision
+    found = places_of(step, d.structure, d.relations) if step else ()
+    if not found:
+        return {"element": "", "kind": "junction", "indistinguishable_from": []}
+    effect = step.chosen.effect if step and step.chosen else ""
+    return _location(found[0], list(found[1:]), d, effect)
+
+
+def _location(element: str, same: list[str], d: Diagnosis, effect: str = "") -> dict[str, Any]:
+    if effect == "clock_skew" and isinstance(d.graph[element], Source):
+        # the clock that all readings share is no element of the graph
+        return {"element": "clock", "kind": "clock", "indistinguishable_from": sorted(set(same))}
+    return {
+        "element": element,
+        "kind": element_kind(d.graph, element),
+        "indistinguishable_from": sorted(set(same) - {element}),
+    }
+
+
+def _rival(t: Candidate) -> dict[str, Any]:
+    return {
+        "effect": t.effect,
+        "element": t.element,
+        "evidence": f"held-out mean square {t.test:.4g} times the noise floor",
+    }
+
+
+def effect_parameters(trial: Candidate, d: Diagnosis) -> list[Estimate]:
+    """Parameters that the effect brought in, as the last repair has them."""
+    known = set(d.nominal.problem.engine.parameter_names) if d.nominal else set()
+    for step in d.findings:
+        if step.chosen is not None and step.chosen.insertion.label == trial.insertion.label:
+            break
+        if step.chosen is not None:
+            known |= {e.name for e in step.chosen.fit.estimates}
+    own = [e for e in trial.fit.estimates if e.name not in known]
+    last = {e.name: e for e in d.repaired.estimates} if d.repaired else {}
+    return [last.get(e.name, e) for e in own]
+
+
+def _estimate(e: Estimate) -> dict[str, Any]:
+    return {
+        "name": e.name,
+        "value": _number(e.value),
+        "unit": e.unit,
+        "ci95": [_number(v) for v in e.ci95],
+    }
+
+
+def _nuisance(e: Estimate) -> dict[str, Any]:
+    return {
+        "name": e.name,
+        "value": _number(e.value),
+        "unit": e.unit,
+        "within_bounds": not e.at_bound,
+    }
+
+
+def _number(v: float) -> float | None:
+    return float(v) if np.isfinite(v) else None
+
+
+def _errors(f: Fit | None) -> dict[str, dict[str, float]]:
+    if f is None:
+        return {"train_rmse": {}, "test_rmse": {}}
+    return {"train_rmse": f.rmse("train"), "test_rmse": f.rmse("test")}
+
+
+def normalised_error(f: Fit, part: str = "test") -> dict[str, float]:
+    """Residual norm over the norm of the centred reading, for each sensor."""
+    m = f.problem.data.mask(part)
+    y = f.problem.data.readings[m]
+    r = f.residuals(part)
+    spread = np.linalg.norm(y - y.mean(axis=0), axis=0)
+    return {
+        n: float(np.linalg.norm(r[:, c]) / max(spread[c], 1e-300))
+        for c, n in enumerate(f.problem.data.names)
+    }
+
+
+def sentence(d: Diagnosis) -> str:
+    """Return the answer in one sentence."""
+    if d.kind == "insufficient_data":
+        return f"There is too little to go on: {d.notes[0] if d.notes else 'no excitation'}."
+    if d.kind == "explained":
+        return (
+            f"The model {d.model} explains {d.recording.name} as far as its noise allows; "
+            "nothing is missing."
+        )
+    if d.kind == "parameters_only":
+        return (
+            f"The model {d.model} has the right structure for {d.recording.name}; only its "
+            "parameter "
+            "values were off."
+        )
+    if d.kind == "missing_physics" and d.nominal is not None and d.repaired is not None:
+        parts = []
+        for step in d.findings:
+            assert step.chosen is not None
+            where = element_kind(d.graph, step.chosen.element)
+            same = sorted({t.element for t in step.same_place} - {step.chosen.element})
+            also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
+            effect = step.chosen.effect.replace("_", " ").capitalize()
+            says = step.chosen.insertion.sentence
+            parts.append(
+                f"{effect} is missing at the {where} {step.chosen.element}{also}"
+                + (f": {says}" if says else "")
+            )
+        before, after = normalised_error(d.nominal), normalised_error(d.repaired)
+        n = max(before, key=lambda k: before[k] / max(after[k], 1e-300))
+        told = "it" if len(parts) == 1 else "them"
+        return (
+            "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
+            f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
+        )
+    chosen = d.decision.chosen if d.decision else None
+    hint = f"; closest is {chosen.label}" if chosen else ""
+    return (
+        f"Something is missing in {d.model} that the catalogue cannot name with confidence{hint}."
+    )
+
+
+def write_verdict(d: Diagnosis, folder: Path) -> Path:
+    """Write ``verdict.json`` atomically; returns its path."""
+    target = folder / "verdict.json"
+    write_atomically(target, json.dumps(verdict(d), indent=2, allow_nan=False) + "\n")
+    return target
+
+
+def write_atomically(target: Path, text: str) -> None:
+    """Write a text file so that a reader sees the old or the new one, never a part."""
+    target = regular_target(target)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as f:
+            f.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, target)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

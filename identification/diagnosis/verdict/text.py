@@ -1,0 +1,238 @@
+"""A checked verdict in plain words: what, where, how sure, how much better, what next."""
+
+from __future__ import annotations
+
+import textwrap
+import unicodedata
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.localisation.recording.region import multiple
+
+Data = Mapping[str, Any]
+WIDTH = 96
+AT_FLOOR = 1.25
+MOST = 6
+
+_ANSWERS = {
+    "explained": (
+        "Nothing is missing: the model {model} describes {recording} as far as the noise of the "
+        "recording allows."
+    ),
+    "parameters_only": (
+        "No physics is missing: the structure of {model} is right for {recording}, only its "
+        "declared parameter values were off."
+    ),
+    "missing_physics": "{model} leaves out {count} that {recording} shows: {names}.",
+    "unknown_physics": (
+        "Something is missing in {model} that {recording} shows, but these data do not "
+        "support one name for it."
+    ),
+    "insufficient_data": "{recording} is too little to judge {model} by.",
+}
+
+
+def retold(v: Data) -> str:
+    """Say a verdict (as `read_verdict` returns it) again in plain words.
+
+    Control characters of the file never reach the terminal.
+    """
+    v = _clean(v)
+    findings = v["findings"]
+    parts = [
+        _paragraph("What was found", [_answer(v), *(_meaning(f) for f in findings)]),
+        _paragraph("Where", [_place(f) for f in findings]),
+        _paragraph("How sure", [_certainty(f) for f in findings] or _silence(v)),
+        _paragraph("How much better, on data that took no part in any fit", _gains(v)),
+        _paragraph("What else is possible", [t for f in findings for t in _rivals(f)]),
+        _paragraph("What it rests on", _basis(v)),
+        _paragraph("What to do next", v["advice"] or [_nothing_to_do(v)]),
+    ]
+    return "\n\n".join(p for p in parts if p)
+
+
+def _clean(value: Any) -> Any:
+    """Return the same data with control and format characters taken out of every text."""
+    if isinstance(value, str):
+        kept = (" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") else c for c in value)
+        return "".join(c for c in kept if unicodedata.category(c) not in ("Cf", "Cs", "Co"))
+    if isinstance(value, list):
+        return [_clean(x) for x in value]
+    if isinstance(value, dict):
+        return {str(_clean(k)): _clean(x) for k, x in value.items()}
+    return value
+
+
+def _paragraph(title: str, sentences: Iterable[str]) -> str:
+    lines = [s for s in dict.fromkeys(sentences) if s]
+    if not lines:
+        return ""
+    body = [textwrap.fill(s, WIDTH, initial_indent="  ", subsequent_indent="  ") for s in lines]
+    return "\n".join([title, *body])
+
+
+def _answer(v: Data) -> str:
+    named = [f"{_effect(f)} at {f['location']['element']}" for f in v["findings"]]
+    count = {1: "one effect", 2: "two effects", 3: "three effects"}.get(len(named))
+    return _ANSWERS[v["verdict"]].format(
+        model=v["model"] or "the model", recording=v["recording"]["name"] or "the recording",
+        count=count or f"{len(named)} effects", names=_listed(named),
+    )  # fmt: skip
+
+
+def _effect(f: Data) -> str:
+    return "an unnamed effect" if f["effect"] == "unknown" else _spaced(f["effect"])
+
+
+def _spaced(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _meaning(f: Data) -> str:
+    """Sentence of the catalogue about the effect."""
+    if f["effect"] == "unknown":
+        family = f["family"]
+        if family in ("", "outside", "unknown"):
+            return ""
+        return f"Whatever it is, all that comes close belongs to one family: {_spaced(family)}."
+    try:
+        said = by_name(f["effect"]).sentence
+    except (BondsightError, KeyError):
+        return ""
+    return f"{_effect(f).capitalize()}: {said}."
+
+
+def _place(f: Data) -> str:
+    place = f["location"]
+    if not place["element"]:
+        return "The place is open: no element of the model explains the misfit better than others."
+    kind = f"the {place['kind']} " if place["kind"] else ""
+    what = _effect(f).removeprefix("an ")
+    verb = "is closest to" if f["effect"] == "unknown" else "sits at"
+    text = f"The {what} {verb} {kind}{place['element']}."
+    others = place["indistinguishable_from"]
+    if others:
+        text += (
+            f" With these sensors {_listed(others)} cannot be told apart from it: take them as "
+            "one group."
+        )
+    return text
+
+
+def _certainty(f: Data) -> str:
+    explained = f"it accounts for {_percent(f['share_of_misfit_explained'])} of the misfit above "
+    explained += "the noise floor"
+    if f["effect"] == "unknown":
+        close = f["also_possible"]
+        share = f["share_of_misfit_explained"]
+        if not close or share <= 0:
+            return "Nothing in the catalogue comes near; no name is given."
+        return (
+            f"No name is given. The best description, {_trial(close[0])}, accounts for "
+            f"{_percent(share)} of the misfit above the noise floor."
+        )
+    return f"{_effect(f).capitalize()}: confidence {_percent(f['confidence'])}; {explained}."
+
+
+def _silence(v: Data) -> list[str]:
+    if v["verdict"] == "insufficient_data":
+        return ["No statement is made: nothing was fitted, or nothing could be."]
+    return [
+        "What these data do not excite they cannot show: this says that nothing was visible here, "
+        "not that nothing exists."
+    ]
+
+
+def _gains(v: Data) -> list[str]:
+    fit = v["fit"]
+    before, after = fit["nominal"]["test_rmse"], fit["repaired"]["test_rmse"]
+    lines = []
+    for n, old in before.items():
+        floor = fit["noise_floor"].get(n)
+        best = after.get(n, old)
+        text = f"{n}: error {old:.3g}"
+        if n in after:
+            text += f" before, {best:.3g} after the repair{_ratio(old, best)}"
+        if floor:
+            text += f"; the noise of the recording is {floor:.3g}"
+            text += ", so nothing is left to gain" if best < AT_FLOOR * floor else ""
+        lines.append(text + " (rms, SI units).")
+    return lines
+
+
+def _ratio(old: float, new: float) -> str:
+    if not new > 0 or not old > 0:
+        return ""
+    ratio = old / new
+    if ratio > 1.02:
+        return f", {multiple(ratio)} smaller"
+    return ", no better" if ratio > 0.98 else ", larger: do not use the repair blindly"
+
+
+def _rivals(f: Data) -> list[str]:
+    possible = f["also_possible"]
+    if not possible:
+        return []
+    head = (
+        "Instead of a name, these remain"
+        if f["effect"] == "unknown"
+        else (f"Besides {_effect(f)} at {f['location']['element']} these are not excluded")
+    )
+    listed = [f"{_trial(p)} ({p['evidence']})" if p["evidence"] else _trial(p) for p in possible]
+    return [f"{head}: {'; '.join(listed)}."]
+
+
+def _trial(p: Data) -> str:
+    what = "a curve without a name" if p["effect"] == "unknown" else _spaced(p["effect"])
+    return f"{what} at {p['element']}"
+
+
+def _basis(v: Data) -> list[str]:
+    r = v["recording"]
+    lines = [
+        f"{r['samples']} samples of {_listed(r['channels']) or 'no channel'} in "
+        f"{r['name'] or 'the recording'}, SHA-256 {r['sha256'][:12] or 'not from a file'}; "
+        f"{v['seconds']:.1f} s, seed {v['seed']}."
+    ]
+    for f in v["findings"]:
+        known = [_value(p) for p in f["parameters"]]
+        if known:
+            more = f"; {len(known) - MOST} more in the file" if len(known) > MOST else ""
+            lines.append(f"Fitted for {_effect(f)}: {'; '.join(known[:MOST])}{more}.")
+    beyond = [n["name"] for n in v["nuisances"] if not n["within_bounds"]]
+    if beyond:
+        lines.append(f"At the end of what a nuisance may be: {_listed(beyond)}. Look at it.")
+    return lines
+
+
+def _value(p: Data) -> str:
+    if p["value"] is None:
+        return f"{p['name']} not determined"
+    low, high = p["ci95"]
+    unit = f" {p['unit']}" if p["unit"] not in ("", "1") else ""
+    known = "" if low is None or high is None else f" (95 %: {low:.6g} to {high:.6g})"
+    return f"{p['name']} = {p['value']:.4g}{unit}{known}"
+
+
+def _nothing_to_do(v: Data) -> str:
+    return {
+        "explained": "Use the model as it is, within the range that was recorded.",
+        "parameters_only": "Use the model with the fitted parameters.",
+        "missing_physics": (
+            "Use the repaired model; check it on a recording of another amplitude before relying "
+            "on it there."
+        ),
+        "unknown_physics": "Record more: another amplitude, another speed, a rest after a step.",
+        "insufficient_data": "Record longer, with the system excited.",
+    }[v["verdict"]]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"
+
+
+def _listed(names: Iterable[str]) -> str:
+    found = list(names)
+    return " and ".join(filter(None, [", ".join(found[:-1]), *found[-1:]]))

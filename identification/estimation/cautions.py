@@ -1,0 +1,167 @@
+"""What makes the numbers of a fit doubtful, in words, and intervals that admit it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.estimation.covariance import information_root
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.methods.method import MethodSolution
+from identification.estimation.settling import BIAS, FINEST, Refined, corrected_steps, sizes
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.residual import ResidualEvaluation
+from identification.study.study import SettledSetting, Study
+
+__all__ = ["cautions", "coarse_steps", "doubts", "final_cost", "runs_away", "widened"]
+
+Array = np.ndarray
+FAR = 100.0
+STRAINED = 4.0
+"""Cost from which residuals or priors contradict what was said of them."""
+
+
+def doubts(
+    study: Study, stack: JointProblem, found: Sequence[ResidualEvaluation], solution: MethodSolution
+) -> list[str]:
+    """Say what makes the numbers doubtful although the fit has ended."""
+    rows, unknowns = sizes(stack)
+    words = []
+    if rows <= unknowns:
+        words.append(
+            f"{rows} training readings for {unknowns} unknowns: the noise could not be judged, and "
+            "little is determined; record more samples or fix parameters"
+        )
+    cost = final_cost(stack, found, solution)
+    ended = solution.status in (FitStatus.CONVERGED, FitStatus.NO_PROGRESS)
+    if ended and np.isfinite(cost) and cost > STRAINED:
+        words.append(
+            f"cost {cost:.3g}, not 1: the misfit is above the noise given, or a prior, a start or "
+            "an offset is far from what the readings say; give other starts or priors"
+        )
+    if solution.status is FitStatus.NO_PROGRESS and _misfit(study, stack, found) > STRAINED:
+        words.append(
+            "the descent is held at a kink (dry friction, stops, plays) above the noise: the "
+            "intervals are those of this point, which may be no minimum; try "
+            "method='multiple_shooting' or many_starts"
+        )
+    return words
+
+
+def widened(
+    study: Study,
+    stack: JointProblem,
+    found: Sequence[ResidualEvaluation],
+    solution: MethodSolution,
+    covariance: Array,
+) -> tuple[Array, str]:
+    """Widen what the noise cannot carry: too few readings, or noise given far too small."""
+    rows, unknowns = sizes(stack)
+    if rows <= unknowns:
+        lower, upper = stack.bounds
+        return np.diag(np.where(upper > lower, np.inf, 0.0)), ""
+    cost = final_cost(stack, found, solution)
+    if isinstance(study.noise, str) or not np.isfinite(cost) or cost <= STRAINED:
+        return covariance, ""
+    return cost * covariance, (
+        f"the residuals are {np.sqrt(cost):.3g} times the noise given: the intervals are widened "
+        "by as much"
+    )
+
+
+def _misfit(study: Study, stack: JointProblem, found: Sequence[ResidualEvaluation]) -> float:
+    """Mean square training residual over the noise that the recordings show by themselves."""
+    squares = []
+    for p, e, floor in zip(stack.problems, found, study.first_setting.floors, strict=False):
+        m = p.data.mask("train")
+        squares.append(np.ravel(((p.data.readings - e.y)[m] / floor) ** 2))
+    return float(np.mean(np.concatenate(squares)))
+
+
+def coarse_steps(
+    study: Study,
+    setting: SettledSetting,
+    stack: JointProblem,
+    point: JointPoint,
+    found: Sequence[ResidualEvaluation],
+) -> tuple[str, ...]:
+    """Say whether sub-steps that the user has fixed are too few."""
+    if not all(np.isfinite(e.residual).all() for e in found):
+        return ()
+    if study.n_sub is None:
+        return _unsettled(setting, stack, point, found)
+    _, moved = corrected_steps(study.changed(n_sub=None), setting, stack, point, found)
+    if not moved:
+        return ()
+    return (
+        f"n_sub = {study.n_sub} is too few: twice as many move an unknown by more than {BIAS:g} of "
+        "its standard error; leave n_sub out",
+    )
+
+
+def _unsettled(
+    setting: SettledSetting,
+    stack: JointProblem,
+    point: JointPoint,
+    found: Sequence[ResidualEvaluation],
+) -> tuple[str, ...]:
+    """Say where the largest number of sub-steps is not enough."""
+    factor = stack.normal(found, point).factor
+    late = [r for r in range(len(stack.problems)) if setting.n_fine[r] >= FINEST]
+    if not late or not np.isfinite(factor).all():
+        return ()
+    jacobian, root = stack.projected(found, point), information_root(stack, factor)
+    error = np.linalg.norm(root, axis=1) + 1e-300
+    edges = np.cumsum([0, *(e.residual.size for e in found)])
+    worst, name = 0.0, ""
+    for r in late:
+        p, local = stack.problems[r], stack.local(point, r)
+        refined = Refined(p, local)
+        half, whole = (refined.at(n).residual for n in (FINEST // 2, FINEST))
+        moves = np.abs(root @ (root.T @ (jacobian[edges[r] : edges[r + 1]].T @ (whole - half))))
+        at = int(np.argmax(moves / error))
+        if moves[at] / error[at] > worst:
+            worst, name = float(moves[at] / error[at]), stack.names[at]
+    if worst < 3.0:
+        return ()
+    return (
+        f"{FINEST} sub-steps a sample leave {name} uncertain by {worst / 3.0:.2g} standard errors: "
+        "sample faster, or its interval is too narrow",
+    )
+
+
+def cautions(study: Study) -> tuple[str, ...]:
+    """Return what the study cannot do as it is asked."""
+    said = []
+    if study.window is not None and study.nuisances.lags:
+        said.append("windows take no lags of sensors: they are held at zero")
+    own = [v.name for v in study.free if v.own]
+    if own and study.validation:
+        said.append(
+            f"validation recordings are simulated with {', '.join(own)} of "
+            f"{study.record_names[0]}: parameters of single recordings are not fitted to them"
+        )
+    return tuple(said)
+
+
+def runs_away(stack: JointProblem, simulated: Sequence[Array]) -> bool:
+    """Whether a training residual is far larger than the readings themselves move."""
+    for p, y in zip(stack.problems, simulated, strict=True):
+        m = p.data.mask("train")
+        rest = (p.data.readings - y)[m]
+        spread = p.data.readings[m].std(axis=0) + p.data.floor
+        if rest.size and not (np.sqrt(np.mean(rest**2, axis=0)) < FAR * spread).all():
+            return True
+    return False
+
+
+def final_cost(
+    stack: JointProblem, found: Sequence[ResidualEvaluation], solution: MethodSolution
+) -> float:
+    """Return the mean square of the residuals over the noise that the fit took."""
+    if solution.cost is not None:
+        return solution.cost
+    if solution.readings is not None or not solution.point.theta.size:
+        return solution.trace[-1]
+    return stack.cost(found, solution.point)

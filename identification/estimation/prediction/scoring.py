@@ -1,0 +1,180 @@
+"""Fisher scoring: damped steps with the expected information, within bounds, on the posterior."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.prediction.likelihood import LikelihoodEvaluation, evaluate
+from identification.estimation.prediction.model import PredictionModel
+
+__all__ = ["GaussianRows", "Maximum", "maximise", "prior"]
+
+Array = np.ndarray
+ENOUGH = 1e-5
+"""Expected gain of the log-likelihood below which a step is not worth taking."""
+
+LARGEST_STEP = 2.0
+"""Largest change of a logarithm in one step."""
+
+
+@dataclass(frozen=True, slots=True)
+class Maximum:
+    """Where scoring ended."""
+
+    theta: Array
+    at: LikelihoodEvaluation
+    status: FitStatus
+    iterations: int
+
+
+@dataclass(frozen=True, slots=True)
+class GaussianRows:
+    """Gaussian rows ``weight (theta - centre)``; value, gradient, curvature."""
+
+    log: float
+    gradient: Array
+    information: Array
+
+
+def prior(model: PredictionModel, theta: Array) -> GaussianRows:
+    """Priors: those given, and weak ones that hold what the data do not determine.
+
+    The weak ones are those of the output-error fit: a factor 20 on logarithmic parameters, ten
+    scales on others, ten spreads on offsets and initial states. Noise has none.
+    """
+    at = model.slots
+    residual, slope = np.zeros(at.size), np.zeros(at.size)
+    for i, f in enumerate(model.free):
+        centre, slope[i] = model.priors.get(f.parameter.name, (0.0, 1.0 / 3.0 if f.log else 0.1))
+        residual[i] = slope[i] * (theta[i] - centre)
+    slope[at.noise.stop :] = 0.1
+    residual[at.noise.stop :] = 0.1 * theta[at.noise.stop :]
+    return GaussianRows(-0.5 * float(residual @ residual), -slope * residual, np.diag(slope**2))
+
+
+def maximise(
+    model: PredictionModel,
+    start: Array,
+    *,
+    max_iterations: int = 60,
+    progress: Callable[[int, float], None] | None = None,
+) -> Maximum:
+    """Climb from `start`; diffusions that do nothing end at their lower bound.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with the iteration and the log-likelihood.
+    """
+    lower, upper = model.bounds()
+    theta = np.clip(start, lower, upper)
+    now, before = evaluate(model, theta), prior(model, theta)
+    if not np.isfinite(now.log_likelihood):
+        return Maximum(theta, now, FitStatus.BROKEN, 0)
+    at, zeroed = _Stand(theta, now, before, 1e-3), False
+    for iteration in range(1, max_iterations + 1):
+        try:
+            after, ended = _climb(model, at, lower, upper)
+            if ended is FitStatus.CONVERGED and not zeroed:
+                zeroed = True
+                after = _without(model, at, lower)
+                ended = None if after is not at else ended
+            at = after
+            if ended is not None:
+                return Maximum(at.theta, at.now, ended, iteration)
+            if progress is not None:
+                progress(iteration, at.now.log_likelihood)
+        except KeyboardInterrupt:
+            return Maximum(at.theta, at.now, FitStatus.CANCELLED, iteration)
+    return Maximum(at.theta, at.now, FitStatus.ITERATIONS, max_iterations)
+
+
+@dataclass(frozen=True, slots=True)
+class _Stand:
+    """Where the climb stands."""
+
+    theta: Array
+    now: LikelihoodEvaluation
+    prior: GaussianRows
+    damping: float
+
+    @property
+    def value(self) -> float:
+        """Logarithm of the posterior."""
+        return self.now.log_likelihood + self.prior.log
+
+
+def _climb(
+    model: PredictionModel, at: _Stand, lower: Array, upper: Array
+) -> tuple[_Stand, FitStatus | None]:
+    """One accepted step, or how the climb ends."""
+    damping = at.damping
+    for _ in range(12):
+        step, expected = _step(model, replace(at, damping=damping), lower, upper)
+        if abs(expected) < ENOUGH:
+            return at, FitStatus.CONVERGED
+        if expected > 0:  # rounding may spoil the step where a free run has run away
+            theta = at.theta + step
+            made = _Stand(theta, evaluate(model, theta), prior(model, theta), damping)
+            if np.isfinite(made.value) and made.value >= at.value:
+                good = made.value - at.value > 0.5 * expected
+                return replace(made, damping=max(damping / 10.0, 1e-8) if good else damping), None
+        damping = max(8.0 * damping, 1e-3)
+    return at, FitStatus.NO_PROGRESS
+
+
+def _step(model: PredictionModel, at: _Stand, lower: Array, upper: Array) -> tuple[Array, float]:
+    """Damped step within bounds and the gain that the quadratic model expects of it."""
+    from scipy.optimize import lsq_linear
+
+    theta, gradient = at.theta, at.now.gradient + at.prior.gradient
+    information = at.now.information + at.prior.information
+    limit = np.where(_logarithmic(model), LARGEST_STEP, np.inf)
+    low, high = np.maximum(lower - theta, -limit), np.minimum(upper - theta, limit)
+    size = np.sqrt(np.diag(information))
+    alive = (size > 1e-9) & (high > low)
+    step = np.zeros(theta.size)
+    if not alive.any():
+        return step, 0.0
+    unit = 1.0 / size[alive]
+    h = information[np.ix_(alive, alive)] * np.outer(unit, unit)
+    h = h + (at.damping + 1e-12) * np.eye(h.shape[0])
+    values, vectors = np.linalg.eigh(h)
+    root = np.sqrt(np.maximum(values, 1e-12))
+    a = root[:, None] * vectors.T
+    b = (vectors.T @ (gradient[alive] * unit)) / root
+    scaled = np.linalg.lstsq(a, b, rcond=None)[0]
+    box = (low[alive] * size[alive], high[alive] * size[alive])
+    if ((scaled < box[0]) | (scaled > box[1])).any():
+        scaled = np.clip(lsq_linear(a, b, box, method="bvls").x, *box)
+    step[alive] = scaled * unit
+    expected = float(gradient @ step - 0.5 * step @ information @ step)
+    return np.clip(step, low, high), expected
+
+
+def _logarithmic(model: PredictionModel) -> Array:
+    at, found = model.slots, np.zeros(model.slots.size, bool)
+    found[at.free] = [f.log for f in model.free]
+    found[at.sigma] = found[at.noise] = True
+    return found
+
+
+def _without(model: PredictionModel, at: _Stand, lower: Array) -> _Stand:
+    """Set diffusions to their lower bound where the likelihood loses nothing by it.
+
+    On a logarithmic scale the way to zero has no end and no slope; one jump finds it.
+    """
+    sigma = model.slots.sigma
+    for i in range(sigma.start, sigma.stop):
+        if at.theta[i] <= lower[i] or at.now.information[i, i] > 4.0:
+            continue
+        trial = at.theta.copy()
+        trial[i] = lower[i]
+        made = _Stand(trial, evaluate(model, trial), prior(model, trial), 1e-3)
+        if made.value >= at.value - 1e-2:
+            at = made
+    return at

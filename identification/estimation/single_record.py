@@ -1,0 +1,176 @@
+"""Fit of one record: values with intervals, nuisances, residuals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.estimation.covariance import information_root, sandwich
+from identification.estimation.levenberg_marquardt import Descent, FitStatus, minimise
+from identification.study.joint import NUISANCE_LAG, JointProblem, held_out_states, stack_of
+from identification.study.problem import Problem
+from identification.study.residual import (
+    Point,
+    evaluate,
+    offset_scale,
+    parameters_at,
+    slots,
+    start_point,
+)
+
+__all__ = ["NUISANCE_LAG", "Estimate", "Fit", "FitStatus", "best", "fit", "start_cost"]
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted number with its 95 % interval."""
+
+    name: str
+    value: float
+    unit: str
+    ci95: tuple[float, float]
+    at_bound: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Result of a fit.
+
+    Attributes
+    ----------
+    cost : float
+        Mean square of the weighted training residuals (1 = at the noise floor).
+    simulated : ndarray, shape (N, n_y), SI
+        Readings of the fitted model on the whole record.
+    estimates, nuisances : tuple of Estimate
+    """
+
+    problem: Problem
+    point: Point
+    status: FitStatus
+    cost: float
+    iterations: int
+    simulated: Array
+    estimates: tuple[Estimate, ...] = ()
+    nuisances: tuple[Estimate, ...] = ()
+
+    def residuals(self, part: str) -> Array:
+        """Measured less simulated on ``train`` or ``test``, shape (n, n_y), SI."""
+        m = self.problem.data.mask(part)
+        return np.asarray(self.problem.data.readings[m] - self.simulated[m])
+
+    def rmse(self, part: str) -> dict[str, float]:
+        """Root mean square error of each reading, SI."""
+        r = self.residuals(part)
+        return {
+            n: float(np.sqrt(np.mean(r[:, c] ** 2))) for c, n in enumerate(self.problem.data.names)
+        }
+
+    def chi2(self, part: str) -> float:
+        """Mean square residual over the noise floor, all readings."""
+        return float(np.mean((self.residuals(part) / self.problem.data.floor) ** 2))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """All model parameters by name, declared delays (s) included."""
+        names = self.problem.engine.parameter_names
+        found = dict(
+            zip(names, map(float, parameters_at(self.problem, self.point.theta)), strict=True)
+        )
+        delays = self.point.theta[slots(self.problem).delays]
+        for n, d in zip(self.problem.delays, delays, strict=True):
+            found[n] = float(d) * self.problem.data.dt
+        return found
+
+    def __repr__(self) -> str:
+        """Short text."""
+        return f"Fit({self.problem.graph.name!r}, {self.status.value}, cost {self.cost:.4g})"
+
+
+def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = None) -> Fit:
+    """Fit `problem` by output error.
+
+    Priors keep what the data do not determine near its start value: a factor 20 on logarithmic
+    parameters, ten scales on others; they weigh nothing where the data speak.
+    """
+    stack = stack_of((problem,))
+    begin = stack.start() if start is None else stack.gathered([start])
+    made = minimise(stack, begin, max_iterations=max_iterations)
+    point, e = stack.local(made.point, 0), made.evaluations[0]
+    if made.status is FitStatus.BROKEN:
+        return Fit(problem, point, made.status, np.inf, 0, e.y)
+    if problem.window is not None or problem.data.breaks:
+        point = held_out_states(problem, point)
+    estimates, nuisances = _estimates(stack, made, point)
+    y = evaluate(problem, point, derivatives=False).y
+    cost = float(np.mean(e.residual**2)) if e.residual.size else np.inf
+    return Fit(problem, point, made.status, cost, made.iterations, y, estimates, nuisances)
+
+
+def start_cost(problem: Problem) -> float:
+    """Misfit at the start values, for choosing among many; infinite when it cannot be simulated."""
+    stack = stack_of((problem,))
+    lower, upper = stack.bounds
+    point = start_point(problem)
+    point = replace(point, theta=np.clip(point.theta, lower, upper))
+    e = evaluate(problem, point, derivatives=False)
+    r = e.residual - np.mean(e.residual) if e.residual.size else e.residual
+    cost = float(np.mean(r**2)) if r.size else np.inf
+    return cost if np.isfinite(cost) else np.inf
+
+
+def _estimates(
+    stack: JointProblem, made: Descent, point: Point
+) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
+    """Values with intervals from the block sandwich: right for coloured residuals too."""
+    problem, (lower, upper) = stack.problems[0], stack.bounds
+    at = slots(problem)
+    sd = np.sqrt(_variances(stack, made))
+    found: list[Estimate] = []
+    nuisances: list[Estimate] = []
+    for i, f in enumerate(problem.free):
+        t = float(point.theta[i])
+        ends = sorted((f.value(t - 1.96 * sd[i]), f.value(min(t + 1.96 * sd[i], 700.0))))
+        at_bound = bool(t <= lower[i] + 1e-9 or t >= upper[i] - 1e-9)
+        entry = Estimate(
+            f.parameter.name, f.value(t), f.parameter.unit, (ends[0], ends[1]), at_bound
+        )
+        (nuisances if f.parameter.name.startswith("offset_") else found).append(entry)
+    dt = problem.data.dt
+    for j, n in enumerate(problem.delays):
+        k = at.delays.start + j
+        v, s = point.theta[k] * dt, 1.96 * sd[k] * dt
+        unit = "1" if n in problem.skews else "s"
+        found.append(Estimate(n, float(v), unit, (float(v - s), float(v + s))))
+    lags = point.theta[at.lags]
+    scale = offset_scale(problem)
+    for c, n in enumerate(problem.data.names):
+        k, o = at.lags.start + c, at.offsets.start + c
+        if upper[k] > lower[k]:
+            v, s = lags[c] * dt, 1.96 * sd[k] * dt
+            hit = bool(abs(lags[c]) >= NUISANCE_LAG - 1e-9)
+            nuisances.append(
+                Estimate(f"delay {n}", float(v), "s", (float(v - s), float(v + s)), hit)
+            )
+        if upper[o] > lower[o]:
+            v, s = point.theta[o] * scale[c], 1.96 * sd[o] * scale[c]
+            unit = getattr(problem.graph[n], "unit", "")
+            nuisances.append(Estimate(f"offset {n}", float(v), unit, (float(v - s), float(v + s))))
+    return tuple(found), tuple(nuisances)
+
+
+def _variances(stack: JointProblem, made: Descent) -> Array:
+    """Return the variance of every unknown: the larger of information and block sandwich."""
+    factor = stack.normal(made.evaluations, made.point).factor
+    root = information_root(stack, factor)
+    inverse = root @ root.T
+    robust = sandwich(stack, made.evaluations, made.point, inverse)
+    return np.asarray(np.maximum(np.diag(inverse), np.diag(robust)))
+
+
+def best(fits: list[Fit]) -> Fit:
+    """Fit with the lowest training cost."""
+    return min(fits, key=lambda f: f.cost)

@@ -1,0 +1,1 @@
+"""The next experiment: designed signals, frequency responses."""

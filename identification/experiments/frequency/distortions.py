@@ -1,0 +1,259 @@
+"""Noise, even and odd nonlinear distortion of an output, line by line.
+
+A random odd multisine leaves some odd lines and all even lines out. A linear system answers there
+with noise only; an even nonlinearity fills the even lines, an odd one the odd lines left out.
+Noise is what changes from period to period. Pintelon and Schoukens, System Identification, 2nd
+ed. (2012), chapter 4; Schoukens, Vaes, Pintelon, IEEE Control Systems Magazine 36(3) (2016) 38.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f as fisher
+
+from bondgraph.signals.files.checks import optional
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput, unknown_name
+from identification.experiments.frequency.periods import Periods, cut, period_lines
+
+__all__ = ["DistortionLevel", "Distortions", "distortions"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+KINDS = ("excited", "odd", "even")
+
+
+@dataclass(frozen=True, slots=True)
+class DistortionLevel:
+    """Root mean square amplitude per line of one output in a band, output unit.
+
+    Parameters
+    ----------
+    output : str
+    linear : float
+        At the excited lines, noise taken off.
+    noise : float
+        Of the mean over the periods, at all lines.
+    odd, even : float
+        At the detection lines, noise taken off; NaN if there is no such line.
+    stochastic : float
+        At the excited lines, from the spread over realisations less noise; NaN with one.
+    odd_certain, even_certain : bool
+        Whether noise alone explains the lines with a probability below 0.1 %.
+    """
+
+    output: str
+    linear: float
+    noise: float
+    odd: float
+    even: float
+    stochastic: float
+    odd_certain: bool
+    even_certain: bool
+
+    def __str__(self) -> str:
+        """One line in words, in per cent of the linear part."""
+
+        def said(value: float, certain: bool) -> str:
+            if not value == value:
+                return "not measured"
+            return f"{100 * value / self.linear:.3g} %" if certain else "none beyond the noise"
+
+        more = "" if self.stochastic != self.stochastic else (
+            f", over realisations {100 * self.stochastic / self.linear:.3g} %"
+        )  # fmt: skip
+        noise = "unknown" if self.noise != self.noise else f"{100 * self.noise / self.linear:.3g} %"
+        return (
+            f"{self.output}: noise {noise}, even distortion "
+            f"{said(self.even, self.even_certain)}, odd distortion "
+            f"{said(self.odd, self.odd_certain)}{more} of the linear part"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Distortions:
+    """Spectrum of the outputs by kind of line; F lines from 1 on.
+
+    Parameters
+    ----------
+    name : str
+    frequency : ndarray, shape (F,), Hz
+    kind : ndarray of str, shape (F,)
+        ``"excited"``, ``"odd"`` or ``"even"`` (lines that were left out).
+    mean : ndarray, shape (R, F, n_y)
+        Complex peak amplitudes, mean over the periods, of R realisations; at detection lines less
+        what a small drive there would explain linearly.
+    noise : ndarray, shape (F, n_y)
+        Variance of `mean` by noise, mean over the realisations.
+    stochastic : ndarray, shape (F, n_y)
+        Variance of `mean` over the realisations at excited lines (noise included); NaN elsewhere
+        and with one realisation.
+    outputs : tuple of str
+    units : tuple of str
+    periods : int
+    """
+
+    name: str
+    frequency: FloatArray
+    kind: NDArray[np.str_]
+    mean: ComplexArray
+    noise: FloatArray
+    stochastic: FloatArray
+    outputs: tuple[str, ...]
+    units: tuple[str, ...]
+    periods: int
+
+    @property
+    def amplitude(self) -> FloatArray:
+        """Root mean square amplitude over the realisations, shape (F, n_y)."""
+        return np.asarray(np.sqrt(np.mean(np.abs(self.mean) ** 2, axis=0)))
+
+    def level(self, output: str, band: tuple[float, float] | None = None) -> DistortionLevel:
+        """Levels of one output over a band (Hz; the excited one if not given)."""
+        if output not in self.outputs:
+            raise unknown_name("output", output, self.name, self.outputs)
+        c = self.outputs.index(output)
+        excited = self.frequency[self.kind == "excited"]
+        low, high = band if band is not None else (0.0, float(excited[-1]))
+        inside = (self.frequency >= low) & (self.frequency <= high)
+        if not (inside & (self.kind == "excited")).any():
+            raise UnusableInput(f"{self.name}: no excited line between {low:g} and {high:g} Hz")
+        power, noise = self.amplitude[:, c] ** 2, self.noise[:, c]
+        freedom = self.mean.shape[0] * (self.periods - 1)
+
+        def left(kind: str) -> tuple[float, bool]:
+            at = inside & (self.kind == kind)
+            n = int(at.sum())
+            if not n:
+                return float("nan"), False
+            over, by_noise = float(power[at].mean()), float(noise[at].mean())
+            if freedom < 1:
+                return float(np.sqrt(over)), False
+            limit = fisher.ppf(0.999, 2 * n * self.mean.shape[0], 2 * n * freedom)
+            return float(np.sqrt(max(over - by_noise, 0.0))), over > limit * by_noise
+
+        linear, _ = left("excited")
+        (odd, odd_certain), (even, even_certain) = left("odd"), left("even")
+        spread = self.stochastic[inside & (self.kind == "excited"), c]
+        less = noise[inside & (self.kind == "excited")]
+        stochastic = float(np.sqrt(max(np.mean(spread - np.nan_to_num(less)), 0.0)))
+        if np.isnan(spread).any():
+            stochastic = float("nan")
+        by_noise = float(np.sqrt(noise[inside].mean()))
+        return DistortionLevel(
+            output, linear, by_noise, odd, even, stochastic, odd_certain, even_certain
+        )
+
+    def to_pandas(self) -> Any:
+        """Return a DataFrame: index `f_Hz`, kind of line, amplitude and deviations."""
+        pandas = optional("pandas", "to_pandas")
+        columns: dict[str, Any] = {"kind": self.kind}
+        for c, n in enumerate(self.outputs):
+            columns[n] = self.amplitude[:, c]
+            columns[f"{n} noise"] = np.sqrt(self.noise[:, c])
+            columns[f"{n} over realisations"] = np.sqrt(self.stochastic[:, c])
+        return pandas.DataFrame(columns, index=pandas.Index(self.frequency, name="f_Hz"))
+
+    def __repr__(self) -> str:
+        """Return the levels of all outputs in words."""
+        counts = ", ".join(f"{int((self.kind == k).sum())} {k}" for k in KINDS)
+        body = "; ".join(str(self.level(o)) for o in self.outputs)
+        return f"Distortions({self.name!r}, lines: {counts}; {body})"
+
+
+def distortions(
+    recordings: Recording | Sequence[Recording],
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    *,
+    period: int | None = None,
+    discard: int | None = None,
+    lines: Sequence[int] | None = None,
+    highest: int | None = None,
+) -> Distortions:
+    """Separate noise, even and odd distortion in periodic recordings.
+
+    Parameters
+    ----------
+    recordings : Recording or sequence of Recording
+        Realisations of the same lines with different random phases.
+    inputs, outputs : sequence of str
+        Channels. With one input, a drive that is not clean at the detection lines is allowed for:
+        the response, interpolated between excited lines, times what it shows there. With several
+        inputs it is not, and the spread over realisations is left to
+        `best_linear_approximation`.
+    period, discard : int, optional
+        As in `identification.experiments.frequency.periods.cut`.
+    lines : sequence of int, optional
+        Excited lines; found from the inputs if not given.
+    highest : int, optional
+        Last line given out; three times the last excited one, below the Nyquist rate.
+    """
+    records = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    if not records:
+        raise UnusableInput("distortions: no recording; give at least one")
+    parts = [cut(r, inputs[0], outputs, period=period, discard=discard) for r in records]
+    if len({p.period for p in parts}) > 1:
+        raise UnusableInput("distortions: the recordings differ in their period; group them")
+    u = np.stack([p.spectra(inputs).mean(axis=0) for p in parts])
+    excited = _excited(u, lines, inputs)
+    last = min(highest or 3 * int(excited[-1]), (parts[0].period - 1) // 2)
+    y = np.stack([p.spectra(outputs).mean(axis=0) for p in parts])[:, 1 : last + 1]
+    noise = _noise(parts, outputs)[1 : last + 1]
+    number = np.arange(1, last + 1)
+    kind = np.where(number % 2 == 1, "odd", "even").astype("<U7")
+    kind[excited - 1] = "excited"
+    spread = np.full(noise.shape, np.nan)
+    g = y[:, excited - 1] / u[:, excited, :1] if len(inputs) == 1 else None
+    if g is not None:
+        y = y - _through(g, u[:, 1 : last + 1, 0], excited, number)
+    if g is not None and len(records) > 1:
+        power = np.mean(np.abs(u[:, excited, :1]) ** 2, axis=0)
+        spread[excited - 1] = np.var(g, axis=0, ddof=1) * power
+    return Distortions(
+        parts[0].name, number * parts[0].rate / parts[0].period, kind, y, noise, spread,
+        tuple(outputs), tuple(parts[0].units[o] for o in outputs), min(p.count for p in parts),
+    )  # fmt: skip
+
+
+def _excited(
+    u: ComplexArray, lines: Sequence[int] | None, inputs: Sequence[str]
+) -> NDArray[np.intp]:
+    if lines is not None:
+        at = np.unique(np.asarray(lines, np.intp))
+        if at.size == 0 or at[0] < 1 or at[-1] >= u.shape[1]:
+            raise UnusableInput(f"lines must lie within 1 .. {u.shape[1] - 1}")
+        return at
+    power = np.sqrt(np.mean(np.abs(u) ** 2, axis=0))
+    at = np.unique(np.concatenate([period_lines(power[:, j], n) for j, n in enumerate(inputs)]))
+    return np.asarray(at[at < u.shape[1] - 1])
+
+
+def _noise(parts: Sequence[Periods], outputs: Sequence[str]) -> FloatArray:
+    found = []
+    for p in parts:
+        s = p.spectra(outputs)
+        if p.count > 1:
+            found.append(np.var(s, axis=0, ddof=1) / p.count)
+    if not found:
+        return np.full((parts[0].period // 2 + 1, len(outputs)), np.nan)
+    return np.asarray(np.mean(found, axis=0))
+
+
+def _through(
+    g: ComplexArray, u: ComplexArray, excited: NDArray[np.intp], number: NDArray[np.intp]
+) -> ComplexArray:
+    """Linear answer to what the drive shows at lines left out, shape (R, F, n_y)."""
+    found = np.zeros((*u.shape, g.shape[2]), complex)
+    inside = (number > excited[0]) & (number < excited[-1]) & ~np.isin(number, excited)
+    for r in range(g.shape[0]):
+        for c in range(g.shape[2]):
+            real = np.interp(number[inside], excited, g[r, :, c].real)
+            imaginary = np.interp(number[inside], excited, g[r, :, c].imag)
+            found[r, inside, c] = (real + 1j * imaginary) * u[r, inside]
+    return found

@@ -1,0 +1,1 @@
+"""Statistics of residuals, one of each."""

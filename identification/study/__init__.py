@@ -1,0 +1,1 @@
+"""What is fitted to what: the study, and the problems it makes."""

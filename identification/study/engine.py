@@ -1,0 +1,286 @@
+"""What runs a model over a record with derivatives: the exact step, or the general one."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from bondgraph.equations.program import Program
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Parameter
+from bondgraph.simulation.integrate import inputs_of as general_inputs
+from bondgraph.simulation.integrate import rest
+from bondgraph.simulation.lure import Compiled
+from bondgraph.simulation.radau.native import PreparedGeneral, prepare_general, run_general
+from bondgraph.simulation.simulate import (
+    KernelRun,
+    Memories,
+    Prepared,
+    equilibrium,
+    exact_form,
+    fine_inputs,
+    inputs_of,
+    prepare,
+    run_prepared,
+)
+from bondgraph.support.errors import BondsightError, real_number, unknown_name
+
+__all__ = ["Engine", "ExactEngine", "GeneralEngine", "engine_of"]
+
+Array = np.ndarray
+STRETCHES = 200
+
+
+class Engine(ABC):
+    """A compiled model that fits can run; abstract.
+
+    Parameters enter as vectors in the order of `parameter_names`, states in that of `state_names`.
+    """
+
+    @property
+    @abstractmethod
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Declared parameters, in order."""
+
+    @property
+    @abstractmethod
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+
+    @property
+    @abstractmethod
+    def has_memory(self) -> bool:
+        """Whether a law carries memory."""
+
+    @abstractmethod
+    def vector(self, values: Mapping[str, float]) -> Array:
+        """Parameter vector with some values changed by name."""
+
+    @abstractmethod
+    def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
+        """Input matrix, shape (N, n_u)."""
+
+    @abstractmethod
+    def fine_inputs(self, u: Array, n_sub: int, hold: str) -> Array:
+        """Return the inputs at both ends of each sub-step, shape ((N - 1) n_sub, 2, n_u)."""
+
+    @abstractmethod
+    def rest(self, p: Array, u: Array) -> Array:
+        """State at rest under constant inputs `u`, shape (n_u,)."""
+
+    @abstractmethod
+    def prepare(
+        self, p: Array, step: float, n_sub: int, directions: Sequence[int], states: bool
+    ) -> Any:
+        """Make ready to run at one parameter vector; `states`: differentiate by the start too."""
+
+    @abstractmethod
+    def run(
+        self,
+        ready: Any,
+        u: Array,
+        x0: Array,
+        fine: Array,
+        *,
+        every_substep: bool = False,
+        memory: Memories | None = None,
+    ) -> KernelRun:
+        """Run over inputs `u` (N, n_u) with their sub-step values `fine`, from `memory`."""
+
+    @abstractmethod
+    def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
+        """Spread of each state in a simulation, shape (n_x,)."""
+
+    @property
+    def exact_step(self) -> bool:
+        """Whether sub-steps change nothing: a linear model with the exact step."""
+        return False
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the parameters, in the order of the vector."""
+        return tuple(self.parameters)
+
+    @property
+    def n_x(self) -> int:
+        """Number of states."""
+        return len(self.state_names)
+
+
+@dataclass(frozen=True)
+class ExactEngine(Engine):
+    """Models linear up to scalar laws: exact linear part, see `bondgraph.simulation.lure`."""
+
+    compiled: Compiled
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Declared parameters, in order."""
+        return self.compiled.space.parameters
+
+    @cached_property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return tuple(str(s.symbol) for s in self.compiled.space.states)
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether a law carries memory."""
+        return any(port.law.n_memory for port in self.compiled.space.laws)
+
+    @property
+    def exact_step(self) -> bool:
+        """Whether there is no law between the steps."""
+        return not self.compiled.space.laws
+
+    def vector(self, values: Mapping[str, float]) -> Array:
+        """Parameter vector with some values changed by name."""
+        return self.compiled.vector(values)
+
+    def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
+        """Input matrix; pseudo-inputs are filled in."""
+        return inputs_of(self.compiled, commands, time.size)
+
+    def fine_inputs(self, u: Array, n_sub: int, hold: str) -> Array:
+        """Return the inputs at both ends of each sub-step."""
+        return fine_inputs(u, n_sub, hold)
+
+    def rest(self, p: Array, u: Array) -> Array:
+        """Equilibrium of the linear part."""
+        return equilibrium(self.compiled, p, u)
+
+    def prepare(
+        self, p: Array, step: float, n_sub: int, directions: Sequence[int], states: bool
+    ) -> Prepared:
+        """Discretise with derivatives."""
+        return prepare(self.compiled, p, step, n_sub, directions, states)
+
+    def run(
+        self,
+        ready: Any,
+        u: Array,
+        x0: Array,
+        fine: Array,
+        *,
+        every_substep: bool = False,
+        memory: Memories | None = None,
+    ) -> KernelRun:
+        """Run the compiled step."""
+        return run_prepared(ready, u, x0, fine=fine, every_substep=every_substep, memory=memory)
+
+    def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
+        """Spread of the states, observed in a simulation."""
+        seen = Compiled(self.compiled.space, self.state_names)
+        ready = prepare(seen, p, step, n_sub)
+        run = run_prepared(ready, u, x0, hold)
+        moved = run.y[:, self.compiled.n_y :]
+        return np.asarray(np.where(np.isfinite(moved), moved, 0.0).std(axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class GeneralEngine(Engine):
+    """Any other model of the language: L-stable steps, see `bondgraph.simulation.radau.native`."""
+
+    program: Program
+    declared: Mapping[str, Parameter]
+
+    @cached_property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Declared parameters, in the order of the program."""
+        return {n: self.declared[n] for n in self.program.parameters}
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return self.program.states
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether a law carries memory."""
+        return self.program.has_memory
+
+    def vector(self, values: Mapping[str, float]) -> Array:
+        """Parameter vector with some values changed by name."""
+        p = np.array(self.program.nominal, float)
+        for name, v in values.items():
+            if name not in self.program.parameters:
+                known = self.program.parameters
+                raise unknown_name("parameter", name, self.program.name, known)
+            p[self.program.parameters.index(name)] = real_number(name, v)
+        return p
+
+    def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
+        """Input matrix; rates of inputs and pseudo-inputs are filled in."""
+        return general_inputs(self.program, commands, time)
+
+    def fine_inputs(self, u: Array, n_sub: int, hold: str) -> Array:
+        """Return the inputs at both ends of each sub-step."""
+        return fine_inputs(u, n_sub, hold)
+
+    def rest(self, p: Array, u: Array) -> Array:
+        """Equilibrium of the whole model; where there is none, its start."""
+        try:
+            return np.asarray(rest(self.program, u, p)[0])
+        except BondsightError:
+            return np.array(self.program.start, float)
+
+    def prepare(
+        self, p: Array, step: float, n_sub: int, directions: Sequence[int], states: bool
+    ) -> PreparedGeneral:
+        """Check parameters and directions."""
+        return prepare_general(self.program, p, step, n_sub, directions, states)
+
+    def run(
+        self,
+        ready: Any,
+        u: Array,
+        x0: Array,
+        fine: Array,
+        *,
+        every_substep: bool = False,
+        memory: Memories | None = None,
+    ) -> KernelRun:
+        """Run the general kernel."""
+        made = run_general(
+            ready, u, x0, fine=fine, every_substep=every_substep, memory=memory,
+            relaxed=memory is None,
+        )  # fmt: skip
+        return KernelRun(
+            made.y, made.dy, made.s, made.w, made.x, made.memory, made.settled, made.dx
+        )
+
+    def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
+        """Spread of the states where stretches of a simulation end."""
+        ready = prepare_general(self.program, p, step, n_sub)
+        edges = np.unique(np.linspace(0, u.shape[0] - 1, STRETCHES + 1).astype(int))
+        seen, memory = [x0], None
+        for a, b in pairwise(edges):
+            made = run_general(
+                ready, u[a : b + 1], seen[-1], hold, memory=memory, relaxed=memory is None
+            )
+            memory = made.memory or None
+            seen.append(made.x)
+        found = np.array(seen)
+        return np.asarray(np.where(np.isfinite(found), found, 0.0).std(axis=0))
+
+
+def engine_of(graph: BondGraph) -> Engine:
+    """Return the exact engine where the graph allows it, else the general one.
+
+    Raises
+    ------
+    BondsightError
+        The graph has no equations; one line says why.
+    """
+    if (compiled := exact_form(graph)) is not None:
+        return ExactEngine(compiled)
+    from bondgraph.equations.codegen import program_of
+    from bondgraph.equations.derivation import system
+
+    return GeneralEngine(program_of(system(graph)), graph.parameters)

@@ -1,0 +1,395 @@
+"""Several records under one vector of unknowns: what is shared once, the rest record by record.
+
+Global unknowns are the free parameters and declared delays, shared by the records unless they are
+named as `own`, and each record's lags, offsets and clock ratios. The residuals of the records add
+up; the initial states stay eliminated record by record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from identification.study.problem import Problem
+from identification.study.residual import (
+    Point,
+    ResidualEvaluation,
+    evaluate,
+    slots,
+    start_point,
+    windows,
+)
+
+__all__ = ["NUISANCE_LAG", "JointPoint", "JointProblem", "NormalEquations", "stack_of"]
+
+Array = np.ndarray
+NUISANCE_LAG = 0.25
+# a quarter of a sample: filters and multiplexers; more is a finding
+LARGEST_STEP = 1.5
+STATE_WEIGHT = 0.1
+"""One over the standard deviation of a free initial state, in spreads of that state."""
+
+
+@dataclass(frozen=True)
+class JointPoint:
+    """Where the fit of a stack stands.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (n,)
+        Global unknowns.
+    states : tuple of ndarray, shape (n_windows, n_x) each
+        Initial states, record by record.
+    """
+
+    theta: Array
+    states: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """Compressed least squares: triangular factor of [J r] and how states follow theta."""
+
+    factor: Array
+    right: Array
+    states: tuple[list[tuple[Array, Array]], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class JointProblem:
+    """Problems with one vector of unknowns.
+
+    Attributes
+    ----------
+    problems : tuple of Problem
+        One a record.
+    names : tuple of str
+        Labels of the global unknowns.
+    columns : tuple of ndarray of int
+        Global position of each local unknown, record by record.
+    factors : tuple of ndarray
+        ``local = factor * global``: delays count in samples of their own record.
+    """
+
+    problems: tuple[Problem, ...]
+    names: tuple[str, ...]
+    columns: tuple[Array, ...]
+    factors: tuple[Array, ...]
+
+    @property
+    def n(self) -> int:
+        """Number of global unknowns."""
+        return len(self.names)
+
+    def local(self, point: JointPoint, record: int) -> Point:
+        """Unknowns of one record."""
+        theta = point.theta[self.columns[record]] * self.factors[record]
+        return Point(theta, point.states[record])
+
+    def gathered(self, points: Sequence[Point]) -> JointPoint:
+        """Global unknowns from those of every record; the first record that has one counts."""
+        theta = np.zeros(self.n)
+        for point, at, factor in reversed(
+            list(zip(points, self.columns, self.factors, strict=True))
+        ):
+            theta[at] = point.theta / factor
+        return JointPoint(theta, tuple(p.states for p in points))
+
+    def start(self) -> JointPoint:
+        """Start values of every record."""
+        return self.gathered([start_point(p) for p in self.problems])
+
+    def evaluate(
+        self, point: JointPoint, *, derivatives: bool = True
+    ) -> tuple[ResidualEvaluation, ...]:
+        """Simulate every record."""
+        return tuple(
+            evaluate(p, self.local(point, r), derivatives=derivatives)
+            for r, p in enumerate(self.problems)
+        )
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the unknowns."""
+        lower, upper = np.full(self.n, -np.inf), np.full(self.n, np.inf)
+        for p, at, factor in zip(self.problems, self.columns, self.factors, strict=True):
+            low, high = _bounds(p)
+            lower[at] = np.maximum(lower[at], low / factor)
+            upper[at] = np.minimum(upper[at], high / factor)
+        return lower, upper
+
+    @cached_property
+    def prior(self) -> tuple[Array, Array]:
+        """Weights (one over a standard deviation) and centres of the priors on theta."""
+        weight, centre = np.zeros(self.n), np.zeros(self.n)
+        for p, at, factor in zip(self.problems, self.columns, self.factors, strict=True):
+            local_weight, local_centre = _prior(p)
+            weight[at] = local_weight * factor
+            centre[at] = local_centre / factor
+        return weight, centre
+
+    @property
+    def lowest(self) -> Array:
+        """Largest change of a logarithmic unknown in one step; others are free."""
+        limit = np.full(self.n, np.inf)
+        for p, at in zip(self.problems, self.columns, strict=True):
+            logs = [i for i, f in enumerate(p.free) if f.log]
+            limit[at[logs]] = LARGEST_STEP
+        return limit
+
+    def scored(self, record: int) -> list[int]:
+        """Return the windows of a record that have training samples."""
+        return _scored(self.problems[record])
+
+    def count(self, evaluations: Sequence[ResidualEvaluation]) -> int:
+        """Return the number of residuals."""
+        return max(sum(e.residual.size for e in evaluations), 1)
+
+    def cost(self, evaluations: Sequence[ResidualEvaluation], point: JointPoint) -> float:
+        """Mean square of residuals and priors."""
+        weight, centre = self.prior
+        with np.errstate(over="ignore", invalid="ignore"):
+            total = float(np.sum((weight * (point.theta - centre)) ** 2))
+            for p, e, states in zip(self.problems, evaluations, point.states, strict=True):
+                total += float(e.residual @ e.residual)
+                if p.window is None and p.free_states.size:
+                    away = STATE_WEIGHT * (states - p.rest_state) / p.state_scale
+                    total += float(np.sum(away[:, p.free_states] ** 2))
+        return total / self.count(evaluations)
+
+    def normal(
+        self, evaluations: Sequence[ResidualEvaluation], point: JointPoint
+    ) -> NormalEquations:
+        """Compress the residuals of all records and the priors into one triangle."""
+        weight, centre = self.prior
+        pieces = [np.hstack([np.diag(weight), (weight * (centre - point.theta))[:, None]])]
+        states = []
+        for r, (p, e) in enumerate(zip(self.problems, evaluations, strict=True)):
+            body, followed = _eliminated(p, e, point.states[r])
+            wide = np.zeros((body.shape[0], self.n + 1))
+            wide[:, self.columns[r]] = body[:, :-1] * self.factors[r]
+            wide[:, -1] = body[:, -1]
+            pieces.append(wide)
+            states.append(followed)
+        stacked = np.vstack(pieces)
+        if not np.isfinite(stacked).all():
+            return NormalEquations(stacked[: self.n, : self.n] * np.nan, stacked[: self.n, -1], ())
+        compressed = np.asarray(np.linalg.qr(stacked, mode="r"))
+        return NormalEquations(compressed[:, : self.n], compressed[:, self.n], tuple(states))
+
+    def step(self, system: NormalEquations, point: JointPoint, damping: float) -> JointPoint:
+        """Damped Gauss-Newton step within the bounds."""
+        size = np.linalg.norm(system.factor, axis=0) + 1e-12
+        if not np.isfinite(size).all() or not np.isfinite(system.right).all():
+            return JointPoint(point.theta * np.nan, point.states)
+        lower, upper = self.bounds
+        low = np.maximum(lower - point.theta, -self.lowest)
+        high = np.maximum(np.minimum(upper - point.theta, self.lowest), low)
+        a = np.vstack([system.factor, np.sqrt(damping) * np.diag(size)])
+        b = np.concatenate([system.right, np.zeros(size.size)])
+        delta = _bounded(a, b, low, high, size)
+        states = []
+        for r, p in enumerate(self.problems):
+            moved = point.states[r].copy()
+            by_local = delta[self.columns[r]] * self.factors[r]
+            at = p.free_states
+            if at.size:
+                scale = p.state_scale[at]
+                for i, (by_theta, by_residual) in zip(_scored(p), system.states[r], strict=True):
+                    moved[i, at] += (by_residual - by_theta @ by_local) * scale
+            states.append(moved)
+        return JointPoint(point.theta + delta, tuple(states))
+
+    def projected(self, evaluations: Sequence[ResidualEvaluation], point: JointPoint) -> Array:
+        """Jacobian of all residuals by theta with the initial states eliminated, (M, n)."""
+        pieces = []
+        for r, (p, e) in enumerate(zip(self.problems, evaluations, strict=True)):
+            body, _ = _eliminated(p, e, point.states[r], residual_rows=True)
+            wide = np.zeros((body.shape[0], self.n))
+            wide[:, self.columns[r]] = body[:, :-1] * self.factors[r]
+            pieces.append(wide)
+        return np.concatenate(pieces)
+
+
+def stack_of(
+    problems: Sequence[Problem], own: Collection[str] = (), labels: Sequence[str] = ()
+) -> JointProblem:
+    """Join `problems`; parameters named in `own` take a value in every record.
+
+    `labels` name the records in the labels of the unknowns; numbers from 1 if left out.
+    """
+    labels = labels or [str(r + 1) for r in range(len(problems))]
+    keys: dict[tuple[object, ...], int] = {}
+    columns, factors = [], []
+    first = problems[0].data.dt
+    for r, p in enumerate(problems):
+        at: list[int] = []
+        factor = np.ones(slots(p).size)
+        for key in _keys(p, r, own):
+            at.append(keys.setdefault(key, len(keys)))
+        factor[slots(p).delays] = first / p.data.dt
+        columns.append(np.array(at, int))
+        factors.append(factor)
+    names = []
+    for key in keys:
+        whose = f" @{labels[int(str(key[2]))]}" if len(problems) > 1 and len(key) > 2 else ""
+        names.append(f"{key[1]}{whose}")
+    return JointProblem(tuple(problems), tuple(names), tuple(columns), tuple(factors))
+
+
+def _keys(p: Problem, r: int, own: Collection[str]) -> list[tuple[object, ...]]:
+    """Return what each local unknown is, in the order of `slots`."""
+
+    def shared(name: str) -> tuple[object, ...]:
+        return ("value", name, r) if name in own else ("value", name)
+
+    found: list[tuple[object, ...]] = [shared(f.parameter.name) for f in p.free]
+    found += [("lag", f"delay {n}", r) for n in p.data.names]
+    found += [shared(n) for n in p.delays]
+    found += [("offset", f"offset {n}", r) for n in p.data.names]
+    found += [("clock", f"clock {n}", r) for n in p.data.names if p.clock]
+    return found
+
+
+def _bounds(problem: Problem) -> tuple[Array, Array]:
+    at = slots(problem)
+    lower, upper = np.full(at.size, -np.inf), np.full(at.size, np.inf)
+    for i, f in enumerate(problem.free):
+        lower[i], upper[i] = f.bounds()
+    whole = problem.nuisances and problem.window is None
+    lag = NUISANCE_LAG if whole and problem.lags else 0.0
+    lower[at.lags], upper[at.lags] = -lag, lag
+    for name, outputs in problem.delays.items():
+        if name not in problem.skews:
+            for c in outputs:  # a declared dead time takes the place of the nuisance
+                lower[at.lags.start + c] = upper[at.lags.start + c] = 0.0
+    for j, name in enumerate(problem.delays):
+        lower[at.delays.start + j], upper[at.delays.start + j] = _dead_time(problem, name)
+    if not (problem.offsets and (whole or problem.window_offsets)):
+        lower[at.offsets] = upper[at.offsets] = 0.0
+    lower[at.clocks], upper[at.clocks] = -1.0, 1.0
+    return lower, upper
+
+
+def _dead_time(problem: Problem, name: str) -> tuple[float, float]:
+    """Bounds of a declared dead time in samples; one number if it is not free."""
+    dt, longest = problem.data.dt, 0.1 * problem.data.n
+    declared = problem.graph.parameters.get(name)
+    p = problem.overrides.get(name, declared)
+    if name in problem.fixed:
+        known = problem.starts.get(name, p.value if p is not None else 0.0) / dt
+        return known, known
+    low = 0.0 if p is None or p.lower is None else p.lower / dt
+    if name not in problem.skews:
+        low = max(low, 0.0)
+    high = longest if p is None or p.upper is None else p.upper / dt
+    return low, max(high, low)
+
+
+def _prior(problem: Problem) -> tuple[Array, Array]:
+    at = slots(problem)
+    weight, centre = np.zeros(at.size), np.zeros(at.size)
+    weight[at.free] = [1.0 / 3.0 if f.log else 0.1 for f in problem.free]
+    for i, f in enumerate(problem.free):
+        if f.parameter.name in problem.priors:
+            centre[i], weight[i] = problem.priors[f.parameter.name]
+    weight[at.lags] = 1.0
+    weight[at.delays] = 1e-3
+    for j, name in enumerate(problem.delays, start=at.delays.start):
+        if name in problem.priors:
+            centre[j], weight[j] = problem.priors[name]
+    weight[at.offsets] = 0.1
+    weight[at.clocks] = 1.0
+    return weight, centre
+
+
+def _scored(problem: Problem) -> list[int]:
+    train = problem.data.mask("train")
+    return [i for i, w in enumerate(windows(problem)) if train[w].any()]
+
+
+def _eliminated(
+    problem: Problem, e: ResidualEvaluation, states: Array, *, residual_rows: bool = False
+) -> tuple[Array, list[tuple[Array, Array]]]:
+    """Return rows [J r] without the initial states, and how these follow; windows one by one."""
+    free = problem.free_states
+    if not free.size:
+        return np.hstack([e.jacobian, e.residual[:, None]]), []
+    scale = problem.state_scale[free]
+    pull = 0.0 if problem.window is not None else -STATE_WEIGHT
+    pieces, followed = [], []
+    for (rows, local), i in zip(e.local, _scored(problem), strict=True):
+        stacked = np.vstack([local * scale, STATE_WEIGHT * np.eye(free.size)])
+        away = pull * (states[i, free] - problem.rest_state[free]) / scale
+        n = e.jacobian.shape[1]
+        body = np.zeros((stacked.shape[0], n + 1))
+        body[: local.shape[0], :n], body[: local.shape[0], n] = e.jacobian[rows], e.residual[rows]
+        body[local.shape[0] :, n] = away
+        q, r = np.linalg.qr(stacked)
+        shadow = q.T @ body
+        follow = np.linalg.solve(r, shadow)
+        followed.append((follow[:, :n], follow[:, n]))
+        rest = body - q @ shadow
+        pieces.append(rest[: local.shape[0]] if residual_rows else rest)
+    return np.concatenate(pieces), followed
+
+
+def _bounded(a: Array, b: Array, low: Array, high: Array, size: Array) -> Array:
+    free = high > low
+    delta = np.zeros(size.size)
+    delta[free] = np.linalg.lstsq(a[:, free], b, rcond=None)[0]
+    if not ((delta < low) | (delta > high)).any():
+        return delta
+    limits = (low[free] * size[free], high[free] * size[free])
+    solved = lsq_linear(a[:, free] / size[free], b, limits, method="bvls")
+    delta = np.zeros(size.size)
+    delta[free] = solved.x / size[free]
+    return np.asarray(np.clip(delta, low, high))
+
+
+def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
+    """Improve the initial states of the training windows, parameters kept.
+
+    Damped Gauss-Newton, window by window: a window keeps its state unless its own misfit falls,
+    so that one window at a kink (sticking friction) does not hold up the others.
+    """
+    states, scale = point.states.copy(), problem.state_scale
+    free = problem.free_states
+    scored = _scored(problem)
+    damping = np.full(len(scored), 1e-6)
+    now = evaluate(problem, Point(point.theta, states))
+    for _ in range(passes):
+        trial = states.copy()
+        for k, (i, (rows, local)) in enumerate(zip(scored, now.local, strict=True)):
+            a = local * scale[free]
+            size = np.sqrt(damping[k]) * np.diag(np.linalg.norm(a, axis=0) + 1e-9)
+            right = np.concatenate([now.residual[rows], np.zeros(free.size)])
+            moved = np.linalg.lstsq(np.vstack([a, size]), right, rcond=1e-12)[0]
+            trial[i, free] += moved * scale[free]
+        after = evaluate(problem, Point(point.theta, trial))
+        gain = 0.0
+        for k, (i, (rows, _)) in enumerate(zip(scored, now.local, strict=True)):
+            old = float(now.residual[rows] @ now.residual[rows])
+            new = float(after.residual[rows] @ after.residual[rows])
+            if np.isfinite(new) and new <= old:
+                states[i] = trial[i]
+                damping[k] = max(damping[k] / 10, 1e-12)
+                gain = max(gain, (old - new) / max(old, 1e-300))
+            else:
+                damping[k] = min(damping[k] * 100, 1e6)
+                gain = max(gain, 1e-2)
+        now = evaluate(problem, Point(point.theta, states))
+        if gain < 1e-4:
+            break
+    return Point(point.theta, states)
+
+
+def held_out_states(problem: Problem, point: Point) -> Point:
+    """Fit initial states of the held-out windows, as an observer would; parameters kept."""
+    data = problem.data
+    swapped = replace(data.split, train=data.split.test, test=data.split.train)
+    return refine_states(replace(problem, data=replace(data, split=swapped)), point)

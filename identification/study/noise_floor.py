@@ -1,0 +1,145 @@
+"""Noise floor of a reading, before any model: from repeats, a rest, or the top of the spectrum."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.signal import welch
+
+from bondgraph.signals.recording import Recording, Split
+
+Array = np.ndarray
+RELATIVE_LEAST = 1e-5
+
+
+def noise_floor(
+    recording: Recording,
+    split: Split,
+    sensors: tuple[str, ...],
+    commands: tuple[str, ...] = (),
+    breaks: tuple[int, ...] = (),
+) -> dict[str, float]:
+    """Return standard deviation of the noise of each sensor, SI.
+
+    Where all commands repeat themselves exactly, the noise is what two neighbouring periods differ
+    by, white or not. A rest of at least 200 samples gives it directly (less its slow trend).
+    Otherwise it is taken as white at the level of the highest fifth of the spectrum, where plants
+    answer least.
+    Never less than the rounding of the converter or 1e-5 of the spread.
+
+    Parameters
+    ----------
+    breaks : tuple of int
+        Where further recordings begin: the jumps between them are no noise, so each is read alone
+        and the mean square counts.
+    """
+    if breaks:
+        ends = (0, *breaks, recording.n)
+        levels = [
+            noise_floor(recording.slice(a, b), _within(split, a), sensors, commands)
+            for a, b in pairwise(ends)
+        ]
+        sizes = np.diff(ends) / recording.n
+        return {
+            n: float(np.sqrt(sum(w * f[n] ** 2 for w, f in zip(sizes, levels, strict=True))))
+            for n in sensors
+        }
+    found = {}
+    moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
+    again = repeats(moving) if moving else None
+    for n in sensors:
+        y = np.asarray(recording[n])
+        if again is not None:
+            sigma = _repeat_level(y, *again)
+        elif split.rest is not None and split.rest.stop - (split.rest.start or 0) >= REST:
+            sigma = _rest_level(y[split.rest])
+        else:
+            sigma = _white_level(y)
+        found[n] = max(sigma, _rounding(y), RELATIVE_LEAST * float(y.std()), 1e-300)
+    return found
+
+
+def _within(split: Split, first: int) -> Split:
+    """Return the split without its rest beyond the first recording."""
+    return split if not first else replace(split, rest=None)
+
+
+def measured(
+    recording: Recording,
+    split: Split,
+    commands: tuple[str, ...],
+    breaks: tuple[int, ...] = (),
+) -> bool:
+    """Whether the floor is read off the noise itself: from repeats or a rest, not the spectrum."""
+    if breaks:
+        ends = (0, *breaks, recording.n)
+        return all(
+            measured(recording.slice(a, b), _within(split, a), commands) for a, b in pairwise(ends)
+        )
+    moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
+    rest = split.rest
+    long = rest is not None and rest.stop - (rest.start or 0) >= REST
+    return long or (bool(moving) and repeats(moving) is not None)
+
+
+REST = 200
+"""Samples of a rest that tell the noise."""
+
+
+def repeats(commands: Sequence[Array]) -> tuple[int, list[slice]] | None:
+    """Period in samples and the stretches that a whole period later look exactly the same.
+
+    None when the commands do not repeat themselves, as with feedback or a sweep.
+    """
+    n = commands[0].size
+    v = commands[0] - commands[0].mean()
+    power = np.abs(np.fft.rfft(v, 2 * n)) ** 2
+    likeness = np.fft.irfft(power)[: n // 2 + 1] / max(float(v @ v), 1e-300)
+    size = likeness * n / np.maximum(n - np.arange(likeness.size), 1)
+    inner = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]) & (size[1:-1] > 0.5))
+    for lag in (inner + 1)[np.argsort(-size[inner + 1], kind="stable")][:12]:
+        if lag < 32:
+            continue
+        same = np.ones(n - lag, bool)
+        for u in commands:
+            same &= np.abs(u[lag:] - u[:-lag]) <= 1e-9 * np.ptp(u)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(int), [0]])))
+        runs = [slice(int(a), int(b)) for a, b in edges.reshape(-1, 2) if b - a >= 0.9 * lag]
+        # a command that stands still repeats itself too
+        runs = [s for s in runs if all(np.ptp(u[s]) > 0.1 * np.ptp(u) for u in commands)]
+        if runs:
+            return int(lag), runs
+    return None
+
+
+def _repeat_level(y: Array, lag: int, runs: list[slice]) -> float:
+    """Smallest over the stretches: in the last period of each, transients have died out."""
+    levels = []
+    for s in runs:
+        last = slice(max(s.start, s.stop - lag), s.stop)
+        apart = y[last.start + lag : last.stop + lag] - y[last]
+        levels.append(float(apart.std() / np.sqrt(2.0)))
+    return min(levels)
+
+
+def _rest_level(y: Array) -> float:
+    t = np.linspace(-1, 1, y.size)
+    left = y - np.polyval(np.polyfit(t, y, 2), t)
+    # the drive may begin to move within the rest: a robust level does not see its last samples
+    return min(float(left.std()), 1.4826 * float(np.median(np.abs(left - np.median(left)))))
+
+
+def _white_level(y: Array) -> float:
+    if y.size < 64:
+        return float(np.abs(np.diff(y, 2)).std() / np.sqrt(6.0)) if y.size > 3 else 0.0
+    _, density = welch(y, window=("kaiser", 14.0), nperseg=min(y.size // 4, 2048), detrend="linear")
+    top = density[int(0.8 * density.size) : -1]
+    return float(np.sqrt(np.median(top) * 0.5))
+
+
+def _rounding(y: Array) -> float:
+    steps = np.abs(np.diff(np.unique(y)))
+    return float(steps.min() / np.sqrt(12.0)) if steps.size else 0.0

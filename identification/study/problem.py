@@ -1,0 +1,421 @@
+"""A model, a recording and what is free: everything a fit needs, as one frozen value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Modulated, Parameter, Sensor, Source
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.signals.split import stretches
+from bondgraph.signals.units import parse_unit
+from bondgraph.simulation.lure import Compiled, compile_model
+from bondgraph.support.errors import UnusableInput, unknown_name
+from identification.study.engine import Engine, ExactEngine, engine_of
+
+Array = np.ndarray
+READABLE = 2000
+"""Samples within which an initial state shows in the readings."""
+
+
+@dataclass(frozen=True)
+class Data:
+    """A recording seen through a model: commands, readings, noise floor, split.
+
+    Attributes
+    ----------
+    commands : dict of str to ndarray, shape (N,), SI
+    readings : ndarray, shape (N, n_y), SI
+    names : tuple of str
+        Sensors, in the order of `readings`.
+    floor : ndarray, shape (n_y,), SI
+        Standard deviation of the noise of each reading.
+    split : Split
+        Which samples are scored in training, which are held out.
+    hold : str
+        Behaviour of the commands between samples.
+    breaks : tuple of int
+        First samples of further recordings: every recording starts from a state of its own.
+    resolution : dict of str to float
+        Unit of a sensor's converter, SI, where it is known: rounding to it is no finding.
+    floor_measured : bool
+        `floor` was read off the noise itself, not estimated from the spectrum.
+    """
+
+    name: str
+    time: Array
+    commands: dict[str, Array]
+    readings: Array
+    names: tuple[str, ...]
+    floor: Array
+    split: Split
+    hold: str = "linear"
+    breaks: tuple[int, ...] = ()
+    resolution: Mapping[str, float] = field(default_factory=dict)
+    floor_measured: bool = False
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return int(self.time.size)
+
+    @property
+    def dt(self) -> float:
+        """Time between samples, s."""
+        return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
+
+    def mask(self, part: str) -> Array:
+        """Boolean mask of the samples of ``train`` or ``test``."""
+        m = np.zeros(self.n, bool)
+        for s in stretches(self.split.train if part == "train" else self.split.test):
+            m[s] = True
+        return m
+
+    def first(self, count: int) -> Data:
+        """Return the first `count` samples, all of them scored in training."""
+        return replace(
+            self,
+            time=self.time[:count],
+            commands={k: v[:count] for k, v in self.commands.items()},
+            readings=self.readings[:count],
+            split=Split(slice(0, count), slice(count, count), "the first samples"),
+            breaks=tuple(b for b in self.breaks if b < count),
+        )
+
+    def thinned(self, factor: int) -> Data:
+        """Every `factor`-th sample; the split is carried over."""
+        if factor == 1:
+            return self
+
+        def fewer(s: slice) -> slice:
+            return slice(-(-(s.start or 0) // factor), -(-(s.stop or self.n) // factor))
+
+        def part(s: slice | tuple[slice, ...]) -> slice | tuple[slice, ...]:
+            return tuple(map(fewer, s)) if isinstance(s, tuple) else fewer(s)
+
+        split = replace(self.split, train=part(self.split.train), test=part(self.split.test))
+        return replace(
+            self,
+            time=self.time[::factor],
+            commands={k: v[::factor] for k, v in self.commands.items()},
+            readings=self.readings[::factor],
+            split=split,
+            breaks=tuple(-(-b // factor) for b in self.breaks),
+        )
+
+
+def drives(graph: BondGraph) -> tuple[Source, ...]:
+    """Return the sources that a recording commands; modulated ones are driven by the model."""
+    return tuple(s for s in graph.of_type(Source) if not isinstance(s, Modulated))
+
+
+def data_for(
+    graph: BondGraph,
+    recording: Recording,
+    split: Split,
+    floor: Mapping[str, float],
+    hold: str = "linear",
+) -> Data:
+    """Match the channels of `recording` to the sources and sensors of `graph` by name."""
+    sources = [s.name for s in drives(graph)]
+    sensors = [s.name for s in graph.of_type(Sensor)]
+    for kind, wanted in (("input", sources), ("sensor", sensors)):
+        for n in wanted:
+            if n not in recording.channels:
+                error = unknown_name(f"channel for {kind}", n, recording.name, recording.channels)
+                raise UnusableInput(f"{error}; name it with --map {n}=COLUMN")
+    for s in (*drives(graph), *graph.of_type(Sensor)):
+        unit = recording.units[s.name]
+        if s.unit and unit and not parse_unit(unit).same_dimension(parse_unit(s.unit)):
+            raise UnusableInput(
+                f"channel {s.name} of {recording.name} is in {unit}, the model {graph.name} has "
+                f"{s.name} in {s.unit}; correct the header or choose the column with "
+                f"--map {s.name}=COLUMN"
+            )
+    readings = np.stack([recording[n] for n in sensors], axis=1)
+    return Data(
+        recording.name,
+        np.asarray(recording.time),
+        {n: np.asarray(recording[n]) for n in sources},
+        readings,
+        tuple(sensors),
+        np.array([floor[n] for n in sensors]),
+        split,
+        hold,
+    )
+
+
+@dataclass(frozen=True)
+class Free:
+    """One fitted number: physical value = scale of theta, logarithmic or linear.
+
+    Attributes
+    ----------
+    parameter : Parameter
+    log : bool
+        ``value = start * exp(theta)`` instead of ``value = start + scale * theta``.
+    """
+
+    parameter: Parameter
+    start: float
+    log: bool
+    scale: float
+
+    def value(self, theta: float) -> float:
+        """Physical value."""
+        return self.start * float(np.exp(theta)) if self.log else self.start + self.scale * theta
+
+    def slope(self, theta: float) -> float:
+        """Return derivative of the value by theta."""
+        return self.value(theta) if self.log else self.scale
+
+    def bounds(self) -> tuple[float, float]:
+        """Bounds on theta."""
+        lo, hi = self.parameter.lower, self.parameter.upper
+        if self.log:
+            low = np.log(lo / self.start) if lo and lo > 0 else -12.0
+            high = np.log(hi / self.start) if hi and hi > 0 else 12.0
+            if self.parameter.spread is not None:
+                away = np.log(self.parameter.value / self.start)
+                low = max(low, away - np.log(self.parameter.spread))
+                high = min(high, away + np.log(self.parameter.spread))
+            return float(low), float(high)
+        low = -np.inf if lo is None else (lo - self.start) / self.scale
+        high = np.inf if hi is None else (hi - self.start) / self.scale
+        return float(low), float(high)
+
+
+def free_parameter(p: Parameter, start: float | None = None) -> Free:
+    """Logarithmic for positive parameters without a lower bound of zero, else linear."""
+    value = p.value if start is None else start
+    log = p.positive and value > 0 and not (p.lower is not None and p.lower <= 0)
+    scale = p.scale or (abs(value) if value else 1.0)
+    return Free(p, value, log, scale)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Fit `graph` to `data`.
+
+    Attributes
+    ----------
+    starts : dict of str to float
+        Start values that differ from the nominal ones.
+    window : int or None
+        Samples of each window with an initial state of its own (multiple shooting with the
+        states eliminated); None simulates the record in one piece.
+    nuisances : bool
+        Fit offsets of the sensors, sub-sample delays and the initial state.
+    known_states : dict of str to ndarray, shape (n_windows,)
+        Start values of the windows' initial states, by name of the state.
+    known_offsets : tuple of float
+        Start values of the sensors' offsets, in units of their scale.
+    source_offsets : bool
+        Fit a constant added to each command (needed where the model integrates).
+    lags, offsets : bool
+        Which nuisances of the sensors are fitted where `nuisances` is set.
+    clock : float
+        Largest ratio error of the sensors' clocks, as a fraction; 0 does not fit it.
+    initial : "free", "rest" or tuple of str
+        Initial state: fitted, the rest under the first inputs, or fitted for the states named
+        (the others keep `known_states`, or the rest).
+    whitening : tuple of ndarray
+        Autoregressive polynomial of each reading's noise, 1 first; none for white noise.
+    priors : dict of str to (float, float)
+        Centre (as theta) and weight (one over its standard deviation) of parameters that have a
+        prior; a weak one holds the others.
+    overrides : dict of str to Parameter
+        Parameters with other bounds and scales than the graph declares.
+    correction : ndarray, shape (N, n_y), SI, or None
+        Readings with many sub-steps less those with `n_sub`, at an earlier point of the fit; added,
+        so that the fit runs with few sub-steps and ends where it would with many.
+    window_offsets : bool
+        Fit offsets of the sensors on windows too; an integrating plant cannot tell them from its
+        initial states.
+    built : Engine or None
+        The engine of this graph, where it has been derived already.
+    """
+
+    graph: BondGraph
+    data: Data
+    starts: Mapping[str, float] = field(default_factory=dict)
+    window: int | None = None
+    n_sub: int = 1
+    nuisances: bool = True
+    source_offsets: bool = False
+    fixed: Sequence[str] = ()
+    known_states: Mapping[str, Array] = field(default_factory=dict)
+    known_offsets: tuple[float, ...] = ()
+    lags: bool = True
+    offsets: bool = True
+    clock: float = 0.0
+    initial: str | tuple[str, ...] = "free"
+    whitening: tuple[Array, ...] = ()
+    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    overrides: Mapping[str, Parameter] = field(default_factory=dict)
+    correction: Array | None = None
+    built: Engine | None = None
+    window_offsets: bool = False
+
+    def __getstate__(self) -> dict[str, object]:
+        """Only the fields travel to other processes; compiled functions are rebuilt there."""
+        return {f.name: getattr(self, f.name) for f in fields(self)} | {"built": None}
+
+    @property
+    def compiled(self) -> Compiled:
+        """Compiled model with source offsets added as nuisances; only of the exact engine."""
+        engine = self.engine
+        return engine.compiled if isinstance(engine, ExactEngine) else compile_model(self.graph)
+
+    @cached_property
+    def engine(self) -> Engine:
+        """What runs the model, source offsets added as nuisances."""
+        return engine_of(self.with_offsets) if self.built is None else self.built
+
+    @cached_property
+    def free_states(self) -> Array:
+        """Positions of the states whose initial value is fitted."""
+        if self.initial == "rest":
+            return np.arange(0)
+        if self.initial == "free":
+            return np.arange(self.engine.n_x)
+        names = self.engine.state_names
+        return np.array([i for i, n in enumerate(names) if n in self.initial], int)
+
+    @cached_property
+    def with_offsets(self) -> BondGraph:
+        """The graph with one offset parameter for every moving source."""
+        g = self.graph
+        if not self.source_offsets:
+            return g
+        for s in drives(g):
+            command = self.data.commands[s.name]
+            span = float(np.ptp(command))
+            if s.offset is None and span > 0:
+                name = f"offset_{s.name}"
+                g = g.with_element(s.name, offset=name).with_parameters(
+                    [
+                        Parameter(
+                            name, 0.0, s.unit or "1", positive=False,
+                            lower=-0.25 * span, upper=0.25 * span, scale=0.05 * span,
+                        )
+                    ]
+                )  # fmt: skip
+        return g
+
+    @cached_property
+    def free(self) -> tuple[Free, ...]:
+        """Free model parameters, in the order of the compiled parameter vector."""
+        found = []
+        for n, declared in self.engine.parameters.items():
+            p = self.overrides.get(n, declared)
+            if not p.fixed and n not in self.fixed and n not in self.delays:
+                found.append(free_parameter(p, self.starts.get(n)))
+        return tuple(found)
+
+    @cached_property
+    def delays(self) -> dict[str, tuple[int, ...]]:
+        """Delay parameters declared by drives and sensors -> the outputs they shift.
+
+        Clocks that sensors declare count among them: their delay grows with time.
+        """
+        found: dict[str, tuple[int, ...]] = {}
+        everything = tuple(range(len(self.data.names)))
+        for s in drives(self.graph):
+            if s.drive is not None and s.drive.delay:
+                self._require_alone(s)
+                found[s.drive.delay] = everything
+        for i, n in enumerate(self.data.names):
+            sensor = self.graph[n]
+            if isinstance(sensor, Sensor) and sensor.delay:
+                found[sensor.delay] = (*found.get(sensor.delay, ()), i)
+        return found | self.skews
+
+    @cached_property
+    def skews(self) -> dict[str, tuple[int, ...]]:
+        """Ratio errors of clocks declared by sensors -> the outputs they stretch."""
+        found: dict[str, tuple[int, ...]] = {}
+        for i, n in enumerate(self.data.names):
+            sensor = self.graph[n]
+            if isinstance(sensor, Sensor) and sensor.clock:
+                found[sensor.clock] = (*found.get(sensor.clock, ()), i)
+        return found
+
+    def _require_alone(self, late: Source) -> None:
+        """Refuse a dead time that not all moving commands share: it is taken at the readings."""
+        for s in drives(self.graph):
+            here, there = (d.delay if d is not None else None for d in (s.drive, late.drive))
+            same = here == there
+            if not same and float(np.ptp(self.data.commands[s.name])) > 0:
+                raise UnusableInput(
+                    f"{self.graph.name}: {late.name} has a dead time and {s.name} moves without "
+                    "it; fits take dead times that all commands share, or those of sensors"
+                )
+
+    @property
+    def steps(self) -> int:
+        """Sub-steps of a sample; dead time needs the course of the outputs within a sample."""
+        return max(self.n_sub, 4) if self.delays else self.n_sub
+
+    @cached_property
+    def inputs(self) -> Array:
+        """Inputs at the samples, shape (N, n_u)."""
+        return self.engine.inputs(self.data.commands, self.data.time)
+
+    @cached_property
+    def start_vector(self) -> Array:
+        """Parameter vector with the start values, shape (n_p,)."""
+        known = {k: v for k, v in self.starts.items() if k in self.engine.parameter_names}
+        return self.engine.vector(known)
+
+    @cached_property
+    def rest_state(self) -> Array:
+        """Equilibrium under the first inputs at the start values."""
+        return self.engine.rest(self.start_vector, self.inputs[0])
+
+    @cached_property
+    def state_scale(self) -> Array:
+        """Spread of each state in a simulation at the start values, shape (n_x,)."""
+        spread = self.engine.spreads(
+            self.start_vector, self.inputs, self.data.dt, self.rest_state, self.n_sub,
+            self.data.hold,
+        )  # fmt: skip
+        least = 1e-6 * np.abs(self.rest_state) + 1e-30
+        return np.asarray(np.maximum.reduce([spread, self._readable_states, least]))
+
+    @cached_property
+    def _readable_states(self) -> Array:
+        """Initial states that would move a reading by its spread: a free swing has no other scale.
+
+        Zero for states that no reading shows.
+        """
+        names = self.engine.parameter_names
+        directions = [names.index(f.parameter.name) for f in self.free]
+        ready = self.engine.prepare(self.start_vector, self.data.dt, self.steps, directions, True)
+        begin = slice(0, min(self.data.n, READABLE))
+        run = self.engine.run(
+            ready, self.inputs[begin], self.rest_state, self.fine_inputs(begin),
+            every_substep=bool(self.delays),
+        )  # fmt: skip
+        n_y = len(self.data.names)
+        reach = np.abs(run.dy[:, :n_y, len(directions) :]).max(axis=0)
+        spread = self.data.readings.std(axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            size = np.where(reach > 0, spread[:, None] / reach, np.inf).min(axis=0)
+        return np.asarray(np.where(np.isfinite(size), size, 0.0))
+
+    def fine_inputs(self, window: slice, n_sub: int | None = None) -> Array:
+        """Return inputs at both ends of each sub-step of a window."""
+        steps = self.steps if n_sub is None else n_sub
+        key = (window.start, window.stop, steps)
+        if key not in self._fine:
+            self._fine[key] = self.engine.fine_inputs(self.inputs[window], steps, self.data.hold)
+        return self._fine[key]
+
+    @cached_property
+    def _fine(self) -> dict[tuple[int, int, int], Array]:
+        return {}

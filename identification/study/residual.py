@@ -1,0 +1,355 @@
+"""Residuals of a problem and their exact derivatives, initial states and nuisances eliminated.
+
+The vector ``theta`` holds the free model parameters, one lag for each output (samples), the
+declared delays (samples) and clocks (ratio error over the time between samples), one offset for
+each output and, if they are fitted, one ratio error for each sensor's clock (over the largest one).
+The initial states of the windows are eliminated one by one (variable projection, Golub and Pereyra,
+SIAM J. Numer. Anal. 10 (1973) 413).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.signal import lfilter
+
+from bondgraph.signals.fractional_delay import delayed, delayed_values, delayed_within, warped
+from bondgraph.signals.split import stretches
+from bondgraph.signals.varying_delay import warped_within
+from bondgraph.simulation.simulate import KernelRun
+from identification.study.problem import Problem
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where a fit stands.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (n_theta,)
+        Scaled free parameters, lags and declared delays in samples, scaled offsets.
+    states : ndarray, shape (n_windows, n_x), SI
+    """
+
+    theta: Array
+    states: Array
+
+
+@dataclass(frozen=True)
+class ThetaSlots:
+    """Places of the groups in ``theta``."""
+
+    free: slice
+    lags: slice
+    delays: slice
+    offsets: slice
+    clocks: slice
+    size: int
+
+
+def slots(problem: Problem) -> ThetaSlots:
+    """Layout of ``theta`` for `problem`."""
+    y = len(problem.data.names)
+    edges = np.cumsum([0, len(problem.free), y, len(problem.delays), y, y if problem.clock else 0])
+    free, lags, delays, offsets, clocks = (slice(int(a), int(b)) for a, b in pairwise(edges))
+    return ThetaSlots(free, lags, delays, offsets, clocks, int(edges[-1]))
+
+
+@dataclass(frozen=True)
+class ResidualEvaluation:
+    """Simulation at a point.
+
+    Attributes
+    ----------
+    y : ndarray, shape (N, n_y)
+        Readings as simulated, offsets and delays included; NaN outside of all windows.
+    residual : ndarray, shape (M,)
+        Weighted training residuals, window by window.
+    jacobian : ndarray, shape (M, n_theta)
+    local : list of (rows, matrix)
+        Columns of the initial state of each window.
+    """
+
+    y: Array
+    residual: Array
+    jacobian: Array
+    local: list[tuple[slice, Array]]
+
+
+def windows(problem: Problem) -> list[slice]:
+    """Windows: one for each recording, or shorter ones that do not straddle the split."""
+    n = problem.data.n
+    ends = [0, *problem.data.breaks, n]
+    if problem.window is None:
+        return [slice(a, b) for a, b in pairwise(ends)]
+    found = []
+    split = problem.data.split
+    for part in (*stretches(split.train), *stretches(split.test)):
+        first, last = part.start or 0, part.stop if part.stop is not None else n
+        inner = [first, *(b for b in problem.data.breaks if first < b < last), last]
+        for start, stop in pairwise(inner):
+            count = max(1, round((stop - start) / problem.window))
+            edges = np.linspace(start, stop, count + 1).astype(int)
+            found += [slice(int(a), int(b)) for a, b in pairwise(edges) if b - a > 2]
+    return sorted(found, key=lambda s: s.start)
+
+
+def start_point(problem: Problem) -> Point:
+    """Start values: nominal parameters, declared delays, no offset, rest as initial state."""
+    at = slots(problem)
+    theta = np.zeros(at.size)
+    theta[at.delays] = [problem.starts.get(n, 0.0) / problem.data.dt for n in problem.delays]
+    if problem.known_offsets:
+        theta[at.offsets] = problem.known_offsets
+    states = np.tile(problem.rest_state, (len(windows(problem)), 1))
+    for i, name in enumerate(problem.engine.state_names):
+        known = problem.known_states.get(name)
+        if known is not None and known.size == states.shape[0]:
+            states[:, i] = known
+    return Point(theta, states)
+
+
+def offset_scale(problem: Problem) -> Array:
+    """Spread of each reading, the unit of its offset, shape (n_y,)."""
+    return np.asarray(np.maximum(problem.data.readings.std(axis=0), problem.data.floor))
+
+
+def parameters_at(problem: Problem, theta: Array) -> Array:
+    """Physical parameter vector, shape (n_p,)."""
+    p = problem.start_vector.copy()
+    names = problem.engine.parameter_names
+    for f, t in zip(problem.free, theta, strict=False):
+        p[names.index(f.parameter.name)] = f.value(float(t))
+    return p
+
+
+def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> ResidualEvaluation:
+    """Simulate at `point`; with derivatives also the Jacobians."""
+    data, engine, at = problem.data, problem.engine, slots(problem)
+    names = engine.parameter_names
+    n_y, n_free = len(data.names), len(problem.free)
+    p = parameters_at(problem, point.theta)
+    directions = [names.index(f.parameter.name) for f in problem.free] if derivatives else []
+    slopes = np.array([f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)])
+    offsets = offset_scale(problem)
+    y = np.full((data.n, n_y), np.nan)
+    train = data.mask("train")
+    rows: list[Array] = []
+    jacobians: list[Array] = []
+    local: list[tuple[slice, Array]] = []
+    filled = 0
+    rest, by_p = _rest(problem, p, directions)
+    ready = engine.prepare(p, data.dt, problem.steps, directions, derivatives)
+    for w, x0 in zip(windows(problem), point.states, strict=True):
+        run = engine.run(
+            ready,
+            problem.inputs[w],
+            x0 if rest is None else rest,
+            problem.fine_inputs(w),
+            every_substep=bool(problem.delays),
+            memory=time_memories(problem, w.start),
+        )
+        begun = w.start - max((b for b in data.breaks if b <= w.start), default=0)
+        seen = read_out(problem, run, point.theta, derivatives=derivatives, first=begun)
+        y[w] = seen.y + point.theta[at.offsets] * offsets
+        if problem.correction is not None:
+            y[w] += problem.correction[w]
+        chosen = train[w]
+        if not chosen.any():
+            continue
+        part = weighted(problem, (data.readings[w] - y[w])[chosen].T[:, :, None])
+        rows.append(part.ravel())
+        if derivatives:
+            tangent = seen.tangent[chosen]
+            by_start = tangent[:, :, n_free:]
+            block = np.zeros((n_y, tangent.shape[0], at.size))
+            by_free = tangent[:, :, :n_free]
+            if by_p is not None:
+                by_free = by_free + by_start @ by_p
+            block[:, :, at.free] = by_free.transpose(1, 0, 2) * slopes
+            for c in range(n_y):
+                block[c, :, at.lags.start + c] = seen.by_lag[chosen, c]
+                block[c, :, at.offsets.start + c] = offsets[c]
+                if problem.clock:
+                    block[c, :, at.clocks.start + c] = seen.by_clock[chosen, c]
+            for j, (name, outputs) in enumerate(problem.delays.items()):
+                passed = data.dt * (begun + np.flatnonzero(chosen))
+                grown = -passed if name in problem.skews else 1.0
+                for c in outputs:
+                    block[c, :, at.delays.start + j] = seen.by_delay[chosen, c] * grown
+            jacobians.append(weighted(problem, block).reshape(part.size, -1))
+            states = by_start[:, :, problem.free_states].transpose(1, 0, 2)
+            states = weighted(problem, states).reshape(part.size, -1)
+            local.append((slice(filled, filled + part.size), states))
+        filled += part.size
+    residual = np.concatenate(rows) if rows else np.zeros(0)
+    jacobian = np.concatenate(jacobians) if jacobians else np.zeros((residual.size, 0))
+    return ResidualEvaluation(y, residual, jacobian, local)
+
+
+def time_memories(problem: Problem, first: int) -> dict[str, tuple[float, ...]] | None:
+    """Memory of the laws that count time (`counts_time`), where a window begins within the record.
+
+    Their only memory is the time since the start of the record, s; None where there is nothing to
+    say. Laws of any other kind start every window virgin.
+    """
+    if not first:
+        return None
+    begun: tuple[float, ...] = (first * problem.data.dt,)
+    found: dict[str, tuple[float, ...]] = {}
+    for e in problem.graph.elements.values():
+        drive = getattr(e, "drive", None)
+        for law in (getattr(e, "law", None), None if drive is None else drive.law):
+            if law is not None and law.counts_time:
+                found[e.name] = begun
+    return found or None
+
+
+def weighted(problem: Problem, block: Array) -> Array:
+    """Divide by the floor, channel by channel, and whiten coloured noise along time.
+
+    `block` has shape (n_y, n, columns). The first samples, which the filter does not know the past
+    of, are not scored.
+    """
+    block = block / problem.data.floor[:, None, None]
+    for c, polynomial in enumerate(problem.whitening):
+        order = polynomial.size - 1
+        if order and block.shape[2]:
+            block[c] = lfilter(polynomial, [1.0], block[c], axis=0)
+            block[c, :order] = 0.0
+    return np.asarray(block)
+
+
+def _rest(
+    problem: Problem, p: Array, directions: Sequence[int]
+) -> tuple[Array | None, Array | None]:
+    """Rest under the first inputs and its derivative by the parameters, where a record rests."""
+    if problem.initial != "rest":
+        return None, None
+    first = problem.inputs[0]
+    columns = []
+    for i in directions:
+        h = 1e-6 * max(abs(p[i]), 1e-30)
+        ends = [p.copy(), p.copy()]
+        ends[0][i] += h
+        ends[1][i] -= h
+        high, low = (problem.engine.rest(e, first) for e in ends)
+        columns.append((high - low) / (2 * h))
+    n_x = problem.engine.n_x
+    by_p = np.stack(columns, axis=1) if columns else np.zeros((n_x, 0))
+    return problem.engine.rest(p, first), by_p
+
+
+@dataclass(frozen=True)
+class SampledReadings:
+    """Readings with delays and clocks, and their derivatives, shapes (N, n_y) and (N, n_y, n_d)."""
+
+    y: Array
+    tangent: Array
+    by_lag: Array
+    by_delay: Array
+    by_clock: Array
+
+
+def read_out(
+    problem: Problem, run: KernelRun, theta: Array, *, derivatives: bool, first: int = 0
+) -> SampledReadings:
+    """Return what the sensors say of a run: lags, dead times and clocks; no offsets.
+
+    `first` is the sample of its recording at which the run begins: declared clocks count from its
+    start.
+    """
+    at, n_y = slots(problem), len(problem.data.names)
+    lags = output_delays(problem, theta)
+    by_delay: Array | None = None
+    if problem.delays:
+        declared = lags - theta[at.lags]
+        grown = _grown_delays(problem, theta, declared, run, first) if problem.skews else declared
+        run, by_delay = _declared_delays(run, n_y, grown, problem.steps, resting=first == 0)
+        lags = theta[at.lags]
+    if problem.clock:
+        y, by_lag, tangent = _clocked(run, n_y, lags, theta[at.clocks] * problem.clock)
+        samples = np.arange(y.shape[0], dtype=float)[:, None]
+        # theta of a clock is its ratio error over the largest one
+        by_clock = -by_lag * samples * problem.clock
+    else:
+        y, by_lag, tangent = _lagged(run, n_y, lags, derivatives)
+        by_clock = by_lag
+    return SampledReadings(y, tangent, by_lag, by_lag if by_delay is None else by_delay, by_clock)
+
+
+def _clocked(run: KernelRun, n_y: int, lags: Array, clocks: Array) -> tuple[Array, Array, Array]:
+    """Read the outputs as sensors with clocks of their own take them."""
+    y, by_lag, tangent = run.y[:, :n_y].copy(), np.zeros_like(run.y[:, :n_y]), run.dy.copy()
+    samples = np.arange(y.shape[0], dtype=float)
+    for c in range(n_y):
+        late = lags[c] - clocks[c] * samples
+        both, slopes = warped(np.concatenate([run.y[:, c, None], run.dy[:, c]], axis=1), late)
+        y[:, c], tangent[:, c], by_lag[:, c] = both[:, 0], both[:, 1:], slopes[:, 0]
+    return y, by_lag, tangent[:, :n_y]
+
+
+def _grown_delays(
+    problem: Problem, theta: Array, declared: Array, run: KernelRun, first: int
+) -> Array:
+    """Delays in samples of each output at each sample of a run, shape (n, n_y)."""
+    at, n_y = slots(problem), len(problem.data.names)
+    n = (run.y.shape[0] - 1) // problem.steps + 1
+    late = np.tile(declared, (n, 1)).reshape(n, n_y)
+    passed = problem.data.dt * np.arange(first, first + n)
+    for j, name in enumerate(problem.delays):
+        for c in problem.skews.get(name, ()):
+            late[:, c] -= theta[at.delays][j] * passed
+    return late
+
+
+def _declared_delays(
+    run: KernelRun, n_y: int, delays: Array, n_sub: int, *, resting: bool
+) -> tuple[KernelRun, Array]:
+    """Return outputs after the declared delays, on the samples; derivative by the delays.
+
+    `delays` has shape (n_y,), or (n, n_y) where they change along the record.
+    """
+    n = (run.y.shape[0] - 1) // n_sub + 1
+    y, dy = np.empty((n, n_y)), np.empty((n, n_y, run.dy.shape[2]))
+    slopes = np.empty((n, n_y))
+    for c in range(n_y):
+        if delays.ndim == 2 and np.ptp(delays[:, c]):
+            late = delays[:, c]
+            y[:, c], slopes[:, c] = warped_within(run.y[:, c], late, n_sub, resting=resting)
+            dy[:, c] = warped_within(run.dy[:, c], late, n_sub, resting=resting)[0]
+            continue
+        still = float(delays[..., c].flat[0])
+        y[:, c], slopes[:, c] = delayed_within(run.y[:, c], still, n_sub)
+        dy[:, c] = delayed_within(run.dy[:, c], still, n_sub)[0]
+    return replace(run, y=y, dy=dy, s=run.s[::n_sub], w=run.w[::n_sub]), slopes
+
+
+def _lagged(run: KernelRun, n_y: int, lags: Array, derivatives: bool) -> tuple[Array, Array, Array]:
+    """Delay the outputs; also their derivatives by the delay and by everything else."""
+    simulated, tangent = run.y[:, :n_y].copy(), run.dy[:, :n_y]
+    shifts = np.zeros_like(simulated)
+    if not derivatives and not lags.any():
+        return simulated, shifts, tangent
+    if lags.any():
+        tangent = tangent.copy()
+    for c in range(n_y):
+        simulated[:, c], shifts[:, c] = delayed(run.y[:, c], lags[c])
+        if derivatives and lags[c]:
+            tangent[:, c] = delayed_values(run.dy[:, c], lags[c])
+    return simulated, shifts, tangent
+
+
+def output_delays(problem: Problem, theta: Array) -> Array:
+    """Total delay of each output in samples, shape (n_y,)."""
+    at = slots(problem)
+    lags = theta[at.lags].copy()
+    for j, (name, outputs) in enumerate(problem.delays.items()):
+        for c in outputs if name not in problem.skews else ():
+            lags[c] += theta[at.delays][j]
+    return np.asarray(lags)

@@ -1,0 +1,149 @@
+"""What a user says about a fit: which numbers vary, what is known of them, which nuisances."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+from bondgraph.support.errors import UnusableInput, real_number
+from identification.study.problem import Free
+
+__all__ = ["LogNormal", "Normal", "Nuisances", "Prior", "Vary"]
+
+
+@dataclass(frozen=True)
+class Prior(ABC):
+    """What is known of a parameter before the data; abstract."""
+
+    @abstractmethod
+    def on_theta(self, free: Free) -> tuple[float, float]:
+        """Centre and weight (one over the standard deviation) on the scaled parameter."""
+
+
+@dataclass(frozen=True)
+class Normal(Prior):
+    """Gaussian prior; `mean` and `sd` in the parameter's unit, sd > 0."""
+
+    mean: float
+    sd: float
+
+    def __post_init__(self) -> None:
+        """Refuse a width that is none."""
+        _require(self.sd > 0 and math.isfinite(self.mean), f"Normal({self.mean}, {self.sd})")
+
+    def on_theta(self, free: Free) -> tuple[float, float]:
+        """Centre and weight; on a logarithmic parameter by the delta method."""
+        if not free.log:
+            return (self.mean - free.start) / free.scale, free.scale / self.sd
+        _require(self.mean > 0, f"Normal({self.mean}, {self.sd}) of a positive parameter")
+        return math.log(self.mean / free.start), self.mean / self.sd
+
+
+@dataclass(frozen=True)
+class LogNormal(Prior):
+    """The logarithm is Gaussian: about two thirds of the weight within `factor` of `median`."""
+
+    median: float
+    factor: float
+
+    def __post_init__(self) -> None:
+        """Refuse a width that is none."""
+        _require(self.median > 0 and self.factor > 1, f"LogNormal({self.median}, {self.factor})")
+
+    def on_theta(self, free: Free) -> tuple[float, float]:
+        """Centre and weight."""
+        width = math.log(self.factor)
+        if free.log:
+            return math.log(self.median / free.start), 1.0 / width
+        return (self.median - free.start) / free.scale, free.scale / (self.median * width)
+
+
+def _require(right: bool, what: str) -> None:
+    if not right:
+        raise UnusableInput(
+            f"prior {what}: give a positive width (LogNormal: a factor above 1) and a finite "
+            "centre, positive for parameters that must be"
+        )
+
+
+@dataclass(frozen=True)
+class Vary:
+    """A free parameter.
+
+    Parameters
+    ----------
+    name : str
+        Name in the model.
+    start, lower, upper : float, optional
+        SI; the declared value and bounds where not given.
+    prior : Normal or LogNormal, optional
+        Without one a weak prior (a factor 20, or ten scales) only keeps what the data do not
+        determine in place.
+    scale : float, optional
+        Typical size of a parameter that may be zero or negative.
+    own : bool
+        A value in every recording instead of a common one.
+    """
+
+    name: str
+    start: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    prior: Prior | None = None
+    scale: float | None = None
+    own: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse bounds that exclude each other or the start."""
+        for what in ("start", "scale"):
+            if (given := getattr(self, what)) is not None:
+                real_number(f"{what} of {self.name}", given)
+        if self.scale is not None and not self.scale > 0:
+            raise UnusableInput(
+                f"{self.name}: scale {self.scale:g}; give its typical size, above 0"
+            )
+        low = -math.inf if self.lower is None else self.lower
+        high = math.inf if self.upper is None else self.upper
+        if not low < high:
+            raise UnusableInput(
+                f"{self.name}: lower bound {low:g} is not below the upper bound {high:g}"
+            )
+        if self.start is not None and not low <= self.start <= high:
+            raise UnusableInput(
+                f"{self.name}: start {self.start:g} lies outside of its bounds {low:g} to {high:g}"
+            )
+
+
+@dataclass(frozen=True)
+class Nuisances:
+    """What the measuring chain may add; fitted beside the parameters and never a finding.
+
+    Parameters
+    ----------
+    offsets : bool
+        A constant added to each sensor, one a recording.
+    lags : bool
+        A delay of each sensor of up to a quarter of a sample.
+    commands : bool
+        A constant added to each moving command, one a recording.
+    clock : float
+        Largest error of the sensors' clocks against the drive's, as a fraction (2e-4 is 200 ppm);
+        0: the clocks are one.
+    """
+
+    offsets: bool = True
+    lags: bool = True
+    commands: bool = False
+    clock: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse clocks that are no clocks."""
+        if not 0.0 <= self.clock < 0.1:
+            raise UnusableInput(
+                f"clock = {self.clock}: give the largest ratio error as a fraction, such as 2e-4"
+            )
+
+
+NO_NUISANCES = Nuisances(offsets=False, lags=False)
+"""Readings are taken as they are."""

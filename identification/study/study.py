@@ -1,0 +1,481 @@
+"""A model, its recordings and what is free: everything a fit needs, as one frozen value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Parameter, Sensor, Source
+from bondgraph.signals.recording import Recording, Split, default_split
+from bondgraph.simulation.simulate import HOLDS
+from bondgraph.support.errors import UnusableInput, real_number, unknown_name
+from identification.study.admission import (
+    admit_counts,
+    admit_noise,
+    admit_recordings,
+    admit_sign,
+    admit_split,
+    distinct_names,
+)
+from identification.study.engine import Engine
+from identification.study.free_parameters import dead_times, varied
+from identification.study.joint import JointProblem, stack_of
+from identification.study.noise_floor import noise_floor
+from identification.study.problem import Free, Problem, data_for, drives, free_parameter
+from identification.study.specification import Nuisances, Vary
+
+__all__ = ["NOISES", "SettledSetting", "Study"]
+
+Array = np.ndarray
+NOISES = ("white", "coloured")
+INITIALS = ("free", "rest")
+ESTIMATED = "estimate"
+STILL = 1e-18
+"""Noise floor of a reading that is always zero, SI: below what is measured anywhere."""
+
+
+@dataclass(frozen=True, eq=False)
+class SettledSetting:
+    """What is chosen from the data rather than declared; refined while a fit goes on.
+
+    Attributes
+    ----------
+    hold : str
+        What the commands do between samples.
+    n_sub : tuple of int
+        Sub-steps a sample, recording by recording.
+    floors : tuple of ndarray, shape (n_y,) each
+        Standard deviation of each reading's noise (of its innovations if coloured), SI.
+    whitening : tuple of tuple of ndarray
+        Autoregressive polynomials of the noise, recording by recording; empty for white noise.
+    n_fine : tuple of int
+        Sub-steps at which the readings no longer move the unknowns.
+    corrections : tuple of ndarray, shape (N, n_y), SI, or None
+        Readings with `n_fine` sub-steps less those with `n_sub`.
+    corrected_at : ndarray, shape (n,), or None
+        Scaled unknowns at which the corrections were made.
+    """
+
+    hold: str
+    n_sub: tuple[int, ...]
+    floors: tuple[Array, ...]
+    whitening: tuple[tuple[Array, ...], ...]
+    n_fine: tuple[int, ...]
+    corrections: tuple[Array | None, ...]
+    corrected_at: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What is to be fitted to what.
+
+    Parameters
+    ----------
+    graph : BondGraph
+        Sources and sensors name the channels of the recordings.
+    recordings : sequence of Recording, or one
+        Of any length and rate. One that lacks a sensor is used for the others it has.
+    free : sequence of str or Vary, optional
+        Parameters to fit; every one that is not declared or given as fixed, if left out.
+    fixed : mapping of str to float, optional
+        Parameters held at these values, SI.
+    initial : "free", "rest" or mapping of str to float
+        Initial states: fitted in each recording; the rest under its first inputs; or some known
+        (SI) and the others fitted.
+    hold : {"linear", "hold", "band-limited", "estimate"}
+        What the commands do between samples; "estimate" takes the one that fits best.
+    noise : {"white", "coloured"} or mapping of str to float or sequence of float
+        Noise of the readings: estimated as white or as autoregressive, or known standard
+        deviations of some readings (SI; the others white).
+    nuisances : Nuisances
+        What the measuring chain may add.
+    splits : sequence of Split, optional
+        Training and held-out samples of each recording; the stated default rule if left out.
+    validation : sequence of Recording
+        Recordings that are only judged.
+    init : int
+        Samples of each validation recording that its initial state is fitted to, and that are not
+        scored; 0 starts from rest.
+    silent : sequence of str
+        Sources that stay at zero where a recording has no channel for them.
+    window : int, optional
+        Samples of windows with an initial state of their own, on which the readings are scored in
+        place of a free run.
+    n_sub : int, optional
+        Sub-steps a sample; refined until the readings settle if left out.
+
+    Raises
+    ------
+    UnusableInput, UnknownName
+        One line that says what is wrong, where, and what to do.
+
+    Examples
+    --------
+    >>> from actuators.models.textbook import resonator
+    >>> r = Recording.from_arrays("r", {"u[V]": [0.0, 1, 0, 1], "y[V]": [0.0, 0, 1, 1]}, fs=1.0)
+    >>> [v.name for v in Study(resonator(), r, free=("d", "k")).free]
+    ['d', 'k']
+    """
+
+    graph: BondGraph
+    recordings: tuple[Recording, ...]
+    free: tuple[Vary, ...] = ()
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    initial: str | Mapping[str, float] = "free"
+    hold: str = "linear"
+    noise: str | Mapping[str, float | Sequence[float]] = "white"
+    nuisances: Nuisances = field(default_factory=Nuisances)
+    splits: tuple[Split, ...] = ()
+    validation: tuple[Recording, ...] = ()
+    init: int = 0
+    silent: tuple[str, ...] = ()
+    window: int | None = None
+    n_sub: int | None = None
+
+    def __init__(
+        self,
+        graph: BondGraph,
+        recordings: Recording | Sequence[Recording],
+        free: Sequence[str | Vary] | None = None,
+        fixed: Mapping[str, float] | None = None,
+        *,
+        initial: str | Mapping[str, float] = "free",
+        hold: str = "linear",
+        noise: str | Mapping[str, float | Sequence[float]] = "white",
+        nuisances: Nuisances | None = None,
+        splits: Split | Sequence[Split] | None = None,
+        validation: Recording | Sequence[Recording] = (),
+        init: int = 0,
+        silent: Sequence[str] = (),
+        window: int | None = None,
+        n_sub: int | None = None,
+    ) -> None:
+        """Check everything that can be checked before a simulation."""
+        records = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+        judged = (validation,) if isinstance(validation, Recording) else tuple(validation)
+        if not records:
+            raise UnusableInput(f"{graph.name}: there is no recording to fit; give at least one")
+        admit_recordings((*records, *judged))
+        fixed = {n: real_number(n, v) for n, v in (fixed or {}).items()}
+        given: dict[str, object] = {
+            "graph": graph,
+            "recordings": records,
+            "free": varied(graph, free, fixed),
+            "fixed": fixed,
+            "initial": initial if isinstance(initial, str) else dict(initial),
+            "hold": hold,
+            "noise": noise if isinstance(noise, str) else dict(noise),
+            "nuisances": nuisances or Nuisances(),
+            "validation": judged,
+            "init": init,
+            "silent": tuple(silent),
+            "window": window,
+            "n_sub": n_sub,
+        }
+        for name, value in given.items():
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "splits", self._splits(splits))
+        self._check()
+
+    def _splits(self, splits: Split | Sequence[Split] | None) -> tuple[Split, ...]:
+        if splits is None:
+            return tuple(_default_split(self.graph, r) for r in self.recordings)
+        found = (splits,) if isinstance(splits, Split) else tuple(splits)
+        if len(found) != len(self.recordings):
+            raise UnusableInput(
+                f"{len(found)} splits for {len(self.recordings)} recordings; give one each"
+            )
+        return tuple(admit_split(s, r) for s, r in zip(found, self.recordings, strict=True))
+
+    def _check(self) -> None:
+        self.graph.require_sound()
+        if not self.graph.of_type(Sensor):
+            raise UnusableInput(
+                f"{self.graph.name} has no sensor: add De, Df or Dq where the recording measures"
+            )
+        if self.hold not in (*HOLDS, ESTIMATED):
+            raise unknown_name("inter-sample behaviour", self.hold, "Study", (*HOLDS, ESTIMATED))
+        if isinstance(self.noise, str) and self.noise not in NOISES:
+            raise unknown_name("noise", self.noise, "Study", NOISES)
+        if isinstance(self.initial, str) and self.initial not in INITIALS:
+            raise unknown_name("initial state", self.initial, "Study", INITIALS)
+        sensors = [s.name for s in self.graph.of_type(Sensor)]
+        if not isinstance(self.noise, str):
+            for name, levels in self.noise.items():
+                if name not in sensors:
+                    raise unknown_name("sensor", name, self.graph.name, sensors)
+                admit_noise(name, levels, len(self.records))
+        sources = [s.name for s in self.graph.of_type(Source)]
+        for name in self.silent:
+            if name not in sources:
+                raise unknown_name("source", name, self.graph.name, sources)
+        admit_counts(self.window, self.n_sub, self.init, self.validation)
+        for i, recording in enumerate(self.records):
+            self._one(i, recording)
+        admit_sign(self.starts, self.graph.parameters)
+        self._freedom  # bounds and starts are checked here
+
+    @property
+    def records(self) -> tuple[Recording, ...]:
+        """Recordings that are fitted, then those that are only judged."""
+        return (*self.recordings, *self.validation)
+
+    @property
+    def record_names(self) -> tuple[str, ...]:
+        """Names of `records`, numbered where two are the same."""
+        return distinct_names([r.name for r in self.records])
+
+    @property
+    def free_names(self) -> tuple[str, ...]:
+        """Names of the free parameters."""
+        return tuple(v.name for v in self.free)
+
+    @cached_property
+    def own(self) -> frozenset[str]:
+        """Parameters with a value in every recording."""
+        names = {v.name for v in self.free if v.own}
+        if self.nuisances.commands:
+            names |= {f"offset_{s.name}" for s in drives(self.graph)}
+        return frozenset(names)
+
+    @cached_property
+    def _freedom(self) -> tuple[dict[str, Parameter], dict[str, tuple[float, float]]]:
+        """Free parameters with the bounds of this study, and priors on theta."""
+        known = self.graph.parameters
+        free, priors = {}, {}
+        for v in self.free:
+            p = known[v.name]
+            narrowed = v.lower is not None or v.upper is not None
+            p = replace(
+                p,
+                fixed=False,
+                lower=p.lower if v.lower is None else v.lower,
+                upper=p.upper if v.upper is None else v.upper,
+                scale=p.scale if v.scale is None else v.scale,
+                spread=None if narrowed else p.spread,
+            )
+            start = p.value if v.start is None else v.start
+            low = -np.inf if p.lower is None else p.lower
+            high = np.inf if p.upper is None else p.upper
+            if not low <= start <= high:
+                raise UnusableInput(
+                    f"{v.name}: its declared value {start:g} lies outside of its bounds {low:g} to "
+                    f"{high:g}; give Vary({v.name!r}, start=...)"
+                )
+            free[v.name] = p
+            if v.prior is not None:
+                priors[v.name] = v.prior.on_theta(free_parameter(p, start))
+        return free, priors
+
+    @cached_property
+    def starts(self) -> dict[str, float]:
+        """Start values of the free parameters and values of the fixed ones, SI."""
+        known = self.graph.parameters
+        begin = {v.name: known[v.name].value if v.start is None else v.start for v in self.free}
+        return {**self.fixed, **begin}
+
+    def _one(self, i: int, recording: Recording) -> BondGraph:
+        """Return the graph for one recording: sensors without a channel left out."""
+        graph = self.graph
+        sensors = [s.name for s in graph.of_type(Sensor)]
+        here = [n for n in sensors if n in recording.channels]
+        if not here:
+            raise UnusableInput(
+                f"recording {recording.name!r} has none of the sensors {', '.join(sensors)} of "
+                f"{graph.name}; its channels are {', '.join(recording.channels)}"
+            )
+        for s in drives(graph):
+            if s.name not in recording.channels and s.name not in self.silent:
+                known = recording.channels
+                error = unknown_name("channel for input", s.name, recording.name, known)
+                raise UnusableInput(f"{error}; select(...) renames it, silent=({s.name!r},) is 0")
+        for n in sensors:
+            if n not in here:
+                graph = graph.remove(n)
+        return graph
+
+    def with_silence(self, recording: Recording) -> Recording:
+        """Return the recording with zeros for the silent sources it has no channel for."""
+        missing = [s for s in drives(self.graph) if s.name not in recording.channels]
+        if not missing:
+            return recording
+        zeros = {s.name: np.zeros(recording.n) for s in missing}
+        units = {s.name: s.unit or "1" for s in missing}
+        return replace(
+            recording,
+            channels={**recording.channels, **zeros},
+            units={**recording.units, **units},
+        )
+
+    @cached_property
+    def judged_splits(self) -> tuple[Split, ...]:
+        """Splits of `records`; a validation recording has nothing to train on."""
+        empty = slice(0, 0)
+        return self.splits + tuple(
+            Split(
+                empty,
+                slice(self.init, r.n),
+                f"judged only, after {self.init} samples",
+                _default_split(self.graph, r).rest,
+            )
+            for r in self.validation
+        )
+
+    @cached_property
+    def first_setting(self) -> SettledSetting:
+        """Setting to begin with: floors from the recordings alone."""
+        floors = []
+        for i, (r, split) in enumerate(zip(self.records, self.judged_splits, strict=True)):
+            sensors = tuple(s.name for s in self.graph.of_type(Sensor) if s.name in r.channels)
+            found = noise_floor(r, split, sensors)
+            if not isinstance(self.noise, str):
+                found |= {n: _nth(v, i) for n, v in self.noise.items() if n in found}
+            still = {n: max(1e-9 * abs(float(r[n][0])), STILL) for n in sensors if not np.ptp(r[n])}
+            floors.append(np.array([max(found[n], still.get(n, 0.0)) for n in sensors]))
+        hold = "linear" if self.hold == ESTIMATED else self.hold
+        begin = self.n_sub or (2 if hold == "band-limited" else 1)
+        many = len(self.records)
+        return SettledSetting(
+            hold, (begin,) * many, tuple(floors), ((),) * many, (begin,) * many, (None,) * many
+        )
+
+    def problem(self, i: int, setting: SettledSetting) -> Problem:
+        """Problem of one of `records`."""
+        free, priors = self._freedom
+        graph = self._one(i, self.records[i])
+        recording = self.with_silence(self.records[i])
+        sensors = [s.name for s in graph.of_type(Sensor)]
+        floor = dict(zip(sensors, setting.floors[i], strict=True))
+        data = data_for(graph, recording, self.judged_splits[i], floor, setting.hold)
+        names = graph.parameters
+        known = self.initial if isinstance(self.initial, Mapping) else {}
+        for v in self.free:
+            if v.prior is not None and v.name in dead_times(graph):
+                delay = Free(self._freedom[0][v.name], 0.0, False, data.dt)
+                priors = {**priors, v.name: v.prior.on_theta(delay)}
+        made = Problem(
+            graph,
+            data,
+            starts={k: v for k, v in self.starts.items() if k in names},
+            window=self.window,
+            n_sub=setting.n_sub[i],
+            correction=setting.corrections[i],
+            source_offsets=self.nuisances.commands,
+            fixed=tuple(n for n in names if n not in self.free_names),
+            lags=self.nuisances.lags,
+            offsets=self.nuisances.offsets,
+            window_offsets=True,
+            clock=self.nuisances.clock,
+            whitening=setting.whitening[i],
+            priors=priors,
+            overrides=free,
+        )
+        return self._with_states(self._built(made), known)
+
+    def _built(self, made: Problem) -> Problem:
+        """Give the problem its engine, derived once for each choice of sensors."""
+        if made.source_offsets:
+            return made  # offsets are bounded by the commands of each record
+        key = made.data.names
+        if key not in self._engines:
+            self._engines[key] = made.engine
+        return replace(made, built=self._engines[key])
+
+    @cached_property
+    def _engines(self) -> dict[tuple[str, ...], Engine]:
+        return {}
+
+    def _with_states(self, made: Problem, known: Mapping[str, float]) -> Problem:
+        states = made.engine.state_names
+        for n in known:
+            if n not in states:
+                raise unknown_name("state", n, self.graph.name, states)
+        if self.initial == "rest":
+            return replace(made, initial="rest")
+        if not known:
+            return made
+        windows = 1
+        return replace(
+            made,
+            initial=tuple(n for n in states if n not in known),
+            known_states={n: np.full(windows, real_number(n, v)) for n, v in known.items()},
+        )
+
+    def stack(self, setting: SettledSetting | None = None) -> JointProblem:
+        """Problems of the fitted recordings under one vector of unknowns."""
+        setting = self.first_setting if setting is None else setting
+        problems = [self.problem(i, setting) for i in range(len(self.recordings))]
+        return stack_of(problems, self.own, self.record_names)
+
+    def fixing(self, values: Mapping[str, float]) -> Study:
+        """Return the study with some parameters held at given values, SI."""
+        free = [v for v in self.free if v.name not in values]
+        return self._changed(free=free, fixed={**self.fixed, **values})
+
+    def starting(self, values: Mapping[str, float]) -> Study:
+        """Return the study with other start values (SI); clipped to the bounds."""
+        free = []
+        for v in self.free:
+            if v.name in values:
+                p = self.graph.parameters[v.name]
+                low = p.lower if v.lower is None else v.lower
+                high = p.upper if v.upper is None else v.upper
+                start = float(np.clip(
+                    values[v.name],
+                    -np.inf if low is None else low,
+                    np.inf if high is None else high,
+                ))  # fmt: skip
+                v = replace(v, start=start)
+            free.append(v)
+        return self._changed(free=free)
+
+    def _changed(self, **changes: object) -> Study:
+        """Return the study with other fields, checked again."""
+        fields = {
+            "free": self.free, "fixed": self.fixed, "initial": self.initial, "hold": self.hold,
+            "noise": self.noise, "nuisances": self.nuisances, "splits": self.splits,
+            "validation": self.validation, "init": self.init, "silent": self.silent,
+            "window": self.window, "n_sub": self.n_sub,
+        } | changes  # fmt: skip
+        graph = fields.pop("graph", self.graph)
+        recordings = fields.pop("recordings", self.recordings)
+        return Study(graph, recordings, **fields)  # type: ignore[arg-type]
+
+    def changed(self, **changes: object) -> Study:
+        """Return the study with other arguments, as `Study` takes them."""
+        return self._changed(**changes)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Travel to worker processes by what was declared; compiled functions are rebuilt there."""
+        return _rebuilt, (
+            self.graph, self.recordings, self.free, self.fixed, self.initial, self.hold,
+            self.noise, self.nuisances, self.splits, self.validation, self.init, self.silent,
+            self.window, self.n_sub,
+        )  # fmt: skip
+
+    def __repr__(self) -> str:
+        """Short text."""
+        names = ", ".join(self.free_names)
+        return f"Study({self.graph.name!r}, {len(self.recordings)} recordings, free: {names})"
+
+
+def _rebuilt(graph: BondGraph, recordings: tuple[Recording, ...], *rest: object) -> Study:
+    names = (
+        "free", "fixed", "initial", "hold", "noise", "nuisances", "splits", "validation", "init",
+        "silent", "window", "n_sub",
+    )  # fmt: skip
+    return Study(graph, recordings, **dict(zip(names, rest, strict=True)))  # type: ignore[arg-type]
+
+
+def _nth(levels: float | Sequence[float], i: int) -> float:
+    return float(levels) if isinstance(levels, int | float) else float(levels[i])
+
+
+def _default_split(graph: BondGraph, recording: Recording) -> Split:
+    here = [s.name for s in drives(graph) if s.name in recording.channels]
+    moving = [n for n in here if np.ptp(recording[n]) > 0]
+    return default_split(recording, drive=moving[0] if moving else None)

@@ -1,0 +1,105 @@
+"""Residuals over time and over frequency, each with the noise floor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.signal import welch
+
+from identification.diagnosis.report.canvas import drawing, label, plain
+from identification.diagnosis.report.numbers import axis_scale
+from identification.diagnosis.report.style import AFTER, BAND, BEFORE, FLOOR
+from identification.diagnosis.report.views import envelope
+from identification.validation.figures.layout import (
+    left_out,
+    legend,
+    mark_held_out,
+    scored,
+    shown,
+    title_of,
+)
+from identification.validation.figures.picture import Picture
+from identification.validation.judge import Judgement
+from identification.validation.stretches import stretches
+from identification.validation.validation_data import ValidationRecord
+
+Array = np.ndarray
+
+
+def residual_figure(j: Judgement) -> Picture:
+    """Draw residuals over time, and their spectrum beside that of the reading and the floor."""
+    rows = shown(j)
+    held = any(r.test.any() for r, _ in rows)
+    with drawing("residuals", 0.6 + 2.2 * len(rows)) as canvas:
+        axes = canvas.figure.subplots(
+            len(rows), 2, squeeze=False, gridspec_kw={"width_ratios": [1.4, 1]}
+        )
+        for (time, spectrum), (record, c) in zip(axes, rows, strict=True):
+            _over_time(time, record, c, title_of(j, record, c))
+            _spectrum(spectrum, record, c)
+        axes[-1, 0].set_xlabel("time (s)")
+        axes[-1, 1].set_xlabel("frequency (Hz)")
+        legend(canvas.figure, [axes[0, 0], axes[0, 1]])
+    part = "held-out" if held else "training"
+    return Picture(
+        canvas.svg,
+        f"Residuals over time (±2σ of the floor tinted), and the amplitude density of the {part} "
+        f"residual beside that of the reading; white noise of the floor's level is dashed."
+        f"{left_out(j)}",
+    )
+
+
+def _over_time(ax: Any, record: ValidationRecord, c: int, name: str) -> None:
+    part = scored(record)
+    r, sigma = record.residual[part, c], float(record.floor[c])
+    size = float(np.nanmax(np.abs(r), initial=2.5 * sigma))
+    factor, unit = axis_scale(record.units[c], size)
+    edge = 2 * factor * sigma
+    ax.axhspan(-edge, edge, color=BAND, lw=0, zorder=1, label="noise floor, ±2σ")
+    t, v = envelope(record.time[part], factor * r)
+    ax.plot(t, v, color=AFTER, lw=0.6, label="residual", zorder=2)
+    for side in (-edge, edge):
+        ax.axhline(side, color=FLOOR, lw=0.9, ls="--", zorder=3)
+    mark_held_out(ax, record)
+    ax.set_ylabel(label(f"{name}: residual", unit))
+    ax.set_xlim(record.time[part][0], record.time[part][-1])
+
+
+def _spectrum(ax: Any, record: ValidationRecord, c: int) -> None:
+    mask = record.part("test" if record.test.any() else "train")
+    f, a = density(record.residual[:, c], mask, record.dt)
+    _, b = density(record.measured[:, c], mask, record.dt)
+    level = float(record.floor[c]) * np.sqrt(2 * record.dt)
+    if f.size:
+        factor, unit = axis_scale(record.units[c], max(level, float(a.max())))
+        ax.loglog(f, factor * b, color=BEFORE, lw=0.8, alpha=0.6, label="reading")
+        ax.loglog(f, factor * a, color=AFTER, lw=0.9)
+    else:
+        factor, unit = axis_scale(record.units[c], level)
+        ax.set(xscale="log", yscale="log")
+    ax.axhline(factor * level, color=FLOOR, lw=1.4, ls="--", label="white noise at the floor")
+    ax.set_ylabel(plain(f"density ({unit or 1}/√Hz)"))
+
+
+def density(values: Array, mask: Array, dt: float) -> tuple[Array, Array]:
+    """Frequencies and amplitude density of the longest scored stretch, thinned on a log axis."""
+    good = mask & np.isfinite(values)
+    longest = max(stretches(good), key=lambda s: s.stop - s.start, default=slice(0, 0))
+    v = values[longest]
+    if v.size < 16:
+        return np.zeros(0), np.zeros(0)
+    f, p = welch(v, fs=1 / dt, nperseg=min(v.size, max(1024, v.size // 4)), detrend="constant")
+    return _thin_log(f[1:], np.sqrt(p[1:]))
+
+
+def _thin_log(f: Array, a: Array, most: int = 300) -> tuple[Array, Array]:
+    """Root mean square on even steps of the logarithm of the frequency."""
+    if f.size <= most:
+        return f, a
+    edges = np.geomspace(f[0], f[-1] * 1.0001, most + 1)
+    index = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, most - 1)
+    count = np.bincount(index, minlength=most)
+    full = count > 0
+    mean_f = np.bincount(index, f, most)[full] / count[full]
+    return mean_f, np.sqrt(np.bincount(index, a**2, most)[full] / count[full])

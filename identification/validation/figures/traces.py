@@ -1,0 +1,108 @@
+"""Measured and simulated readings with the noise floor around the simulation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from identification.diagnosis.report.canvas import drawing, label
+from identification.diagnosis.report.numbers import axis_scale
+from identification.diagnosis.report.style import AFTER, BAND, FLOOR, MEASURED
+from identification.diagnosis.report.views import envelope
+from identification.validation.figures.layout import (
+    left_out,
+    legend,
+    mark_held_out,
+    scored,
+    shown,
+    title_of,
+)
+from identification.validation.figures.picture import Picture
+from identification.validation.judge import Judgement
+from identification.validation.stretches import stretches
+from identification.validation.validation_data import ValidationRecord
+
+Array = np.ndarray
+
+
+def trace_figure(j: Judgement) -> Picture:
+    """Draw the whole record, and the piece of the held-out samples that fits worst."""
+    rows = shown(j)
+    with drawing("traces", 0.6 + 2.1 * len(rows)) as canvas:
+        axes = canvas.figure.subplots(
+            len(rows), 2, squeeze=False, gridspec_kw={"width_ratios": [1, 1.25]}
+        )
+        for (whole, near), (record, c) in zip(axes, rows, strict=True):
+            name = title_of(j, record, c)
+            _whole(whole, record, c, name)
+            _near(near, record, c, name)
+        for ax in axes[-1]:
+            ax.set_xlabel("time (s)")
+        legend(canvas.figure, [axes[0, 1], axes[0, 0]])
+    return Picture(
+        canvas.svg,
+        "Left: the record. Right: about six oscillations where the residual is largest, with the "
+        f"noise floor (two standard deviations) around the simulation.{left_out(j)}",
+    )
+
+
+def _scale(record: ValidationRecord, c: int) -> tuple[float, str]:
+    y = record.measured[scored(record), c]
+    size = float(np.nanmax(np.abs(y), initial=float(record.floor[c])))
+    return axis_scale(record.units[c], size)
+
+
+def _whole(ax: Any, record: ValidationRecord, c: int, name: str) -> None:
+    factor, unit = _scale(record, c)
+    part = scored(record)
+    t = record.time[part]
+    ax.plot(*_thin(t, factor * record.measured[part, c]), color=MEASURED, lw=1.6, alpha=0.35)
+    ax.plot(*_thin(t, factor * record.simulated[part, c]), color=AFTER, lw=0.7)
+    mark_held_out(ax, record)
+    ax.set_ylabel(label(name, unit))
+    ax.set_xlim(t[0], t[-1])
+
+
+def _thin(t: Array, v: Array) -> tuple[Array, Array]:
+    return envelope(t, v, 900)
+
+
+def _near(ax: Any, record: ValidationRecord, c: int, name: str) -> None:
+    factor, unit = _scale(record, c)
+    piece = worst_piece(record, c)
+    t, y = record.time[piece], factor * record.measured[piece, c]
+    s, sigma = factor * record.simulated[piece, c], factor * float(record.floor[c])
+    step = max(1, -(-t.size // 900))
+    ax.fill_between(
+        t[::step], (s - 2 * sigma)[::step], (s + 2 * sigma)[::step], color=BAND, lw=0.6,
+        ec=FLOOR, label="noise floor, ±2σ",
+    )  # fmt: skip
+    ax.plot(*_thin(t, y), color=MEASURED, lw=2.4, alpha=0.35, label="measured")
+    ax.plot(*_thin(t, s), color=AFTER, lw=1.0, label="simulated")
+    ax.set_ylabel(label(name, unit))
+    if t[-1] > t[0]:
+        ax.set_xlim(t[0], t[-1])
+
+
+def worst_piece(record: ValidationRecord, c: int) -> slice:
+    """About six oscillations of the held-out samples (else of training) with most residual."""
+    mask = record.part("test" if record.test.any() else "train")
+    longest = max(stretches(mask), key=lambda s: s.stop - s.start, default=scored(record))
+    start, stop = longest.start, longest.stop
+    y = np.nan_to_num(record.measured[start:stop, c])
+    length = int(np.clip(6 * _period(y), min(200, y.size), y.size))
+    if length > 0.6 * y.size:
+        return slice(start, stop)
+    power = np.nan_to_num(record.residual[start:stop, c]) ** 2
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    first = start + int(np.argmax(total[length:] - total[:-length]))
+    return slice(first, first + length)
+
+
+def _period(y: Array) -> float:
+    """Count samples of the oscillation that carries most of the power."""
+    if y.size < 8 or np.ptp(y) == 0:
+        return float(y.size)
+    spectrum = np.abs(np.fft.rfft((y - y.mean()) * np.hanning(y.size)))
+    return y.size / max(int(np.argmax(spectrum[1:])) + 1, 1)

@@ -1,0 +1,127 @@
+"""Material for a judgement from the fits of this project."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from bondgraph.graph.elements import Sensor
+from identification.estimation.result import Estimation
+from identification.estimation.single_record import Estimate, Fit
+from identification.study.problem import Problem
+from identification.study.residual import windows
+from identification.validation.validation_data import (
+    FREE_RUN,
+    Number,
+    ValidationData,
+    ValidationRecord,
+)
+
+
+def from_fit(fit: Fit, sha256: str = "") -> ValidationData:
+    """Material of a single-record fit."""
+    problem = fit.problem
+    data = problem.data
+    units = tuple(
+        str(e.unit or "") if isinstance(e := problem.graph[n], Sensor) else "" for n in data.names
+    )
+    record = ValidationRecord(
+        data.name, data.time, data.names, units, data.readings, fit.simulated, data.floor,
+        data.mask("train"), data.mask("test"), dict(data.commands), sha256,
+    )  # fmt: skip
+    declared = problem.graph.parameters
+    numbers = tuple(
+        replace(number(e), nominal=float(declared[e.name].value)) if e.name in declared
+        else number(e)
+        for e in fit.estimates
+    )  # fmt: skip
+    parts = windows(problem)
+    trained = sum(bool(record.train[w].any()) for w in parts)
+    states = len(problem.compiled.space.states) * trained
+    run = FREE_RUN
+    if problem.window is not None:
+        run = f"windows of {problem.window} samples, each with an initial state of its own"
+    return ValidationData(
+        problem.graph.name, (record,), numbers,
+        len(fit.estimates) + len(fit.nuisances) + states, fit.status.value, run,
+        nuisances=tuple(number(e) for e in fit.nuisances),
+    )  # fmt: skip
+
+
+def from_estimation(found: Estimation, kinds: Mapping[str, str] | None = None) -> ValidationData:
+    """Material of an estimation: all its recordings, validation ones included.
+
+    Parameters
+    ----------
+    kinds : mapping of str to str, optional
+        What a profile said about a parameter, in a word, by name.
+    """
+    study, stack = found.study, found.stack
+    declared = study.graph.parameters
+    numbers = []
+    for e in found.estimates:
+        plain = e.name.split(" @")[0]
+        nominal = float(declared[plain].value) if plain in declared else float("nan")
+        kind = (kinds or {}).get(e.name, "")
+        numbers.append(replace(number(e), nominal=nominal, kind=kind))
+    lower, upper = stack.bounds
+    unknowns = int(np.sum(upper > lower)) + sum(map(_states, stack.problems))
+    orders = sum(max(v.size - 1, 0) for w in found.setting.whitening for v in w)
+    at = [stack.names.index(e.name) for e in found.estimates]
+    records = tuple(_record(found, r) for r in range(len(study.records)))
+    return ValidationData(
+        study.graph.name, records, tuple(numbers), unknowns + orders, found.status.value,
+        _run_words(found), (), tuple(number(e) for e in found.nuisances),
+        correlations(found.covariance)[np.ix_(at, at)], tuple(found.notes),
+    )  # fmt: skip
+
+
+def _record(found: Estimation, r: int) -> ValidationRecord:
+    study = found.study
+    data = found.problem(r).data
+    units = tuple(study.records[r].units[n] for n in data.names)
+    whitening = found.setting.whitening[r] if r < len(study.recordings) else ()
+    return ValidationRecord(
+        found.record_names[r], data.time, data.names, units, data.readings, found.simulated[r],
+        found.floors[r], data.mask("train"), data.mask("test"), dict(data.commands),
+        study.records[r].sha256, tuple(whitening),
+    )  # fmt: skip
+
+
+def _states(problem: Problem) -> int:
+    trained = problem.data.mask("train")
+    return int(problem.free_states.size) * sum(bool(trained[w].any()) for w in windows(problem))
+
+
+def _run_words(found: Estimation) -> str:
+    study = found.study
+    said = FREE_RUN
+    if study.window is not None:
+        said = f"windows of {study.window} samples, each with an initial state of its own"
+    if study.validation:
+        start = (
+            f"an initial state fitted to {study.init} samples that are not scored"
+            if study.init
+            else "rest"
+        )
+        said += f"; recordings that are only judged start from {start}"
+    return said
+
+
+def number(e: Estimate) -> Number:
+    """Return an estimate as the judgement takes it."""
+    low, high = (float(v) for v in e.ci95)
+    return Number(e.name, float(e.value), e.unit, (low, high), bool(e.at_bound))
+
+
+def correlations(covariance: np.ndarray) -> np.ndarray:
+    """Correlation matrix of a covariance; zero where a variance is zero or not finite."""
+    c = np.asarray(covariance, float)
+    sd = np.sqrt(np.clip(np.diag(c), 0, None))
+    sized = np.where(np.isfinite(sd) & (sd > 0), sd, np.inf)
+    with np.errstate(invalid="ignore"):
+        found = np.nan_to_num(c / np.outer(sized, sized))
+    np.fill_diagonal(found, 1.0)
+    return np.asarray(np.clip(found, -1.0, 1.0))

@@ -1,0 +1,148 @@
+"""A judgement as text and as HTML for notebooks."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identification.diagnosis.report import html
+from identification.diagnosis.report.numbers import interval, prefixed, quantity, short
+from identification.validation.held_out import Error
+
+if TYPE_CHECKING:
+    from identification.validation.judge import Judgement
+    from identification.validation.remark import Remark
+    from identification.validation.validation_data import Number
+
+ERROR_HEADS = ("record", "reading", "part", "samples", "rms error", "95 %", "noise floor",
+               "fit", "mean square / floor", "95 %")  # fmt: skip
+NUMBER_HEADS = ("parameter", "value", "95 % interval", "declared", "remark")
+
+
+def error_row(e: Error) -> list[str]:
+    """Return one row of the table of errors."""
+    part = "held out" if e.part == "test" else "training"
+    known = np.isfinite(e.rmse_ci).all()
+    return [
+        e.record, e.channel, part, str(e.n),
+        quantity(e.rmse, e.unit, 3),
+        interval(*e.rmse_ci, e.unit) if known else "too short",
+        quantity(e.floor, e.unit, 3),
+        f"{e.fit:.2f} %" if np.isfinite(e.fit) else "–",
+        short(e.chi2, 3),
+        f"{short(e.chi2_ci[0], 3)} … {short(e.chi2_ci[1], 3)}" if known else "too short",
+    ]  # fmt: skip
+
+
+def error_rows(j: Judgement) -> list[list[str]]:
+    """Rows of all errors that have samples."""
+    return [error_row(e) for c in j.channels for e in (c.train, c.test) if e.n]
+
+
+def number_row(n: Number) -> list[str]:
+    """Return one row of the table of parameters."""
+    remark = n.kind
+    if n.at_bound and "bound" not in remark:
+        remark = f"{remark}, at its bound" if remark else "at its bound"
+    declared = quantity(n.nominal, n.unit) if np.isfinite(n.nominal) else "–"
+    return [n.name, value(n), ends(*n.ci95, n.unit), declared, remark]
+
+
+def value(n: Number) -> str:
+    """Return the value with as many digits as its interval gives it."""
+    low, high = n.ci95
+    width = abs(high - low)
+    if not (np.isfinite(width) and width > 0 and n.value):
+        return quantity(n.value, n.unit)
+    digits = int(np.clip(np.ceil(np.log10(abs(n.value) / width)) + 2, 2, 12))
+    return quantity(n.value, n.unit, digits)
+
+
+def ends(low: float, high: float, unit: str) -> str:
+    """Return an interval with as many digits as tell its ends apart.
+
+    Examples
+    --------
+    >>> ends(199.93, 200.11, "N/m")
+    '199.93 … 200.11 N/m'
+    """
+    size, width = max(abs(low), abs(high)), abs(high - low)
+    if not (np.isfinite([low, high]).all() and width > 0):
+        return interval(low, high, unit)
+    digits = int(np.clip(np.ceil(np.log10(size / width)) + 2, 3, 12))
+    factor, shown = prefixed(unit, size)
+    return f"{short(low * factor, digits)} … {short(high * factor, digits)} {shown}".strip()
+
+
+def criteria_text(j: Judgement) -> str:
+    """Return one line of information criteria."""
+    c = j.criteria
+    if c is None:
+        return ""
+    return (
+        f"{c.parameters} numbers fitted, noise levels included; {c.n:.0f} scored samples are worth "
+        f"{c.effective:.0f}; "
+        f"AIC {c.aic:.1f}, AICc {c.aicc:.1f}, BIC {c.bic:.1f} (only differences mean something)"
+    )
+
+
+def text_judgement(j: Judgement) -> str:
+    """Judgement as plain text."""
+    m = j.material
+    count = len(j.faults)
+    head = "nothing to object to" if j.acceptable else f"{count} fault{'s' if count > 1 else ''}"
+    lines = [f"{m.model}: {head}", f"simulated as {m.run}", ""]
+    lines += aligned(ERROR_HEADS, error_rows(j))
+    if m.numbers:
+        lines += ["", *aligned(NUMBER_HEADS, [number_row(n) for n in m.numbers])]
+    groups = (("What is not fine", j.faults), ("To know", j.notes), ("What is fine", j.fine))
+    for title, found in groups:
+        if found:
+            lines += ["", title, *(line for r in found for line in _remark(r))]
+    if j.criteria is not None:
+        lines += ["", criteria_text(j)]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _remark(r: Remark) -> list[str]:
+    lines = textwrap.wrap(r.text, 96, initial_indent="  - ", subsequent_indent="    ")
+    if r.advice:
+        lines += textwrap.wrap(
+            f"try: {r.advice}", 96, initial_indent="    ", subsequent_indent="    "
+        )
+    return lines
+
+
+def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Columns of text, two spaces apart."""
+    table = [list(heads), *[list(r) for r in rows]]
+    widths = [max(len(r[i]) for r in table) for i in range(len(heads))]
+    return ["  ".join(t.ljust(w) for t, w in zip(r, widths, strict=True)).rstrip() for r in table]
+
+
+def html_judgement(j: Judgement) -> str:
+    """Judgement as HTML without scripts; every text is escaped."""
+    m = j.material
+    parts = [
+        html.heading(f"{m.model}: {'nothing to object to' if j.acceptable else 'not yet good'}"),
+        html.paragraph(f"Simulated as {m.run}."),
+        html.table(ERROR_HEADS, error_rows(j), (3, 4, 5, 6, 7, 8, 9)),
+        html.table(NUMBER_HEADS, [number_row(n) for n in m.numbers], (1, 2, 3)),
+        remarks_html(j),
+        html.paragraph(criteria_text(j)),
+    ]
+    return "<div>" + "\n".join(p for p in parts if p) + "</div>"
+
+
+def remarks_html(j: Judgement) -> str:
+    """Remarks under three headings, each fault with what to try."""
+    groups = (("What is not fine", j.faults), ("To know", j.notes), ("What is fine", j.fine))
+    parts = []
+    for title, found in groups:
+        if found:
+            said = [f"{r.text}. Try: {r.advice}." if r.advice else f"{r.text}." for r in found]
+            parts += [html.heading(title), html.bullets(said)]
+    return "\n".join(parts)

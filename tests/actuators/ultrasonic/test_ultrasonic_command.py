@@ -1,0 +1,41 @@
+"""The command that prints the numbers of the ultrasonic actuator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bondgraph import UnknownName, UnusableInput
+from bondsight.cli.ultrasonic import TOPICS, ultrasonic
+
+
+def test_prints_numbers_and_writes_figures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "new" / "folder"
+    assert ultrasonic(folder, ["driver", "wires"]) == 0
+    said = capsys.readouterr().out
+    assert "ratio 2.000" in said
+    assert "0.100 ms longer" in said
+    assert "120.0 Vpp, 42.43 V rms" in said
+    assert "closed_loop" not in said
+    for t in ("driver", "wires"):
+        assert (folder / f"ultrasonic_{t}.png").read_bytes()[1:4] == b"PNG"
+
+
+def test_characteristic(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert ultrasonic(tmp_path, ["characteristic"]) == 0
+    said = capsys.readouterr().out
+    assert "speed   500.0 mm/s, F/b   500.0 mm/s" in said
+    assert "not digitised" in said
+
+
+def test_refusals(tmp_path: Path) -> None:
+    with pytest.raises(UnknownName, match="'open_loop'"):
+        ultrasonic(tmp_path, ["openloop"])
+    file = tmp_path / "file"
+    file.write_text("x")
+    with pytest.raises(UnusableInput, match="is a file"):
+        ultrasonic(file)
+    assert set(TOPICS) >= {"open_loop", "closed_loop", "resonance"}

@@ -1,0 +1,161 @@
+"""Times and memory of the main jobs, printed as a table anyone can make."""
+
+from __future__ import annotations
+
+import resource
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from actuators import stack_bond_graph
+from bondgraph.equations.state_space import derive
+from bondgraph.laws import StopSum
+from bondgraph.simulation.lure import compile_model
+from bondgraph.simulation.simulate import equilibrium, inputs_of, run_record
+from bondgraph.support.errors import UnusableInput, unknown_name
+from tests.benchmarks.diagnosis import diagnosis
+from tests.benchmarks.fit import bench_fit
+from tests.benchmarks.graphs import graphs
+from tests.benchmarks.operators import operators
+
+
+def bench(names: Sequence[str], quick: bool = False) -> int:
+    """Run the named measurements, or all; `quick` shortens those that can be."""
+    for n in names:
+        if n not in MEASUREMENTS:
+            raise UnusableInput(str(unknown_name("measurement", n, "bench", MEASUREMENTS)))
+    for n in names or MEASUREMENTS:
+        print(f"== {n}")
+        (QUICK.get(n, MEASUREMENTS[n]) if quick else MEASUREMENTS[n])()
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    print(f"peak memory: this process {peak:.0f} MiB, largest child {children:.0f} MiB")
+    return 0
+
+
+def _best(action: Callable[[], object], repeats: int = 3) -> float:
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def derivation() -> None:
+    """Equations of the stack model."""
+    graph = stack_bond_graph(sensors=("x", "i"))
+    print(f"causality and equations of {graph.name}: {1e3 * _best(lambda: derive(graph)):.1f} ms")
+
+
+def simulation() -> None:
+    """How the time of a simulation grows with samples, operators and derivatives."""
+    for samples in (5_000, 50_000, 200_000):
+        _simulate(samples, 8)
+    for count in (1, 4, 16, 64):
+        _simulate(20_000, count)
+
+
+def _simulate(samples: int, operators: int) -> None:
+    t = np.arange(samples) * 2e-4
+    law = StopSum(tuple(1e-6 * np.linspace(0.05, 1, operators)), height=1e8, scale=1e8)
+    compiled = compile_model(stack_bond_graph(law, sensors=("x", "i")))
+    p = compiled.nominal()
+    u = inputs_of(compiled, {"V_in": 50 - 50 * np.cos(4 * np.pi * t)}, samples)
+    x0 = equilibrium(compiled, p, u[0])
+    directions = [
+        i
+        for i, n in enumerate(compiled.parameter_names)
+        if n in ("T", "R_e", "C_nl", "k", "m", "R_nl")
+    ]
+
+    def plain() -> object:
+        return run_record(compiled, p, u, 2e-4, x0)
+
+    def gradients() -> object:
+        return run_record(compiled, p, u, 2e-4, x0, directions=directions)
+
+    begin = time.perf_counter()
+    plain()
+    gradients()
+    first = time.perf_counter() - begin
+    a, b = _best(plain), _best(gradients)
+    print(
+        f"{samples:7d} samples, {operators:3d} operators: {1e9 * a / samples:7.0f} ns a "
+        "sample, with 6 "
+        f"derivatives {1e9 * b / samples:7.0f} ns (first call {first:.2f} s)"
+    )
+
+
+def demonstration() -> None:
+    """Diagnose one draw of the virtual bench."""
+    from bondsight.cli.demonstration import run
+    from hardware.simulators import draw_truth, record
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "recording.csv"
+        record(draw_truth(7, effect="hysteresis", place="C_nl"), 7).write_csv(path)
+        for what in ("first time", "again"):
+            d = run(path, -1, None, 7)
+            print(
+                f"virtual bench, 8192 samples, 3 channels, {len(d.trials)} candidates, {what}: "
+                f"{d.seconds:.1f} s"
+            )
+
+
+def piezo() -> None:
+    """Diagnose the 50,001-sample piezo recording when it is here."""
+    from bondsight.cli.recordings import match_by_unit
+    from identification.datasets import available, load
+    from identification.diagnosis.diagnose import diagnose
+
+    if not available("piezo-actuator-sine"):
+        print("piezo-actuator-sine is absent; set BONDSIGHT_RECORDINGS to measure it")
+        return
+    recording, split = load("piezo-actuator-sine")
+    graph = stack_bond_graph()
+    recording, _ = match_by_unit(recording, graph)
+    for what in ("first time", "again"):
+        d = diagnose(graph, recording, split, model="stack_bond_graph")
+        print(
+            f"piezo-actuator-sine, {recording.n} samples, {len(d.trials)} candidates, "
+            f"{what}: {d.seconds:.1f} s"
+        )
+
+
+def fits() -> None:
+    """Fits: the stack with operators, other tools beside, growth."""
+    bench_fit(print)
+
+
+def interferometer() -> None:
+    """Measure blocks and streams of the interferometer, through the stub library."""
+    from tests.benchmarks.interferometer import measure
+
+    print("\n".join(measure().lines()))
+
+
+def recorder() -> None:
+    """Measure a take over the wire of a virtual bench, and what storing it costs."""
+    from tests.benchmarks.recorder import bench_recorder
+
+    bench_recorder(print)
+
+
+MEASUREMENTS: dict[str, Callable[[], None]] = {
+    "derivation": derivation,
+    "simulation": simulation,
+    "operators": operators,
+    "graphs": graphs,
+    "interferometer": interferometer,
+    "recorder": recorder,
+    "demo": demonstration,
+    "diagnosis": diagnosis,
+    "piezo": piezo,
+    "fit": fits,
+}
+
+QUICK: dict[str, Callable[[], None]] = {"diagnosis": lambda: diagnosis(quick=True)}

@@ -1,0 +1,208 @@
+"""The language: building, names, `check`, rewriting."""
+
+from __future__ import annotations
+
+import pytest
+import sympy as sp
+
+from actuators.models.textbook import resonator
+from bondgraph import (
+    TF,
+    Bond,
+    BondGraph,
+    C,
+    De,
+    Df,
+    GraphError,
+    I,
+    One,
+    R,
+    Se,
+    Sf,
+    UnknownName,
+    Zero,
+    derive,
+)
+from bondgraph.graph.elements import Parameter, symbol
+
+
+def test_a_chain_reads_from_left_to_right() -> None:
+    with BondGraph("rc") as g:
+        loop = One("loop")
+        Se("V") >> loop >> R("R_1", 2.0)
+        loop >> C("C_1", 3.0)
+    assert [b.name for b in g.bonds] == ["V>loop", "loop>R_1", "loop>C_1"]
+    assert g.check() == ()
+    assert g.neighbour("R_1") == "loop"
+    assert {n: q.value for n, q in g.parameters.items()} == {"R_1": 2.0, "C_1": 3.0}
+    assert "3 bonds" in repr(g)
+    assert g.network().number_of_edges() == 3
+
+
+def test_unknown_names_give_the_nearest() -> None:
+    g = resonator()
+    with pytest.raises(UnknownName, match="Did you mean 'body'"):
+        g["bdy"]
+    with pytest.raises(UnknownName, match="no parameter 'stiff'"):
+        g.with_values({"stiff": 1.0})
+    with BondGraph("g") as broken:
+        broken.parameter("length", 1.0)
+        One("a") >> TF("n", ratio="lenght") >> One("b")
+    with pytest.raises(UnknownName, match="Did you mean 'length'"):
+        broken.coefficient(broken["n"])
+
+
+def test_names_are_addresses() -> None:
+    with pytest.raises(GraphError, match="not an identifier"):
+        R("R 1", 1.0)
+    with BondGraph("g") as g:
+        a, b = One("a"), Zero("b")
+        a >> b
+        with pytest.raises(GraphError, match="two elements are called 'a'"):
+            Zero("a")
+        with pytest.raises(GraphError, match="bonded to itself"):
+            a >> a
+        with pytest.raises(GraphError, match="bonded twice"):
+            b >> a
+        g.parameter("l", 1.0)
+        with pytest.raises(GraphError, match="declared twice"):
+            g.parameter("l", 2.0)
+
+
+def test_check_of_an_empty_graph() -> None:
+    assert "no elements" in BondGraph("g").check()[0]
+
+
+def problem(g: BondGraph, element: str, *words: str) -> None:
+    """One line of `check` names the element and says what to do."""
+    lines = [line for line in g.check() if line.startswith(element)]
+    assert lines, g.check()
+    for word in words:
+        assert any(word in line for line in lines), (word, lines)
+    with pytest.raises(GraphError, match=g.name):
+        g.require_sound()
+
+
+def test_each_kind_of_problem_names_element_and_remedy() -> None:
+    with BondGraph("g") as g:
+        a = One("a")
+        Se("V") >> a >> R("R_1", 1.0)
+        R("lost", 1.0)
+        a >> C("negative", -1.0)
+        a >> C("none")
+        a >> I("zero", 0.0)
+        a >> C("both", 1.0, stiffness=2.0)
+        a >> De("meter")
+        a >> TF("open_end", ratio=2.0)
+        a >> Zero("dangling")
+        a >> R("typo", "R_2")
+        a >> R("nan", float("nan"))
+        double = R("double", 1.0)
+        a >> double
+        One("b") >> double
+    problem(g, "lost", "no bond", "connect it")
+    problem(g, "negative", "creates energy", "positive")
+    problem(g, "zero", "coefficient is zero", "remove")
+    problem(g, "both", "capacitance and a stiffness", "give one")
+    problem(g, "meter", "attach it to a 0-junction")
+    problem(g, "open_end", "two-port has two")
+    problem(g, "dangling", "joins at least two")
+    problem(g, "double", "has 2 bonds", "put a junction between")
+    lines = " | ".join(g.check())
+    assert "none has neither a value nor a law" in lines
+    assert "no parameter 'R_2'" in lines
+    assert "nan" in lines
+    assert "finite" in lines
+
+
+def test_half_arrows_may_point_either_way() -> None:
+    """The law of an element holds for the flow into it; a load takes the arrow of its junction."""
+    rates = []
+    for outward in (False, True):
+        with BondGraph("g") as g:
+            node = Zero("node")
+            Sf("F") >> node
+            for e in (C("c", 2.0), R("r", 4.0)):
+                _ = e >> node if outward else node >> e
+        rates.append(derive(g).dxdt[0])
+    F, c, r, q = (symbol(n, positive=n in "cr") for n in ("F", "c", "r", "q_c"))
+    for rate in rates:
+        assert sp.simplify(rate - (F - q / (c * r))) == 0
+    with BondGraph("load") as g:
+        body = One("body")
+        Se("M") >> body >> Se("load")
+        body >> I("J", 2.0)
+    assert derive(g).dxdt[0] == symbol("M") - symbol("load")
+
+
+def test_two_port_arrows_and_parts() -> None:
+    with BondGraph("g") as g:
+        a, b, n = One("a"), One("b"), TF("n", ratio=2.0)
+        a >> n
+        b >> n
+        Se("V") >> a
+        Se("W") >> b
+        c, d = One("c"), R("R_1", 1.0)
+        Se("U") >> c >> d
+    problem(g, "n", "both half arrows point in", "a >> two_port >> b")
+    problem(g, "the graph falls into 2 parts", "R_1, U, c", "bond them")
+
+
+def test_two_one_ports_may_be_bonded_directly() -> None:
+    with BondGraph("g") as g:
+        R("R_1", 3.0) >> C("C_1", 2.0)
+    (rate,) = derive(g).dxdt
+    q, r, c = symbol("q_C_1"), symbol("R_1", positive=True), symbol("C_1", positive=True)
+    assert sp.simplify(rate + q / (r * c)) == 0
+
+
+def test_element_and_parameter_of_one_name() -> None:
+    with BondGraph("g") as g:
+        g.parameter("k", 2.0)
+        body = One("body")
+        Se("F") >> body >> C("k", stiffness=3.0)
+    with pytest.raises(GraphError, match="'k' is both"):
+        g.parameters
+
+
+def test_negative_parameter() -> None:
+    g = resonator().with_parameters([Parameter("l", -1.0, "m")])
+    assert any("parameter l = -1 must be positive" in line for line in g.check())
+
+
+def test_values_may_be_expressions() -> None:
+    with BondGraph("g") as g:
+        length = g.parameter("length", 2.0)
+        body = One("body")
+        Se("F") >> body >> I("m", 3.0 * length**2)
+        body >> R("b", "length")
+    assert g.coefficient(g["m"]) == 3.0 * length**2
+    assert g.coefficient(g["b"]) == length
+    assert g.with_values({"length": 5.0}).parameters["length"].value == 5.0
+
+
+def test_rewriting_returns_new_graphs() -> None:
+    g = resonator()
+    heavier = g.with_values({"m": 1.0})
+    assert (g.parameters["m"].value, heavier.parameters["m"].value) == (4e-6, 1.0)
+    assert g.with_element("d", value=7.0).parameters["d"].value == 7.0
+    grown = g.with_branch("body", [TF("n", ratio=2.0), One("far"), I("m_2", 1.0)])
+    assert grown.elements.keys() - g.elements.keys() == {"n", "far", "m_2"}
+    bond = g.bonds_of("k")[0]
+    split = g.with_inserted(bond, Zero("joint"))
+    assert [b.name for b in split.bonds_of("joint")] == ["body>joint", "joint>k"]
+    assert g.bonds_of("k") == (bond,)
+    with pytest.raises(GraphError, match="no bond"):
+        g.with_inserted(Bond("k", "m"), Zero("joint"))
+    with pytest.raises(GraphError, match="has no value"):
+        g.with_values({"body": 1.0})
+
+
+def test_sensors_take_no_power() -> None:
+    with BondGraph("g") as g:
+        loop = One("loop")
+        Se("V") >> loop >> R("R_1", 2.0)
+        loop >> C("C_1", 1.0)
+        loop >> Df("i")
+    assert g.check() == ()
+    assert sp.Symbol("R_1", positive=True) in g.coefficient(g["R_1"]).free_symbols

@@ -1,0 +1,107 @@
+"""Laws of time and of the way: tone, onset, ageing, periodic force, odometer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+import sympy as sp
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Dq, I, One, R, Se
+from bondgraph.laws import Ageing, Law, Odometer, Onset, Periodic, Tone
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.ops import CASADI, NUMPY, SYMPY
+
+LAWS: tuple[Law, ...] = (
+    Tone(3.0, 0.5),
+    Onset(0.4, 0.05),
+    Onset(0.4, 0.05, ramp=True, free_standing=False),
+    Ageing(2.0),
+    Periodic(0.3),
+    Odometer(),
+)
+STEP = 0.01
+
+
+def numbers(law: Law) -> list[float]:
+    values = [0.7 + 0.1 * j for j in range(len(law.parameters("e")))]
+    return [*values, STEP] if law.timed else values
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
+def test_back_ends_agree_along_a_walk(law: Law) -> None:
+    p, x = numbers(law), sp.Symbol("x", real=True)
+    s, m = ca.SX.sym("s"), ca.SX.sym("m", law.n_memory)
+    memories = tuple(ca.vertsplit(m)) if law.n_memory else ()
+    compiled = ca.Function("law", [s, m], [law.deviation(CASADI, s, memories, p)])
+    memory: tuple[Any, ...] = law.initial_memory(0.0)
+    for value in np.random.default_rng(1).normal(size=30):
+        plain = float(law.deviation(NUMPY, value, memory, p))
+        assert float(compiled(value, list(memory))) == pytest.approx(plain, abs=1e-12)
+        symbolic = sp.sympify(law.deviation(SYMPY, x, memory, p)).subs(x, value)
+        assert float(symbolic) == pytest.approx(plain, abs=1e-12)
+        memory = law.advance(NUMPY, value, memory, p)
+    assert len(memory) == law.n_memory
+    assert all(v == pytest.approx(30 * STEP) for v in memory)
+
+
+def test_start_values_do_not_change_the_structure() -> None:
+    assert Tone(3.0, 0.5).structure == Tone(7.0, 0.1, 4.0).structure
+    assert Onset(0.4).structure == Onset(0.9, 0.3).structure
+    assert Onset(0.4).structure != Onset(0.4, ramp=True).structure
+    assert Ageing(2.0).structure == Ageing(9.0).structure
+    assert Periodic(0.3).structure == Periodic(0.7).structure
+
+
+def test_a_periodic_force_gives_all_back() -> None:
+    law, s = Periodic(0.3), np.linspace(0.0, 0.9, 4001)
+    force = np.asarray(law.deviation(NUMPY, s, (), [2.0, 0.5, 0.3]))
+    assert abs(np.trapezoid(force, s)) < 1e-9
+    assert np.abs(force).max() == pytest.approx(np.hypot(2.0, 0.5), rel=1e-4)
+
+
+def test_a_ramp_is_the_integral_of_the_step() -> None:
+    t = np.linspace(0.0, 2.0, 20001)
+    p = [1.5, 0.8, 0.1, 0.0]
+    step = np.asarray(Onset().deviation(NUMPY, 0.0, (t,), p))
+    ramp = np.asarray(Onset(ramp=True).deviation(NUMPY, 0.0, (t,), p))
+    np.testing.assert_allclose(np.gradient(ramp, t)[1:-1], step[1:-1], atol=1e-6)
+
+
+def test_a_tone_moves_a_mass_as_the_formula_says() -> None:
+    with BondGraph("mass") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 2.0)
+        body >> R("hum", law=Tone(3.0, 0.1))
+        body >> Dq("x")
+    t = 1e-3 * np.arange(1500)
+    run = simulate(g, t, {"F": np.zeros(t.size)}, parameters={"a_hum": 0.0, "b_hum": -4.0})
+    w = 2 * np.pi * 3.0
+    np.testing.assert_allclose(np.asarray(run["x"]), 2 / w**2 * (1 - np.cos(w * t)), atol=2e-6)
+
+
+def test_an_ageing_spring_and_an_odometer() -> None:
+    with BondGraph("mass") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 1.0)
+        body >> R("d", 2.0)
+        body >> C("k", stiffness=50.0, law=Ageing(4.0))
+        body >> C("way", law=Odometer())
+        body >> Dq("x")
+    t = 2e-3 * np.arange(2000)
+    run = simulate(g, t, {"F": np.full(t.size, 3.0)}, parameters={"a_t_k": 50.0})
+    # slow enough to rest on the spring of the moment
+    late = t > 3.5
+    np.testing.assert_allclose(
+        np.asarray(run["x"])[late], 3.0 / (50.0 + 50.0 * t[late] / 4.0), rtol=0.02
+    )
+
+
+def test_laws_of_time_say_so() -> None:
+    """Fits on windows let their clocks go on instead of starting anew."""
+    for law in (Tone(), Onset(), Ageing()):
+        assert law.counts_time
+        assert law.n_memory == 1

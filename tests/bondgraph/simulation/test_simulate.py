@@ -1,0 +1,257 @@
+"""Simulation: memory, energy, dry friction, inputs, refusals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from actuators import stack_bond_graph
+from actuators.models.textbook import resonator
+from bondgraph import (
+    BondGraph,
+    C,
+    Df,
+    Dq,
+    I,
+    One,
+    R,
+    Se,
+    Sf,
+    UnknownName,
+    UnusableInput,
+    simulate,
+)
+from bondgraph.hysteresis import MaxwellResistiveCapacitor, play_record
+from bondgraph.laws import Coulomb, Hysteretic, StopSum
+from bondgraph.simulation.lure import compile_model
+from bondgraph.simulation.simulate import run_record
+
+SLIPS = (2e-8, 5e-8, 1.2e-7, 3e-7)  # C m, of the dipole
+
+
+def stack_with_stops() -> tuple[Any, Any]:
+    law = StopSum(SLIPS, height=1e9, scale=1e9)
+    graph = stack_bond_graph(law, sensors=("x", "i"), external_force=True)
+    return graph, law
+
+
+def block(damping: float = 0.0, **law: Any) -> BondGraph:
+    with BondGraph("block") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 1.0)
+        body >> C("k", stiffness=100.0)
+        body >> R("mu", damping, law=Coulomb(**(law or {"force": 2.0})))
+        body >> Dq("x")
+        body >> Df("v")
+    return g
+
+
+def anchors(s: Any, r: float) -> Any:
+    return play_record(s, np.array([r]), np.zeros(1))[:, 0]
+
+
+# -- hysteresis ---
+def test_memory_is_advanced_only_by_accepted_steps() -> None:
+    """The operator run over the accepted arguments gives the law again, bit for bit of rounding."""
+    graph, _law = stack_with_stops()
+    compiled = compile_model(graph)
+    rng = np.random.default_rng(1)
+    u = np.zeros((400, 2))
+    u[:, 0] = np.cumsum(rng.normal(size=400)) * 5
+    run = run_record(compiled, compiled.nominal(), u, 2e-5, np.zeros(compiled.n_x))
+    s, w = run.s[:, 0], run.w[:, 0]
+    expected = np.zeros_like(s)
+    for r in SLIPS:
+        expected += 1e9 * (s - anchors(s, r))
+    np.testing.assert_allclose(w, expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_quasi_static_loop_is_rate_independent() -> None:
+    """Slow loops of two rates and two samplings are one curve over the input."""
+    graph, _ = stack_with_stops()
+    loops = []
+    for period, n in ((1.0, 400), (4.0, 400), (1.0, 1600)):
+        phase = np.arange(2 * n + 1) / n
+        volt = 50 - 50 * np.cos(2 * np.pi * phase)
+        run = simulate(graph, phase * period, {"V_in": volt, "F_e": 0 * volt}, accuracy=1e-6)
+        loops.append(run["x"][n :: n // 400])
+    span = np.ptp(loops[0])
+    # the lead (7.5 us) and the damping are the only clocks: 5e-5 of a period of 1 s
+    assert np.abs(loops[1] - loops[0]).max() < 1e-4 * span
+    assert np.abs(loops[2] - loops[0]).max() < 1e-6 * span
+
+
+def test_turning_points_suffice() -> None:
+    """A record of turning points leaves the same state as a finely sampled one."""
+    operator = MaxwellResistiveCapacitor.stack_2hz()
+    with BondGraph("loop") as g:
+        loop = One("loop")
+        Se("V") >> loop >> C("C_1", 1.5e-6)
+        loop >> C("H", law=Hysteretic(operator))
+    corners = np.array([0.0, 80.0, 20.0, 60.0, 5.0, 100.0, 0.0])
+    fine = np.interp(np.linspace(0, 6, 601), np.arange(7), corners)
+    rough = simulate(g, np.arange(7.0), {"V": corners}, observed=("q_H",), accuracy=1e-9)
+    dense = simulate(g, np.linspace(0, 6, 601), {"V": fine}, observed=("q_H",), accuracy=1e-9)
+    np.testing.assert_allclose(rough["q_H"], dense["q_H"][::100], rtol=1e-12, atol=1e-17)
+
+
+# -- energy ---
+def test_energy_ledger_of_the_stack_with_stops() -> None:
+    """Input - losses - change of the stored energy = 0 to 2e-5 of the input (trapezoid)."""
+    graph, law = stack_with_stops()
+    n, step = 40000, 1e-7
+    time = step * np.arange(n + 1)
+    volt = 40 * np.sin(2 * np.pi * 900 * time) ** 2 * np.where(time < 2e-3, 1, 1.5)
+    volt = np.convolve(volt, np.ones(200) / 200, "same")
+    volt[:200] = volt[200] * np.arange(200) / 200
+    force = 100 * np.sin(2 * np.pi * 1500 * time)
+    names = ("f_loop", "f_body", "q_C_nl", "q_k", "p_m")
+    compiled = compile_model(graph, names)
+    p = compiled.nominal()
+    value = dict(zip(compiled.parameter_names, p, strict=True))
+    u = np.column_stack([volt, force])
+    run = run_record(compiled, p, u, step, np.zeros(compiled.n_x))
+    i, v, dipole, x1, mom = run.y[:, compiled.n_y :].T
+
+    def over_time(power: Any) -> float:
+        return float(np.sum(0.5 * (power[1:] + power[:-1])) * step)
+
+    electrical = over_time(volt * i)
+    mechanical = over_time(force * v)
+    heat = over_time(value["R_e"] * i**2) + over_time(value["R_nl"] * v**2)
+    stored = 0.5 * mom[-1] ** 2 / value["m"] + 0.5 * value["k"] * x1[-1] ** 2
+    stored += 0.5 * dipole[-1] ** 2 / value["C_nl"]
+    slipped = 0.0
+    for r in law.thresholds:
+        anchor = anchors(dipole, r)
+        stored += 0.5 * law.height * (dipole[-1] - anchor[-1]) ** 2
+        slipped += law.height * r * np.abs(np.diff(anchor)).sum()
+    assert slipped > 0.01 * electrical  # the test sees the stops
+    assert heat > 0.001 * electrical
+    residual = electrical + mechanical - heat - slipped - stored
+    assert abs(residual) < 2e-5 * (abs(electrical) + abs(mechanical))
+
+
+# -- dry friction ---
+def test_block_loses_2_fc_over_k_each_half_cycle_and_sticks() -> None:
+    """Amplitude A -> A - 2 F_c/k each half cycle (4 F_c/k each cycle), then rest for good."""
+    graph = block()
+    time = np.arange(4501) * 1e-3
+    compiled = compile_model(graph)
+    x0 = np.array([0.51 if str(s.symbol) == "q_k" else 0.0 for s in compiled.space.states])
+    run = run_record(compiled, compiled.nominal(), np.zeros((4501, 1)), 1e-3, x0, n_sub=16)
+    x, v = run.y.T
+    going = np.sign(np.where(np.abs(v) > 1e-9, v, 0.0))
+    on = np.flatnonzero(going)
+    turns = [0, *on[1:][np.diff(going[on]) != 0]]
+    assert len(turns) == 13
+    np.testing.assert_allclose(np.abs(x[turns]), 0.51 - 0.04 * np.arange(13), atol=4e-5)
+    stuck = time > 13 * np.pi / 10 + 0.01
+    assert np.abs(v[stuck]).max() < 1e-17
+    assert np.ptp(x[stuck]) < 1e-12
+    np.testing.assert_allclose(x[-1], 0.01, atol=2e-5)
+    np.testing.assert_allclose(run.w[stuck, 0], -100 * x[stuck], rtol=1e-6)
+
+
+def test_sticking_friction_follows_a_jump_of_the_force() -> None:
+    """1.5 N < F_c: it must not move, and friction must be 1.5 N and not ring about it."""
+    time = np.arange(101) * 1e-2
+    force = np.where(time > 0.5, 1.5, 0.0)
+    run = simulate(block(), time, {"F": force}, x0=np.zeros(2), hold="hold")
+    assert np.abs(run["x"]).max() < 1e-9
+    np.testing.assert_allclose(run.laws["mu"][1][time > 0.53], 1.5, rtol=1e-6)
+
+
+def test_breakaway_starts_at_the_friction_level() -> None:
+    time = np.linspace(0, 1, 1001)
+    run = simulate(block(), time, {"F": 4.0 * time}, x0=np.zeros(2))
+    moving = np.flatnonzero(np.abs(run["v"]) > 1e-9)[0]
+    assert time[moving] == pytest.approx(0.5, abs=2.1e-3)
+
+
+# -- inputs ---
+def test_holds() -> None:
+    """A ramp into an integrator: exact for a line, half a sample late for a staircase."""
+    with BondGraph("tank") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 1.0)
+        body >> Df("v")
+    time = np.arange(11) * 0.1
+    for hold, expected in (
+        ("linear", time**2 / 2),
+        ("hold", time**2 / 2 - 0.05 * time),
+    ):
+        run = simulate(g, time, {"F": time}, hold=hold)
+        np.testing.assert_allclose(run["v"], expected, atol=1e-12)
+    wave = np.sin(2 * np.pi * np.arange(40) / 8)
+    run = simulate(g, np.arange(40.0), {"F": wave}, hold="band-limited", accuracy=1e-6)
+    exact = (1 - np.cos(2 * np.pi * np.arange(40) / 8)) * 4 / np.pi
+    error = (run["v"] - exact)[12:-12]  # the ends of the record are not band-limited
+    assert np.ptp(error) < 0.01
+
+
+def test_starts_at_rest_under_the_first_input() -> None:
+    run = simulate(resonator(), np.arange(50) * 1e-4, {"u": np.full(50, 0.4)})
+    np.testing.assert_allclose(run["y"], 0.5, rtol=1e-9)
+
+
+def test_refusals() -> None:
+    g = resonator()
+    t, u = np.arange(5) * 1e-4, np.zeros(5)
+    with pytest.raises(UnusableInput, match="at least two samples"):
+        simulate(g, t[:1], {"u": u[:1]})
+    with pytest.raises(UnusableInput, match="rise evenly"):
+        simulate(g, t**2, {"u": u})
+    with pytest.raises(UnusableInput, match="input u has shape"):
+        simulate(g, t, {"u": u[:-1]})
+    with pytest.raises(UnusableInput, match="NaN or infinity"):
+        simulate(g, t, {"u": u * np.nan})
+    with pytest.raises(UnknownName, match="inter-sample"):
+        simulate(g, t, {"u": u}, hold="liner")
+    with pytest.raises(UnknownName, match="'u'"):
+        simulate(g, t, {"U": u})
+    with pytest.raises(UnknownName, match=r"Did you mean 'm'|Known: m"):
+        simulate(g, t, {"u": u}, {"M": 1.0})
+    with pytest.raises(UnknownName, match="y"):
+        simulate(g, t, {"u": u})["Y"]
+
+
+def test_a_run_goes_on_from_the_memory_and_state_of_another() -> None:
+    law = Hysteretic(MaxwellResistiveCapacitor((3.0, 2.0, 1.0), (0.2, 0.4, 0.5)))
+    with BondGraph("positioner") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 1.0)
+        body >> R("d", 0.8)
+        body >> C("k", law=law)
+        body >> C("guide", stiffness=1.0)
+        body >> Dq("x")
+    t = 0.02 * np.arange(600)
+    force = 2.0 * np.sin(1.7 * t) + 0.8 * np.sin(5.1 * t)
+    whole = simulate(g, t, {"F": force}, accuracy=1e-7)
+    first = simulate(g, t[:251], {"F": force[:251]}, accuracy=1e-7)
+    assert set(first.memory) == {"k"}
+    options: dict[str, Any] = {"x0": first.state, "accuracy": 1e-7}
+    second = simulate(g, t[250:], {"F": force[250:]}, memory=first.memory, **options)
+    size = np.ptp(whole["x"])
+    np.testing.assert_allclose(second["x"], whole["x"][250:], rtol=0, atol=1e-5 * size)
+    forgotten = simulate(g, t[250:], {"F": force[250:]}, **options)
+    assert np.abs(forgotten["x"] - whole["x"][250:]).max() > 2e-3 * size
+    with pytest.raises(UnknownName, match="'kk'"):
+        simulate(g, t, {"F": force}, memory={"kk": (0.0, 0.0, 0.0)})
+    with pytest.raises(UnusableInput, match="has 3 memory states"):
+        simulate(g, t, {"F": force}, memory={"k": (0.0,)})
+
+
+def test_rest_under_a_flow_that_only_charges() -> None:
+    """A current into a capacitor never rests; the start stays at zero instead of far away."""
+    with BondGraph("charged") as g:
+        node = One("node")
+        Sf("i") >> node >> C("C_1", 2e-6)
+        node >> C("C_2", stiffness=3e5, law=Hysteretic(MaxwellResistiveCapacitor((1e5,), (1.0,))))
+        node >> Dq("q")
+    t = 1e-4 * np.arange(50)
+    run = simulate(g, t, {"i": np.full(t.size, 1e-3)})
+    assert run["q"][0] == pytest.approx(0.0, abs=1e-12)
+    assert run["q"][-1] == pytest.approx(1e-3 * t[-1], rel=1e-9)

@@ -1,0 +1,119 @@
+"""``bondsight acquire`` and ``bondsight bench serve``, as a person types them."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import BondsightError
+from bondsight.cli.acquire_signal import waveform
+from bondsight.cli.main import main
+from hardware.envelope import P840_1_UNIPOLAR, check_wave
+from hardware.storage import Provenance
+
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="the stub library is C code")
+
+
+@needs_gcc
+def test_a_simulated_take_ends_with_its_seal(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["acquire", "--simulated", "--effect", "creep", "--seed", "3", "--samples", "500",
+                 "--out", str(tmp_path), "--name", "short"]  # fmt: skip
+    assert main(arguments) == 0
+    out = capfd.readouterr().out
+    assert "truth sealed: sha256 " in out
+    assert "seal opened:" in out
+    assert "creep at" in out
+    assert "output parked at 0 V" in out
+    recording = Recording.open(tmp_path / "short.npz")
+    assert recording.n == 500
+    assert Provenance.of(recording).output_end == "parked"
+    # measurements are not overwritten
+    assert main(arguments) == 2
+    assert "exists" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ([], "give a station file, or --simulated"),
+        (["--simulated", "--effect", "creeep"], "creeep"),
+        (["--simulated", "--diagnose", "no_such_model"], "no_such_model"),
+        (["--simulated", "--signal", "sine"], "sine:HZ"),
+        (["--simulated", "--signal", "sine:9999"], "stay below half"),
+        (["--simulated", "--samples", "10"], "too few"),
+        (["--simulated", "--rate", "0"], "positive number"),
+        (["--simulated", "--rate", "nan"], "positive number"),
+        (["--simulated", "--name", "../up"], "no plain file name"),
+        (["--simulated", "--name", ""], "no plain file name"),
+        (["--simulated", "--name", "a\nb"], "no plain file name"),
+        (["--simulated", "--diagnose", "stack_with_payload", "--map", "x"], "NAME=COLUMN"),
+        (["--simulated", "--diagnose", "stack_with_payload", "--map", "y=x"], "'y'"),
+        (["--recover", "nothing.journal"], "nothing.journal"),
+        (["nothing.toml"], "cannot be read"),
+    ],
+)
+def test_bad_input_gets_one_line(
+    arguments: list[str], says: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["acquire", *arguments, "--out", str(tmp_path)]) == 2
+    error = capfd.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+@needs_gcc
+def test_a_served_bench_writes_the_file_that_acquire_takes(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    server = subprocess.Popen(
+        [sys.executable, "-m", "bondsight", "bench", "serve",
+         "--effect", "none", "--seed", "2", "--station", str(station), "--reveal"],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        end = time.monotonic() + 30
+        while not station.exists() and time.monotonic() < end and server.poll() is None:
+            time.sleep(0.02)
+        arguments = ["acquire", str(station), "--samples", "300", "--out", str(tmp_path)]
+        assert main([*arguments, "--synchronise", "start"]) == 0
+    finally:
+        server.send_signal(signal.SIGINT)
+        said, _ = server.communicate(timeout=30)
+    assert "Ctrl-C ends the bench" in said
+    assert "voltage at the actuator" in said
+    assert "truth behind" in said
+    assert Recording.open(tmp_path / "take.npz").n >= 298
+
+
+def test_signals_keep_to_the_envelope(tmp_path: Path) -> None:
+    e = P840_1_UNIPOLAR
+    for text in ("session", "sine:20", "sine:5:10:60", "demagnetise", "demagnetise:40"):
+        volts, _ = waveform(text, 10e3, 2048, e, 1)
+        check_wave(e, volts, 10e3)
+        assert np.ptp(volts) > 10.0
+    session, _ = waveform("session", 10e3, 8192, e, 1)
+    assert session.min() < 10.0
+    assert session.max() > 90.0
+    np.testing.assert_array_equal(session, waveform("session", 10e3, 8192, e, 1)[0])
+    assert np.any(session != waveform("session", 10e3, 8192, e, 2)[0])
+    file = tmp_path / "mine.csv"
+    file.write_text("V[V]\n1\n2\n3\n")
+    np.testing.assert_array_equal(waveform(str(file), 10.0, 99, e, 0)[0], [1.0, 2.0, 3.0])
+    file.write_text("t[s],V[V]\n0,1\n0.002,2\n0.004,3\n")
+    # the file's own time decides, and a rate that contradicts it is refused
+    assert waveform(str(file), None, 99, e, 0)[1] == pytest.approx(500.0)
+    with pytest.raises(BondsightError, match="was sampled at 500 Hz"):
+        waveform(str(file), 10e3, 99, e, 0)
+    file.write_text("V[V],x[V]\n1,2\n2,3\n")
+    with pytest.raises(BondsightError, match="2 channels in V"):
+        waveform(str(file), 10.0, 99, e, 0)

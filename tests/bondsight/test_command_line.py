@@ -1,0 +1,506 @@
+"""The command: one line for anything unusable, a written verdict for anything else."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from actuators.models.catalogue import MODELS
+from bondsight.cli.main import main
+from bondsight.cli.models import load_model
+from bondsight.cli.recordings import load_recording
+from identification import datasets as data
+
+VERDICTS = {
+    "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data",
+}  # fmt: skip
+KINDS = {
+    "storage", "resistor", "inertia", "transformer", "source", "junction", "sensor", "clock",
+}  # fmt: skip
+EFFECTS = {
+    "memory": {"hysteresis", "creep"},
+    "friction": {
+        "coulomb_friction", "stribeck_friction", "presliding_friction", "quadratic_drag",
+        "asymmetric_damping",
+    },
+    "restoring": {
+        "nonlinear_stiffness", "bilinear_stiffness", "end_stop", "backlash", "contact_loss",
+    },
+    "transduction": {"nonlinear_ratio", "position_periodic_force"},
+    "drive": {"saturation", "slew_limit", "low_pass", "dead_zone"},
+    "storage": {"leakage", "overflow", "added_mode", "self_heating"},
+    "flow": {"square_root_flow", "nonlinear_resistance"},
+    "measurement": {
+        "sensor_lag", "sensor_offset", "sensor_drift", "sensor_nonlinearity",
+        "sensor_rectification", "periodic_error", "quantisation",
+    },
+    "time": {"delay", "clock_skew"},
+    "outside": {"external_disturbance", "time_varying_parameter", "unknown"},
+}  # fmt: skip
+
+GOOD = """
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
+
+def model():
+    with BondGraph("carriage") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
+        v >> R("d", 2.0, unit="N*s/m")
+        v >> C("k", stiffness=200.0, unit="N/m")
+        v >> Dq("x", unit="m")
+    return g
+"""
+UNCONNECTED = """
+from bondgraph import BondGraph, C, Dq, I, One, Se
+
+def model():
+    with BondGraph("apart") as g:
+        v, w = One("v"), One("w")
+        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
+        w >> C("k", stiffness=200.0, unit="N/m")
+        w >> Dq("x", unit="m")
+    return g
+"""
+CONFLICT = """
+from bondgraph import BondGraph, Dq, I, One, Se, Sf
+
+def model():
+    with BondGraph("fight") as g:
+        v = One("v")
+        Sf("u", unit="m/s") >> v
+        Sf("w", unit="m/s") >> v
+        v >> I("m", 1.0, unit="kg")
+        v >> Dq("x", unit="m")
+    return g
+"""
+TYPO = GOOD.replace("    return g", '    g["kk"]\n    return g')
+SENSORLESS = GOOD.replace('        v >> Dq("x", unit="m")\n', "")
+MODEL_FILES: Mapping[str, tuple[str, str]] = {
+    "unconnected": (UNCONNECTED, "bond them"),
+    "conflict": (CONFLICT, "fight"),
+    "typo": (TYPO, "Did you mean 'k'"),
+    "value_error": ("def model():\n    raise ValueError('two\\nlines')\n", "ValueError"),
+    "syntax_error": ("def model(:\n", "SyntaxError at line 1"),
+    "exits": ("import sys\nsys.exit(3)\n", "SystemExit"),
+    "exits_inside": ("def model():\n    raise SystemExit\n", "SystemExit"),
+    "import_error": ("import no_such_package_here\n", "no_such_package_here"),
+    "returns_none": ("def model():\n    return None\n", "NoneType"),
+    "returns_class": (GOOD + "\nmodel = dict\n", "dict"),
+    "no_factory": ("def modell():\n    pass\n", "Did you mean 'modell'"),
+    "not_callable": ("model = 3\n", "no function 'model'"),
+    "no_sensor": (SENSORLESS, "sensor"),
+    "empty": ("", "no function 'model'"),
+    "arguments": ("def model(a):\n    return a\n", "TypeError"),
+}
+ROWS = "\n".join(
+    f"{0.01 * i:.2f},{np.sin(0.3 * i):.6f},{0.1 * np.sin(0.3 * i - 1):.6f}" for i in range(60)
+)
+HEAD = "t_s,F[N],x[mm]\n"
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    file = tmp_path / "carriage.py"
+    file.write_text(GOOD, encoding="utf-8")
+    return file
+
+
+def table(folder: Path, text: str | bytes, name: str = "run.csv") -> Path:
+    file = folder / name
+    file.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return file
+
+
+def refused(capsys: pytest.CaptureFixture[str], out: Path | None, *arguments: str) -> str:
+    """Run, check the form of the refusal, return its line."""
+    more = () if out is None else ("--out", str(out))
+    try:
+        code = main([*arguments, *more])
+    except SystemExit as stop:  # argparse
+        code = int(str(stop.code))
+    captured = capsys.readouterr()
+    assert code == 2, captured
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert len(lines) == 1, captured.err
+    assert lines[0].startswith("bondsight: ")
+    assert "Traceback" not in lines[0]
+    if out is not None and out.is_dir():
+        assert not list(out.iterdir())
+    return lines[0]
+
+
+@pytest.mark.parametrize("case", MODEL_FILES)
+def test_unusable_model_file(case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text, said = MODEL_FILES[case]
+    file = tmp_path / f"{case}.py"
+    file.write_text(text, encoding="utf-8")
+    run = table(tmp_path, HEAD.replace("x[mm]", "x[mm]") + ROWS)
+    line = refused(capsys, tmp_path / "out", "diagnose", str(run), "--model", str(file))
+    assert said in line
+
+
+@pytest.mark.parametrize(
+    ("verb", "case"),
+    [
+        *((v, c) for v in ("check", "equations") for c in ("conflict", "unconnected")),
+        *((v, c) for v in ("check", "equations", "draw") for c in ("value_error", "returns_none")),
+    ],
+)  # fmt: skip
+def test_other_verbs_refuse_it_too(
+    verb: str, case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / f"{case}.py"
+    file.write_text(MODEL_FILES[case][0], encoding="utf-8")
+    code = main([verb, str(file)])
+    captured = capsys.readouterr()
+    assert code == 2
+    assert captured.err.count("\n") >= 1
+    assert "Traceback" not in captured.err
+    assert [p.name for p in tmp_path.iterdir() if p.suffix == ".svg"] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("resonatr", "Did you mean 'resonator'"),
+        ("actuators.models.textbook:resonato", "resonator"),
+        ("no_such_module:model", "no_such_module"), ("missing.py", "does not exist"),
+        ("", "no model"),
+        (":", "model"), ("actuators.models.textbook:", "function"), ("os:getcwd", "str"),
+    ],
+)  # fmt: skip
+def test_unknown_model(
+    name: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = table(tmp_path, HEAD + ROWS)
+    assert said in refused(capsys, tmp_path / "out", "diagnose", str(run), "--model", name)
+
+
+RECORDINGS: Mapping[str, tuple[str | bytes, str]] = {
+    "empty": ("", "empty"),
+    "header_only": (HEAD, "no row"),
+    "binary": (bytes(range(256)) * 8, "binary"),
+    "random_bytes": (b"\x89PNG\r\n\x1a\n" + bytes(300), "binary"),
+    "no_unit": ("t_s,F[N],x\n" + ROWS, "no unit"),
+    "unknown_unit": ("t_s,F[N],x[parsecks]\n" + ROWS, "parsecks"),
+    "nan": (HEAD + ROWS.replace("0.05,", "0.05,nan,", 1).replace("nan," + "0", "nan,0", 1), "row"),
+    "nan_cell": (HEAD + ROWS + "\n0.60,nan,0.1\n", "NaN"),
+    "empty_cell": (HEAD + ROWS + "\n0.60,,0.1\n", "empty"),
+    "infinite": (HEAD + ROWS + "\n0.60,1,inf\n", "infinite"),
+    "text_cell": (HEAD + ROWS + "\n0.60,one,0.1\n", "not a number"),
+    "duplicate": (HEAD + ROWS + "\n0.59,1,0.1\n", "repeats"),
+    "backwards": (HEAD + ROWS + "\n0.10,1,0.1\n", "earlier"),
+    "gap": (HEAD + ROWS + "\n9.00,1,0.1\n", "uneven"),
+    "ragged": (HEAD + ROWS + "\n0.60,1\n", "cells"),
+    "no_header": (ROWS, "header"),
+    "sensor_absent": ("t_s,F[N],T[degC]\n" + ROWS, "'x'"),
+    "input_absent": ("t_s,G[V],x[mm]\n" + ROWS, "'F'"),
+    "near_name": ("t_s,F[N],x_1[kg]\n" + ROWS, "--map x="),
+    "wrong_dimension": ("t_s,F[N],x[kg]\n" + ROWS, "kg"),
+}
+
+
+@pytest.mark.parametrize("case", RECORDINGS)
+def test_unusable_recording(
+    case: str, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text, said = RECORDINGS[case]
+    run = table(tmp_path, text)
+    line = refused(capsys, tmp_path / "out", "diagnose", str(run), "--model", str(model))
+    assert said in line
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("nowhere.csv", "no such file"), ("piezo-actuater-sine", "piezo-actuator-sine"),
+        ("run.xyz", "'.xyz'"), (".", "not a file"), ("broken.npz", "broken.npz"),
+        ("broken.mat", "broken.mat"), ("", "known"),
+    ],
+)  # fmt: skip
+def test_unreadable_recording(
+    name: str, said: str, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    for broken in ("run.xyz", "broken.npz", "broken.mat"):
+        table(tmp_path, b"this is no array file", broken)
+    line = refused(capsys, tmp_path / "out", "diagnose", name, "--model", str(model))
+    assert said in line
+
+
+def test_known_recording_that_is_absent(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv(data.FOLDER_VARIABLE, str(tmp_path))
+    line = refused(
+        capsys, tmp_path / "out", "diagnose", "emps", "--model", "mass_with_viscous_friction"
+    )
+    assert data.FOLDER_VARIABLE in line
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("x", "NAME=COLUMN"), ("=x", "NAME=COLUMN"), ("x=", "NAME=COLUMN"), ("", "NAME=COLUMN"),
+        (" = ", "NAME=COLUMN"), ("x=y", "'y'"), ("x=F[parsecks]", "parsecks"), ("t=F", "F"),
+    ],
+)  # fmt: skip
+def test_malformed_map(
+    given: str, said: str, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = table(tmp_path, HEAD + ROWS)
+    line = refused(
+        capsys, tmp_path / "out", "diagnose", str(run), "--model", str(model), "--map", given
+    )
+    assert said in line
+
+
+def test_folder_that_cannot_be_written(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = table(tmp_path, HEAD + ROWS)
+    blocked = table(tmp_path, "a file", "blocked")
+    for out in (blocked, blocked / "deeper"):
+        line = refused(capsys, out, "diagnose", str(run), "--model", str(model))
+        assert "cannot write" in line
+        assert "--out" in line
+        line = refused(capsys, out, "demo", "--seed", "1", "--effect", "none")
+        assert "cannot write" in line
+    assert blocked.read_text(encoding="utf-8") == "a file"
+    line = refused(capsys, blocked / "d.svg", "draw", str(model))
+    assert "cannot write" in line
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_folder_without_permission(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run, out = table(tmp_path, HEAD + ROWS), tmp_path / "locked"
+    out.mkdir(mode=0o500)
+    assert "permission" in refused(capsys, out, "diagnose", str(run), "--model", str(model))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("demo", "--effect", "quadratic_dragg"), "Did you mean 'quadratic_drag'"),
+        (("demo", "--seeds", "0"), "at least one"),
+        (("demo", "--seed", "-1", "--effect", "none"), "-1"),
+        (("demo", "--jobs", "0", "--seed", "1"), "--jobs"),
+        (("demo", "--seeds", "2", "--first", "-5"), "-5"),
+    ],
+)
+def test_unusable_demo(
+    arguments: tuple[str, ...], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert said in refused(capsys, tmp_path / "out", *arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("diagnose", "run.csv"), "--model"), (("diagnoze",), "diagnose"),
+        (("diagnose", "run.csv", "--model", "resonator", "--hold", "spline"), "linear"),
+        (("diagnose", "run.csv", "--model", "resonator", "--jobs", "many"), "many"),
+        (("diagnose", "run.csv", "--model", "resonator", "--jobs", "0"), "--jobs"),
+        (("diagnose", "run.csv", "--model", "resonator", "--moddel", "x"), "--moddel"),
+        (("diagnose", "--model", "resonator"), "RECORDING"),
+        (("diagnose", "run.csv", "--model", "resonator", "--effects", "0"), "--effects"),
+        (("diagnose", "run.csv", "--model", "resonator", "--without", "dilay"), "'delay'"),
+        (("bench", "derivationn"), "derivation"),
+        (("equations", "resonatr"), "resonator"), (("check", "resonatr"), "resonator"),
+    ],
+)  # fmt: skip
+def test_unusable_arguments(
+    arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert said in refused(capsys, None, *arguments)
+
+
+# -- too little to go on: a verdict, not an error ---------------------------------------------
+def carriage(n: int, kind: str) -> str:
+    t = 0.01 * np.arange(n)
+    rng = np.random.default_rng(3)
+    force = np.sin(3 * t) if kind != "no_excitation" else np.zeros(n)
+    x = np.full(n, 0.5) if kind == "constant" else 0.1 * np.sin(3 * t)
+    if kind == "no_excitation":
+        x = 1e-3 * rng.standard_normal(n)
+    return HEAD + "\n".join(
+        f"{a:.3f},{b!r},{c!r}" for a, b, c in zip(t, map(float, force), map(float, x), strict=True)
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "n"),
+    [("few", 1), ("few", 2), ("few", 3), ("constant", 600), ("no_excitation", 600)],
+)
+def test_too_little_to_go_on(
+    kind: str, n: int, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run, out = table(tmp_path, carriage(n, kind)), tmp_path / "out"
+    code = main(
+        ["diagnose", str(run), "--model", str(model), "--out", str(out), "--json", "--jobs", "1"]
+    )
+    captured = capsys.readouterr()
+    assert (code, captured.err) == (0, "")
+    written = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
+    assert json.loads(captured.out) == written
+    contract(written)
+    assert written["verdict"] == "insufficient_data"
+    assert written["findings"] == []
+    assert written["advice"]
+    assert written["recording"]["samples"] == n
+    assert "</html>" in (out / "report.html").read_text(encoding="utf-8")
+    assert sorted(p.name for p in out.iterdir()) == ["report.html", "verdict.json"]
+
+
+def test_a_map_keeps_the_channels_that_need_none(model: Path, tmp_path: Path) -> None:
+    graph = load_model(str(model))
+    run = table(tmp_path, (HEAD + ROWS).replace("x[mm]", "place_mm"))
+    recording, _, said = load_recording(str(run), ["x=place_mm"], graph)
+    assert sorted(recording.channels) == ["F", "x"]
+    assert said == ()
+    without_unit = table(tmp_path, (HEAD + ROWS).replace("F[N],x[mm]", "F,place_mm"), "bare.csv")
+    recording, _, _ = load_recording(str(without_unit), ["x=place_mm"], graph)
+    assert sorted(recording.channels) == ["x"]
+
+
+def test_several_recordings_are_diagnosed_together(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one, two = (table(tmp_path, carriage(8, "few"), f"{name}.csv") for name in ("one", "two"))
+    out = tmp_path / "out"
+    arguments = ["diagnose", str(one), str(two), "--model", str(model), "--out", str(out)]
+    assert main([*arguments, "--json", "--jobs", "1", "--without", "delay", "--effects", "1"]) == 0
+    written = json.loads(capsys.readouterr().out)
+    assert written["verdict"] == "insufficient_data"
+    assert written["recording"]["name"] == "one + two"
+    assert written["recording"]["samples"] == 16
+
+
+def test_several_recordings_need_the_same_channels(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one = table(tmp_path, HEAD + ROWS, "one.csv")
+    two = table(tmp_path, (HEAD + ROWS).replace("x[mm]", "y[kg]"), "two.csv")
+    said = refused(capsys, tmp_path / "o", "diagnose", str(one), str(two), "--model", str(model))
+    assert "two has no channel x" in said
+
+
+# -- the contract of verdict.json -------------------------------------------------------------
+def contract(v: dict[str, Any]) -> None:
+    """Keys, types and vocabulary of ``bondsight.verdict/1``."""
+    assert v["schema"] == "bondsight.verdict/1"
+    assert {
+        "schema", "verdict", "model", "recording", "findings", "fit", "nuisances", "advice",
+        "seconds", "seed",
+    } <= set(v)  # fmt: skip
+    assert v["verdict"] in VERDICTS
+    assert isinstance(v["model"], str)
+    assert set(v["recording"]) == {"name", "sha256", "samples", "channels"}
+    assert len(v["recording"]["sha256"]) == 64
+    assert set(v["fit"]) == {"noise_floor", "nominal", "repaired"}
+    for part in ("nominal", "repaired"):
+        assert set(v["fit"][part]) == {"train_rmse", "test_rmse"}
+        for errors in v["fit"][part].values():
+            assert all(e >= 0 for e in errors.values())
+    assert all(f > 0 for f in v["fit"]["noise_floor"].values())
+    for n in v["nuisances"]:
+        assert set(n) == {"name", "value", "unit", "within_bounds"}
+        assert isinstance(n["within_bounds"], bool)
+    assert all(isinstance(a, str) and "\n" not in a for a in v["advice"])
+    assert isinstance(v["seconds"], int | float)
+    assert isinstance(v["seed"], int)
+    if v["verdict"] in ("explained", "parameters_only", "insufficient_data"):
+        assert v["findings"] == []
+    else:
+        assert v["findings"]
+    for f in v["findings"]:
+        assert set(f) == {
+            "location", "answer", "effect", "family", "law", "confidence", "parameters",
+            "also_possible", "share_of_misfit_explained",
+        }  # fmt: skip
+        assert f["answer"] in {"exact", "family", "look_alikes", "unknown"}
+        assert set(f["location"]) == {"element", "kind", "indistinguishable_from"}
+        assert f["location"]["kind"] in KINDS
+        assert f["location"]["element"] not in f["location"]["indistinguishable_from"]
+        assert f["family"] in EFFECTS
+        assert f["effect"] == "unknown" or f["effect"] in EFFECTS[f["family"]]
+        assert 0 <= f["confidence"] <= 1
+        for p in f["parameters"]:
+            assert set(p) == {"name", "value", "unit", "ci95"}
+            assert len(p["ci95"]) == 2
+        for p in f["also_possible"]:
+            assert set(p) == {"effect", "element", "evidence"}
+            assert any(p["effect"] in names for names in EFFECTS.values())
+
+
+@pytest.mark.slow
+def test_a_finished_diagnosis_keeps_the_contract(
+    model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from bondgraph.laws import Coulomb
+    from bondgraph.signals.recording import Recording
+    from bondgraph.simulation.simulate import simulate
+    from identification.diagnosis.catalogue import CATALOGUE
+
+    few = [e for e in CATALOGUE if e.name in ("coulomb_friction", "delay", "quadratic_drag")]
+    monkeypatch.setattr("identification.diagnosis.search.candidates.CATALOGUE", tuple(few))
+    graph = load_model(str(model))
+    t = np.asarray(0.01 * np.arange(900), np.float64)
+    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 2 * np.sin(2 * np.pi * 2.3 * t)
+    x = simulate(graph.with_element("d", law=Coulomb(0.8)), t, {"F": u})["x"]
+    x = x + 2e-5 * np.random.default_rng(1).standard_normal(t.size)
+    run = Recording("run", t, {"force": u, "place": x}, {"force": "N", "place": "m"}).write_csv(
+        tmp_path / "run.csv"
+    )
+    out = tmp_path / "out"
+    arguments = ["diagnose", str(run), "--model", str(model), "--out", str(out), "--jobs", "1"]
+    assert main([*arguments, "--seed", "7", "--map", "x=place", "--map", "F=force"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    assert "Coulomb friction is missing at the resistor d" in captured.out
+    v = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
+    contract(v)
+    assert v["verdict"] == "missing_physics"
+    assert v["seed"] == 7
+    (finding,) = v["findings"]
+    assert finding["location"]["element"] == "d"
+    low, high = finding["parameters"][0]["ci95"]
+    assert low < 0.8 < high
+    assert v["fit"]["repaired"]["test_rmse"]["x"] < 0.1 * v["fit"]["nominal"]["test_rmse"]["x"]
+
+
+def test_vocabulary_of_the_catalogue() -> None:
+    from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
+
+    for e in (*CATALOGUE, UNNAMED):
+        assert e.name in EFFECTS[e.family], e.name
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_catalogue_models_can_be_checked_and_drawn(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", name]) == 0
+    assert "sound" in capsys.readouterr().out
+    target = tmp_path / f"{name}.svg"
+    assert main(["draw", name, "--out", str(target)]) == 0
+    assert target.read_text(encoding="utf-8").startswith("<")
+    assert main(["equations", name]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_without_a_verb_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    assert "diagnose" in capsys.readouterr().out

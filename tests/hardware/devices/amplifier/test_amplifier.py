@@ -1,0 +1,251 @@
+"""Amplifier numbers, calibration, the output behind a card, the ultrasonic driver."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bondgraph.support.errors import UnusableInput
+from hardware.contracts import RawOutput
+from hardware.devices.amplifier import (
+    EPA_104,
+    Amplifier,
+    AnalogueAmplifier,
+    Monitors,
+    UltrasonicDriver,
+    UltrasonicLimits,
+    calibrated,
+    fit_line,
+    monitor_calibrated,
+)
+from hardware.devices.daq import Card, CardChannel, CardInputs, SoftwareTimedWave
+from hardware.errors import LimitViolation, LinkLost, TimedOut
+from hardware.simulators.registers import AmplifierData, CardFront, Wires
+from hardware.simulators.rig import Rig
+from tests.hardware.devices.daq.bench import Capacitor, card_on
+
+STACK = Amplifier(gain=20.0, monitors=Monitors(voltage=0.05, current=50.0))
+
+
+def bench(data: AmplifierData | None = None) -> tuple[Rig, CardFront, Card]:
+    rig = Rig(Capacitor())
+    front = CardFront(rig, amplifier=data, wires=Wires(noise=0.0))
+    return rig, front, card_on(front, rig)
+
+
+def amplifier_on(card: Card, data: Amplifier = STACK, **kept: bool) -> AnalogueAmplifier:
+    return AnalogueAmplifier(
+        CardChannel(card, 0), data, CardInputs(card, (0, 1)), clock=card.clock, **kept
+    )
+
+
+def test_the_stack_is_kept_within_its_range_by_a_converter_of_five_volts() -> None:
+    assert EPA_104.input_volts(100.0) == pytest.approx(5.0)
+    assert "memory" in EPA_104.source
+    assert EPA_104.u_gain == math.inf
+    for volts in (100.1, -0.1, math.nan, math.inf):
+        with pytest.raises(LimitViolation):
+            EPA_104.input_volts(volts)
+
+
+@given(st.floats(0.0, 100.0), st.floats(1.0, 30.0), st.floats(-1.0, 1.0))
+def test_there_and_back(volts: float, gain: float, offset: float) -> None:
+    a = Amplifier(gain=gain, offset=offset)
+    back = a.output_record(a.input_record(np.array([volts])))
+    assert back[0] == pytest.approx(volts, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"gain": 0.0}, {"gain": math.nan}, {"offset": math.inf}, {"lowest": 5.0}, {"slew": 0.0}],
+)
+def test_an_amplifier_that_is_none_is_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(UnusableInput):
+        replace(STACK, **wrong)  # type: ignore[arg-type]
+    with pytest.raises(UnusableInput):
+        Monitors(voltage=0.0)
+    with pytest.raises(UnusableInput, match="no monitor"):
+        Monitors(voltage=0.1).scaled("i", np.zeros(1))
+
+
+def test_the_line_and_its_uncertainty_cover_the_truth() -> None:
+    rng = np.random.default_rng(5)
+    x = np.linspace(0.0, 5.0, 21)
+    pulls = []
+    for _ in range(300):
+        line = fit_line(x, 19.87 * x + 0.13 + 0.02 * rng.standard_normal(21))
+        pulls.append(
+            ((line.slope - 19.87) / line.u_slope, (line.intercept - 0.13) / line.u_intercept)
+        )
+    # Student's t with 19 degrees of freedom: variance 19/17
+    assert np.std(pulls, axis=0) == pytest.approx(math.sqrt(19 / 17), rel=0.15)
+
+
+def test_a_calibration_goes_into_the_provenance() -> None:
+    x = np.array([0.0, 1.0, 2.0, 3.0])
+    a = calibrated(EPA_104, x, 20.1 * x - 0.3 + np.array([0.01, -0.01, -0.01, 0.01]))
+    told = a.provenance()
+    assert told["gain"] == pytest.approx(20.1)
+    assert told["offset"] == pytest.approx(-0.3)
+    assert 0.0 < float(told["u_gain"]) < 0.02
+    assert "4 measured pairs" in str(told["source"])
+    m = monitor_calibrated(Monitors(voltage=0.05), 20.0 * x, 1.01 * x + 0.02)
+    assert m.scaled("V_mon", 1.01 * x + 0.02) == pytest.approx(20.0 * x)
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [([1, 2], [1, 2]), ([1, 1, 1], [1, 2, 3]), ([1, 2, np.nan], [1, 2, 3]), ([1, 2, 3], [1, 2])],
+)
+def test_pairs_that_give_no_line_are_refused(x: list[float], y: list[float]) -> None:
+    with pytest.raises(UnusableInput, match="calibration"):
+        fit_line(x, y)
+
+
+def test_it_is_a_raw_output_that_says_it_has_no_watchdog() -> None:
+    rig, front, card = bench()
+    output = amplifier_on(card)
+    assert isinstance(output, RawOutput)
+    assert not output.has_watchdog
+    output.power_up()
+    output.write(80.0)
+    rig.wait(1e-3)
+    assert output.read() == pytest.approx(80.0, abs=0.03)
+    assert output.read_current() == pytest.approx(0.0, abs=1e-4)
+    assert "MF634" in output.identity.model
+    assert (output.converter.v_min, output.converter.v_max) == (0.0, 100.0)
+    assert output.converter.resolution == pytest.approx(20.0 * 20.0 / 16384)
+    assert output.provenance()["monitor_current"] == 50.0
+    assert output.provenance()["converter"] == "MF634"
+    output.close()
+    assert rig.volts == pytest.approx(80.0, abs=0.02)
+    front.faults.gone = True
+    output.close()
+
+
+def test_a_saturating_converter_narrows_the_limits() -> None:
+    _, _, card = bench()
+    output = amplifier_on(card, Amplifier(gain=5.0, highest=100.0))
+    assert output.amplifier.highest == 50.0
+    output.power_up()
+    with pytest.raises(LimitViolation, match="0 to 50 V"):
+        output.write(51.0)
+
+
+def test_clamping_is_opt_in_and_counted_and_never_takes_nan() -> None:
+    rig, _, card = bench()
+    output = amplifier_on(card, clamp=True)
+    output.power_up()
+    output.write(130.0)
+    assert rig.volts == pytest.approx(100.0)
+    output.write(-5.0)
+    assert rig.volts == 0.0
+    assert output.clamped == 2
+    with pytest.raises(LimitViolation):
+        output.write(math.nan)
+    with pytest.raises(LimitViolation):
+        amplifier_on(card).write(130.0)
+
+
+def test_a_voltage_left_by_an_earlier_program_is_ramped_down_first() -> None:
+    rig, front, card = bench()
+    first = amplifier_on(card)
+    first.power_up()
+    for volts in np.arange(0.0, 81.0, 1.0):
+        first.write(float(volts))
+    first.close()
+    assert rig.volts == pytest.approx(80.0, abs=0.02)
+    again = amplifier_on(card_on(front, rig))
+    again.power_up()
+    assert rig.volts == 0.0
+    assert rig.extremes.largest_step < 1.1
+    assert rig.now == pytest.approx(0.8, abs=0.02)
+
+
+def test_without_its_inputs_the_card_is_ramped_down_from_what_was_written_last() -> None:
+    rig, front, card = bench()
+    output = amplifier_on(card)
+    output.power_up()
+    for volts in np.arange(0.0, 61.0, 1.0):
+        output.write(float(volts))
+    front.faults.endless = True
+    with pytest.raises(TimedOut):
+        output.read()
+    output.power_up()
+    assert rig.volts == 0.0
+    assert rig.extremes.largest_step < 1.1
+
+
+def test_an_offset_is_taken_away_at_power_up() -> None:
+    rig, _, card = bench(AmplifierData(offset=1.5))
+    output = amplifier_on(card, replace(STACK, offset=1.5))
+    output.power_up()
+    assert rig.volts == pytest.approx(0.0, abs=0.02)
+
+
+def test_the_ultrasonic_driver_keeps_its_input_and_the_ends_of_travel() -> None:
+    rig, front, card = bench(AmplifierData(gain=1.0, lowest=-10.0, highest=10.0))
+    limits = UltrasonicLimits(largest=8.0, supply=5, lower_end=0, upper_end=1)
+    driver = UltrasonicDriver(CardChannel(card), limits, card)
+    assert isinstance(driver, RawOutput)
+    assert not driver.has_watchdog
+    driver.power_up()
+    assert card.lines == 1 << 5
+    driver.write(-6.0)
+    assert rig.volts == pytest.approx(-6.0, abs=1e-3)
+    assert (driver.converter.v_min, driver.converter.v_max) == (-8.0, 8.0)
+    wave = SoftwareTimedWave(card, driver.amplifier)
+    with pytest.raises(LimitViolation, match="C-184"):
+        wave.load(np.array([0.0, 9.0]), 100.0)
+    driver.write(0.0)
+    wave.load(np.array([0.0, -2.0, -6.0]), 100.0)
+    list(wave.play())
+    front.registers.lines_in = 0b01
+    assert not driver.check_ends()
+    assert driver.check_ends(-6.0)
+    assert rig.volts == 0.0
+    front.registers.lines_in = 0b00
+    driver.write(-6.0)
+    front.registers.lines_in = 0b01
+    assert driver.check_ends()
+    assert rig.volts == 0.0
+    with pytest.raises(LimitViolation, match="lower end"):
+        driver.write(-1.0)
+    driver.write(2.0)
+    assert not driver.check_ends()
+    front.registers.lines_in = 0b10
+    with pytest.raises(LimitViolation, match="upper end"):
+        driver.write(3.0)
+    assert rig.volts == 0.0
+    for volts in (8.1, math.nan):
+        with pytest.raises(LimitViolation, match="C-184"):
+            driver.write(volts)
+    driver.write(-8.0)
+    driver.close()
+    assert rig.volts == 0.0
+    assert card.lines == 0
+    assert driver.read() is None
+
+
+def test_the_supply_of_the_ultrasonic_driver_is_off_while_its_input_is_unknown() -> None:
+    _, front, card = bench()
+    driver = UltrasonicDriver(CardChannel(card), UltrasonicLimits(supply=5), card)
+    driver.power_up()
+    supply = [e.value >> 5 & 1 for e in front.log if e.offset == 0x10 and e.bar == 2]
+    zeroed = next(n for n, e in enumerate(front.log) if e.offset == 0x20 and e.value == 0x2000)
+    first_on = next(n for n, e in enumerate(front.log) if e.offset == 0x10 and e.value >> 5 & 1)
+    assert supply[-1] == 1
+    assert zeroed < first_on
+    front.faults.gone = True
+    with pytest.raises(LinkLost):
+        driver.power_up()
+    driver.close()
+    with pytest.raises(LimitViolation, match="largest amplitude"):
+        UltrasonicLimits(largest=12.0)
+    with pytest.raises(LimitViolation, match="no lines"):
+        UltrasonicDriver(CardChannel(card), UltrasonicLimits(supply=1))

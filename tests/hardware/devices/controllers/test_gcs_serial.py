@@ -1,0 +1,70 @@
+"""GCS over a serial line: our client, and PIPython by our transport and by its own."""
+
+from __future__ import annotations
+
+import importlib.util
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from hardware.devices.controllers import (
+    GcsController,
+    GcsRecorder,
+    GcsTalk,
+    OwnGcsTalk,
+    PIPythonTalk,
+)
+from hardware.devices.transport import serial_transport
+from hardware.errors import LinkLost
+from hardware.simulators.control.client import LocalClock
+from hardware.simulators.controllers import Fault, GcsFront
+from hardware.simulators.rig import Rig
+from tests.hardware.devices.controllers.bench import TIMEOUT, Spring
+
+
+def talk_over(path: str, way: str) -> GcsTalk:
+    if way == "own":
+        return OwnGcsTalk(serial_transport(path), TIMEOUT)
+    for package in ("pipython", "serial"):
+        if importlib.util.find_spec(package) is None:
+            pytest.skip(f"{package} is not installed (pip install 'bondsight[bench]')")
+    if way == "pipython":
+        return PIPythonTalk(serial_transport(path), TIMEOUT)
+    from pipython.pidevice.interfaces.piserial import PISerial
+
+    return PIPythonTalk(lambda: PISerial(path, 115200), TIMEOUT, address=path)
+
+
+@pytest.fixture(params=["own", "pipython", "piserial"])
+def there(request: pytest.FixtureRequest) -> Iterator[tuple[Rig, GcsFront, GcsController]]:
+    rig = Rig(Spring())
+    front = GcsFront(rig, over="pty")
+    controller = GcsController(talk_over(front.start(), request.param), clock=LocalClock(rig))
+    yield rig, front, controller
+    controller.close()
+    front.stop()
+
+
+def test_all_is_well(there: tuple[Rig, GcsFront, GcsController]) -> None:
+    rig, _, controller = there
+    controller.power_up()
+    recorder = GcsRecorder(controller, 200, 10e3, trigger="now")
+    recorder.kickoff()
+    controller.write(30.0)
+    rig.wait(0.1)
+    (chunk,) = recorder.finish()
+    np.testing.assert_allclose(chunk.channels["V_mon"][1:], 30.0)
+    assert controller.position() == pytest.approx(0.9e-6)
+
+
+def test_line_cut(there: tuple[Rig, GcsFront, GcsController]) -> None:
+    _, front, controller = there
+    controller.power_up()
+    front.faults.next(Fault(drop_after=1))
+    began = time.monotonic()
+    with pytest.raises(LinkLost):
+        controller.position()
+    controller.close()
+    assert time.monotonic() - began < 20.0 * TIMEOUT

@@ -1,0 +1,89 @@
+"""A controller behind the envelope's guard: what the actuator meets when the wire fails."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from hardware.devices.controllers import GcsSetup, GcsWave
+from hardware.envelope import Envelope, GuardedOutput, GuardedWave, OutputState
+from hardware.errors import HardwareError, LimitViolation, LinkLost
+from hardware.simulators.controllers import CommandWatchdog, Fault, GcsModel
+from tests.hardware.devices.controllers.bench import Bench, bench
+
+LIMITS = Envelope(0.0, 100.0, 2e5, safe=0.0, gentle=1000.0)
+WAYS = ("own", "pisocket")
+
+
+@pytest.fixture(params=WAYS)
+def there(request: pytest.FixtureRequest) -> Iterator[tuple[Bench, GuardedOutput]]:
+    with bench(request.param, timeout=0.3) as b:
+        output = GuardedOutput(b.controller, LIMITS, clock=b.clock)
+        output.power_up()
+        yield b, output
+
+
+def test_nothing_beyond_the_envelope_is_sent(there: tuple[Bench, GuardedOutput]) -> None:
+    b, output = there
+    before = len(b.front.device.commands)
+    for volts in (150.0, -1.0, np.nan, np.inf):
+        with pytest.raises(LimitViolation):
+            output.set(volts)
+    assert len(b.front.device.commands) == before
+    output.ramp(50.0)
+    assert b.rig.volts == pytest.approx(50.0)
+    output.stop()
+    assert b.rig.volts == 0.0
+    assert b.rig.extremes.largest_step <= 2.0
+
+
+def test_guarded_wave_and_its_end(there: tuple[Bench, GuardedOutput]) -> None:
+    b, output = there
+    player = GuardedWave(output, GcsWave(b.controller))
+    volts = 50.0 - 50.0 * np.cos(2.0 * np.pi * np.arange(1000) / 1000)
+    player.prepare(volts, 10e3)
+    assert [w.samples for w in player.play()][-1] == 1000
+    player.prepare(volts, 10e3)
+    playing = player.play()
+    next(playing)
+    playing.close()
+    assert b.rig.volts == 0.0
+    assert output.state is OutputState.PARKED
+    assert b.rig.extremes.highest <= 100.0
+    assert b.rig.extremes.largest_step <= 2.0
+
+
+def test_pulled_cable_leaves_the_output_unknown_and_said_so(
+    there: tuple[Bench, GuardedOutput],
+) -> None:
+    b, output = there
+    output.ramp(60.0)
+    b.front.faults.next(Fault(drop_after=1))
+    with pytest.raises(LinkLost):
+        output.set(61.0)
+    assert output.present is None
+    assert "keeps its voltage" in str(output.status)
+    assert b.rig.volts == pytest.approx(61.0)
+    output.stop()  # reconnects, reads back, walks down
+    assert b.rig.volts == 0.0
+    assert b.rig.extremes.largest_step <= 2.0
+
+
+def test_dead_wire_and_a_watchdog() -> None:
+    model = GcsModel(watchdog=CommandWatchdog(0.5, rate=1000.0))
+    with bench("own", model, setup=GcsSetup(watchdog=True)) as b:
+        output = GuardedOutput(b.controller, LIMITS, clock=b.clock)
+        output.power_up()
+        output.ramp(60.0)
+        b.front.faults.refuse = True
+        b.front.faults.always(Fault(drop_after=0))
+        with pytest.raises(HardwareError):
+            output.set(61.0)
+        with pytest.raises(HardwareError):
+            output.stop()
+        assert "watchdog" in str(output.status)
+        b.rig.wait(1.0)
+        assert b.rig.volts == 0.0
+        assert b.rig.extremes.largest_step <= 2.0

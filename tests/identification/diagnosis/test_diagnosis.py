@@ -1,0 +1,108 @@
+"""Small synthetic recordings: what is missing is named, and nothing else is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.laws import Coulomb, Law, Polynomial
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict.document import verdict
+
+pytestmark = pytest.mark.slow
+
+N, DT, NOISE = 1500, 0.01, 3e-5
+
+
+def spring(m: float = 0.5, d: float = 2.0, k: float = 200.0) -> BondGraph:
+    with BondGraph("spring") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", m, unit="kg")
+        v >> R("d", d, unit="N*s/m")
+        v >> C("k", stiffness=k, unit="N/m")
+        v >> Dq("x", unit="m")
+    return g
+
+
+def multisine(seed: int, n: int = N) -> np.ndarray:
+    t = DT * np.arange(n)
+    rng = np.random.default_rng([seed, 8])
+    tones = [
+        np.sin(2 * np.pi * (f * t + rng.random())) for f in (0.31, 0.53, 0.97, 1.7, 2.3, 3.1, 4.7)
+    ]
+    return np.asarray(2.0 * np.sum(tones, axis=0))
+
+
+def recorded(
+    truth: BondGraph, seed: int, extra: np.ndarray | float, parameters: dict[str, float]
+) -> Recording:
+    t = np.asarray(DT * np.arange(N), np.float64)
+    u = multisine(seed)
+    x = np.asarray(simulate(truth, t, {"F": u + extra}, parameters, accuracy=1e-6)["x"])
+    x = x + NOISE * np.random.default_rng(seed).standard_normal(N)
+    return Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
+
+
+def judged(
+    truth: BondGraph, model: BondGraph, seed: int = 1, extra: np.ndarray | float = 0.0,
+    parameters: dict[str, float] | None = None,
+) -> Diagnosis:  # fmt: skip
+    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=2)
+    return diagnose(
+        model, recorded(truth, seed, extra, parameters or {}), options=options, seed=seed
+    )
+
+
+@pytest.mark.parametrize(
+    ("law", "effect", "place"),
+    [
+        (Coulomb(1.0), "coulomb_friction", "d"),
+        (Polynomial(0.0, 0.1, 2.0, orders=(3,)), "nonlinear_stiffness", "k"),
+    ],
+    ids=["coulomb", "cubic"],
+)
+def test_a_missing_law_is_named(law: Law, effect: str, place: str) -> None:
+    truth = spring().with_element(place, law=law)
+    if isinstance(law, Polynomial):
+        (cubic,) = law.parameters(place)
+        strong = {cubic.name: 2.0}
+    else:
+        strong = {}
+    v = verdict(judged(truth, spring(), parameters=strong))
+    assert v["verdict"] == "missing_physics", v
+    (finding,) = v["findings"]
+    assert finding["effect"] == effect
+    assert finding["location"]["element"] == place
+    assert v["fit"]["repaired"]["test_rmse"]["x"] < 1.5 * NOISE  # friction: sub-steps differ
+    assert v["fit"]["nominal"]["test_rmse"]["x"] > 3 * NOISE
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_noise_alone_is_explained(seed: int) -> None:
+    d = judged(spring(), spring(), seed)
+    assert d.kind == "explained"
+    assert verdict(d)["findings"] == []
+    assert d.nominal is not None
+    assert d.nominal.chi2("test") == pytest.approx(1.0, abs=0.2)
+
+
+def test_wrong_parameters_are_not_missing_physics() -> None:
+    d = judged(spring(), spring(m=0.6, d=1.4, k=230.0))
+    assert d.kind == "parameters_only"
+    assert verdict(d)["findings"] == []
+    values = {e["name"]: e["value"] for e in verdict(d)["parameters"]}
+    assert values["m"] == pytest.approx(0.5, rel=0.02)
+    assert values["k"] == pytest.approx(200.0, rel=0.02)
+
+
+def test_what_the_catalogue_does_not_have_gets_no_confident_name() -> None:
+    t = DT * np.arange(N)
+    disturbance = 1.5 * np.sign(np.sin(2 * np.pi * 0.77 * t))  # a force of its own from outside
+    v = verdict(judged(spring(), spring(), extra=disturbance))
+    assert v["verdict"] in ("unknown_physics", "missing_physics")
+    for f in v["findings"]:
+        assert f["effect"] == "unknown"

@@ -1,0 +1,339 @@
+"""The report: every kind of verdict gives one self-contained page."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.drawing.shading import fill
+from bondgraph.laws import Coulomb
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.report import page, sections, write_report
+from identification.diagnosis.report.changed import changes, definition, math_svg, whole_law
+from identification.diagnosis.report.found import confidence_of
+from identification.diagnosis.report.law import law_ports
+from identification.diagnosis.report.law_figures import law_figure
+from identification.diagnosis.report.numbers import axis_scale, percent, prefixed, quantity, short
+from identification.diagnosis.report.rivals import standings, title
+from identification.diagnosis.search.candidates import DiagnosisOptions
+
+N = 400
+HOSTILE = '<script>alert("x")</script> & $\\frac{'
+SECTIONS = (
+    "Before and after", "Where in the model", "The law that was found",
+    "The equation that changed", "The rivals", "What was checked",
+    "Where in the recording the model fails", "Parameters", "What this does not say",
+)  # fmt: skip
+
+
+def spring() -> BondGraph:
+    with BondGraph("spring") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
+        v >> R("d", 2.0, unit="N*s/m")
+        v >> C("k", stiffness=200.0, unit="N/m")
+        v >> Dq("x", unit="m")
+    return g
+
+
+def recording(n: int = N) -> Recording:
+    t = np.asarray(np.arange(n) * 0.01, np.float64)
+    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 2 * np.sin(2 * np.pi * 2.3 * t)
+    truth = spring().with_element("d", law=Coulomb(0.8))
+    x = simulate(truth, t, {"F": u})["x"]
+    x = x + 2e-5 * np.random.default_rng(1).standard_normal(n)
+    return Recording(HOSTILE, t, {"F": u, "x": x}, {"F": "N", "x": "m"})
+
+
+def quick(without: tuple[str, ...] = ()) -> Diagnosis:
+    """A diagnosis whose search is cut short: only its shape matters here."""
+    cheap = DiagnosisOptions(jobs=1, keep=3, more=0, effects=1, without=without)
+    split = Split(slice(0, 300), slice(300, N), "first three quarters train")
+    return diagnose(spring(), recording(), split, model=HOSTILE, options=cheap)
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    """A diagnosis with a few effects only."""
+    few = ("coulomb_friction", "delay", "quadratic_drag")
+    return quick(tuple(e.name for e in CATALOGUE if e.name not in few))
+
+
+@pytest.fixture(scope="module")
+def few() -> Diagnosis:
+    return diagnose(spring(), recording(25), model=HOSTILE, options=DiagnosisOptions(jobs=1))
+
+
+def as_kind(d: Diagnosis, kind: str) -> Diagnosis:
+    """The same diagnosis with another verdict."""
+    assert d.decision is not None
+    best = d.decision.chosen or d.trials[0]
+    if kind in ("missing_physics", "unknown_physics"):
+        return replace(d, kind=kind, steps=(replace(d.decision, kind=kind, chosen=best),))
+    return replace(d, kind=kind, steps=(replace(d.decision, kind="explained", chosen=None),))
+
+
+class Well(HTMLParser):
+    """Checks that tags close in order and collects ids."""
+
+    VOID = frozenset({"meta", "br", "link", "img"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.tags: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.ids += [str(v) for k, v in attrs if k == "id"]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def check(text: str) -> None:
+    outside = re.sub(r'xmlns(:\w+)?="[^"]*"', "", text)
+    assert not re.search(r"https?://|//\w+\.\w+/|@import|src=", outside)
+    assert not re.search(r"<\?xml|<!DOCTYPE svg|<metadata", text)
+    assert HOSTILE not in text
+    assert len(text.encode()) < 1_500_000
+    parser = Well()
+    parser.feed(text)
+    assert parser.open == []
+    assert not parser.tags & {"script", "link", "iframe", "img"}
+    assert len(parser.ids) == len(set(parser.ids))
+    for ref in re.findall(r'(?:href="#|url\(#)([^")]+)', text):
+        assert ref in parser.ids
+    for drawn in re.findall(r"<svg.*?</svg>", text, flags=re.DOTALL):
+        ET.fromstring(drawn)
+
+
+@pytest.fixture(scope="module")
+def missing(found: Diagnosis) -> str:
+    """The page of a named effect."""
+    return page(as_kind(found, "missing_physics"))
+
+
+def test_missing_and_unknown_give_a_self_contained_page(found: Diagnosis, missing: str) -> None:
+    check(missing)
+    check(page(as_kind(found, "unknown_physics")))
+
+
+def test_missing_physics_has_every_section(missing: str) -> None:
+    text = missing
+    heads = re.findall(r"<h2[^>]*>(.*?)</h2>", text)
+    for s in SECTIONS:
+        assert any(h.startswith(s) for h in heads), s
+    assert "&lt;script&gt;" in text
+    assert "@media print" in text
+
+
+def test_insufficient_data_shows_the_recording_and_the_reason(few: Diagnosis) -> None:
+    assert few.kind == "insufficient_data"
+    text = page(few)
+    check(text)
+    assert "What was recorded" in text
+    assert "too few" in text
+
+
+def test_unknown_physics_without_any_trial(found: Diagnosis) -> None:
+    check(page(replace(found, kind="unknown_physics", trials=(), steps=(), structure=None)))
+
+
+def test_places_carry_their_confidence(found: Diagnosis) -> None:
+    d = as_kind(found, "missing_physics")
+    weights = confidence_of(d)
+    assert d.decision is not None
+    assert d.decision.chosen is not None
+    assert max(weights, key=weights.__getitem__) == d.decision.chosen.element
+    assert all(0 <= w <= 1 for w in weights.values())
+    assert sum(weights.values()) == pytest.approx(1.0)
+    drawn = sections.graph(d)
+    assert fill(weights[d.decision.chosen.element]) in drawn
+    assert "confidence of the place" in drawn
+    assert "confidence of the place" not in sections.graph(as_kind(found, "explained"))
+
+
+def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> None:
+    """Both effects are in the drawing, the laws and the steps, without ids that clash."""
+    d = as_kind(found, "missing_physics")
+    (first,) = d.steps
+    assert first.chosen is not None
+    other = next(t for t in d.trials if t.element != first.chosen.element)
+    both = replace(d, steps=(first, replace(first, chosen=other)))
+    told: dict[str, object] = {
+        "relations": (SimpleNamespace(ports=("k", "d"), train=1.01, test=0.99, compatible=True),),
+        "experiments": (SimpleNamespace(words="record a slow sweep", expected_z=6.2),),
+        "traits": {
+            "d": (
+                SimpleNamespace(words="it depends on the speed", explained={"sign": 0.9}),
+                SimpleNamespace(signal=np.ones(N), explained=0.8),
+            )
+        },
+    }
+    text = page(replace(both, **told))  # type: ignore[arg-type]
+    check(text)
+    assert "second step" in text
+    for t in (first.chosen, other):
+        assert f"<h3>{title(t)}</h3>" in text
+    for words in (
+        "the mismatch may sit here alone",
+        "record a slow sweep (expected",
+        "It depends on the speed",
+        "What d must have added",
+    ):
+        assert words in text
+
+
+PROBE = """<script>addEventListener("load", () => {
+ const cut = [...document.querySelectorAll(".scroll,section,table,.tiles,figure:not(.graph)")]
+  .filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName);
+ parent.postMessage(JSON.stringify({name: "NAME", cut,
+  over: document.documentElement.scrollWidth - innerWidth,
+  heads: [...document.querySelectorAll("h2")].map(e => e.innerText),
+  loaded: performance.getEntriesByType("resource").length,
+  ink: getComputedStyle(document.body).color,
+  paper: getComputedStyle(document.body).backgroundColor,
+  mute: [...document.querySelectorAll("figure svg")].filter(e => !e.querySelector("title") &&
+   !e.getAttribute("aria-label") && !e.parentElement.querySelector("figcaption")).length,
+  flat: [...document.querySelectorAll("svg")].filter(e => e.getBoundingClientRect().height < 4)
+   .length}), "*")})</script>"""
+WRAPPER = """<!DOCTYPE html><html><body>FRAMES<script>
+addEventListener("message", e => { const p = document.createElement("pre");
+ p.textContent = e.data; document.body.append(p) })</script></body></html>"""
+WIDTHS = {"phone": 390, "desk": 1280, "paper": 688}
+"""CSS pixels; the text of an A4 page with its margins is 688 wide."""
+
+
+def browser() -> str:
+    """Path of a Chromium; the test is skipped where there is none."""
+    for name in ("chromium", "chromium-browser", "google-chrome"):
+        if path := shutil.which(name):
+            return path
+    pytest.skip("no Chromium here (Debian: apt-get install chromium): the page was not opened")
+
+
+def test_opens_in_a_browser(missing: str, tmp_path: Path) -> None:
+    """Phone, desk and paper: all sections, nothing cut off, no error, nothing loaded."""
+    program, text = browser(), missing
+    frames = []
+    for name, width in WIDTHS.items():
+        shown = text.replace("@media print{@page", "@media all{@page") if name == "paper" else text
+        probe = PROBE.replace("NAME", name)
+        (tmp_path / f"{name}.html").write_text(
+            shown.replace("</head>", f"{probe}</head>"), encoding="utf-8"
+        )
+        frames.append(f'<iframe src="{name}.html" style="width:{width}px;height:900px"></iframe>')
+    wrapper = tmp_path / "all.html"
+    wrapper.write_text(WRAPPER.replace("FRAMES", "".join(frames)), encoding="utf-8")
+    done = subprocess.run(
+        [
+            program, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+            f"--user-data-dir={tmp_path / 'profile'}", "--enable-logging=stderr",
+            "--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=5000", "--dump-dom",
+            wrapper.as_uri(),
+        ],
+        capture_output=True, text=True, timeout=90, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-500:]
+    assert "CONSOLE" not in done.stderr
+    told = [json.loads(html.unescape(t)) for t in re.findall(r"<pre>(.*?)</pre>", done.stdout)]
+    assert {t["name"] for t in told} == set(WIDTHS)
+    for t in told:
+        for s in SECTIONS:
+            assert any(h.startswith(s) for h in t["heads"]), (t["name"], s)
+        assert t["over"] <= 0, t
+        assert t["cut"] == [], t
+        assert (t["loaded"], t["mute"], t["flat"]) == (0, 0, 0), t
+        assert (t["ink"], t["paper"]) == ("rgb(31, 41, 51)", "rgb(255, 255, 255)")
+
+
+def test_explained_twice_is_the_same_and_leaves_settings_alone(found: Diagnosis) -> None:
+    d, before = as_kind(found, "explained"), dict(mpl.rcParams)
+    text = page(d)
+    check(text)
+    assert page(d) == text
+    assert dict(mpl.rcParams) == before
+
+
+def test_written_atomically(
+    few: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = write_report(few, tmp_path / "new")
+    assert target == tmp_path / "new" / "report.html"
+    old = target.read_text(encoding="utf-8")
+
+    def broken(*_: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr("os.replace", broken)
+    with pytest.raises(OSError, match="disk full"):
+        write_report(replace(few, seed=7), tmp_path / "new")
+    assert target.read_text(encoding="utf-8") == old
+    assert [p.name for p in target.parent.iterdir()] == ["report.html"]
+
+
+@pytest.mark.slow
+def test_every_fitted_effect_has_a_figure_and_a_settable_formula() -> None:
+    """All that the whole catalogue's screening sends to a fit."""
+    found = quick()
+    assert found.nominal is not None
+    assert len({t.effect for t in found.trials}) >= 3
+    for t in found.trials:
+        svg, caption = law_figure(found, t)
+        assert not svg or (svg.startswith("<svg") and caption), t.label
+        assert svg or not law_ports(t.fit), t.label
+        for tex in (definition(t)[0], whole_law(t)):
+            assert not tex or math_svg(tex, "x").startswith("<svg"), (t.label, tex)
+        steps, _ = changes(found.nominal.problem.graph, t.fit.problem.graph)
+        for c in steps:
+            for tex in filter(None, (c.before, c.after)):
+                assert math_svg(tex, "x"), (t.label, tex)
+
+
+def test_every_trial_is_listed_with_a_reason(found: Diagnosis) -> None:
+    rows = standings(as_kind(found, "missing_physics"))
+    assert len(rows) == len(found.trials)
+    assert all(s.why for s in rows)
+    assert [s.role for s in rows].count("winner") == 1
+    scores = [s.trial.test for s in rows if np.isfinite(s.trial.test)]
+    assert scores == sorted(scores)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (3.2e-6, "m", "3.2 µm"), (0.0125, "A", "12.5 mA"), (-12e3, "N/m", "−12 kN/m"),
+        (5.0, "kg", "5 kg"), (1e-9, "kg", "1·10⁻⁹ kg"), (0.0, "m", "0 m"), (2.0, "1", "2"),
+        (1e-6, "m^2", "1·10⁻⁶ m^2"), (float("nan"), "m", "– m"),
+    ],
+)  # fmt: skip
+def test_quantities(value: float, unit: str, text: str) -> None:
+    assert quantity(value, unit) == text
+
+
+def test_numbers() -> None:
+    assert prefixed("ohm", 2e3) == (1e-3, "kΩ")
+    assert axis_scale("kg", 2e-6)[1] == "10⁻⁶ kg"
+    assert short(float("inf")) == "∞"
+    assert percent(0.00606) == "0.606 %"
+    assert percent(float("nan")) == "–"

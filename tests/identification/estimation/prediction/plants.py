@@ -1,0 +1,84 @@
+"""Plants with process noise, integrated by Euler and Maruyama: nothing of the project is used."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph import TF, BondGraph, C, Df, Dq, I, One, R, Se, Zero
+from bondgraph.signals.recording import Split
+from identification.study.problem import Data
+
+Array = np.ndarray
+MASS, DAMPING, STIFFNESS = 0.5, 2.0, 200.0
+
+
+def spring(both: bool = False, stiffness: float = STIFFNESS) -> BondGraph:
+    """Mass, spring and damper; reads the displacement, with `both` the speed too."""
+    with BondGraph("spring") as g:
+        body = One("v")
+        Se("F", unit="N") >> body >> I("m", MASS, unit="kg")
+        body >> R("d", DAMPING, unit="N*s/m")
+        body >> C("k", stiffness=stiffness, unit="N/m")
+        body >> Dq("x", unit="m")
+        if both:
+            body >> Df("s", unit="m/s")
+    return g
+
+
+def transducer() -> BondGraph:
+    """A nanofarad behind a resistor drives a mass: charges of 1e-8 C beside momenta of 1e-3 N s."""
+    with BondGraph("transducer") as g:
+        loop, port, body = One("loop"), Zero("port"), One("body")
+        Se("V", unit="V") >> loop >> R("Rs", 2e6, unit="ohm")
+        loop >> port >> C("C0", 1e-9, unit="F")
+        port >> TF("n", 50.0, unit="V/N") >> body
+        body >> I("m", 0.1, unit="kg")
+        body >> R("d", 3.0, unit="N*s/m")
+        body >> C("k", stiffness=4e3, unit="N/m")
+        loop >> Dq("Q", unit="C")
+        body >> Df("s", unit="m/s")
+    return g
+
+
+def euler_maruyama(
+    u: Array, dt: float, sigma: float, rng: np.random.Generator, sub: int = 40, runs: int = 1
+) -> Array:
+    """Displacements of the spring, shape (N, runs), with a random momentum of intensity `sigma`.
+
+    Parameters
+    ----------
+    u : ndarray, shape (N, runs)
+        Force at the samples, linear between them.
+    """
+    h, n = dt / sub, u.shape[0]
+    q, p = np.zeros(runs), np.zeros(runs)
+    out = np.zeros((n, runs))
+    for i in range(n - 1):
+        kicks = rng.standard_normal((sub, runs)) * np.sqrt(h) * sigma
+        for j in range(sub):
+            force = u[i] + (u[i + 1] - u[i]) * j / sub
+            p = p + h * (force - DAMPING * p / MASS - STIFFNESS * q) + kicks[j]
+            q = q + h * p / MASS  # the new momentum: the explicit form would add -STIFFNESS h to d
+        out[i + 1] = q
+    return out
+
+
+def data_of(
+    readings: Array,
+    dt: float,
+    u: Array,
+    names: tuple[str, ...] = ("x",),
+    floor: float = 1e-3,
+    source: str = "F",
+) -> Data:
+    """Wrap arrays: all samples train."""
+    y = readings if readings.ndim == 2 else readings[:, None]
+    n = y.shape[0]
+    split = Split(slice(0, n), slice(n, n), "all")
+    return Data("run", dt * np.arange(n), {source: u}, y, names, np.full(y.shape[1], floor), split)
+
+
+def random_force(n: int, rng: np.random.Generator, hold: int = 10, size: float = 4.0) -> Array:
+    """Steps of random height, rounded."""
+    steps = np.repeat(rng.standard_normal(-(-n // hold)) * size, hold)[:n]
+    return np.convolve(steps, np.ones(5) / 5, "same")

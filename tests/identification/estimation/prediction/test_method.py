@@ -1,0 +1,141 @@
+"""Prediction errors behind `estimate`: studies of several recordings, refusals, words."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, Parameter, Recording, UnusableInput
+from bondgraph.graph.drives import Drive
+from bondgraph.signals.recording import Split
+from bondgraph.simulation.simulate import simulate
+from identification.estimation import Normal, Nuisances, Study, Vary, estimate
+from identification.estimation.methods import METHODS, FitOptions
+from identification.estimation.methods.prediction_error import PredictionError
+from identification.estimation.single_record import FitStatus
+from tests.identification.estimation.prediction.plants import (
+    DAMPING,
+    MASS,
+    STIFFNESS,
+    euler_maruyama,
+    random_force,
+    spring,
+)
+
+DT, N, SIGMA, NOISE = 0.02, 600, 0.3, 5e-4
+BARE = Nuisances(offsets=False, lags=False)
+
+
+@pytest.fixture(autouse=True)
+def registered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Enter the method, whether or not it already is."""
+    known = {**METHODS, "prediction_error": PredictionError(("m",))}
+    runner = import_module("identification.estimation.estimate")
+    monkeypatch.setattr(runner, "METHODS", MappingProxyType(known))
+
+
+def recording(
+    seed: int, n: int = N, both: bool = False, sigma: float = SIGMA, offset: float = 0.0
+) -> Recording:
+    rng = np.random.default_rng(seed)
+    u = random_force(n, rng)
+    x = euler_maruyama(u[:, None], DT, sigma, rng)[:, 0]
+    channels = {"F[N]": u, "x[m]": x + NOISE * rng.standard_normal(n) + offset}
+    if both:
+        channels["s[m/s]"] = np.gradient(x, DT) + 0.05 * rng.standard_normal(n)
+    return Recording.from_arrays(f"r{seed}", channels, fs=1 / DT)
+
+
+def all_train(n: int = N) -> Split:
+    return Split(slice(0, n), slice(n, n), "all")
+
+
+def test_two_recordings_with_offsets_and_process_noise() -> None:
+    records = [recording(1, offset=0.01), recording(2, 400, offset=0.01)]
+    study = Study(
+        spring(stiffness=260.0), records, splits=[all_train(), all_train(400)],
+        nuisances=Nuisances(offsets=True, lags=False),
+    )  # fmt: skip
+    found = estimate(study, method="prediction_error")
+    assert found.status is FitStatus.CONVERGED
+    for name, true in (("m", MASS), ("d", DAMPING), ("k", STIFFNESS)):
+        e = found.estimate_of(name)
+        wide = 0.5 * (e.ci95[1] - e.ci95[0])
+        assert abs(e.value - true) < 1.6 * wide
+        assert e.value == pytest.approx(true, rel=0.25)
+    offsets = [e for e in found.nuisances if e.name.startswith("offset x")]
+    assert len(offsets) == 2
+    for e in offsets:
+        assert abs(e.value - 0.01) < 1.6 * 0.5 * (e.ci95[1] - e.ci95[0])
+    (level,) = (n for n in found.notes if n.startswith("sigma m"))
+    assert float(level.split()[3]) == pytest.approx(SIGMA, rel=0.15)
+    # what is shown is the free run of the fitted values
+    assert found.rmse()["x"] > 5 * NOISE
+
+
+def test_without_process_noise_it_agrees_with_single_shooting() -> None:
+    study = Study(spring(stiffness=230.0), recording(3, sigma=0.0), nuisances=BARE,
+                  splits=all_train())  # fmt: skip
+    a, b = (estimate(study, method=m) for m in ("prediction_error", "single_shooting"))
+    for name in ("m", "d", "k"):
+        e = b.estimate_of(name)
+        wide = 0.5 * (e.ci95[1] - e.ci95[0])
+        assert abs(a.values[name] - e.value) < 0.3 * wide
+
+
+def test_a_recording_without_a_sensor_misses_it() -> None:
+    records = [recording(4, both=True), recording(5)]
+    study = Study(spring(both=True), records, nuisances=BARE, splits=[all_train(), all_train()])
+    found = estimate(study, method="prediction_error")
+    assert found.status is FitStatus.CONVERGED
+    assert found.values["k"] == pytest.approx(STIFFNESS, rel=0.1)
+    assert [found.sensors(r) for r in (0, 1)] == [("x", "s"), ("x",)]
+
+
+def test_priors_bounds_and_fixed_parameters_count() -> None:
+    free = (Vary("m", prior=Normal(0.6, 1e-4)), Vary("k", upper=180.0, start=150.0))
+    study = Study(
+        spring(), recording(6), free=free, fixed={"d": 2.0}, nuisances=BARE, splits=all_train()
+    )
+    found = estimate(study, method="prediction_error")
+    assert found.values["m"] == pytest.approx(0.6, abs=1e-3)
+    assert found.values["d"] == 2.0
+    assert found.estimate_of("k").at_bound
+
+
+def test_what_it_cannot_do_is_refused() -> None:
+    tau = Parameter("tau", 0.5 * DT, "s", lower=0.0)
+    late = spring().with_parameters([tau]).with_element("F", drive=Drive(delay="tau"))
+    r = recording(7)
+    own = (Vary("k", own=True),)
+    cases: list[tuple[BondGraph, dict[str, object], str]] = [
+        (late, {}, "dead time"),
+        (spring(), {"window": 100}, "whole recordings"),
+        (spring(), {"nuisances": Nuisances(clock=1e-4)}, "clock"),
+        (spring(), {"free": own, "recordings": [r, r]}, "in every recording"),
+    ]
+    for graph, more, words in cases:
+        study = Study(graph, more.pop("recordings", r), **more)  # type: ignore[arg-type]
+        with pytest.raises(UnusableInput, match=words):
+            estimate(study, method="prediction_error")
+
+
+def test_default_lets_noise_into_every_state() -> None:
+    rng = np.random.default_rng(1)
+    u = random_force(200, rng)
+    x = np.asarray(simulate(spring(), DT * np.arange(200), {"F": u})["x"])
+    r = Recording.from_arrays("r", {"F[N]": u, "x[m]": x + NOISE * rng.standard_normal(200)},
+                              fs=1 / DT)  # fmt: skip
+    study = Study(spring(), r, splits=all_train(200))
+    setting = study.first_setting
+    stack = study.stack(setting)
+    method = PredictionError()
+    method.check(study)
+    made = method.solve(study, setting, stack, stack.start(), FitOptions())
+    assert sum(n.startswith("sigma") for n in made.notes) == 2
+    assert any("lags" in n for n in made.notes)
+    assert made.covariance is not None
+    assert np.linalg.eigvalsh(made.covariance).min() > -1e-12

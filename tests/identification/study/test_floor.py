@@ -1,0 +1,129 @@
+"""The noise floor, read from a recording without any model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from bondgraph.signals.recording import Recording, Split
+from identification.study.noise_floor import RELATIVE_LEAST, measured, noise_floor, repeats
+
+N = 4000
+T = np.asarray(1e-3 * np.arange(N), np.float64)
+
+
+def recorded(x: np.ndarray) -> Recording:
+    return Recording("r", T[: x.size], {"x": x}, {"x": "m"})
+
+
+def floor(x: np.ndarray, rest: slice | None = None) -> float:
+    split = Split(
+        slice(rest.stop if rest else 0, x.size // 2), slice(x.size // 2, x.size), "", rest
+    )
+    return noise_floor(recorded(x), split, ("x",))["x"]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_white_noise_on_a_slow_signal(seed: int) -> None:
+    noise = 2e-3 * np.random.default_rng(seed).standard_normal(N)
+    assert floor(np.sin(2 * np.pi * 3 * T) + noise) == pytest.approx(2e-3, rel=0.15)
+
+
+def test_rest_gives_it_directly_less_a_drift() -> None:
+    x = np.sin(2 * np.pi * 3 * T)
+    x[:1000] = 0.3 + 0.5 * T[:1000]
+    x[1000:] += 0.05 * np.random.default_rng(9).standard_normal(N - 1000)
+    x[:1000] += 1e-3 * np.random.default_rng(1).standard_normal(1000)
+    assert floor(x, slice(0, 1000)) == pytest.approx(1e-3, rel=0.1)
+
+
+def test_rounding_of_the_converter_is_noise() -> None:
+    step = 0.02
+    x = step * np.round(np.sin(2 * np.pi * 0.3 * T) / step)
+    assert floor(x) >= step / np.sqrt(12) * 0.999
+
+
+def test_never_zero() -> None:
+    x = np.sin(2 * np.pi * 3 * T)
+    assert floor(x) >= RELATIVE_LEAST * x.std()
+    assert floor(np.zeros(100)) > 0
+    assert floor(np.array([1.0, 2.0, 3.0])) > 0
+
+
+# -- repeated periods -------------------------------------------------------------------------
+PERIOD = 500
+
+
+def repeated(noise: np.ndarray, periods: int = 6) -> Recording:
+    """A lag that starts from rest, driven by the same tones over and over."""
+    n = PERIOD * periods
+    phase = 2 * np.pi * np.arange(PERIOD) / PERIOD
+    u = np.tile(
+        np.sin(3 * phase) + 0.7 * np.sin(17 * phase + 1) + 0.4 * np.sin(61 * phase), periods
+    )
+    x = lfilter([0.05], [1.0, -0.95], u) + noise[:n]
+    t = np.asarray(1e-3 * np.arange(n), np.float64)
+    return Recording("r", t, {"u": u, "x": x}, {"u": "V", "x": "m"})
+
+
+def level(recording: Recording, commands: tuple[str, ...] = ("u",)) -> float:
+    split = Split(slice(0, 2000), slice(2000, recording.n), "")
+    return noise_floor(recording, split, ("x",), commands)["x"]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("pole", [0.0, 0.9, 0.98])
+def test_periods_tell_white_and_coloured_noise(pole: float, seed: int) -> None:
+    white = np.random.default_rng(seed).standard_normal(6 * PERIOD + 500)
+    noise = lfilter([1.0], [1.0, -pole], white)[500:]
+    noise *= 2e-3 / np.sqrt(1 / (1 - pole**2))
+    found = level(repeated(noise))
+    # few independent samples lie in a period of slow noise
+    assert found == pytest.approx(2e-3, rel=0.15 if pole < 0.95 else 0.5)
+    if pole == 0.9:
+        assert level(repeated(noise), ()) < 0.5 * found  # the top of the spectrum does not hear it
+
+
+def test_the_period_and_its_stretches() -> None:
+    r = repeated(np.zeros(6 * PERIOD))
+    found = repeats([np.asarray(r["u"])])
+    assert found is not None
+    period, runs = found
+    assert period % PERIOD == 0
+    assert sum(s.stop - s.start for s in runs) + period == r.n
+    assert measured(r, Split(slice(0, 1), slice(1, 2), ""), ("u",))
+
+
+def test_feedback_and_sweeps_do_not_repeat() -> None:
+    t = np.asarray(1e-3 * np.arange(3000), np.float64)
+    rng = np.random.default_rng(4)
+    wanted = np.asarray(repeated(np.zeros(t.size))["u"])
+    fed_back = wanted + 1e-3 * lfilter([1.0], [1.0, -0.9], rng.standard_normal(t.size))
+    sweep = np.sin(2 * np.pi * (1 + 4 * t) * t)
+    for u in (fed_back, sweep, rng.standard_normal(t.size), np.cumsum(rng.standard_normal(3000))):
+        assert repeats([u]) is None
+        r = Recording("r", t, {"u": u, "x": wanted}, {"u": "V", "x": "m"})
+        assert not measured(r, Split(slice(0, 1), slice(1, 2), ""), ("u",))
+    assert repeats([wanted, fed_back]) is None
+    assert repeats([wanted]) is not None
+
+
+def test_a_command_that_stands_still_does_not_repeat() -> None:
+    t = np.asarray(1e-3 * np.arange(3000), np.float64)
+    step = np.where(t < 0.2, 0.0, 1.0)
+    assert repeats([step]) is None
+
+
+def test_recordings_behind_one_another_are_read_alone() -> None:
+    noise = 2e-3 * np.random.default_rng(5).standard_normal(6 * PERIOD)
+    one, two = repeated(noise), repeated(noise[::-1].copy())
+    both = Recording(
+        "both", np.asarray(1e-3 * np.arange(2 * one.n), np.float64),
+        {c: np.concatenate([one[c], 5.0 + two[c]]) for c in ("u", "x")}, one.units,
+    )  # fmt: skip
+    split = Split(slice(0, one.n), slice(one.n, both.n), "", slice(0, 300))
+    found = noise_floor(both, split, ("x",), ("u",), (one.n,))["x"]
+    assert found == pytest.approx(2e-3, rel=0.15)
+    assert measured(both, split, ("u",), (one.n,))
+    assert not measured(both, split, (), (one.n,))

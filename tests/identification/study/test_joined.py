@@ -1,0 +1,96 @@
+"""Several recordings of one system, taken together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bondgraph.laws import Polynomial
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput
+from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.study.joined import joined, split_of
+from identification.study.noise_floor import noise_floor
+from tests.identification.estimation.plants import force, moved, spring
+
+FS, NOISE = 100.0, 1e-5
+
+
+def run(name: str, level: float, seed: int, n: int = 600, cubic: float = 0.0) -> Recording:
+    graph = spring()
+    if cubic:
+        law = Polynomial(0.0, 0.1, 2.0, (3,))
+        graph = graph.with_element("k", law=law)
+        graph = graph.with_values({p.name: cubic for p in law.parameters("k")})
+    u = level * force(n, FS, seed)
+    x = moved(u, FS, graph) + NOISE * np.random.default_rng(seed).standard_normal(n)
+    return Recording.from_arrays(name, {"F[N]": u, "x[m]": x}, fs=FS)
+
+
+def plain(
+    name: str = "one", fs: float = 10.0, headers: tuple[str, ...] = ("F[N]", "x[m]")
+) -> Recording:
+    return Recording.from_arrays(name, {h: np.arange(5.0) for h in headers}, fs=fs)
+
+
+def test_one_behind_the_other() -> None:
+    one, two = plain("one"), plain("two")
+    both, breaks = joined([one, two])
+    assert (both.n, breaks, both.name) == (10, (5,), "one + two")
+    assert np.array_equal(both["F"], np.concatenate([one["F"], two["F"]]))
+    assert both.units == one.units
+    assert np.allclose(np.diff(both.time), 0.1)
+    assert joined([one]) == (one, ())
+
+
+@pytest.mark.parametrize(("count", "held"), [(2, 1), (3, 1), (6, 2)])
+def test_the_last_third_is_held_out(count: int, held: int) -> None:
+    split = split_of([plain()] * count)
+    edge = 5 * (count - held)
+    assert (split.train, split.test) == (slice(0, edge), slice(edge, 5 * count))
+    assert f"last {held} of {count}" in split.rule
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        (plain("two", fs=20.0), "two is sampled every 0.05 s, one every 0.1 s"),
+        (plain("two", headers=("F[N]", "x[kg]")), "x is in kg in two"),
+        (plain("two", headers=("F[N]",)), "two has no channel x"),
+    ],
+)
+def test_unequal_recordings_are_refused_in_one_line(other: Recording, message: str) -> None:
+    with pytest.raises(UnusableInput, match=message) as caught:
+        joined([plain("one"), other])
+    assert "\n" not in str(caught.value)
+    with pytest.raises(UnusableInput, match="no recording"):
+        joined([])
+
+
+def test_a_diagnosis_uses_them_all_and_holds_one_out() -> None:
+    """Gentle recordings alone would not show the cubic spring."""
+    options = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
+    parts = [run("gentle", 0.05, 1, cubic=30.0), run("loud", 1.0, 2, cubic=30.0)]
+    parts.append(run("loud again", 0.9, 3, cubic=30.0))
+    d = diagnose(spring(), parts, options=options)
+    assert d.recording.n == 1800
+    assert d.data is not None
+    assert d.data.breaks == (600, 1200)
+    assert d.data.split.test == slice(1200, 1800)
+    assert d.kind == "missing_physics"
+    assert d.decision is not None
+    assert d.decision.chosen is not None
+    assert d.decision.chosen.label == "nonlinear_stiffness at k"
+    assert d.repaired is not None
+    assert d.repaired.point.states.shape[0] == 3
+    assert d.repaired.chi2("test") == pytest.approx((NOISE / d.data.floor[0]) ** 2, rel=0.3)
+    assert d.data.floor[0] == pytest.approx(NOISE, rel=0.4)
+
+
+def test_the_jump_between_recordings_is_no_noise() -> None:
+    parts = [run("gentle", 0.05, 1), run("loud", 1.0, 2)]
+    both, breaks = joined(parts)
+    floor = noise_floor(both, split_of(parts), ("x",), ("F",), breaks)
+    assert floor["x"] == pytest.approx(NOISE, rel=0.4)
+    assert noise_floor(both, split_of(parts), ("x",), ("F",))["x"] > 5 * NOISE

@@ -1,0 +1,163 @@
+"""Each known fault is said, nothing else is, and noise alone is left in peace."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bondgraph.support.errors import UnusableInput
+from identification.validation import Judgement, Number, judge
+
+from .made import coloured, material, record
+
+N = 3000
+
+
+def white(seed: int, n: int = N) -> np.ndarray:
+    return np.random.default_rng(seed).standard_normal(n)
+
+
+def faults(j: Judgement) -> str:
+    return "\n".join(f"{r.text} | {r.advice}" for r in j.faults)
+
+
+def test_noise_alone_is_acceptable_in_nearly_all_trials() -> None:
+    found = []
+    for seed in range(60):
+        u = coloured(np.random.default_rng(1000 + seed), 1200, 0.9)
+        number = Number("k", 2.0, "N/m", (1.9, 2.1))
+        found.append(judge(material(record(white(seed, 1200), inputs={"F": u}), numbers=(number,))))
+    assert np.mean([j.acceptable for j in found]) >= 0.85
+    j = next(j for j in found if j.acceptable)
+    text = str(j)
+    assert text.startswith("plant: nothing to object to")
+    assert "at the floor" in text
+    assert "is white" in text
+    assert "independent of F" in text
+    assert "every parameter is determined" in text
+
+
+def test_a_residual_above_the_floor_is_a_fault() -> None:
+    j = judge(material(record(3 * white(1))))
+    assert "3 times the floor" in faults(j) or "2.9" in faults(j) or "3.0" in faults(j)
+    assert not j.acceptable
+
+
+def test_a_floor_stated_too_high_is_said() -> None:
+    j = judge(material(record(white(2), floor=3.0)))
+    assert j.acceptable
+    assert any("the floor is stated too high" in r.advice for r in j.notes)
+
+
+def test_white_noise_a_little_above_an_estimated_floor_is_a_note() -> None:
+    j = judge(material(record(1.15 * white(2))))
+    assert j.acceptable
+    assert any("noise a little above the floor" in r.text for r in j.notes)
+    assert not judge(material(record(1.15 * coloured(np.random.default_rng(2), N, 0.5)))).acceptable
+
+
+def test_a_record_that_is_only_judged_has_its_held_out_residual_tested() -> None:
+    e = coloured(np.random.default_rng(2), N, 0.9)
+    assert "the held-out residual is coloured" in faults(judge(material(record(e, held=1.0))))
+
+
+def test_a_worse_held_out_part_is_said() -> None:
+    r = white(3)
+    r[2000:] *= 2.5
+    assert "held-out mean square is 6" in faults(judge(material(record(r))))
+
+
+def test_colour_above_the_floor_is_a_fault_and_below_it_a_note() -> None:
+    e = coloured(np.random.default_rng(4), N, 0.9)
+    above = judge(material(record(e)))
+    assert "coloured up to lag" in faults(above)
+    below = judge(material(record(e, floor=float(e.std()))))
+    assert "the noise itself has memory" in "\n".join(r.text for r in below.notes)
+
+
+def test_a_noise_model_that_whitens_is_judged_by_its_innovations() -> None:
+    rng = np.random.default_rng(5)
+    e, u = coloured(rng, N, 0.9), coloured(rng, N, 0.9)
+    model = (np.array([1.0, -0.9]),)
+    j = judge(material(record(e, whitening=model, inputs={"F": u})))
+    assert j.channels[0].white is not None
+    assert j.channels[0].white.white
+    assert "but coloured noise" in "\n".join(r.text for r in j.notes)
+    assert j.criteria is not None
+    assert j.criteria.effective == pytest.approx(2000, rel=0.1)
+
+
+def test_a_delay_is_measured() -> None:
+    t = np.arange(N) * 0.01
+    s = 10 * np.sin(5 * t)
+    r = 10 * np.sin(5 * (t - 0.008)) - s + 0.1 * white(6)
+    j = judge(material(record(r, simulated=s, floor=0.1)))
+    assert j.channels[0].timing is not None
+    assert j.channels[0].timing.delay == pytest.approx(0.008, rel=0.05)
+    assert "samples) later than the model" in faults(j)
+
+
+def test_parameters_that_the_data_do_not_determine_are_named() -> None:
+    numbers = (
+        Number("m", 1.0, "kg", (0.99, 1.01)),
+        Number("d", 1.0, "N*s/m", (0.01, 40.0)),
+        Number("k", 9.0, "N/m", (8.9, 9.1), at_bound=True),
+    )
+    m = material(record(white(7)), numbers=numbers)
+    correlation = np.eye(3)
+    correlation[0, 2] = correlation[2, 0] = 0.9995
+    j = judge(replace(m, correlation=correlation))
+    assert "do not determine d" in faults(j)
+    assert "k = 9 N/m lies at its bound" in faults(j)
+    assert "m, " not in faults(j)
+    assert any("m and k trade off" in r.text and "ratio" in r.text for r in j.notes)
+
+
+def test_a_fit_that_did_not_converge_is_said_first() -> None:
+    j = judge(replace(material(record(white(8))), status="stopped at the largest number"))
+    assert "did not converge" in j.faults[0].text
+
+
+def test_nothing_held_out_is_said() -> None:
+    j = judge(material(record(white(9), held=0.0)))
+    assert any("nothing is held out" in r.text for r in j.notes)
+
+
+def test_html_escapes_every_name() -> None:
+    j = judge(material(record(white(10), name="<script>alert(1)</script>")))
+    page = j._repr_html_()
+    assert "<script>" not in page
+    assert "&lt;script&gt;" in page
+
+
+def test_a_periodic_drive_tells_distortion_from_missing_dynamics() -> None:
+    n, periods = 400, 6
+    t = np.arange(n * periods)
+    lines = np.array([1, 3, 7, 9, 13, 15])
+    phase = np.random.default_rng(1).uniform(0, 6.28, lines.size)
+    u = np.sum(np.cos(2 * np.pi * lines[:, None] * t / n + phase[:, None]), axis=0)
+    noise = 1e-3 * white(11, u.size)
+
+    def judged(left: np.ndarray) -> Judgement:
+        r = record(left + noise, simulated=u, inputs={"F": u}, floor=1e-3)
+        return judge(material(r))
+
+    assert "odd distortion" in faults(judged(0.01 * u**3))
+    assert "the plant distorts" in faults(judged(0.01 * u**3))
+    linear = judged(0.05 * np.roll(u, 20))
+    assert "without distortion" in faults(linear)
+    clean = judged(np.zeros(u.size))
+    assert any("none beyond the noise" in r.text for r in clean.fine)
+
+
+def test_what_is_no_fit_is_refused() -> None:
+    with pytest.raises(UnusableInput, match="dict is no fit"):
+        judge({})  # type: ignore[arg-type]
+    with pytest.raises(UnusableInput, match="no simulated sample"):
+        judge(material(record(np.full(100, np.nan))))
+    with pytest.raises(UnusableInput, match="two records are called 'run'"):
+        material(record(white(1)), record(white(2)))
+    with pytest.raises(UnusableInput, match="noise floor"):
+        record(white(1), floor=0.0)

@@ -1,0 +1,1 @@
+"""Evidence: the sealed trial, real and published recordings, conformance."""

@@ -1,0 +1,84 @@
+"""F-16, payload joint at the lowest level, as two masses on springs: a control."""
+
+from __future__ import annotations
+
+from bondgraph import BondGraph, C, De, I, MSe, One, R, Se, Zero
+from bondgraph.graph.modulation import effort
+from identification.datasets import LoadedRecording, protocol
+from tests.proof.real.case import Folder, RealCase, Truth
+from tests.proof.real.preparing import boundary_split, joined
+
+__all__ = ["CASES", "wing_with_payload"]
+
+PERIOD = 8192
+
+
+def wing_with_payload() -> BondGraph:
+    """Return wing and payload joined by a spring: command ``F`` (N), readings ``a2``, ``a3``.
+
+    Two modes: the wing on the aircraft, the payload on the wing. An accelerometer reads the force
+    on a mass per mass. Start values put the modes at 7 and 12 Hz.
+    """
+    with BondGraph("wing_with_payload") as g:
+        wing_mass = g.parameter("m_w", 100.0, "kg")
+        load_mass = g.parameter("m_p", 50.0, "kg")
+        wing, payload, mount, joint = One("wing"), One("payload"), Zero("mount"), One("joint")
+        Se("F", unit="N") >> wing
+        wing >> I("wing_mass", wing_mass)
+        wing >> C("k_w", stiffness=2e5, unit="N/m")
+        wing >> R("d_w", 100.0, unit="N*s/m")
+        wing >> mount >> payload
+        mount >> joint
+        joint >> C("k_j", stiffness=3e5, unit="N/m")
+        joint >> R("d_j", 50.0, unit="N*s/m")
+        payload >> I("payload_mass", load_mass)
+        for name, mass, value in (
+            ("a2", "wing_mass", wing_mass),
+            ("a3", "payload_mass", load_mass),
+        ):
+            plug = Zero(f"plug_{name}")
+            MSe(f"case_{name}", value=effort(mass) / value, unit="m/s2") >> plug
+            plug >> De(name, unit="m/s2")
+    return g
+
+
+def _load(folder: Folder) -> LoadedRecording:
+    found = protocol("f16", folder)
+    before, after = found.train[0], found.tests["periods_6_to_9"]
+    parts = (before.slice(before.n - PERIOD, before.n), after.slice(0, PERIOD))
+    whole = joined("f16", parts, "the fifth and the sixth of nine periods").select(
+        {k: k for k in ("F", "a2", "a3")}
+    )
+    rule = "the fifth period trains, the sixth judges: the same excitation, other noise"
+    return LoadedRecording(whole, boundary_split(whole, PERIOD, rule))
+
+
+_JOINT = ("k_j", "d_j")
+_WHY = "friction and clearance in the mounting of the payload, weak at this level"
+
+CASES = (
+    RealCase(
+        name="f16_level1",
+        label="unseen",
+        dataset="f16",
+        load=_load,
+        model=wing_with_payload,
+        truth=(
+            Truth(
+                "added_mode",
+                ("k_w", "d_w", "k_j", "d_j", "wing_mass", "payload_mass", "F", "a2", "a3"),
+                "the aircraft has more modes between 2 and 15 Hz than the model",
+            ),
+            *(
+                Truth(effect, _JOINT, _WHY)
+                for effect in ("coulomb_friction", "presliding_friction", "backlash")
+            ),
+        ),
+        control=True,
+        comment=(
+            "nearly linear, but two modes are fewer than the aircraft has: unknown physics or an "
+            "added mode is right, and so is nothing; a named nonlinearity away from the joint is "
+            "not. The held-out period repeats the excitation"
+        ),
+    ),
+)

@@ -1,0 +1,53 @@
+"""Magnetorheological damper as a viscous one; without states."""
+
+from __future__ import annotations
+
+from bondgraph import BondGraph, De, R, Sf, Zero
+from identification.datasets import LoadedRecording, protocol
+from tests.proof.real.case import Folder, RealCase, Truth
+from tests.proof.real.preparing import boundary_split, joined
+
+__all__ = ["CASES", "viscous_damper"]
+
+
+def viscous_damper() -> BondGraph:
+    """Return ``F = -c v``: command velocity ``v``, reading force ``F``.
+
+    The recorded force counts against the velocity, so the half arrow of the source points out.
+    """
+    with BondGraph("viscous_damper") as g:
+        damper = Zero("damper")
+        damper >> Sf("v", unit="m/s")
+        damper >> R("c", 1e3, unit="N*s/m")
+        damper >> De("F", unit="N")
+    return g
+
+
+def _load(folder: Folder) -> LoadedRecording:
+    found = protocol("mr_damper", folder)
+    first, last = found.train[0], found.tests["last"]
+    whole = joined("mr_damper", (first, last), "both customary parts, as recorded")
+    rule = "the customary parts: the first 2000 samples train, the rest judges"
+    return LoadedRecording(whole, boundary_split(whole, first.n, rule))
+
+
+_WHY = "yield force and hysteresis between force and velocity (Spencer and Bouc-Wen models)"
+
+CASES = (
+    RealCase(
+        name="mr_damper",
+        label="unseen",
+        dataset="mr_damper",
+        load=_load,
+        model=viscous_damper,
+        truth=(
+            Truth("presliding_friction", ("c",), _WHY),
+            Truth("coulomb_friction", ("c",), _WHY),
+            Truth("hysteresis", ("c",), _WHY),
+        ),
+        comment=(
+            "the model has no store, so a yield force that builds up over a displacement is "
+            "friction with presliding here; a static law of the velocity leaves half of the error"
+        ),
+    ),
+)

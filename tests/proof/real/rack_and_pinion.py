@@ -1,0 +1,55 @@
+"""Rack and pinion drive as a mass with viscous friction."""
+
+from __future__ import annotations
+
+from bondgraph import BondGraph, Df, I, One, R, Se
+from identification.datasets import LoadedRecording, protocol
+from tests.proof.real.case import Folder, RealCase, Truth
+from tests.proof.real.preparing import boundary_split, joined
+
+__all__ = ["CASES", "mass_on_rack"]
+
+
+def mass_on_rack() -> BondGraph:
+    """Return ``m v' + c v = F``: command force ``F``, reading velocity ``v``.
+
+    The textbook model of the set, ``F = m a + c v``, in integral causality.
+    """
+    with BondGraph("mass_on_rack") as g:
+        rack = One("rack")
+        Se("F", unit="N") >> rack
+        rack >> I("m", 20.0, unit="kg")
+        rack >> R("c", 60.0, unit="N*s/m")
+        rack >> Df("v", unit="m/s")
+    return g
+
+
+def _load(folder: Folder) -> LoadedRecording:
+    found = protocol("rack_and_pinion", folder)
+    first, last = found.train[0], found.tests["last"]
+    whole = joined("rack_and_pinion", (first, last), "the whole stroke")
+    rule = "the first two thirds of the stroke train, the last third judges"
+    return LoadedRecording(whole, boundary_split(whole, first.n, rule))
+
+
+_WHY = "dry, viscous and Stribeck friction fitted by the owner of the data"
+
+CASES = (
+    RealCase(
+        name="rack_and_pinion",
+        label="unseen",
+        dataset="rack_and_pinion",
+        load=_load,
+        model=mass_on_rack,
+        truth=(
+            Truth("coulomb_friction", ("c",), _WHY),
+            Truth("stribeck_friction", ("c",), _WHY),
+            Truth("presliding_friction", ("c",), f"{_WHY}; starts from standstill"),
+            Truth("position_periodic_force", ("c", "F", "m"), "a ripple with the teeth is seen"),
+        ),
+        comment=(
+            "one stroke in one direction: dry friction cannot be told from a constant offset of "
+            "the force, so to name nothing is honest here; the held-out part is the braking"
+        ),
+    ),
+)

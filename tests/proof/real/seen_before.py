@@ -1,0 +1,121 @@
+"""Recordings that the tool was diagnosed with while it was built: they prove less."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from actuators.models.textbook import mass_with_viscous_friction, resonator, thermal_lag
+from actuators.stack.bond_graph import stack_bond_graph
+from bondgraph.signals.split import whole
+from identification.datasets import LoadedRecording, load
+from tests.proof.real.case import Folder, Published, RealCase, Truth
+from tests.proof.real.preparing import boundary_split, thinned
+
+__all__ = ["CASES"]
+
+BEFORE, AFTER = 12_000, 8_000
+"""Samples of the Silverbox kept on both sides of its boundary."""
+
+
+def _hair_dryer(folder: Folder) -> LoadedRecording:
+    return load("hair_dryer", folder)
+
+
+def _emps(folder: Folder) -> LoadedRecording:
+    return _thinned(load("emps", folder), 2)
+
+
+def _piezo(folder: Folder) -> LoadedRecording:
+    recording, split = load("piezo-actuator-sine", folder)
+    return _thinned(LoadedRecording(recording.select({"V_in": "V", "x": "x"}), split), 5)
+
+
+def _silverbox(folder: Folder) -> LoadedRecording:
+    recording, split = load("silverbox", folder)
+    boundary = whole(split.test).start
+    kept = recording.slice(boundary - BEFORE, boundary + AFTER)
+    rule = f"the official boundary; {BEFORE} samples before it train, {AFTER} after it judge"
+    return LoadedRecording(kept, boundary_split(kept, BEFORE, rule))
+
+
+def _thinned(loaded: LoadedRecording, factor: int) -> LoadedRecording:
+    """Thin a recording and move its split along."""
+    split = loaded.split
+
+    def moved(part: slice) -> slice:
+        return slice((part.start or 0) // factor, part.stop // factor)
+
+    return LoadedRecording(
+        thinned(loaded.recording, factor),
+        replace(
+            split, train=moved(whole(split.train)), test=moved(whole(split.test)),
+            rest=None if split.rest is None else moved(split.rest),
+            score_from=split.score_from // factor,
+        ),
+    )  # fmt: skip
+
+
+_STACK = ("C_nl", "V_in", "R_e", "T_1", "T_2", "k", "m", "R_nl", "x")
+_DEAD_TIME = "dead time of two to three samples"
+
+CASES = (
+    RealCase(
+        name="piezo_sine",
+        label="seen before",
+        dataset="piezo_actuator",
+        load=_piezo,
+        model=stack_bond_graph,
+        truth=(
+            Truth(
+                "hysteresis", _STACK,
+                "plays leave 0.6 % of the swing, any static curve 13.5 %; one amplitude and one "
+                "frequency do not show where",
+            ),
+        ),
+        published=Published(
+            0.5, "% of range", "Prandtl-Ishlinskii or asymmetric Bouc-Wen operators, quasi-static",
+            "order of magnitude for other actuators",
+        ),
+    ),
+    RealCase(
+        name="emps",
+        label="seen before",
+        dataset="emps",
+        load=_emps,
+        model=mass_with_viscous_friction,
+        truth=(
+            Truth("coulomb_friction", ("F_v",), "Coulomb friction and a constant offset"),
+            Truth("stribeck_friction", ("F_v",), "contains Coulomb friction"),
+        ),
+        published=Published(
+            0.452, "mm", "dynoNet; linear models 5.53 mm",
+            "other record (pulses), free run instead of windows",
+        ),
+        comment="the offset of the force is a nuisance; closed loop",
+    ),
+    RealCase(
+        name="silverbox",
+        label="seen before",
+        dataset="silverbox",
+        load=_silverbox,
+        model=resonator,
+        truth=(Truth("nonlinear_stiffness", ("k",), "cubic spring, small even part"),),
+        published=Published(
+            0.301, "mV", "GP-NARX; linear models 6.96 mV",
+            "same boundary, but over all 21 688 test samples",
+        ),
+    ),
+    RealCase(
+        name="hair_dryer",
+        label="seen before",
+        dataset="hair_dryer",
+        load=_hair_dryer,
+        model=thermal_lag,
+        truth=(
+            Truth("delay", ("u", "y"), _DEAD_TIME),
+            Truth("low_pass", ("u",), "a second lag beside the dead time"),
+            Truth("sensor_lag", ("y",), "a second lag beside the dead time"),
+            Truth("added_mode", ("C_th", "R_th", "u", "y"), "a second lag beside the dead time"),
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,316 @@
+"""The proof on real recordings: models fixed in advance run, verdicts are judged, nothing is lost.
+
+No diagnosis of a recording is run here: `bondsight blind real` does that, each once.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bondgraph import simulate
+from bondgraph.graph.elements import Sensor
+from bondgraph.signals.recording import Recording
+from bondgraph.signals.split import whole
+from bondgraph.simulation.lure import compile_model
+from bondgraph.support.errors import UnknownName, UnusableInput
+from identification.datasets import FOLDER_VARIABLE, SETS, set_available
+from identification.study.noise_floor import noise_floor
+from identification.study.problem import data_for, drives
+from tests.proof.real import REAL_CASES, chosen_cases
+from tests.proof.real.judging import OUTCOMES, judge
+from tests.proof.real.outcome import Outcome, read_outcome, table
+from tests.proof.real.preparing import boundary_split, joined, thinned
+from tests.proof.real.running import run_cases
+from tests.proof.real.steering_mirror import BAND, PERIOD, below_resonance
+
+UNSEEN = {
+    "steering_mirror", "pnzt_creep", "mr_damper", "pendulum", "rack_and_pinion",
+    "pneumatic_cylinder", "coupled_drives", "wiener_hammerstein", "f16", "ball_and_beam",
+}  # fmt: skip
+SEEN = {"piezo_actuator", "emps", "silverbox", "hair_dryer"}
+NAMES = tuple(REAL_CASES)
+
+
+# --- the registry ---------------------------------------------------------------------------
+
+
+def test_registry_holds_every_set_with_a_documented_physics() -> None:
+    by_label = {
+        label: {c.dataset for c in REAL_CASES.values() if c.label == label}
+        for label in ("unseen", "seen before")
+    }
+    assert by_label == {"unseen": UNSEEN, "seen before": SEEN}
+    assert all(n == c.name for n, c in REAL_CASES.items())
+    assert [c.dataset for c in REAL_CASES.values() if c.control] == ["f16"]
+    assert {c.dataset for c in REAL_CASES.values()} <= set(SETS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_truths_name_elements_of_the_model(name: str) -> None:
+    case = REAL_CASES[name]
+    graph = case.model()
+    assert graph.check() == ()
+    assert case.truth
+    for truth in case.truth:
+        assert truth.family
+        assert truth.evidence
+        assert set(truth.places) <= set(graph.elements), truth.effect
+
+
+def test_a_wrong_case_gets_the_nearest_names() -> None:
+    with pytest.raises(UnknownName, match="mr_damper"):
+        chosen_cases(("mr_dampr",))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_models_simulate_made_up_commands(name: str) -> None:
+    graph = REAL_CASES[name].model()
+    compiled = compile_model(graph)
+    rng = np.random.default_rng(7)
+    moving = drives(graph)
+    n = 200
+    commands = {s.name: rng.normal(size=n) for s in moving}
+    start = None if moving else np.full(compiled.n_x, 0.1)
+    made = simulate(graph, 1e-3 * np.arange(n), commands, x0=start)
+    assert set(made.outputs) == {s.name for s in graph.of_type(Sensor)}
+    for y in made.outputs.values():
+        assert np.isfinite(y).all()
+        assert np.ptp(y) > 0.0
+
+
+def test_damper_without_states_is_static() -> None:
+    graph = REAL_CASES["mr_damper"].model()
+    v = np.sin(np.linspace(0.0, 9.0, 50))
+    assert compile_model(graph).n_x == 0
+    made = simulate(graph, 0.01 * np.arange(50), {"v": v}, {"c": 700.0})
+    assert np.allclose(made.outputs["F"], -700.0 * v)
+
+
+def test_piston_balances_pressure_and_seal() -> None:
+    graph = REAL_CASES["pneumatic_cylinder_3bar"].model()
+    rng = np.random.default_rng(1)
+    p, v = 3e5 + 1e3 * rng.normal(size=40), 0.01 * rng.normal(size=40)
+    made = simulate(graph, 0.01 * np.arange(40), {"p": p, "v": v}, {"A": 5e-4, "seal": 80.0})
+    assert np.allclose(made.outputs["F"], 5e-4 * p + 80.0 * v)
+
+
+def test_f16_accelerometers_read_accelerations() -> None:
+    graph = REAL_CASES["f16_level1"].model()
+    made = simulate(graph, 1e-4 * np.arange(200), {"F": np.full(200, 5.0)}, x0=np.zeros(4))
+    assert made.outputs["a2"][0] == pytest.approx(5.0 / 100.0)  # force by the wing's mass
+    assert made.outputs["a3"][0] == pytest.approx(0.0, abs=1e-12)
+
+
+# --- preparing ------------------------------------------------------------------------------
+
+
+def made_up(name: str = "made_up", n: int = 100, dt: float = 0.01) -> Recording:
+    t = dt * np.arange(n, dtype=np.float64)
+    return Recording(name, t, {"u": np.sin(t), "y": np.cos(t)}, {"u": "V", "y": "m"})
+
+
+def test_parts_are_joined_thinned_and_split() -> None:
+    r = made_up()
+    whole = joined("whole", (r.slice(0, 60), r.slice(60, 100)), "both parts")
+    assert np.array_equal(whole["y"], r["y"])
+    assert np.allclose(whole.time, r.time)
+    assert "both parts" in whole.notes
+    kept = thinned(r, 4)
+    assert np.array_equal(kept["y"], r["y"][::4])
+    assert "every 4th sample is kept" in kept.notes
+    assert not any("low-pass" in n for n in kept.notes)
+    split = boundary_split(whole, 60, "rule", skip=5)
+    assert (split.train, split.test) == (slice(5, 60), slice(65, 100))
+    with pytest.raises(UnusableInput, match="no split at sample"):
+        boundary_split(whole, 100, "rule")
+    with pytest.raises(UnusableInput, match="differ in rate"):
+        joined("whole", (r, made_up(dt=0.02)), "")
+
+
+def test_mirror_keeps_low_lines_and_the_noise_between_lines() -> None:
+    n, rate = 2 * PERIOD, 6400.0
+    t = np.arange(n, dtype=np.float64) / rate
+    low, high = 2.0 * np.pi * 100 / 1.28, 2.0 * np.pi * 400 / 1.28  # lines of one period
+    noise = 0.1 * np.sin(2.0 * np.pi * 801 / 2.56 * t)  # between the lines, above the band
+    y = np.sin(low * t) + np.sin(high * t) + noise
+    made = below_resonance(Recording("mirror", t, {"y": y}, {"y": "m"}))
+    assert made.fs == pytest.approx(800.0)
+    assert 400 / 1.28 > BAND
+    assert np.allclose(made["y"], (np.sin(low * t) + noise)[::8], atol=1e-10)
+
+
+# --- judging --------------------------------------------------------------------------------
+
+
+def said(effect: str, element: str, *same: str, **more: Any) -> dict[str, Any]:
+    place = {"element": element, "kind": "resistor", "indistinguishable_from": list(same)}
+    finding = {"effect": effect, "family": "", "location": place, "also_possible": [], **more}
+    return {"verdict": "missing_physics", "findings": [finding]}
+
+
+@pytest.mark.parametrize(
+    ("verdict", "outcome"),
+    [
+        (said("presliding_friction", "c"), "right"),
+        (said("presliding_friction", "F", "c"), "right"),
+        (said("presliding_friction", "F"), "wrong place"),
+        (said("saturation", "c"), "wrong name"),
+        (said("quadratic_drag", "c"), "wrong name"),
+        (said("unknown", "c", family="friction"), "family"),
+        (said("unknown", "c", family="drive"), "wrong name"),
+        (said("unknown", "c", family="outside"), "unknown"),
+        (
+            said(
+                "unknown", "c", family="outside",
+                answer="look_alikes",
+                also_possible=[{"effect": "creep"}, {"effect": "coulomb_friction"}],
+            ),
+            "look-alike set",
+        ),
+        ({"verdict": "unknown_physics", "findings": []}, "unknown"),
+        ({"verdict": "explained", "findings": []}, "no finding"),
+        ({"verdict": "insufficient_data", "findings": []}, "no finding"),
+    ],
+)  # fmt: skip
+def test_verdicts_are_judged(verdict: dict[str, Any], outcome: str) -> None:
+    made = judge(REAL_CASES["mr_damper"], verdict)
+    assert made.outcome == outcome
+    assert outcome in OUTCOMES
+
+
+def test_worst_of_several_findings_counts_and_a_control_may_be_quiet() -> None:
+    two = said("presliding_friction", "c")
+    two["findings"] += said("delay", "F")["findings"]
+    made = judge(REAL_CASES["mr_damper"], two)
+    assert made.outcome == "wrong name"
+    assert made.said == "presliding_friction + delay"
+    assert made.place == "c + F"
+    quiet = {"verdict": "explained", "findings": []}
+    assert judge(REAL_CASES["f16_level1"], quiet).outcome == "right"
+
+
+# --- running --------------------------------------------------------------------------------
+
+
+def write_damper(folder: Path) -> None:
+    """Write a made-up record under the name of the real one."""
+    t = np.arange(3499) / 200.0
+    v = np.sin(5.0 * t)
+    rows = np.stack([t, v, -7.0 * v], axis=1)
+    (folder / "mr-damper").mkdir(parents=True)
+    np.savetxt(
+        folder / "mr-damper" / "mr_damper.csv", rows, "%.6f", ",",
+        header="t_s,velocity_cm_per_s,force_N", comments="",
+    )  # fmt: skip
+
+
+def test_each_case_is_run_once_and_failures_are_kept(tmp_path: Path) -> None:
+    from identification.diagnosis.diagnose import Diagnosis
+
+    write_damper(tmp_path / "recordings")
+    calls = []
+
+    def too_little(graph: Any, recording: Recording, split: Any, **more: Any) -> Diagnosis:
+        calls.append(more["model"])
+        assert split.train == slice(0, 2000)
+        return Diagnosis("insufficient_data", more["model"], recording, graph, notes=("made up",))
+
+    def broken(*given: Any, **more: Any) -> Diagnosis:
+        raise ZeroDivisionError("made | up")
+
+    place = str(tmp_path / "recordings")
+    for _ in range(2):
+        (made,) = run_cases(tmp_path / "out", ("mr_damper",), recordings=place, diagnose=too_little)
+        assert made.outcome == "no finding"
+        assert made.samples == 3499
+    assert calls == ["mr_damper"]
+    kept = tmp_path / "out" / "mr_damper"
+    assert json.loads((kept / "verdict.json").read_text())["verdict"] == "insufficient_data"
+    assert (kept / "report.html").stat().st_size > 0
+    assert read_outcome(kept) == made
+    for _ in range(2):
+        (made,) = run_cases(tmp_path / "bad", ("mr_damper",), recordings=place, diagnose=broken)
+        assert (made.outcome, made.failure) == ("failed", "ZeroDivisionError: made | up")
+    assert "Traceback" in (tmp_path / "bad" / "mr_damper" / "failure.txt").read_text()
+    assert "ZeroDivisionError" in (tmp_path / "bad" / "real.md").read_text()
+    (made,) = run_cases(tmp_path / "bad", ("emps",), recordings=place, diagnose=broken)
+    assert made.outcome == "absent"
+    assert read_outcome(tmp_path / "bad" / "emps") is None
+    (kept / "outcome.json").write_text("{}")
+    with pytest.raises(UnusableInput, match="remove the folder"):
+        read_outcome(kept)
+
+
+def test_diagnosis_takes_what_it_is_called_with() -> None:
+    from identification.diagnosis.diagnose import diagnose
+    from identification.diagnosis.search.candidates import DiagnosisOptions
+
+    names = inspect.signature(diagnose).parameters
+    assert {"model", "options", "progress"} <= set(names)
+    assert DiagnosisOptions(jobs=1).jobs == 1
+
+
+def test_table_shows_values_with_units() -> None:
+    o = Outcome(
+        "case", "unseen", "right", "creep", "C", verdict="missing_physics", before={"x": 2e-6},
+        after={"x": 1e-7}, floor={"x": 9e-8}, units={"x": "m"}, seconds=3.2, published="1 um | me",
+    )  # fmt: skip
+    row = table((o,)).splitlines()[2]
+    assert "2e-06 m | 1e-07 m | 9e-08 m | 1 um / me | 3 | right" in row
+    assert "1 unseen: 1 right." in table((o,))
+
+
+def test_command_lists_the_cases(capsys: pytest.CaptureFixture[str]) -> None:
+    import argparse
+
+    from tests.proof.real.command import add_real_command
+
+    parser = argparse.ArgumentParser()
+    add_real_command(parser.add_subparsers())
+    options = parser.parse_args(["real", "--list"])
+    assert options.run(options) == 0
+    assert len(capsys.readouterr().out.splitlines()) == len(NAMES)
+
+
+# --- the recordings: channels, units, and a plain fit ---------------------------------------
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize("name", [n for n in NAMES if n != "steering_mirror_100mV"])
+def test_recordings_match_the_models(name: str) -> None:
+    case = REAL_CASES[name]
+    if not set_available(case.dataset):
+        pytest.skip(f"{case.dataset}: set {FOLDER_VARIABLE} to the folder of the recordings")
+    recording, split = case.load(None)
+    graph = case.model()
+    data = data_for(graph, recording, split, {s.name: 1.0 for s in graph.of_type(Sensor)})
+    assert 400 < recording.n <= 20_000
+    assert whole(split.train).stop <= whole(split.test).start
+    assert split.rule
+    assert min(data.mask("train").sum(), data.mask("test").sum()) >= 100
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize(
+    ("name", "least", "most"), [("mr_damper", 0.5, 0.7), ("rack_and_pinion", 0.1, 0.6)]
+)
+def test_textbook_models_leave_the_documented_error(name: str, least: float, most: float) -> None:
+    from identification.diagnosis.search.nominal import nominal_fit
+
+    case = REAL_CASES[name]
+    if not set_available(case.dataset):
+        pytest.skip(f"{case.dataset}: set {FOLDER_VARIABLE} to the folder of the recordings")
+    recording, split = case.load(None)
+    graph = case.model()
+    sensors = tuple(s.name for s in graph.of_type(Sensor))
+    data = data_for(graph, recording, split, noise_floor(recording, split, sensors))
+    _, fitted = nominal_fit(graph, data)
+    (error,) = fitted.rmse("test").values()
+    left = error / float(data.readings[data.mask("test")].std())
+    assert least < left < most

@@ -1,0 +1,146 @@
+"""The seal: reproducible, opened only with all answers, tampering detected."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bondgraph.support.errors import UnusableInput
+from tests.proof.trial.commitment import (
+    commit,
+    reveal,
+    source_hash,
+    tool_commit,
+    truths_hash,
+    verify,
+)
+from tests.proof.trial.generator.writing import seal
+from tests.proof.trial.layout import Layout
+
+ROWS: list[dict[str, Any]] = [
+    {"id": "r0", "plant": "chain", "cell": "control", "effects": [], "control_kind": "plain"},
+    {
+        "id": "r1",
+        "plant": "probe",
+        "cell": "single",
+        "effects": [{"effect": "backlash", "place": "k", "law": "gap", "strength_db": 12.5}],
+    },
+]
+
+
+@pytest.fixture
+def layout(tmp_path: Path) -> Layout:
+    found = Layout(tmp_path / "trial")
+    found.recordings.mkdir(parents=True)
+    found.folder.mkdir()
+    for name in ("r0", "r1"):
+        (found.recordings / f"{name}.npz").write_bytes(name.encode() * 50)
+    found.public.write_text("{}", encoding="utf-8")
+    return found
+
+
+def answered(layout: Layout) -> None:
+    layout.answers.mkdir()
+    for name in ("r0", "r1"):
+        (layout.answers / f"{name}.json").write_text("{}", encoding="utf-8")
+
+
+def test_the_hash_is_of_salt_and_canonical_text() -> None:
+    text = '[{"a":[1.5,null],"id":"r0"}]'
+    by_hand = hashlib.sha256(("ab12" + text).encode()).hexdigest()
+    assert truths_hash("ab12", [{"id": "r0", "a": [1.5, None]}]) == by_hand
+    assert truths_hash("ab13", [{"id": "r0", "a": [1.5, None]}]) != by_hand
+    # the generator's own seal, written independently, agrees
+    assert truths_hash("ab12", ROWS) == seal(ROWS, "ab12")
+
+
+def test_the_commitment_holds_what_must_be_fixed_before_the_run(layout: Layout) -> None:
+    path = commit(layout, ROWS, "ab12")
+    content = json.loads(path.read_text(encoding="utf-8"))
+    assert content["truths_sha256"] == truths_hash("ab12", ROWS)
+    assert set(content["data_sha256"]) == {"r0.npz", "r1.npz", "public.json"}
+    assert content["data_sha256"]["r0.npz"] == hashlib.sha256(b"r0" * 50).hexdigest()
+    assert content["thresholds"]["z"] > 0
+    assert content["options"]["without"] == []
+    assert content["tool_commit"] == tool_commit()
+    assert content["source_sha256"] == source_hash()
+    text = path.read_text(encoding="utf-8")
+    assert "ab12" not in text
+    assert "backlash" not in text
+    # neither salt nor truths lie in the folder that is committed
+    assert not any("backlash" in p.read_text() for p in layout.folder.rglob("*") if p.is_file())
+    with pytest.raises(UnusableInput, match="committed already"):
+        commit(layout, ROWS, "ab12")
+
+
+def test_without_a_given_salt_every_seal_differs(tmp_path: Path) -> None:
+    hashes = set()
+    for name in ("a", "b"):
+        layout = Layout(tmp_path / name)
+        layout.folder.mkdir()
+        layout.public.write_text("{}", encoding="utf-8")
+        content = json.loads(commit(layout, ROWS).read_text(encoding="utf-8"))
+        hashes.add(content["truths_sha256"])
+    assert len(hashes) == 2
+
+
+def test_the_seal_opens_when_every_recording_has_its_answer(layout: Layout) -> None:
+    commit(layout, ROWS, "ab12")
+    with pytest.raises(UnusableInput, match="2 of 2 recordings have no answer"):
+        reveal(layout)
+    assert not layout.revealed.exists()
+    answered(layout)
+    truths = reveal(layout)
+    assert truths["r1"].effects[0].family == "restoring"
+    assert truths["r1"].strength == 12.5
+    assert truths["r0"].control == "plain"
+    opened = json.loads(layout.revealed.read_text(encoding="utf-8"))
+    assert truths_hash(opened["salt"], opened["truths"]) == truths_hash("ab12", ROWS)
+    # once opened, the committed folder alone is enough
+    layout.truths.unlink()
+    assert reveal(layout)["r1"] == truths["r1"]
+
+
+def test_changed_truths_are_noticed(layout: Layout) -> None:
+    commit(layout, ROWS, "ab12")
+    answered(layout)
+    changed = json.loads(layout.truths.read_text(encoding="utf-8"))
+    changed[1]["effects"][0]["place"] = "m"
+    layout.truths.write_text(json.dumps(changed), encoding="utf-8")
+    with pytest.raises(UnusableInput, match="not those that were committed"):
+        reveal(layout)
+
+
+def test_changed_data_and_settings_are_noticed(layout: Layout) -> None:
+    commit(layout, ROWS, "ab12")
+    verify(layout)
+    (layout.recordings / "r1.npz").write_bytes(b"other")
+    with pytest.raises(UnusableInput, match=r"1 files differ from the commitment, first r1\.npz"):
+        verify(layout)
+    (layout.recordings / "r1.npz").write_bytes(b"r1" * 50)
+    content = json.loads(layout.commitment.read_text(encoding="utf-8"))
+    content["thresholds"]["z"] += 0.5
+    layout.commitment.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(UnusableInput, match="the thresholds differ"):
+        verify(layout)
+    content["thresholds"]["z"] -= 0.5
+    content["source_sha256"] = "0" * 64
+    layout.commitment.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(UnusableInput, match="the tool's sources differ"):
+        verify(layout)
+    # what is being developed may change its sources, never its data
+    content["kind"] = "development"
+    layout.commitment.write_text(json.dumps(content), encoding="utf-8")
+    verify(layout)
+    (layout.recordings / "r2.npz").write_bytes(b"one more")
+    with pytest.raises(UnusableInput, match=r"first r2\.npz"):
+        verify(layout)
+
+
+def test_a_trial_without_commitment_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UnusableInput, match="not committed"):
+        verify(Layout(tmp_path))

@@ -1,0 +1,229 @@
+"""The seal of a trial: what is hashed before the run and checked after it.
+
+Committed are the hash of the salted truths, the hash of every data file, the commit of the tool and
+its thresholds. The salt stays in the sealed folder until the answers are in; without it the hash
+says nothing about the truths, with it anybody can check that they were not changed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import secrets
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from bondgraph.support.errors import UnusableInput
+from identification.diagnosis.evidence.decision import Thresholds
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict.document import write_atomically
+from tests.proof.trial.layout import Layout
+from tests.proof.trial.truths import Truth, canonical, read_truths
+
+__all__ = ["commit", "reveal", "source_hash", "tool_commit", "truths_hash", "verify"]
+
+SCHEMA = "bondsight.commitment/1"
+PACKAGES = ("bondsight", "bondgraph", "actuators", "identification", "hardware")
+WORDS = {
+    "thresholds": "the thresholds",
+    "options": "the options",
+    "source_sha256": "the tool's sources",
+}
+
+
+def truths_hash(salt: str, truths: Sequence[Mapping[str, Any]]) -> str:
+    """SHA-256 of the salt followed by the truths in canonical JSON.
+
+    Examples
+    --------
+    >>> truths_hash("ab", [{"id": "r1"}]) == truths_hash("ab", [dict(id="r1")])
+    True
+    """
+    return hashlib.sha256((salt + canonical(list(truths))).encode("ascii")).hexdigest()
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of the bytes of a file."""
+    with path.open("rb") as f:
+        return hashlib.file_digest(f, "sha256").hexdigest()
+
+
+def data_hashes(layout: Layout) -> dict[str, str]:
+    """Hash of the public list and of every recording, by file name."""
+    files = [layout.public, *sorted(layout.recordings.glob("*.npz"))]
+    return {f.name: file_hash(f) for f in files}
+
+
+def tool_commit() -> str:
+    """Git commit of this source tree; ``+changed`` if files differ, ``unknown`` without git."""
+    root = Path(__file__).resolve().parents[3]
+
+    def git(*words: str) -> str | None:
+        try:
+            done = subprocess.run(
+                ["git", *words], cwd=root, capture_output=True, text=True, timeout=30, check=True
+            )
+        except (OSError, subprocess.SubprocessError):
+            return None
+        return done.stdout.strip()
+
+    head, changed = git("rev-parse", "HEAD"), git("status", "--porcelain", "--untracked-files=no")
+    if head is None:
+        return "unknown"
+    return head + ("+changed" if changed else "")
+
+
+def source_hash() -> str:
+    """SHA-256 of the tool's sources: every Python and C file of its packages, by path.
+
+    The commit that holds a commitment cannot be named in it; the sources can.
+    """
+    root, found = Path(__file__).resolve().parents[3], hashlib.sha256()
+    files = [
+        f
+        for name in PACKAGES
+        for end in ("*.py", "*.c", "*.h")
+        for f in root.glob(f"{name}/**/{end}")
+    ]
+    for file in sorted(files):
+        found.update(f"{file.relative_to(root).as_posix()}\n{file_hash(file)}\n".encode())
+    return found.hexdigest()
+
+
+def commit(
+    layout: Layout,
+    truths: Sequence[Mapping[str, Any]],
+    salt: str | None = None,
+    kind: str = "trial",
+) -> Path:
+    """Seal the truths and write ``commitment.json``; returns its path.
+
+    Parameters
+    ----------
+    truths : sequence of mapping
+        Plain data, one a recording.
+    salt : str, optional
+        From the operating system if not given.
+    kind : str
+        A ``trial`` holds the tool to its sources and thresholds; others may be run while it is
+        being developed.
+
+    Raises
+    ------
+    UnusableInput
+        The trial is committed already: a trial is drawn and run once.
+    """
+    if layout.commitment.exists():
+        raise UnusableInput(
+            f"{layout.commitment}: this trial is committed already; take another folder"
+        )
+    salt = secrets.token_hex(32) if salt is None else salt
+    layout.truths.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(layout.truths, canonical(list(truths)) + "\n")
+    write_atomically(layout.salt, salt + "\n")
+    layout.salt.chmod(0o600)
+    layout.truths.chmod(0o600)
+    content = {
+        "schema": SCHEMA,
+        "kind": kind,
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "truths_sha256": truths_hash(salt, truths),
+        "recordings": len(truths),
+        "data_sha256": data_hashes(layout),
+        "tool_commit": tool_commit(),
+        "source_sha256": source_hash(),
+        "thresholds": plain(asdict(Thresholds())),
+        "options": plain(asdict(DiagnosisOptions())),
+    }
+    write_atomically(layout.commitment, json.dumps(content, indent=1) + "\n")
+    return layout.commitment
+
+
+def plain(data: Any) -> Any:
+    """Return numbers, texts and lists; whatever else an option holds is written as its text."""
+    if isinstance(data, Mapping):
+        return {str(k): plain(v) for k, v in data.items()}
+    if isinstance(data, list | tuple | set | frozenset):
+        return [plain(v) for v in data]
+    if data is None or isinstance(data, bool | int | float | str):
+        return data
+    return str(data)
+
+
+def verify(layout: Layout) -> None:
+    """Check that the data are those of the commitment; of a trial also sources and thresholds.
+
+    Raises
+    ------
+    UnusableInput
+        One line that names what was changed.
+    """
+    content = _read(layout.commitment)
+    now = data_hashes(layout)
+    then = content["data_sha256"]
+    changed = sorted(n for n in then.keys() | now.keys() if then.get(n) != now.get(n))
+    if changed:
+        raise UnusableInput(
+            f"{layout.folder}: {len(changed)} files differ from the commitment, first {changed[0]}"
+        )
+    if content["kind"] != "trial":
+        return
+    settings = {
+        "thresholds": plain(asdict(Thresholds())),
+        "options": plain(asdict(DiagnosisOptions())),
+        "source_sha256": source_hash(),
+    }
+    for name, value in settings.items():
+        if content[name] != value:
+            raise UnusableInput(
+                f"{layout.folder}: {WORDS[name]} differ from the commitment; a changed tool needs "
+                "a new trial"
+            )
+
+
+def reveal(layout: Layout, *, complete: Sequence[str] | None = None) -> dict[str, Truth]:
+    """Open the seal, check the hash, publish truths and salt beside the answers.
+
+    Parameters
+    ----------
+    complete : sequence of str, optional
+        Ids that must have an answer before the seal may be opened; by default every recording.
+
+    Raises
+    ------
+    UnusableInput
+        Answers are missing, or the truths are not those that were committed.
+    """
+    content = _read(layout.commitment)
+    if layout.revealed.exists():
+        opened = _read(layout.revealed)
+        salt, rows = str(opened["salt"]), opened["truths"]
+    else:
+        if not layout.truths.exists() or not layout.salt.exists():
+            raise UnusableInput(f"{layout.truths}: the sealed truths are not here")
+        salt = layout.salt.read_text(encoding="ascii").strip()
+        rows = json.loads(layout.truths.read_text(encoding="utf-8"))
+    if truths_hash(salt, rows) != content["truths_sha256"]:
+        raise UnusableInput(f"{layout.folder}: the truths are not those that were committed")
+    wanted = [str(r["id"]) for r in rows] if complete is None else complete
+    missing = [i for i in wanted if not (layout.answers / f"{i}.json").exists()]
+    if missing:
+        raise UnusableInput(
+            f"{layout.folder}: {len(missing)} of {len(wanted)} recordings have no answer, first "
+            f"{missing[0]}; run bondsight blind run before the seal is opened"
+        )
+    if not layout.revealed.exists():
+        text = json.dumps({"salt": salt, "truths": rows}, indent=1)
+        write_atomically(layout.revealed, text + "\n")
+    return read_truths(rows)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        raise UnusableInput(f"{path}: the trial is not committed; run bondsight blind generate")
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return content

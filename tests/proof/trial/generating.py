@@ -1,0 +1,114 @@
+"""Draw a trial, make its recordings, list what is public, seal the rest."""
+
+from __future__ import annotations
+
+import json
+import secrets
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from bondgraph.support.errors import UnusableInput
+from identification.diagnosis.verdict.document import write_atomically
+from tests.proof.trial.commitment import commit
+from tests.proof.trial.generator.case import Case
+from tests.proof.trial.generator.drawing import draw
+from tests.proof.trial.generator.parameters import PLANTS
+from tests.proof.trial.generator.writing import generate, load_case
+from tests.proof.trial.layout import Layout
+
+__all__ = ["HOLDS", "KINDS", "generate_trial"]
+
+KINDS = ("trial", "development", "reduced")
+HOLDS: Mapping[str, str] = {"zero": "hold", "linear": "linear"}
+"""The generator's words for what a command does between samples, in the tool's."""
+Progress = Callable[[str, float], None]
+
+
+def generate_trial(
+    layout: Layout,
+    kind: str,
+    *,
+    count: int | None = None,
+    seed: int | None = None,
+    jobs: int = -1,
+    progress: Progress | None = None,
+) -> int:
+    """Draw and make a trial and commit to it; returns the number of recordings.
+
+    An interrupted call goes on with the salt that it drew.
+
+    Parameters
+    ----------
+    kind : {"trial", "development", "reduced"}
+        A trial takes its salt from the operating system, the others a seed.
+    count : int, optional
+        Number of recordings, of development only.
+
+    Raises
+    ------
+    UnusableInput
+        Unknown kind, a seed for a trial, or a trial that is committed already.
+    """
+    if kind not in KINDS:
+        raise UnusableInput(f"{kind!r} is no kind of trial; take one of {', '.join(KINDS)}")
+    if kind == "trial" and (seed is not None or count is not None):
+        raise UnusableInput(
+            "a trial takes its salt from the operating system and has a fixed number of "
+            "recordings; leave --seed and --count out, or take --kind development"
+        )
+    if layout.commitment.exists():
+        raise UnusableInput(
+            f"{layout.commitment}: this trial is committed already; take another folder"
+        )
+    salt = _salt(layout, kind, seed)
+    cases = draw(kind, salt, count)
+    made = Parallel(n_jobs=jobs, return_as="generator_unordered")(
+        delayed(_make)(case, layout) for case in cases
+    )
+    for done, name in enumerate(made, start=1):
+        if progress is not None:
+            progress(f"recording {name}", done / len(cases))
+    truths = generate(cases, layout.data)  # all are there: this only lists them
+    write_public(layout, [case.id for case in cases])
+    commit(layout, truths, salt, kind)
+    return len(cases)
+
+
+def _salt(layout: Layout, kind: str, seed: int | None) -> str:
+    """Return the salt of an interrupted call, else a new one (from the seed, if not a trial)."""
+    if layout.salt.exists():
+        return layout.salt.read_text(encoding="ascii").strip()
+    salt = secrets.token_hex(32) if kind == "trial" else f"{kind} {seed or 0}"
+    write_atomically(layout.salt, salt + "\n")
+    layout.salt.chmod(0o600)
+    return salt
+
+
+def _make(case: Case, layout: Layout) -> str:
+    # the list of truths that this call writes is written anew at the end
+    generate([case], layout.data)
+    return case.id
+
+
+def write_public(layout: Layout, names: Sequence[str]) -> None:
+    """List what the tool may know of each recording, read from the recordings themselves."""
+    rows: list[dict[str, Any]] = []
+    for name in names:
+        seen = load_case(layout.data, name)
+        plant = str(seen["plant"])
+        units = np.asarray(seen["declared_resolution"], float)
+        rows.append(
+            {
+                "id": name,
+                "plant": plant,
+                "sensors": [k for k in PLANTS[plant].sensors if k in seen],
+                "hold": HOLDS[str(seen["hold"])],
+                "delay": float(seen["declared_delay"]),
+                "resolution": units.tolist(),
+            }
+        )
+    text = json.dumps({"schema": "bondsight.blind-public/1", "recordings": rows}, indent=1)
+    write_atomically(layout.public, text + "\n")

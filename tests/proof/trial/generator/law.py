@@ -1,0 +1,45 @@
+"""What a law of the C code is: its kind, its numbers from a strength, its fastest rate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from tests.proof.trial.generator.scale import Scale
+
+__all__ = ["Build", "Law", "Numbers", "between", "sign"]
+
+Numbers = Mapping[str, float]
+Build = Callable[[float, Scale, Sequence[float]], Numbers]
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """A law of the C code.
+
+    Parameters
+    ----------
+    kind : int
+        Number in the C code.
+    build : callable
+        ``(strength, scale, draws)`` to named numbers in the order of the C code.
+    states : int
+        Own states.
+    fastest : callable, optional
+        ``(numbers, scale)`` to the fastest rate in 1/s that the law brings.
+    """
+
+    kind: int
+    build: Build
+    states: int = 0
+    fastest: Callable[[Numbers, Scale], float] = lambda numbers, scale: 0.0
+
+
+def between(low: float, high: float, draw: float) -> float:
+    """Return a number between two, geometrically."""
+    return float(low * (high / low) ** draw)
+
+
+def sign(draw: float) -> float:
+    """Return either sign."""
+    return 1.0 if draw < 0.5 else -1.0

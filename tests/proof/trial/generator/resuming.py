@@ -1,0 +1,118 @@
+"""The plants of the trial with a state that goes on from call to call."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.proof.trial.generator.native import _ORDER, _SOURCES, Row, _folder, _pointer
+from tests.proof.trial.generator.parameters import PLANTS
+
+__all__ = ["Going"]
+
+Array = NDArray[np.float64]
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    """Compile if no library of these sources is there, and load it."""
+    here = Path(__file__).parent / "c"
+    text = b"".join((here / name).read_bytes() for name in (*_SOURCES, "resume.c"))
+    target = _folder() / f"resume-{hashlib.sha256(text).hexdigest()[:20]}.so"
+    if not target.exists():
+        gcc = shutil.which("gcc")
+        if gcc is None:
+            raise OSError("blind generator: no gcc found; the plants are C code; install gcc")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
+            made = Path(scratch) / "resume.so"
+            flags = ["-O2", "-std=c11", "-shared", "-fPIC", "-o", str(made)]
+            sources = ["-include", str(here / "run.c"), str(here / "resume.c")]
+            subprocess.run([gcc, *flags, *sources, "-lm"], check=True)
+            made.replace(target)
+    library = ctypes.CDLL(str(target))
+    library.bench_size.restype = ctypes.c_long
+    return library
+
+
+@final
+class Going:
+    """A plant from rest on, advanced in equal steps with constant commands.
+
+    Parameters
+    ----------
+    plant : str
+        Name of the plant.
+    values : sequence of float
+        True parameters, in the order of the table of parameters.
+    effects : sequence of Row
+        What is added; no dead times.
+    span : float
+        Time (s) in which what changes with time does so.
+    """
+
+    def __init__(
+        self, plant: str, values: Sequence[float], effects: Sequence[Row], span: float
+    ) -> None:
+        self._code = _library()
+        self._state = ctypes.create_string_buffer(self._code.bench_size())
+        self._sensors = len(PLANTS[plant].sensors)
+        rows = np.zeros((max(len(effects), 1), 13))
+        for k, e in enumerate(effects):
+            rows[k, :3] = e.kind, e.slot, e.states
+            rows[k, 3 : 3 + len(e.numbers)] = e.numbers
+        numbers = np.array(values, dtype=float)
+        self._code.bench_start(
+            self._state,
+            ctypes.c_int(_ORDER.index(plant)),
+            ctypes.c_int(numbers.size),
+            _pointer(numbers),
+            ctypes.c_int(len(effects)),
+            _pointer(rows),
+            ctypes.c_double(span),
+        )
+
+    def advance(self, count: int, at: Array, command: Array, step: float, sub: int) -> Array | None:
+        """Return the readings ``(count, sensors)`` at the ends of steps; None if it ran away.
+
+        Parameters
+        ----------
+        at : (m,) array
+            Where the command changes, in steps from now, rising.
+        command : (m + 1,) array
+            Command before the first change and after each.
+        step : float
+            Step (s), with `sub` steps of the integrator in it.
+        """
+        edges = np.ascontiguousarray(at, dtype=float)
+        u = np.ascontiguousarray(command, dtype=float)
+        y = np.zeros((count, self._sensors))
+        good = self._code.bench_advance(
+            self._state,
+            ctypes.c_long(count),
+            ctypes.c_double(step),
+            ctypes.c_int(sub),
+            ctypes.c_long(edges.size),
+            _pointer(edges),
+            _pointer(u),
+            _pointer(y),
+        )
+        return y if good else None
+
+    def snapshot(self) -> bytes:
+        """Return a copy of the state."""
+        return self._state.raw
+
+    def restore(self, state: bytes) -> None:
+        """Put a state back."""
+        self._state.raw = state

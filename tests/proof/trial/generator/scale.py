@@ -1,0 +1,107 @@
+"""Sizes at a place, taken from a run without the effect: what makes a strength of 1 "large"."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tests.proof.trial.generator.native import Run
+from tests.proof.trial.generator.parameters import PLANTS
+
+__all__ = ["SOURCE_SLOT", "Scale", "scale_of"]
+
+SOURCE_SLOT = 100
+_MASSES: Mapping[str, Mapping[str, tuple[str, float]]] = {
+    # the inertia that an element acts on, and its share: for stiffness against the sub-step
+    "chain": {"b_1": ("m_1", 1), "b_2": ("m_1", 0.5), "b_3": ("m_2", 0.5)},
+    "stack": {"b": ("m", 1)},
+    "motor": {"b_1": ("J_1", 1), "b_s": ("J_2", 0.5), "b_2": ("J_2", 1)},
+    "corner": {"b_t": ("m_u", 1), "b_s": ("m_u", 1)},
+    "probe": {"b": ("m", 1)},
+    "tanks": {},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Sizes at a place.
+
+    Parameters
+    ----------
+    slot : int
+        Place in the C code.
+    c : float
+        Coefficient: stiffness or 1/C for storages, else the value itself.
+    q, qr, f, fr : float
+        Largest and rms displacement, largest and rms flow.
+    force : float
+        Usual effort at the place.
+    mass : float
+        Inertia that the place acts on.
+    um, ur, rate : float
+        Largest and rms command, and its fastest change per second.
+    step, span : float
+        Interval of the samples and length of the record, in s.
+    readings : (sensors,) arrays as tuple
+        Largest readings.
+    """
+
+    slot: int
+    c: float
+    q: float
+    qr: float
+    f: float
+    fr: float
+    force: float
+    mass: float
+    um: float
+    ur: float
+    rate: float
+    step: float
+    span: float
+
+
+def _force(plant: str, place: str, values: Mapping[str, float], run: Run) -> float:
+    """Return the usual effort that a friction or a disturbance at the place competes with."""
+    ur = float(np.std(run.command))
+    seen = run.seen
+    match plant:
+        case "stack":
+            return values["alpha"] * ur
+        case "motor":
+            torque = values["K_m"] * float(seen[0, 2])
+            return torque if place in ("J_1", "b_1") else torque * values["n"]
+        case "corner":
+            return values["k_s"] * float(seen[3, 0])
+        case _:
+            return ur
+
+
+def scale_of(plant: str, place: str, values: Mapping[str, float], run: Run, samples: int) -> Scale:
+    """Return the sizes at a place; for sources and sensors only the common ones are of use."""
+    names = list(PLANTS[plant].nominal)
+    step = PLANTS[plant].step
+    slot = names.index(place) if place in names else SOURCE_SLOT
+    row = run.seen[slot] if slot < len(run.seen) else np.ones(4)
+    c = values.get(place, 1.0)
+    if place.startswith("C_"):
+        c = 1 / c
+    inertia, share = _MASSES[plant].get(place, ("", 1.0))
+    jumps = np.abs(np.diff(run.command))
+    return Scale(
+        slot,
+        c,
+        float(row[1]),
+        float(row[0]),
+        float(row[3]),
+        float(row[2]),
+        _force(plant, place, values, run),
+        share * values.get(inertia, 1.0),
+        float(np.max(np.abs(run.command))),
+        float(np.std(run.command)),
+        float(np.max(jumps)) / step,
+        step,
+        samples * step,
+    )

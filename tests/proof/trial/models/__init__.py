@@ -1,0 +1,63 @@
+"""What the tool is told of each plant of the sealed trial: one bond graph a plant.
+
+Written from the description of the plants, not from the generator: names, signs and sensors are the
+only things that both sides share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from types import MappingProxyType
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Parameter, Source
+from bondgraph.support.errors import unknown_name
+from tests.proof.trial.models.chain import chain
+from tests.proof.trial.models.corner import corner
+from tests.proof.trial.models.motor import motor
+from tests.proof.trial.models.probe import probe
+from tests.proof.trial.models.stack import stack
+from tests.proof.trial.models.tanks import tanks
+
+__all__ = ["MODELS", "blind_model"]
+
+MODELS: MappingProxyType[str, Callable[[Sequence[str] | None], BondGraph]] = MappingProxyType(
+    {
+        "chain": chain,
+        "stack": stack,
+        "motor": motor,
+        "corner": corner,
+        "tanks": tanks,
+        "probe": probe,
+    }
+)
+"""Factories by the name of the plant; each takes the sensors that were recorded."""
+
+
+def blind_model(plant: str, sensors: Sequence[str] | None = None, delay: float = 0.0) -> BondGraph:
+    """Return the model of a plant with some of its sensors.
+
+    Parameters
+    ----------
+    plant : str
+        Name in `MODELS`.
+    sensors : sequence of str, optional
+        Sensors that were recorded; all of them if not given.
+    delay : float
+        Dead time of the command that is declared, s: it becomes a parameter ``delay_SOURCE``,
+        fitted and not a finding; 0 declares none.
+
+    Raises
+    ------
+    UnknownName
+        If there is no such plant or sensor.
+    """
+    if plant not in MODELS:
+        raise unknown_name("plant", plant, "the sealed trial", MODELS)
+    graph = MODELS[plant](sensors)
+    if delay <= 0.0:
+        return graph
+    (source,) = graph.of_type(Source)
+    late = Parameter(f"delay_{source.name}", delay, "s", positive=False, lower=0.0, scale=delay)
+    return graph.with_parameters([late]).with_element(source.name, drive=Drive(delay=late.name))
