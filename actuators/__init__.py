@@ -1,4 +1,5 @@
-"""Machines declared in the language."""
+"""Machines declared in the language: piezo stacks, ultrasonic and electrostatic drives."""
 
-from actuators.stack.bond_graph import stack_bond_graph as stack_bond_graph
-from actuators.stack.lumped import stack_lumped as stack_lumped
+from bondgraph.support.lazy import attach
+
+__getattr__, __dir__, __all__ = attach(__name__)

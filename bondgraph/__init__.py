@@ -1,54 +1,5 @@
 """Bond graphs as a language: declare, assign causality, derive, compile, simulate."""
 
-from bondgraph.causality.assignment import CausalConflict as CausalConflict
-from bondgraph.causality.assignment import alternatives as alternatives
-from bondgraph.causality.assignment import assign_causality as assign_causality
-from bondgraph.equations.derivation import system as system
-from bondgraph.equations.state_space import AlgebraicLoop as AlgebraicLoop
-from bondgraph.equations.state_space import DerivativeCausality as DerivativeCausality
-from bondgraph.equations.state_space import NotLinearUpToLaws as NotLinearUpToLaws
-from bondgraph.equations.state_space import StateSpace as StateSpace
-from bondgraph.equations.state_space import derive as derive
-from bondgraph.equations.system import System as System
-from bondgraph.graph.bond_graph import Bond as Bond
-from bondgraph.graph.bond_graph import BondGraph as BondGraph
-from bondgraph.graph.composing.hierarchy import Port as Port
-from bondgraph.graph.composing.hierarchy import use as use
-from bondgraph.graph.elements import GY as GY
-from bondgraph.graph.elements import MGY as MGY
-from bondgraph.graph.elements import MTF as MTF
-from bondgraph.graph.elements import RE as RE
-from bondgraph.graph.elements import RS as RS
-from bondgraph.graph.elements import TF as TF
-from bondgraph.graph.elements import X0 as X0
-from bondgraph.graph.elements import X1 as X1
-from bondgraph.graph.elements import C as C
-from bondgraph.graph.elements import CField as CField
-from bondgraph.graph.elements import De as De
-from bondgraph.graph.elements import Df as Df
-from bondgraph.graph.elements import Dq as Dq
-from bondgraph.graph.elements import I as I
-from bondgraph.graph.elements import IField as IField
-from bondgraph.graph.elements import MSe as MSe
-from bondgraph.graph.elements import MSf as MSf
-from bondgraph.graph.elements import One as One
-from bondgraph.graph.elements import Parameter as Parameter
-from bondgraph.graph.elements import R as R
-from bondgraph.graph.elements import RField as RField
-from bondgraph.graph.elements import Se as Se
-from bondgraph.graph.elements import Sf as Sf
-from bondgraph.graph.elements import Zero as Zero
-from bondgraph.graph.modulation import TIME as TIME
-from bondgraph.graph.modulation import displacement as displacement
-from bondgraph.graph.modulation import effort as effort
-from bondgraph.graph.modulation import external as external
-from bondgraph.graph.modulation import flow as flow
-from bondgraph.graph.modulation import momentum as momentum
-from bondgraph.graph.modulation import port_variables as port_variables
-from bondgraph.signals.recording import Recording as Recording
-from bondgraph.simulation.simulate import Trajectory as Trajectory
-from bondgraph.simulation.simulate import simulate as simulate
-from bondgraph.support.errors import BondsightError as BondsightError
-from bondgraph.support.errors import GraphError as GraphError
-from bondgraph.support.errors import UnknownName as UnknownName
-from bondgraph.support.errors import UnusableInput as UnusableInput
+from bondgraph.support.lazy import attach
+
+__getattr__, __dir__, __all__ = attach(__name__)

@@ -1,1 +1,5 @@
-"""Bondsight: the front door and the command line."""
+"""Bondsight: declare a machine as a bond graph, fit it, and find the physics it leaves out."""
+
+from bondgraph.support.lazy import attach
+
+__getattr__, __dir__, __all__ = attach(__name__)

@@ -1,0 +1,15 @@
+from hardware.envelope import P840_1_UNIPOLAR as P840_1_UNIPOLAR
+from hardware.envelope import Envelope as Envelope
+from hardware.envelope import GuardedOutput as GuardedOutput
+from hardware.envelope import GuardedWave as GuardedWave
+from hardware.envelope import check_wave as check_wave
+from hardware.errors import LimitViolation as LimitViolation
+from hardware.errors import LinkLost as LinkLost
+from hardware.recorder import Taken as Taken
+from hardware.recorder import TakePlan as TakePlan
+from hardware.recorder import record as record
+from hardware.station import OpenStation as OpenStation
+from hardware.station import StationSettings as StationSettings
+from hardware.station import open_station as open_station
+from hardware.station import read_settings as read_settings
+from hardware.virtual import ModelPlant as ModelPlant
