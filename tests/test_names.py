@@ -72,7 +72,7 @@ def test_every_public_name_opens(door: str) -> None:
 def test_the_front_door_is_small_and_light() -> None:
     import bondsight
 
-    assert len(bondsight.__all__) <= 40
+    assert len(dict(vars(bondsight))["__all__"]) <= 40
     heavy = ("numpy", "scipy", "sympy", "casadi", "matplotlib", "networkx")
     said = subprocess.run(
         [

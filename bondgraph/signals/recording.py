@@ -19,6 +19,7 @@ from bondgraph.signals.decimation import thinned
 from bondgraph.signals.files.any_file import read_table
 from bondgraph.signals.files.arrays import pick_arrays
 from bondgraph.signals.files.checks import FloatArray, check_file, check_finite, check_name, frozen
+from bondgraph.signals.files.columns import OTHERS
 from bondgraph.signals.files.time_base import make_even
 from bondgraph.signals.interop import dataset_arrays, to_html, to_pandas, to_xarray, write_csv
 from bondgraph.signals.recording_file import is_saved, open_fields, save_recording, sha256_of
@@ -80,7 +81,8 @@ class Recording:
         SHA-256 of the bytes of the source file; empty if there is none.
     meta : mapping
         Anything else worth keeping; `meta["notes"]` is a tuple of sentences about what reading
-        changed (resampling, decimal commas, temperature differences, ...).
+        changed (resampling, decimal commas, temperature differences, ...);
+        `meta["resolution"]`, by channel, the unit of a coarse converter, SI.
 
     Raises
     ------
@@ -165,7 +167,8 @@ class Recording:
         map : mapping of str to str, optional
             Channel name -> column header, or its name without the unit, optionally with a unit:
             `{"x": "displacement_um"}`, `"displacement"`, `"displacement[um]"`. The key `t` names
-            the time column. Without it every column is a channel and needs a unit.
+            the time column. Without it every column is a channel and needs a unit; with the entry
+            `"*": "*"` all columns that no other entry names are channels as well.
         fs : float, optional
             Sampling rate, Hz; then a time column is ignored.
         name : str, optional
@@ -329,12 +332,24 @@ class Recording:
         return self.channels[name]
 
     def select(self, map: Mapping[str, str]) -> Recording:
-        """Return a recording of some channels under new names: `{new name: present name}`."""
+        """Return a recording of some channels under new names: `{new name: present name}`.
+
+        The entry `"*": "*"` keeps all others under their own.
+        """
+        if OTHERS in map:
+            others = [n for n in self.channels if n not in map and n not in map.values()]
+            pairs = [(k, v) for k, v in map.items() if k != OTHERS]
+            at = list(map).index(OTHERS)
+            map = dict([*pairs[:at], *zip(others, others, strict=True), *pairs[at:]])
         chosen = {new: self.channel(old) for new, old in map.items()}
+        meta = dict(self.meta)
+        if isinstance(known := meta.get("resolution"), Mapping):
+            meta["resolution"] = {new: known[old] for new, old in map.items() if old in known}
         return replace(
             self,
             channels={new: c.values for new, c in chosen.items()},
             units={new: c.unit for new, c in chosen.items()},
+            meta=meta,
         )
 
     def slice(self, start: int | None = None, stop: int | None = None) -> Recording:

@@ -64,7 +64,7 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     graph : BondGraph, optional
         In place of the model the options name.
     """
-    from bondsight.cli.models import load_model
+    from bondsight.cli.models import load_model, model_name
     from bondsight.cli.progress import Bar
     from bondsight.cli.words import in_words
     from identification.diagnosis.diagnose import characterised, diagnose
@@ -82,7 +82,7 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     writable(options.out)
     with Bar(quiet=not sys.stderr.isatty()) as bar:
         result = diagnose(
-            graph, found, split, model=options.model, hold=options.hold,
+            graph, found, split, model=model_name(options.model, graph), hold=options.hold,
             options=DiagnosisOptions(**settings), progress=bar, seed=options.seed,
         )  # fmt: skip
     path = write_verdict(result, options.out)

@@ -22,7 +22,10 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
         "--model", required=True, help="catalogue name, package.module:factory, .json or .py file"
     )
     p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
-    p.add_argument("--free", nargs="+", default=None, metavar="NAME", help="default: all not fixed")
+    p.add_argument(
+        "--free", nargs="+", action="extend", default=None, metavar="NAME",
+        help="default: all not fixed",
+    )  # fmt: skip
     p.add_argument("--fix", action="append", default=[], metavar="NAME=VALUE", help="SI")
     p.add_argument("--start", action="append", default=[], metavar="NAME=VALUE", help="SI")
     p.add_argument("--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="SI")
@@ -36,6 +39,7 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument(
         "--own",
         nargs="+",
+        action="extend",
         default=[],
         metavar="NAME",
         help="parameters with a value in every recording",
@@ -49,8 +53,9 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("--command-offsets", action="store_true", help="commands may have an offset")
     p.add_argument("--window", type=int, default=None, help="samples of windows to score on")
     p.add_argument(
-        "--validate", nargs="+", default=[], metavar="RECORDING", help="recordings only judged"
-    )
+        "--validate", nargs="+", action="extend", default=[], metavar="RECORDING",
+        help="recordings only judged",
+    )  # fmt: skip
     p.add_argument(
         "--init", type=int, default=0, help="samples of those that their state is fitted to"
     )

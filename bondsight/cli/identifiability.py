@@ -24,6 +24,7 @@ def add_identifiability_command(verbs: Any) -> None:
     p.add_argument(
         "--free",
         nargs="+",
+        action="extend",
         default=None,
         metavar="NAME",
         help="parameters (default: all not fixed)",

@@ -54,6 +54,13 @@ def load_model(text: str) -> BondGraph:
     return graph
 
 
+def model_name(text: str, graph: BondGraph) -> str:
+    """Return what a model is called in reports: that of a file by its own name, not its path."""
+    if not text.endswith((".json", ".py")):
+        return text
+    return graph.name or Path(text).stem
+
+
 def _from_file(path: Path) -> Callable[[], Any]:
     if not path.is_file():
         raise UnusableInput(f"model file {path} does not exist; check the path")

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source
+from bondgraph.signals.files.columns import OTHERS
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import UnusableInput, unknown_name
@@ -35,8 +33,7 @@ def load_recording(
     elif text in names() or any(text in k.aliases for k in KNOWN.values()):
         recording, split = load(text)
         if mapping:
-            kept = {n: n for n in recording.channels if n not in mapping.values()}
-            recording = recording.select({**kept, **mapping})
+            recording = recording.select({OTHERS: OTHERS, **mapping})
     else:
         error = unknown_name("recording", text, "the known ones", names())
         raise UnusableInput(f"{error}; nor is there a file of that name")
@@ -51,24 +48,10 @@ def _read(path: Path, mapping: dict[str, str]) -> Recording:
     """
     if not mapping:
         return Recording.read(path)
-    mapped = Recording.read(path, map=mapping)
     try:
-        every = Recording.read(path)
+        return Recording.read(path, map={**mapping, OTHERS: OTHERS})
     except UnusableInput:
-        return mapped
-    if not np.array_equal(every.time, mapped.time):
-        return mapped
-    others = [
-        n
-        for n in every.channels
-        if n not in mapped.channels
-        and not any(np.array_equal(every[n], v) for v in mapped.channels.values())
-    ]
-    return replace(
-        mapped,
-        channels={**mapped.channels, **{n: every[n] for n in others}},
-        units={**mapped.units, **{n: every.units[n] for n in others}},
-    )
+        return Recording.read(path, map=mapping)
 
 
 def _mapping(maps: Sequence[str]) -> dict[str, str]:

@@ -33,7 +33,7 @@ from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.screening.tangent_space import freedom
-from identification.diagnosis.search.base import declared_fit, on_full_data, thinned
+from identification.diagnosis.search.base import declared_fit, thinned, unthinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
 from identification.diagnosis.search.forward_selection import SelectionStage, steps
 from identification.diagnosis.search.nominal import deeper, nominal_fit
@@ -72,6 +72,8 @@ class Diagnosis:
         What would separate the effects that are still possible, the best first.
     traits : dict of str to (Character, Latent)
         What the missing signal looks like at the likeliest ports; made by `characterised`.
+    limits : Thresholds
+        Limits by which it was decided.
     """
 
     kind: str
@@ -94,6 +96,7 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     seconds: float = 0.0
     seed: int = 0
+    limits: Thresholds = field(default_factory=Thresholds)
 
     @property
     def decision(self) -> Decision | None:
@@ -140,6 +143,8 @@ def diagnose(
         third of them is held out.
     split : Split, optional
         Training and held-out samples; the stated default rule when not given.
+    limits : Thresholds, optional
+        Limits of the decision.
     hold : {"hold", "linear", "band-limited"}, optional
         Behaviour of the commands between samples; chosen on the training part when not given.
     progress : callable, optional
@@ -165,7 +170,9 @@ def diagnose(
     say("reading the noise floor", 0.01)
     sensors = tuple(s.name for s in graph.of_type(Sensor))
     commands = [s.name for s in drives(graph)]
-    result = Diagnosis("insufficient_data", model or graph.name, recording, graph, seed=seed)
+    result = Diagnosis(
+        "insufficient_data", model or graph.name, recording, graph, seed=seed, limits=limits
+    )
     split = split or (split_of(parts) if breaks else _split(recording, commands))
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     known = recording.meta.get("resolution") or {}
@@ -205,8 +212,8 @@ def diagnose(
             result = replace(result, nominal=nominal)
             base = thinned(template, nominal, options)
             made = steps(base, options, limits, declared.chi2("test"), classes, say)
-        say("fitting the repaired model on all samples", 0.95)
-        decisions = on_full_data(made.decisions, template, options.holds)
+        say("fitting the repaired model on all training samples", 0.95)
+        decisions = unthinned(made.decisions, template, options.holds)
         open_question = not any(d.kind == "missing_physics" for d in decisions)
         unknown = open_question and decisions[0].kind == "unknown_physics"
         relations = _relations(base.fit, classes) if unknown else ()
@@ -363,6 +370,11 @@ def _notes(problem: Problem) -> tuple[str, ...]:
         seconds = problem.window * problem.data.dt
         notes.append(
             f"the model integrates: it is scored on windows of {seconds:.3g} s, each from its own "
-            "initial state"
+            "initial state; that of a held-out window is fitted to its samples, no parameter is"
+        )
+    elif problem.data.breaks:
+        notes.append(
+            "each recording starts from a state of its own; that of a held-out one is fitted to "
+            "its samples, no parameter is"
         )
     return tuple(notes)

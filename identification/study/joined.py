@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +17,8 @@ Array = np.ndarray
 
 def joined(recordings: Sequence[Recording]) -> tuple[Recording, tuple[int, ...]]:
     """Put recordings behind one another; returns them and where the further ones begin.
+
+    The provenance is that of all of them, see `provenance`.
 
     Raises
     ------
@@ -49,8 +54,49 @@ def joined(recordings: Sequence[Recording]) -> tuple[Recording, tuple[int, ...]]
     headers = {c: f"{c}[{first.units[c]}]" if first.units[c] else c for c in first.channels}
     channels = {headers[c]: np.concatenate([r[c] for r in recordings]) for c in headers}
     name = " + ".join(r.name for r in recordings)
-    both = Recording.from_arrays(name, channels, fs=1.0 / step)
+    both = replace(Recording.from_arrays(name, channels, fs=1.0 / step), **provenance(recordings))
     return both, tuple(int(e) for e in edges[:-1])
+
+
+def provenance(recordings: Sequence[Recording]) -> dict[str, Any]:
+    """Return `source`, `sha256` and `meta` of recordings that are taken as one.
+
+    Returns
+    -------
+    dict
+        ``sha256`` is that of the file they all come from, else the SHA-256 of their hashes in
+        order, one a line; empty if one of them comes from no file. ``meta["parts"]`` lists name,
+        source, hash, samples and all else of each, ``meta["notes"]`` say whose they are, and
+        ``meta["resolution"]`` is the coarsest that is declared for each channel.
+    """
+    hashes = [r.sha256 for r in recordings]
+    if len(set(hashes)) == 1 or not all(hashes):
+        whole = hashes[0] if all(hashes) else ""
+    else:
+        whole = hashlib.sha256("\n".join(hashes).encode()).hexdigest()
+    parts = [
+        {
+            "name": r.name, "source": r.source, "sha256": r.sha256, "samples": r.n,
+            "meta": dict(r.meta),
+        }
+        for r in recordings
+    ]  # fmt: skip
+    notes = tuple(dict.fromkeys(f"{r.name}: {note}" for r in recordings for note in r.notes))
+    meta: dict[str, Any] = {"notes": notes, "parts": parts}
+    if coarse := _coarsest(recordings):
+        meta["resolution"] = coarse
+    source = " + ".join(dict.fromkeys(r.source for r in recordings if r.source))
+    return {"source": source, "sha256": whole, "meta": meta}
+
+
+def _coarsest(recordings: Sequence[Recording]) -> dict[str, float]:
+    """Return the largest unit that a converter of each channel is declared to have."""
+    found: dict[str, float] = {}
+    for r in recordings:
+        known = r.meta.get("resolution")
+        for name, unit in known.items() if isinstance(known, Mapping) else ():
+            found[name] = max(unit, found.get(name, 0.0))
+    return found
 
 
 def split_of(recordings: Sequence[Recording]) -> Split:

@@ -44,6 +44,8 @@ class Data:
         Unit of a sensor's converter, SI, where it is known: rounding to it is no finding.
     floor_measured : bool
         `floor` was read off the noise itself, not estimated from the spectrum.
+    sha256 : str
+        Of the recording's file; empty if there is none.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Data:
     breaks: tuple[int, ...] = ()
     resolution: Mapping[str, float] = field(default_factory=dict)
     floor_measured: bool = False
+    sha256: str = ""
 
     @property
     def n(self) -> int:
@@ -146,6 +149,7 @@ def data_for(
         np.array([floor[n] for n in sensors]),
         split,
         hold,
+        sha256=recording.sha256,
     )
 
 

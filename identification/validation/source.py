@@ -20,7 +20,7 @@ from identification.validation.validation_data import (
 )
 
 
-def from_fit(fit: Fit, sha256: str = "") -> ValidationData:
+def from_fit(fit: Fit) -> ValidationData:
     """Material of a single-record fit."""
     problem = fit.problem
     data = problem.data
@@ -29,7 +29,7 @@ def from_fit(fit: Fit, sha256: str = "") -> ValidationData:
     )
     record = ValidationRecord(
         data.name, data.time, data.names, units, data.readings, fit.simulated, data.floor,
-        data.mask("train"), data.mask("test"), dict(data.commands), sha256,
+        data.mask("train"), data.mask("test"), dict(data.commands), data.sha256,
     )  # fmt: skip
     declared = problem.graph.parameters
     numbers = tuple(
@@ -37,15 +37,12 @@ def from_fit(fit: Fit, sha256: str = "") -> ValidationData:
         else number(e)
         for e in fit.estimates
     )  # fmt: skip
-    parts = windows(problem)
-    trained = sum(bool(record.train[w].any()) for w in parts)
-    states = len(problem.compiled.space.states) * trained
     run = FREE_RUN
     if problem.window is not None:
         run = f"windows of {problem.window} samples, each with an initial state of its own"
     return ValidationData(
         problem.graph.name, (record,), numbers,
-        len(fit.estimates) + len(fit.nuisances) + states, fit.status.value, run,
+        len(fit.estimates) + len(fit.nuisances) + _states(problem), fit.status.value, run,
         nuisances=tuple(number(e) for e in fit.nuisances),
     )  # fmt: skip
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,11 @@ import numpy as np
 import pytest
 
 from actuators.models.catalogue import MODELS
-from bondsight.cli.main import main
-from bondsight.cli.models import load_model
+from bondgraph import BondGraph
+from bondgraph.export.graph_json.write_graph import to_json
+from bondgraph.signals.files.any_file import read_table
+from bondsight.cli.main import _parser, main
+from bondsight.cli.models import load_model, model_name
 from bondsight.cli.recordings import load_recording
 from identification import datasets as data
 
@@ -375,6 +379,51 @@ def test_a_map_keeps_the_channels_that_need_none(model: Path, tmp_path: Path) ->
     assert sorted(recording.channels) == ["x"]
 
 
+def test_a_map_reads_the_file_once_and_keeps_equal_columns(
+    model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    graph = load_model(str(model))
+    rows = "".join(f"{0.01 * i:.2f},{i % 2},{i},{i}\n" for i in range(40))
+    run = table(tmp_path, "t_s,F[N],place[m],copy[m]\n" + rows)
+    read: list[Path] = []
+
+    def counted(file: Path, *more: Any) -> Any:
+        read.append(file)
+        return read_table(file, *more)
+
+    monkeypatch.setattr("bondgraph.signals.recording.read_table", counted)
+    recording, _, _ = load_recording(str(run), ["x=place"], graph)
+    assert read == [run]
+    assert list(recording.channels) == ["x", "F", "copy"]
+    kept = recording.save(tmp_path / "kept.npz")
+    again, _, _ = load_recording(str(kept), ["x=copy"], graph)
+    assert list(again.channels) == ["x", "F"]
+    broken = table(
+        tmp_path, "t_s,F[N],place[m],copy[m]\n" + rows.replace(",7\n", ",nan\n"), "b.csv"
+    )
+    recording, _, _ = load_recording(str(broken), ["x=place"], graph)
+    assert list(recording.channels) == ["x"]
+
+
+def test_a_model_file_is_called_by_its_name_in_reports(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run, out = table(tmp_path, carriage(8, "few")), tmp_path / "out"
+    graph = load_model(str(model))
+    saved = tmp_path / "kept.json"
+    saved.write_text(to_json(graph), encoding="utf-8")
+    for given in (model, saved):
+        assert main(["diagnose", str(run), "--model", str(given), "--out", str(out)]) == 0
+        assert str(given) not in capsys.readouterr().out
+        page = (out / "report.html").read_text(encoding="utf-8")
+        assert f"<title>Diagnosis of {graph.name} on run</title>" in page
+        assert str(given) not in page
+        assert json.loads((out / "verdict.json").read_text("utf-8"))["model"] == graph.name
+    assert model_name("stack_bond_graph", graph) == "stack_bond_graph"
+    assert model_name("actuators.x:y", graph) == "actuators.x:y"
+    assert model_name("a/wheel.py", BondGraph("")) == "wheel"
+
+
 def test_several_recordings_are_diagnosed_together(
     model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -504,3 +553,39 @@ def test_catalogue_models_can_be_checked_and_drawn(
 def test_without_a_verb_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 0
     assert "diagnose" in capsys.readouterr().out
+
+
+def options_of(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.Action]]:
+    """Return every option of a parser and of its sub-parsers, with the words that lead to it."""
+    for a in parser._actions:
+        if isinstance(a, argparse._SubParsersAction):
+            for sub in a.choices.values():
+                yield from options_of(sub)
+        elif a.option_strings:
+            yield f"{parser.prog} {a.option_strings[-1]}", a
+
+
+def test_no_list_forgets_what_was_given_before() -> None:
+    """An option that takes several words adds to them where it is given again."""
+    lists = {n: a for n, a in options_of(_parser()) if a.nargs in ("+", "*")}
+    assert {"bondsight fit --free", "bondsight coverage --intervals"} <= set(lists)
+    forgetful = [n for n, a in lists.items() if not isinstance(a, argparse._ExtendAction)]
+    assert forgetful == []
+
+
+@pytest.mark.parametrize(
+    ("words", "name", "expected"),
+    [
+        ("fit r.csv --model m --free a b --free c", "free", ["a", "b", "c"]),
+        ("fit r.csv --model m --own a --own b", "own", ["a", "b"]),
+        ("fit r.csv --model m --validate a --validate b", "validate", ["a", "b"]),
+        ("fit r.csv --model m", "free", None),
+        ("identifiability m --free a --free b", "free", ["a", "b"]),
+        ("coverage demo --intervals fisher --intervals profile", "intervals",
+         ["fisher", "profile"]),
+        ("diagnose r.csv --model m --without a --without b", "without", ["a", "b"]),
+    ],
+)  # fmt: skip
+def test_repeated_options_add_up(words: str, name: str, expected: list[str] | None) -> None:
+    for _ in range(2):  # nothing is kept from one parsing to the next
+        assert getattr(_parser().parse_args(words.split()), name) == expected

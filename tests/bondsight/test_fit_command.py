@@ -91,6 +91,7 @@ def test_values_files_and_reopening(
     assert main(["fit", str(first), *options]) == 0
     printed = capsys.readouterr()
     assert {p.name for p in out.iterdir()} == FILES
+    assert "<title>Fit of carriage</title>" in (out / "fit.html").read_text(encoding="utf-8")
     document = fitted(out)
     assert document["status"] == "converged"
     far = misses(document, TRUTH)

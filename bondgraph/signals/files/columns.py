@@ -11,6 +11,9 @@ from bondgraph.signals.files.checks import FloatArray, check_name, means_time
 from bondgraph.signals.units import Unit, parse_unit, split_header
 from bondgraph.support.errors import UnusableInput, unknown_name
 
+OTHERS = "*"
+"""Key of a map that asks for all other columns too."""
+
 
 @dataclass(frozen=True, slots=True)
 class ColumnPlan:
@@ -103,22 +106,15 @@ def choose(
     named = [h for h in headers if h]
     rates = [h for h in named if is_rate(h)]
     times = [h for h in named if is_time(h)]
-    asked = {k: v for k, v in (map or {}).items() if not means_time(k)}
+    asked = {k: v for k, v in (map or {}).items() if not means_time(k) and k != OTHERS}
     time_asked = [v for k, v in (map or {}).items() if means_time(k)]
-    if map is not None:
-        channels = {k: _find(v, named, where) for k, v in asked.items()}
-    else:
-        channels = {}
-        for h in named:
-            if h in rates or h in times:
-                continue
-            base = split_header(h)[0]
-            if base in channels:
-                raise UnusableInput(
-                    f"{where}: columns {channels[base][0]!r} and {h!r} would both be channel "
-                    f"{base!r}; choose with --map {base}={h}"
-                )
-            channels[base] = (h, _unit_of(h, where))
+    channels = {k: _find(v, named, where) for k, v in asked.items()}
+    if map is None or OTHERS in map:
+        taken = {*rates, *times, *(h for h, _ in channels.values())}
+        if time_asked and fs is None:
+            taken.add(_find_time(time_asked[0], named, where))
+        others = _by_base([h for h in named if h not in taken], where)
+        channels |= {k: v for k, v in others.items() if k not in channels}
     for name in channels:
         check_name(name, where)
     if not channels:
@@ -144,6 +140,20 @@ def choose(
             f"(columns: {', '.join(named)})"
         )
     return ColumnPlan(channels, None, max(fitting, key=len))
+
+
+def _by_base(headers: Sequence[str], where: str) -> dict[str, tuple[str, Unit]]:
+    """Return columns by their names without the unit."""
+    found: dict[str, tuple[str, Unit]] = {}
+    for h in headers:
+        base = split_header(h)[0]
+        if base in found:
+            raise UnusableInput(
+                f"{where}: columns {found[base][0]!r} and {h!r} would both be channel "
+                f"{base!r}; choose with --map {base}={h}"
+            )
+        found[base] = (h, _unit_of(h, where))
+    return found
 
 
 def _find_time(target: str, headers: Sequence[str], where: str) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bondgraph.signals.files.arrays import pick_arrays
 from bondgraph.signals.files.checks import check_total, means_time
-from bondgraph.signals.files.columns import ColumnTable, is_rate, is_time
+from bondgraph.signals.files.columns import OTHERS, ColumnTable, is_rate, is_time
 from bondgraph.signals.units import parse_unit, split_header
 from bondgraph.support.errors import UnusableInput, unknown_name
 
@@ -99,14 +99,20 @@ def pick_stored(
     if map is not None:
         plan = {}
         for name, target in map.items():
+            if name == OTHERS:
+                plan[name] = target
+                continue
             stored, tail = _resolve(target, table, where, separator)
             if means_time(name):
                 timing = stored
                 continue
             asked.append(stored)
             plan[name] = _stem(stored.path) + tail if tail else stored.header(where)
-    else:
-        asked = [s for s in found if not s.refusal and s.shape and not _is_base(s, separator)]
+    if map is None or OTHERS in map:
+        asked += [
+            s for s in found
+            if not s.refusal and s.shape and not _is_base(s, separator) and s is not timing
+        ]  # fmt: skip
     asked = list(dict.fromkeys(asked))
     bases = _bases(asked, found, timing, fs, where, separator)
     _check_one(bases, where)

@@ -10,10 +10,13 @@ import matplotlib as mpl
 import sympy as sp
 from matplotlib.figure import Figure
 
+from bondgraph.equations.derivation import system
+from bondgraph.equations.relations import Relation
 from bondgraph.equations.state_space import StateSpace, derive
-from bondgraph.export.latex import latex, ordered_latex, pretty
+from bondgraph.equations.system import System
+from bondgraph.export.latex import latex, ordered_latex, pretty, rate_of, system_latex, tex
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, R, Sensor, Source
+from bondgraph.graph.elements import C, R, Sensor, Source, symbol
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.report.canvas import inline
 from identification.diagnosis.report.law import law_ports
@@ -44,32 +47,77 @@ def changes(before: BondGraph, after: BondGraph) -> tuple[tuple[Change, ...], tu
     """Return changed assignments, and changed closed rates and outputs."""
     try:
         old, new = derive(before), derive(after)
+        return _differences(_ordered(old), _ordered(new)), _differences(_closed(old), _closed(new))
+    except BondsightError:
+        pass  # not linear up to scalar laws: the exact equations of both
+    try:
+        first, last = system(before), system(after)
     except BondsightError:
         return (), ()
-    return _differences(_ordered(old), _ordered(new)), _differences(_closed(old), _closed(new))
+    return (
+        _differences(_relations(first), _relations(last)),
+        _differences(_closed_system(first), _closed_system(last)),
+    )
 
 
-def _ordered(space: StateSpace) -> dict[str, tuple[str, str]]:
-    """Left side -> right side and reason of each ordered assignment."""
+Equations = dict[str, tuple[str, str]]
+"""What an equation gives -> the equation and what it is."""
+
+
+def _ordered(space: StateSpace) -> Equations:
     reasons = [a.reason for a in space.assignments]
     reasons += [f"state of {s.element}" for s in space.states]
     reasons += [f"reading {n}" for n in space.output_names]
     found = {}
     for line, reason in zip(_lines(ordered_latex(space)), reasons, strict=True):
         left, _, right = re.sub(r"\s*&& \\text\{.*$", "", line).partition(" &:= ")
-        found[left] = (right, reason)
+        found[left] = (f"{left} = {right}", reason)
     return found
 
 
-def _closed(space: StateSpace) -> dict[str, tuple[str, str]]:
+def _closed(space: StateSpace) -> Equations:
     names = [f"rate of {s.symbol}" for s in space.states] + [
         f"reading {n}" for n in space.output_names
     ]
-    found = {}
-    for line, name in zip(_lines(latex(space)), names, strict=True):
-        left, _, right = line.partition(" &= ")
-        found[left] = (right, name)
+    return _named(latex(space), names)
+
+
+def _named(aligned: str, names: list[str]) -> Equations:
+    lines = _lines(aligned)
+    return {n: (line.replace(" &= ", " = ", 1), n) for n, line in zip(names, lines, strict=True)}
+
+
+def _relations(model: System) -> Equations:
+    found = {
+        r.target: (f"{tex(symbol(r.target))} = {tex(_whole(model, r))}", r.reason)
+        for r in model.relations
+    }
+    for a in model.algebraic:
+        found[a.name] = (f"0 = {tex(_whole(model, a.residual))}", f"{a.name} solves it: {a.reason}")
+    for s in model.stored:
+        rate = f"{rate_of(symbol(s.name))} = {tex(symbol(s.rate))}"
+        found[f"rate of {s.name}"] = (rate, f"state of {s.element}")
+    for n, signal, _ in model.readings:
+        found[f"reading {n}"] = (f"{pretty(n)} = {tex(symbol(signal))}", f"reading {n}")
     return found
+
+
+def _whole(model: System, r: Relation) -> sp.Expr:
+    """Right-hand side (or residual) of a relation, its law as a named function."""
+    terms, parts = r.terms, [] if r.expression is None else [r.expression]
+    if r.law is not None:
+        use = model.laws[r.law]
+        ending = {"drive": "_drive", "sensor": "_reading"}.get(use.role, "")
+        parts.append(sp.Function(f"{use.element}{ending}")(symbol(use.argument)))
+        terms = tuple((c, s) for c, s in terms if s != use.argument)
+    return sp.Add(*(c * symbol(s) for c, s in terms), *parts)
+
+
+def _closed_system(model: System) -> Equations:
+    names = [f"rate of {n}" for n in model.states]
+    names += [f"{a.name} solves it" for a in model.algebraic]
+    names += [f"reading {n}" for n in model.output_names]
+    return _named(system_latex(model), names)
 
 
 def _lines(aligned: str) -> list[str]:
@@ -77,16 +125,14 @@ def _lines(aligned: str) -> list[str]:
     return [line for line in body.split(" \\\\\n") if line.strip()]
 
 
-def _differences(
-    old: dict[str, tuple[str, str]], new: dict[str, tuple[str, str]]
-) -> tuple[Change, ...]:
+def _differences(old: Equations, new: Equations) -> tuple[Change, ...]:
     found = []
-    for left in dict.fromkeys((*old, *new)):
-        a, b = old.get(left), new.get(left)
+    for what in dict.fromkeys((*old, *new)):
+        a, b = old.get(what), new.get(what)
         if (a and a[0]) == (b and b[0]):
             continue
         why = (b or a or ("", ""))[1]
-        found.append(Change(f"{left} = {a[0]}" if a else "", f"{left} = {b[0]}" if b else "", why))
+        found.append(Change(a[0] if a else "", b[0] if b else "", why))
     return tuple(found)
 
 

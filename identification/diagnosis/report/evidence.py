@@ -38,7 +38,7 @@ def rivals(d: Diagnosis) -> str:
     explained = (
         "The misfit is the held-out mean square residual over the noise floor, so 1 is noise; the "
         "bar is its logarithm. z is by how many standard errors one lies behind the best, which "
-        "is shown as refitted on all samples."
+        "is shown as refitted on all training samples, none left out."
     )
     return html.section("The rivals, and why they lost", html.paragraph(explained), *parts)
 

@@ -64,7 +64,7 @@ def nominal_misfit(d: Diagnosis, step: Decision) -> float:
 
 
 def _same(t: Candidate, chosen: Candidate | None) -> Candidate:
-    """Return `t`; the chosen effect is shown as refitted on all samples."""
+    """Return `t`; the chosen effect is shown as refitted on all training samples."""
     return chosen if chosen is not None and t.label == chosen.label else t
 
 

@@ -21,6 +21,7 @@ from identification.diagnosis.report.style import BADGES
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.verdict.document import effect_parameters, normalised_error, sentence
 from identification.estimation.single_record import Fit
+from identification.study.problem import Data
 
 MANY = 8
 LEGIBLE = 0.6
@@ -31,13 +32,14 @@ def answer(d: Diagnosis) -> str:
     word, colour = BADGES.get(d.kind, (d.kind, "#52606d"))
     r = d.recording
     rate = quantity(1 / r.dt, "Hz", 3) if r.n > 1 else ""
+    hashes = [p["sha256"] for p in r.meta.get("parts", ())] or [r.sha256]
     pairs = [
         ("confidence", ", ".join(percent(round(c, 3)) for c in _confidences(d))),
         ("of the misfit explained", ", ".join(percent(c) for c in _shares(d))),
         ("model", d.model),
         ("recording", r.name),
         ("samples", f"{r.n} at {rate}" if rate else str(r.n)),
-        ("SHA-256", r.sha256[:12] or "not from a file"),
+        ("SHA-256", " + ".join(h[:12] or "not from a file" for h in hashes)),
         ("diagnosed in", f"{d.seconds:.1f} s"),
         ("seed", str(d.seed)),
     ]
@@ -77,7 +79,7 @@ def before_after(d: Diagnosis) -> str:
             html.figure(
                 outputs_tile(d, c),
                 f"{name} on a piece of the held-out samples, where the first model is furthest "
-                "off; they took no part in any fit.",
+                f"off; {_apart(d.data, d.nominal.problem.window)}.",
             ),
             html.figure(
                 residual_tile(d, c),
@@ -86,6 +88,17 @@ def before_after(d: Diagnosis) -> str:
             ),
         ]
     return html.section("Before and after, on held-out samples", _errors(d), html.tiles(*figures))
+
+
+def _apart(data: Data, window: int | None) -> str:
+    """Say what was fitted to the held-out samples."""
+    if window is None and not data.breaks:
+        return "they took no part in any fit"
+    whose = "recording" if window is None else "window"
+    return (
+        "they took no part in any fit, except for the initial state of each held-out "
+        f"{whose}, which is fitted to them"
+    )
 
 
 def _errors(d: Diagnosis) -> str:

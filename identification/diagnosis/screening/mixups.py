@@ -296,7 +296,7 @@ def _follows(fit: Fit, sensor: str) -> bool:
 
 
 def _judged(fitter: Fitter, graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
-    """Fit all data with the mistake undone; None if that does not explain them after all."""
+    """Fit all training samples with the mistake undone; None if that explains nothing after all."""
     try:
         found = fitter(graph, undone(nominal.problem.data, mixup))
     except (BondsightError, np.linalg.LinAlgError, ValueError):

@@ -1,4 +1,4 @@
-"""The data the search works on, and the repaired model on all of them."""
+"""The thinned data the search works on, and the repaired model on all training samples."""
 
 from __future__ import annotations
 
@@ -72,11 +72,12 @@ def _lags_scaled(f: Fit, problem: Problem, factor: float) -> Point:
     return Point(theta, f.point.states)
 
 
-def on_full_data(
+def unthinned(
     decisions: Sequence[Decision], template: Problem, holds: Sequence[str]
 ) -> tuple[Decision, ...]:
-    """Refit the last named effect on all samples, and with what the commands do between them.
+    """Refit the last named effect on all training samples, with what commands do between them.
 
+    The search may have worked on thinned samples; those held out are not fitted here either.
     The behaviour between samples is chosen again here: beside a large misfit it does not show.
     """
     last = max((i for i, d in enumerate(decisions) if d.chosen is not None), default=None)

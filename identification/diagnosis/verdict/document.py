@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from bondgraph.graph.elements import Source
 from bondgraph.signals.interop import regular_target
+from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.decision import Decision, Thresholds
 from identification.diagnosis.localisation.element_kind import element_kind
@@ -34,6 +36,7 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
             "sha256": d.recording.sha256,
             "samples": int(d.recording.n),
             "channels": list(d.recording.channels),
+            **_parts(d.recording),
         },
         "findings": _findings(d),
         "fit": {
@@ -53,7 +56,14 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
         "notes": list(d.notes),
         "seconds": round(d.seconds, 3),
         "seed": d.seed,
-    }
+    } | ({} if d.limits == Thresholds() else {"limits": asdict(d.limits)})
+
+
+def _parts(recording: Recording) -> dict[str, Any]:
+    """Return name, hash and samples of every recording where there are several."""
+    found = recording.meta.get("parts", ())
+    keys = ("name", "sha256", "samples")
+    return {"parts": [{k: part[k] for k in keys} for part in found]} if found else {}
 
 
 def _findings(d: Diagnosis) -> list[dict[str, Any]]:
@@ -92,7 +102,7 @@ def _unknown(d: Diagnosis) -> dict[str, Any]:
     kind = "unknown"
     if step is not None and step.complete and possible:
         kind = "family" if len(alike) == 1 else "look_alikes" if len(alike) <= MOST else "unknown"
-    elif step is not None and step.share >= Thresholds().share and len(families) == 1:
+    elif step is not None and step.share >= d.limits.share and len(families) == 1:
         kind = "family"
     return {
         "location": unresolved_place(d),

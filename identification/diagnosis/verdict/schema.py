@@ -146,6 +146,11 @@ class _Checker:
         self.get(recording, "sha256", "text", "recording")
         self.get(recording, "samples", "whole number", "recording")
         self.items(recording, "channels", "text", "recording")
+        if "parts" in recording:
+            for i, part in enumerate(self.items(recording, "parts", "object", "recording")):
+                self.get(part, "name", "text", f"recording.parts[{i}]")
+                self.get(part, "sha256", "text", f"recording.parts[{i}]")
+                self.get(part, "samples", "whole number", f"recording.parts[{i}]")
         findings = self.items(v, "findings", "object")
         if bool(findings) != (kind in NAMED):
             self.refuse(f"a verdict {kind} has {'' if kind in NAMED else 'no '}findings")

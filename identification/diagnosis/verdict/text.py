@@ -45,7 +45,7 @@ def retold(v: Data) -> str:
         _paragraph("What was found", [_answer(v), *(_meaning(f) for f in findings)]),
         _paragraph("Where", [_place(f) for f in findings]),
         _paragraph("How sure", [_certainty(f) for f in findings] or _silence(v)),
-        _paragraph("How much better, on data that took no part in any fit", _gains(v)),
+        _paragraph("How much better, on samples that no parameter was fitted to", _gains(v)),
         _paragraph("What else is possible", [t for f in findings for t in _rivals(f)]),
         _paragraph("What it rests on", _basis(v)),
         _paragraph("What to do next", v["advice"] or [_nothing_to_do(v)]),
@@ -193,7 +193,7 @@ def _basis(v: Data) -> list[str]:
     r = v["recording"]
     lines = [
         f"{r['samples']} samples of {_listed(r['channels']) or 'no channel'} in "
-        f"{r['name'] or 'the recording'}, SHA-256 {r['sha256'][:12] or 'not from a file'}; "
+        f"{r['name'] or 'the recording'}, SHA-256 {_hashes(r)}; "
         f"{v['seconds']:.1f} s, seed {v['seed']}."
     ]
     for f in v["findings"]:
@@ -205,6 +205,11 @@ def _basis(v: Data) -> list[str]:
     if beyond:
         lines.append(f"At the end of what a nuisance may be: {_listed(beyond)}. Look at it.")
     return lines
+
+
+def _hashes(r: Data) -> str:
+    """Beginning of the hash, that of each recording where there are several."""
+    return " + ".join(part["sha256"][:12] or "not from a file" for part in r.get("parts") or [r])
 
 
 def _value(p: Data) -> str:

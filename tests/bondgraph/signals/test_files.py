@@ -67,6 +67,17 @@ def test_hdf5_groups_and_units(hdf5: Path) -> None:
     assert Recording.read(hdf5, {"x": "x[um]"})["x"] == pytest.approx(X)
 
 
+def test_a_map_may_ask_for_all_the_others(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "some.h5", "w") as f:
+        for name, values in (("stamp_s", [0.0, 1.0, 2.0]), ("a[um]", [1.0, 2.0, 4.0]),
+                             ("b[V]", [5.0, 6.0, 7.0])):  # fmt: skip
+            f.create_dataset(name, data=values)
+    r = Recording.read(tmp_path / "some.h5", {"t": "stamp_s", "x": "a", "*": "*"})
+    assert (list(r.channels), r.fs) == (["x", "b"], 1.0)
+    assert r["x"] == pytest.approx([1e-6, 2e-6, 4e-6])
+
+
 def test_hdf5_without_a_map_takes_all_of_one_time_base(tmp_path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     file = tmp_path / "b.hdf5"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import pickle
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -262,6 +263,14 @@ def test_channel_and_select() -> None:
     assert (x.unit, x.values.shape) == ("m", (400,))
     assert np.array_equal(np.asarray(x), r["x"])
     assert r.select({"y": "x"}).units == {"y": "m"}
+    assert list(r.select({"y": "x", "*": "*"}).channels) == [
+        "y",
+        *(n for n in r.channels if n != "x"),
+    ]
+    assert list(r.select({"*": "*", "y": "x"}).channels)[-1] == "y"
+    coarse = replace(r, meta={**r.meta, "resolution": {"x": 1e-9, "z": 1.0}})
+    assert coarse.select({"y": "x"}).meta["resolution"] == {"y": 1e-9}
+    assert coarse.slice(0, 9).decimate(2).meta["resolution"] == {"x": 1e-9, "z": 1.0}
     with pytest.raises(UnknownName, match=r"no channel 'X' in recording demo\. Did you mean 'x'"):
         r.channel("X")
 

@@ -178,6 +178,7 @@ def broken(path: str, value: Any = ...) -> str:
         (broken("verdict", "explained"), "a verdict explained has no findings"),
         (broken("findings", []), "has findings"),
         (broken("recording.sha256"), "recording.sha256 is missing"),
+        (broken("recording.parts", [{"name": "a", "sha256": ""}]), "recording.parts[0].samples"),
         (broken("recording.samples", 1.5), "recording.samples is not a whole number"),
         (broken("recording.channels", ["x", 3]), "recording.channels[1] is not a text"),
         (broken("seed", True), "seed is not a whole number"),

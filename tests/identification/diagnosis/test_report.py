@@ -17,13 +17,15 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import MTF, BondGraph, C, Dq, I, One, R, Se
 from bondgraph.drawing.shading import fill
+from bondgraph.graph.modulation import displacement
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.evidence.decision import Thresholds
 from identification.diagnosis.report import page, sections, write_report
 from identification.diagnosis.report.changed import changes, definition, math_svg, whole_law
 from identification.diagnosis.report.found import confidence_of
@@ -32,6 +34,9 @@ from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.numbers import axis_scale, percent, prefixed, quantity, short
 from identification.diagnosis.report.rivals import standings, title
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict.document import verdict
+from identification.diagnosis.verdict.schema import parse_verdict
+from identification.diagnosis.verdict.text import retold
 
 N = 400
 HOSTILE = '<script>alert("x")</script> & $\\frac{'
@@ -157,6 +162,34 @@ def test_insufficient_data_shows_the_recording_and_the_reason(few: Diagnosis) ->
 
 def test_unknown_physics_without_any_trial(found: Diagnosis) -> None:
     check(page(replace(found, kind="unknown_physics", trials=(), steps=(), structure=None)))
+
+
+def test_what_was_fitted_to_held_out_samples_is_said(found: Diagnosis) -> None:
+    plain = sections.before_after(found)
+    assert "off; they took no part in any fit." in plain
+    assert "held-out one is fitted" not in " ".join(found.notes)
+    assert found.nominal is not None
+    cut = replace(found.nominal, problem=replace(found.nominal.problem, window=50))
+    text = sections.before_after(replace(found, nominal=cut))
+    assert "except for the initial state of each held-out window, which is fitted to them" in text
+
+
+def test_own_limits_reach_the_verdict_and_the_reading_of_it(found: Diagnosis) -> None:
+    """A family is an answer from the share on that the caller's limits ask of a name."""
+    d = as_kind(found, "unknown_physics")
+    half = replace(d, steps=(replace(d.steps[0], share=0.6, complete=False, rivals=()),))
+    assert "limits" not in verdict(half)
+    assert verdict(half)["findings"][0]["answer"] == "unknown"
+    own = verdict(replace(half, limits=Thresholds(share=0.5)))
+    assert own["findings"][0]["answer"] == "family"
+    assert own["limits"]["share"] == 0.5
+    retold(parse_verdict(json.dumps(own)))
+
+
+def test_a_diagnosis_carries_its_limits() -> None:
+    own = Thresholds(share=0.5)
+    assert diagnose(spring(), recording(25), limits=own).limits == own
+    assert diagnose(spring(), recording(25)).limits == Thresholds()
 
 
 def test_places_carry_their_confidence(found: Diagnosis) -> None:
@@ -308,6 +341,39 @@ def test_every_fitted_effect_has_a_figure_and_a_settable_formula() -> None:
         for c in steps:
             for tex in filter(None, (c.before, c.after)):
                 assert math_svg(tex, "x"), (t.label, tex)
+
+
+def lever() -> BondGraph:
+    """A graph that is not linear up to laws."""
+    with BondGraph("lever") as g:
+        body, inner = One("body"), One("inner")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> R("d", 2.0, unit="N*s/m")
+        body >> C("k", stiffness=200.0, unit="N/m")
+        body >> MTF("arm", ratio=20.0 * displacement("k")) >> inner
+        inner >> C("c", stiffness=30.0, unit="N/m")
+        body >> Dq("x", unit="m")
+    return g
+
+
+def test_equations_that_are_not_linear_up_to_laws_are_shown_too() -> None:
+    rubbing = lever().with_element("d", law=Coulomb(0.8))
+    (step,), (rate,) = changes(lever(), rubbing)
+    assert (step.before, step.why) == ("e_{d} = d f_{body}", "R d")
+    assert step.after == r"e_{d} = d{\left(f_{body} \right)}"
+    assert rate.why == "rate of p_m"
+    assert "q_{c} q_{k}" in rate.before
+    assert "d_{deviation}" in rate.after
+    assert all(math_svg(t, "x") for t in (step.after, rate.before, rate.after))
+    # an effect may make a graph so that was not
+    assert changes(spring(), lever())[1]
+
+
+def test_changed_equations_of_plain_graphs_are_as_derived() -> None:
+    (step,), (rate,) = changes(spring(), spring().with_element("d", law=Coulomb(0.8)))
+    assert (step.before, step.why) == ("e_{d} = d f_{v}", "R d")
+    assert step.after == r"e_{d} = d{\left(f_{v} \right)}"
+    assert (rate.why, "d{\\left(" in rate.after) == ("rate of p_m", True)
 
 
 def test_every_trial_is_listed_with_a_reason(found: Diagnosis) -> None:

@@ -16,8 +16,10 @@ from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.estimation import FitStatus, Study, estimate
 from identification.estimation.levenberg_marquardt import minimise
+from identification.estimation.single_record import fit
 from identification.study.engine import ExactEngine, GeneralEngine, engine_of
 from identification.study.joint import JointPoint, JointProblem, stack_of
+from identification.validation import judge
 from tests.identification.estimation.plants import TRUTH, misses, record, spring, study
 
 
@@ -128,3 +130,8 @@ def test_modulated_model_is_fitted() -> None:
     assert found.status is FitStatus.CONVERGED
     assert max(misses(found, {**TRUTH, "c": 30.0}).values()) < 3.5
     assert found.rmse("test")["x"] == pytest.approx(1e-4, rel=0.2)
+    alone = fit(found.problem(0))
+    judged = judge(alone)
+    assert judged.channels[0].test.chi2 == pytest.approx(alone.chi2("test"), rel=1e-12)
+    counted = len(alone.estimates) + len(alone.nuisances) + len(found.problem(0).free_states)
+    assert judged.material.n_free == counted

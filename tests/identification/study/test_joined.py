@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,10 +14,17 @@ from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.report.sections import answer, before_after
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict.document import verdict
+from identification.diagnosis.verdict.schema import parse_verdict
+from identification.diagnosis.verdict.text import retold
 from identification.study.joined import joined, split_of
 from identification.study.noise_floor import noise_floor
+from identification.validation import judge
 from tests.identification.estimation.plants import force, moved, spring
+from tests.proof.published import staging
+from tests.proof.real import preparing
 
 FS, NOISE = 100.0, 1e-5
 
@@ -68,12 +80,75 @@ def test_unequal_recordings_are_refused_in_one_line(other: Recording, message: s
         joined([])
 
 
+def of_a_file(r: Recording, letter: str, **meta: object) -> Recording:
+    return replace(r, source=f"{letter}.csv", sha256=64 * letter, meta={**r.meta, **meta})
+
+
+def test_the_provenance_of_every_recording_is_kept(tmp_path: Path) -> None:
+    """Hash, source, notes and declared converters survive; the hash is that of the hashes."""
+    one = of_a_file(plain("one"), "a", notes=("resampled",), resolution={"x": 0.1})
+    two = of_a_file(plain("two"), "b", notes=("resampled",), resolution={"x": 0.2, "F": 1.0})
+    both, _ = joined([one, two])
+    assert both.source == "a.csv + b.csv"
+    assert both.sha256 == hashlib.sha256(f"{64 * 'a'}\n{64 * 'b'}".encode()).hexdigest()
+    assert both.sha256 != joined([two, one])[0].sha256
+    assert both.notes == ("one: resampled", "two: resampled")
+    assert both.meta["resolution"] == {"x": 0.2, "F": 1.0}
+    assert [p["name"] for p in both.meta["parts"]] == ["one", "two"]
+    assert [p["sha256"] for p in both.meta["parts"]] == [64 * "a", 64 * "b"]
+    assert [p["meta"]["resolution"] for p in both.meta["parts"]] == [
+        {"x": 0.1}, {"x": 0.2, "F": 1.0}
+    ]  # fmt: skip
+    again = Recording.open(both.save(tmp_path / "both.npz"))
+    assert (again.sha256, again.notes, again.meta) == (both.sha256, both.notes, both.meta)
+    assert joined([one, plain("two")])[0].sha256 == ""
+    assert joined([one, replace(two, sha256=one.sha256)])[0].sha256 == one.sha256
+    assert joined([one])[0].sha256 == one.sha256
+
+
+def test_records_that_are_joined_for_a_protocol_keep_theirs() -> None:
+    one, two = of_a_file(plain("one"), "a", period=5), of_a_file(plain("two"), "b")
+    expected = joined([one, two])[0].sha256
+    real = preparing.joined("both", [one, two], "the whole record")
+    assert (real.sha256, real.meta["period"]) == (expected, 5)
+    assert real.notes == ("the whole record",)
+    assert staging.joined(one, two).sha256 == expected
+
+
+def test_a_declared_converter_of_several_recordings_is_no_missing_physics() -> None:
+    step = 2e-3
+    parts = []
+    for seed, letter in ((1, "a"), (2, "b")):
+        r = run(letter, 1.0, seed)
+        coarse = replace(r, channels={**r.channels, "x": step * np.round(r["x"] / step)})
+        parts.append(of_a_file(coarse, letter, resolution={"x": step}))
+    d = diagnose(spring(), parts, options=DiagnosisOptions(jobs=1, keep=2, more=1, effects=1))
+    assert d.kind == "explained"
+    assert d.nominal is not None
+    v = verdict(d)
+    assert v["recording"]["sha256"] == d.recording.sha256 != ""
+    assert judge(d.nominal).material.records[0].sha256 == d.recording.sha256
+    assert v["recording"]["parts"] == [
+        {"name": "a", "sha256": 64 * "a", "samples": 600},
+        {"name": "b", "sha256": 64 * "b", "samples": 600},
+    ]
+    parse_verdict(json.dumps(v), "verdict.json")
+    assert f"{12 * 'a'} + {12 * 'b'}" in " ".join(retold(v).split())
+    assert f"{12 * 'a'} + {12 * 'b'}" in answer(d)
+    assert "parts" not in verdict(replace(d, recording=parts[0]))["recording"]
+
+
 def test_a_diagnosis_uses_them_all_and_holds_one_out() -> None:
     """Gentle recordings alone would not show the cubic spring."""
     options = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
     parts = [run("gentle", 0.05, 1, cubic=30.0), run("loud", 1.0, 2, cubic=30.0)]
     parts.append(run("loud again", 0.9, 3, cubic=30.0))
-    d = diagnose(spring(), parts, options=options)
+    said: list[str] = []
+    d = diagnose(spring(), parts, options=options, progress=lambda text, _: said.append(text))
+    assert "fitting the repaired model on all training samples" in said
+    assert "that of a held-out one is fitted to its samples" in " ".join(d.notes)
+    held = "no part in any fit, except for the initial state of each held-out recording"
+    assert held in before_after(d)
     assert d.recording.n == 1800
     assert d.data is not None
     assert d.data.breaks == (600, 1200)

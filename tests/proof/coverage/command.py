@@ -32,7 +32,7 @@ def add_coverage_command(verbs: Any) -> None:
     p.add_argument("--top", type=float, default=None, help="highest frequency for MODEL, Hz")
     p.add_argument("--colour", type=float, default=0.0, help="correlation of the noise of MODEL")
     p.add_argument("--model-noise", choices=("white", "coloured"), default="white", dest="taken")
-    p.add_argument("--intervals", nargs="+", choices=KINDS, default=KINDS)
+    p.add_argument("--intervals", nargs="+", action="extend", choices=KINDS, default=None)
     p.add_argument("--first", type=nonnegative, default=0, help="number of the first trial")
     p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
     p.set_defaults(run=_coverage)
@@ -71,7 +71,7 @@ def _coverage(options: argparse.Namespace) -> int:
         begin = time.perf_counter()
         with Bar(quiet=not sys.stderr.isatty()) as bar:
             made = coverage(
-                case, options.trials, kinds=options.intervals, jobs=options.jobs,
+                case, options.trials, kinds=options.intervals or KINDS, jobs=options.jobs,
                 first=options.first, progress=lambda k, n, text: bar(text, k / n),
             )  # fmt: skip
         print(made)

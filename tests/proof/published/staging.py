@@ -13,6 +13,7 @@ from bondgraph.graph.elements import Modulated, Sensor
 from bondgraph.signals.recording import Recording, Split
 from identification.estimation import NO_NUISANCES, Estimation, Study, Vary, estimate
 from identification.estimation.result import free_run
+from identification.study.joined import provenance
 from identification.study.problem import Problem, data_for
 
 __all__ = [
@@ -99,6 +100,7 @@ def joined(first: Recording, second: Recording) -> Recording:
         first,
         time=first.time[0] + step * np.arange(n),
         channels={k: np.concatenate([v, second.channels[k]]) for k, v in first.channels.items()},
+        **provenance((first, second)),
     )
 
 

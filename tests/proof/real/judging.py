@@ -8,7 +8,7 @@ from typing import Any
 
 from bondgraph.graph.elements import C, I, R, Sensor, Source, TwoPort
 from tests.proof.real.case import RealCase
-from tests.proof.trial.answers import Statement, statement_of
+from tests.proof.trial.answers import Statement, share_of, statement_of
 
 __all__ = ["OUTCOMES", "Judgement", "judge"]
 
@@ -49,7 +49,7 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
     """
     kind = str(verdict.get("verdict", ""))
     ports = len(case.model().of_type(C, I, R, Source, Sensor, TwoPort))
-    said = [statement_of(f, ports) for f in verdict.get("findings") or ()]
+    said = [statement_of(f, ports, share_of(verdict)) for f in verdict.get("findings") or ()]
     if not said:
         if kind == "unknown_physics":
             return Judgement("unknown", "unknown", "")

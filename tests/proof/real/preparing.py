@@ -11,6 +11,7 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
 from identification.datasets import protocol
 from identification.datasets.public_set import Protocol
+from identification.study.joined import provenance
 
 __all__ = ["boundary_split", "joined", "noted", "part_of", "thinned", "train_of"]
 
@@ -30,6 +31,8 @@ def thinned(recording: Recording, factor: int) -> Recording:
 def joined(name: str, parts: Sequence[Recording], note: str) -> Recording:
     """Return recordings of one rate one after the other, on one time base from 0.
 
+    What else the first one knows of itself stays; hashes and notes are those of all.
+
     Raises
     ------
     UnusableInput
@@ -43,7 +46,9 @@ def joined(name: str, parts: Sequence[Recording], note: str) -> Recording:
             )
     channels = {k: np.concatenate([r[k] for r in parts]) for k in first.channels}
     time = np.arange(sum(r.n for r in parts), dtype=np.float64) * first.dt
-    return noted(replace(first, name=name, time=time, channels=channels), note)
+    known = provenance(parts)
+    known["meta"] = {**first.meta, **known["meta"]}
+    return noted(replace(first, name=name, time=time, channels=channels, **known), note)
 
 
 def boundary_split(recording: Recording, boundary: int, rule: str, *, skip: int = 0) -> Split:

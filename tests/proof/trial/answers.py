@@ -12,7 +12,7 @@ from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.evidence.decision import Thresholds
 from tests.proof.trial.vocabulary import FAMILIES, FAMILY_OF
 
-__all__ = ["Answer", "Statement", "answer_of", "read_answers", "statement_of"]
+__all__ = ["Answer", "Statement", "answer_of", "read_answers", "share_of", "statement_of"]
 
 SPELLINGS = {
     "exact": "exact",
@@ -109,7 +109,14 @@ class Answer:
         return self.verdict in ("missing_physics", "unknown_physics") or bool(self.statements)
 
 
-def statement_of(finding: Mapping[str, Any], ports: int) -> Statement:
+def share_of(verdict: Mapping[str, Any]) -> float:
+    """Return the share that a name needs by the limits of a verdict."""
+    return float((verdict.get("limits") or {}).get("share", Thresholds().share))
+
+
+def statement_of(
+    finding: Mapping[str, Any], ports: int, share: float = Thresholds().share
+) -> Statement:
     """Read a finding of the verdict.
 
     The kind of answer is taken from the finding where it says so. Otherwise an effect of the
@@ -121,6 +128,8 @@ def statement_of(finding: Mapping[str, Any], ports: int) -> Statement:
     ----------
     ports : int
         Elements of the model that may hold an effect.
+    share : float
+        Part of the misfit that a name must explain.
     """
     effect, family = str(finding["effect"]), str(finding.get("family", ""))
     possible = frozenset(str(p["effect"]) for p in finding.get("also_possible", ())) - {"unknown"}
@@ -131,7 +140,7 @@ def statement_of(finding: Mapping[str, Any], ports: int) -> Statement:
     if not answer:
         if effect != "unknown":
             answer = "exact"
-        elif len(possible) > 1 and explained >= Thresholds().share:
+        elif len(possible) > 1 and explained >= share:
             answer = "look_alikes"
         elif family not in ("", "outside"):
             answer = "family"
@@ -167,7 +176,7 @@ def answer_of(content: Mapping[str, Any]) -> Answer:
     return Answer(
         str(content["id"]),
         str(verdict.get("verdict", "")),
-        tuple(statement_of(f, len(kinds)) for f in verdict.get("findings", ())),
+        tuple(statement_of(f, len(kinds), share_of(verdict)) for f in verdict.get("findings", ())),
         float(content.get("seconds") or 0.0),
         str(content.get("error") or ""),
         nominal.get("train_rmse"),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.proof.tests.trial.made_up import answer, finding, truth
+from tests.proof.tests.trial.made_up import answer, content, finding, truth
+from tests.proof.trial.answers import answer_of
 from tests.proof.trial.matching import Outcome, judge
 
 COULOMB = truth("r", "single", ("coulomb_friction", "b_1"))
@@ -139,3 +140,17 @@ def test_what_is_not_excluded_counts_only_where_nobody_can_tell() -> None:
     assert judge(COULOMB, given, separable=False).name == "look_alikes"
     assert judge(COULOMB, given, separable=True).name == "wrong"
     assert judge(COULOMB, given).name == "wrong"
+
+
+@pytest.mark.parametrize(
+    ("share", "name"), [(0.5, "look_alikes"), (0.85, "family"), (None, "family")]
+)
+def test_look_alikes_are_read_by_the_limits_of_the_verdict(share: float | None, name: str) -> None:
+    said = finding(
+        "unknown", "b_1", family="friction", also=("coulomb_friction", "stribeck_friction"),
+        share=0.6,
+    )  # fmt: skip
+    made = content("r", said)
+    if share is not None:
+        made["verdict"]["limits"] = {"share": share}
+    assert [s.answer for s in answer_of(made).statements] == [name]
