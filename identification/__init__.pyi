@@ -14,7 +14,6 @@ from identification.estimation.single_record import Estimate as Estimate
 from identification.estimation.starts import Starts as Starts
 from identification.estimation.starts import many_starts as many_starts
 from identification.experiments.design import Signal as Signal
-from identification.experiments.design import SignalLimits as SignalLimits
 from identification.experiments.design import multisine as multisine
 from identification.experiments.design import optimal_multisine as optimal_multisine
 from identification.experiments.design import sweep as sweep

@@ -58,14 +58,13 @@ from actuators.stack.loop_width import loop_of
 from actuators.stack.sizing import P_840_1, operating_point, peak_current
 from actuators.stack.sizing_sheet import sizing_sheet
 from actuators.thesis import constant_rows, loop_rows
-from bondgraph import Recording, UnusableInput, derive, simulate
+from bondgraph import UnusableInput, derive, simulate
 from bondgraph.drawing.svg import svg
 from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.hysteresis.fitting import fit_loading_curve, fit_weights
 from bondgraph.laws import Hysteretic
 from bondgraph.support.ops import NUMPY
-from identification.clock import ClockMap, synchronised, thickness_from_misfit
-from identification.clock_phase import clock_from_phase
+from hardware.synchrony import ClockWiring, Stream, TimeMap, align, false_width, merged
 
 # %config InlineBackend.figure_formats = ['png']
 plt.rcParams.update(
@@ -743,48 +742,46 @@ plt.show()
 # If the drive's clock and the sensor's differ by 100 ppm, the record slips by a millisecond in ten
 # seconds. A misfit `d` adds $X\,|\sin 2\pi f d|$ to the thickness of a loop of stroke `X` or, with
 # the other sign, takes it away: more at higher frequency, so it looks like rate dependence. The
-# drift of the fundamental's phase gives the ratio of the clocks; the sensor's samples are then
-# moved to the drive's clock. Simulated: (6.2), which knows no rate, and 2 nm of noise.
+# drift of the phase of the answer gives the ratio of the clocks; the sensor's samples are then
+# put on the drive's clock. Simulated: (6.2), which knows no rate, and 2 nm of noise.
 
 # %%
 rate, samples = 3125.0, 32768
-skew = ClockMap((-100e-6,))
+skew = TimeMap(skew=-100e-6)
 time = np.arange(samples) / rate
 fig, axes = plt.subplots(1, 2, sharey=True)
 for axis, frequency in zip(axes, (2.0, 10.0), strict=True):
     at = skew.to_drive(time)
     noise = 2e-9 * np.random.default_rng(int(frequency)).standard_normal(samples)
-    arrays = {
-        "t_s": time,
-        "V_in[V]": sine_0_100(time, frequency),
-        "x[m]": stand_in.run(sine_0_100(at, frequency))[0] + noise,
-    }
-    seen = Recording.from_arrays(f"two clocks, {frequency:g} Hz", arrays)
-    estimate = clock_from_phase(seen.time, seen["V_in"], seen["x"])
-    mended = synchronised(seen, estimate.clock)
+    length = stand_in.run(sine_0_100(at, frequency))[0] + noise
+    drive = Stream.of(rate, V=sine_0_100(time, frequency))
+    sensor = Stream.of(rate, x=length)
+    estimate = align(drive, sensor, ClockWiring(hold="linear", lag=0.0))
+    mended = merged(drive, sensor, estimate)
     thick = {}
-    for word, recording in (("two clocks", seen), ("synchronised", mended)):
+    seen = (("two clocks", time, length), ("synchronised", mended.time, mended.channels["x"]))
+    for word, instants, taken in seen:
         end = float(mended.time[-1]) - 0.02
         one = end - (1 - np.arange(1000) / 1000) / frequency
-        x = np.interp(one, recording.time, recording["x"])
+        x = np.interp(one, instants, taken)
         axis.plot(sine_0_100(one, frequency), 1e6 * x, lw=0.9, label=word)
         thick[word] = loop_of(sine_0_100(one, frequency), x).thickness
     axis.set(xlabel="voltage / V", title=f"{frequency:g} Hz, the last period")
-    low, high = 1e6 * estimate.ratio_ci95[0]
-    misfit = float(skew.misfit(time[-1]))
-    alone = thickness_from_misfit(loops["al_janaideh"].stroke, frequency, misfit)
+    low, high = (1e6 * v for v in estimate.skew_interval)
+    misfit = float(skew.to_drive(time[-1])) - time[-1]
+    alone = false_width(loops["al_janaideh"].stroke, frequency, misfit)
     print(
         f"{frequency:3g} Hz: seen {1e9 * thick['two clocks']:6.0f} nm (the misfit alone makes "
         f"{1e9 * alone:.0f} nm), synchronised {1e9 * thick['synchronised']:4.0f} nm, true "
         f"{1e9 * loops['al_janaideh'].thickness:.0f} nm; ratio {low:.2f} .. {high:.2f} ppm"
     )
-    assert abs(1e6 * estimate.clock.ratio[0] + 100) < 1.0
+    assert abs(1e6 * estimate.map.skew + 100) < 1.0
     assert abs(thick["synchronised"] - loops["al_janaideh"].thickness) < 12e-9
     assert thick["two clocks"] - loops["al_janaideh"].thickness > 40e-9
 axes[0].set_ylabel("displacement / µm")
 axes[0].legend()
 plt.show()
-at_100_hz = thickness_from_misfit(loops["al_janaideh"].stroke, 100.0, misfit)
+at_100_hz = false_width(loops["al_janaideh"].stroke, 100.0, misfit)
 print(f"100 Hz: the misfit alone would make {1e6 * at_100_hz:.1f} um")
 assert 2.6e-6 < at_100_hz < 3.0e-6
 

@@ -29,9 +29,10 @@ from threadpoolctl import threadpool_limits
 
 from actuators import stack_bond_graph
 from bondgraph import Recording, simulate
+from bondgraph.signals.drive_limits import DriveLimits
 from identification.estimation import LogNormal, Nuisances, Study, Vary, estimate
 from identification.experiments.design.candidates import rank_signals
-from identification.experiments.design.limits import SignalLimits, fitted
+from identification.experiments.design.limits import fitted
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.optimal import optimal_multisine
 from identification.experiments.design.sweep import sweep
@@ -239,7 +240,7 @@ assert any(s.kind == "dead" and "m" in s.names for s in practical_of(slow[50]).s
 # over what is believed: mass within 20 %, damper within 30 %.
 
 # %%
-room = SignalLimits(low=-1.5, high=1.5, current=0.06, capacitance=0.69e-6)
+room = DriveLimits(low=-1.5, high=1.5, current=0.06, capacitance=0.69e-6)
 guess = known | {"m": 8e-3, "R_nl": 120.0}
 common = {"rate": 200e3, "period": 2000, "periods": 2}
 proposal = optimal_multisine(

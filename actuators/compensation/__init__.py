@@ -5,10 +5,6 @@ from __future__ import annotations
 from actuators.compensation.closed_loop import ControlLoop as ControlLoop
 from actuators.compensation.closed_loop import LoopRun as LoopRun
 from actuators.compensation.closed_loop import run_loop as run_loop
-from actuators.compensation.envelope import P840_1 as P840_1
-from actuators.compensation.envelope import UNIPOLAR as UNIPOLAR
-from actuators.compensation.envelope import VoltageLimit as VoltageLimit
-from actuators.compensation.envelope import VoltageRange as VoltageRange
 from actuators.compensation.exactness import bond_graph_residual as bond_graph_residual
 from actuators.compensation.exactness import lumped_residual as lumped_residual
 from actuators.compensation.exactness import operator_residual as operator_residual
@@ -43,3 +39,7 @@ from actuators.compensation.tracking import Tracking as Tracking
 from actuators.compensation.tracking import loop_thickness as loop_thickness
 from actuators.compensation.tracking import tracking as tracking
 from actuators.compensation.virtual_actuator import VirtualActuator as VirtualActuator
+from actuators.stack.voltage_limits import P840_1 as P840_1
+from actuators.stack.voltage_limits import UNIPOLAR as UNIPOLAR
+from bondgraph.signals.drive_limits import DriveLimits as DriveLimits
+from bondgraph.signals.drive_limits import VoltageLimit as VoltageLimit

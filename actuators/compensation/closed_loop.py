@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from actuators.compensation.envelope import UNIPOLAR, VoltageRange
 from actuators.compensation.feedforward import Invertible, limited_inverse
 from actuators.compensation.margins import OPEN, ProportionalIntegral
 from actuators.compensation.recursion import run_recursion
 from actuators.compensation.virtual_actuator import VirtualActuator
+from actuators.stack.voltage_limits import UNIPOLAR
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
@@ -35,7 +36,7 @@ class ControlLoop:
         Gains in command (m) per error (m); all 0 leaves the loop open.
     feedforward : bool
         Whether the reference itself is sent through the inverse.
-    envelope : Envelope
+    envelope : DriveLimits
     sample_rate : float
         Hz.
     """
@@ -43,7 +44,7 @@ class ControlLoop:
     model: Invertible
     controller: ProportionalIntegral = OPEN
     feedforward: bool = True
-    envelope: VoltageRange = UNIPOLAR
+    envelope: DriveLimits = UNIPOLAR
     sample_rate: float = 20_000.0
 
 

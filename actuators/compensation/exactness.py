@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from actuators.compensation.envelope import UNIPOLAR, VoltageRange
 from actuators.compensation.feedforward import Invertible, feedforward
 from actuators.compensation.model_inverse import (
     BondGraphStack,
@@ -15,8 +14,10 @@ from actuators.compensation.model_inverse import (
     lumped_feedforward,
 )
 from actuators.compensation.motion import AnalyticMotion
+from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph import simulate
 from bondgraph.hysteresis import Operator
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import Expression, FloatArray
 
 __all__ = [
@@ -36,7 +37,7 @@ def operator_residual(
     memory: Sequence[Expression],
     believed: Sequence[Expression] | None = None,
     *,
-    envelope: VoltageRange = UNIPOLAR,
+    envelope: DriveLimits = UNIPOLAR,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the voltage of the inverse and what is left of the reference behind an operator.
 
@@ -51,7 +52,7 @@ def operator_residual(
         Memory of the actuator.
     believed : sequence of float, optional
         What the compensation takes it for; `memory` when not given.
-    envelope : Envelope
+    envelope : DriveLimits
 
     Returns
     -------
@@ -69,7 +70,7 @@ def lumped_residual(
     hysteresis: Operator,
     stack: LumpedStack,
     *,
-    envelope: VoltageRange = UNIPOLAR,
+    envelope: DriveLimits = UNIPOLAR,
 ) -> FloatArray:
     """Return what the simulated lumped-parameter model leaves of a motion, shape (N,), m.
 
@@ -93,7 +94,7 @@ def bond_graph_residual(
     law: Operator,
     stack: BondGraphStack,
     *,
-    envelope: VoltageRange = UNIPOLAR,
+    envelope: DriveLimits = UNIPOLAR,
 ) -> FloatArray:
     """Return what the simulated general bond graph model leaves of a motion, shape (N,), m."""
     voltage = bond_graph_feedforward(motion, law, stack, envelope=envelope)

@@ -13,10 +13,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from actuators.compensation.envelope import UNIPOLAR, VoltageRange
 from actuators.compensation.recursion import run_recursion
+from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph.hysteresis import Memory, Operator, PrandtlIshlinskii
 from bondgraph.hysteresis.checks import finite_record, memory_states
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import CASADI, Expression, FloatArray, Ops
 
 __all__ = [
@@ -63,7 +64,7 @@ def feedforward(
     x_ref: ArrayLike,
     memory: Sequence[Expression] | None = None,
     *,
-    envelope: VoltageRange = UNIPOLAR,
+    envelope: DriveLimits = UNIPOLAR,
 ) -> FloatArray:
     """Return the voltage for which `operator`, starting from `memory`, gives `x_ref`.
 
@@ -75,7 +76,7 @@ def feedforward(
     memory : sequence of float, optional
         Memory of `operator` before the first sample; virgin at 0 V when not given. An actuator
         that has been used is not virgin, and the inverse is exact only with its true memory.
-    envelope : Envelope
+    envelope : DriveLimits
         Voltages the actuator may see.
 
     Returns
@@ -126,7 +127,7 @@ class LimitedFeedforward:
 
 
 def limited_inverse(
-    operator: Invertible, wanted: Expression, memory: Memory, envelope: VoltageRange
+    operator: Invertible, wanted: Expression, memory: Memory, envelope: DriveLimits
 ) -> tuple[Expression, Expression, Expression, Memory]:
     """Return one step of the inverse whose memory follows the voltage that is really applied.
 
@@ -140,7 +141,7 @@ def limited_inverse(
         Displacement asked for, m (CasADi).
     memory : tuple of expression
         Memory of `operator`, not of its inverse.
-    envelope : Envelope
+    envelope : DriveLimits
 
     Returns
     -------
@@ -159,7 +160,7 @@ def limited_feedforward(
     x_ref: ArrayLike,
     memory: Sequence[Expression] | None = None,
     *,
-    envelope: VoltageRange = UNIPOLAR,
+    envelope: DriveLimits = UNIPOLAR,
 ) -> LimitedFeedforward:
     """Return the command of `feedforward` held within the envelope, with its clipped samples.
 

@@ -11,10 +11,10 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from actuators.compensation.envelope import UNIPOLAR, VoltageRange
 from actuators.compensation.motion import AnalyticMotion
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.lumped import stack_lumped
+from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph import BondGraph
 from bondgraph.hysteresis import (
     AlJanaideh,
@@ -25,6 +25,7 @@ from bondgraph.hysteresis import (
     PrandtlIshlinskii,
 )
 from bondgraph.laws import Hysteretic
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import Expression, FloatArray
 
 __all__ = [
@@ -108,7 +109,7 @@ def lumped_feedforward(
     memory: Sequence[Expression] | None = None,
     *,
     force: float = 0.0,
-    envelope: VoltageRange = UNIPOLAR,
+    envelope: DriveLimits = UNIPOLAR,
 ) -> FloatArray:
     """Return the voltage for which the lumped-parameter model follows a motion.
 
@@ -126,7 +127,7 @@ def lumped_feedforward(
         Memory of H before the first sample; virgin at the first charge when not given.
     force : float
         Constant external force F_e, N.
-    envelope : Envelope
+    envelope : DriveLimits
 
     Returns
     -------
@@ -158,7 +159,7 @@ def bond_graph_feedforward(
     memory: Sequence[Expression] | None = None,
     *,
     force: float = 0.0,
-    envelope: VoltageRange = UNIPOLAR,
+    envelope: DriveLimits = UNIPOLAR,
 ) -> FloatArray:
     """Return the voltage for which the general bond graph model follows a motion.
 
@@ -178,7 +179,7 @@ def bond_graph_feedforward(
         Memory of E_C before the first sample; virgin at the first dipole when not given.
     force : float
         Constant external force F_e, N.
-    envelope : Envelope
+    envelope : DriveLimits
 
     Returns
     -------

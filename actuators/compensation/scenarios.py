@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from actuators.compensation.closed_loop import ControlLoop
-from actuators.compensation.envelope import UNIPOLAR, VoltageRange
 from actuators.compensation.feedforward import linear_operator
 from actuators.compensation.margins import OPEN, ProportionalIntegral
 from actuators.compensation.model_inverse import (
@@ -17,7 +16,9 @@ from actuators.compensation.model_inverse import (
 )
 from actuators.compensation.motion import AnalyticMotion
 from actuators.compensation.virtual_actuator import VirtualActuator
+from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import FloatArray
 
 __all__ = ["actuator_like", "deviating", "model_voltages", "stack_of", "strategies"]
@@ -86,7 +87,7 @@ def strategies(
     linear_gain: float,
     controller: ProportionalIntegral,
     *,
-    envelope: VoltageRange = UNIPOLAR,
+    envelope: DriveLimits = UNIPOLAR,
     sample_rate: float = 20_000.0,
 ) -> dict[str, ControlLoop]:
     """Return the open and closed loops that are compared.
@@ -98,7 +99,7 @@ def strategies(
     linear_gain : float
         m/V, of the compensation that knows of no hysteresis.
     controller : Controller
-    envelope : Envelope
+    envelope : DriveLimits
     sample_rate : float
         Hz.
     """
@@ -118,7 +119,7 @@ def model_voltages(
     nominal: VirtualActuator,
     motion: AnalyticMotion,
     *,
-    envelope: VoltageRange = UNIPOLAR,
+    envelope: DriveLimits = UNIPOLAR,
 ) -> dict[str, FloatArray]:
     """Return the voltages, shape (N,), by which the inverses of whole models follow a motion.
 
@@ -130,7 +131,7 @@ def model_voltages(
         Gives the body, and the electrics of the bond graph model. The lumped model has the Maxwell
         elements of table 6.4, identified on another record, so it fits less well.
     motion : Motion
-    envelope : Envelope
+    envelope : DriveLimits
     """
     stack = stack_of(nominal)
     lumped = LumpedStack(transducer=REFITTED_TRANSDUCER, mass=nominal.mass, damping=nominal.damping)

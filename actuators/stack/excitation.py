@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from actuators.stack.voltage_limits import VoltageLimits
+from actuators.stack.voltage_limits import P840_1
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput
 
 __all__ = [
@@ -125,7 +126,7 @@ def residual_bound(
 
 
 def possible_biases(
-    threshold: float, limits: VoltageLimits | None = None
+    threshold: float, limits: DriveLimits | None = None
 ) -> tuple[float, float] | None:
     """Return the biases (V) around which a decay of amplitude `threshold` fits, or None.
 
@@ -134,8 +135,8 @@ def possible_biases(
     >>> possible_biases(44.0)
     (24.0, 76.0)
     """
-    room = limits or VoltageLimits()
-    low, high = room.minimum + threshold, room.maximum - threshold
+    room = limits or P840_1
+    low, high = room.low + threshold, room.high - threshold
     return (low, high) if low <= high else None
 
 
@@ -147,7 +148,7 @@ def demagnetisation(
     start: float = 0.0,
     frequency: float = 1.8,
     rate: float = SAMPLE_RATE,
-    limits: VoltageLimits | None = None,
+    limits: DriveLimits | None = None,
     partial: bool = False,
 ) -> Excitation:
     """Return a decay around `bias` that erases plays of all `thresholds`.
@@ -170,7 +171,7 @@ def demagnetisation(
         Hz.
     rate : float
         Samples per second, Hz.
-    limits : VoltageLimits, optional
+    limits : DriveLimits, optional
     partial : bool
         Take the largest amplitude that fits where the widest play cannot be erased.
 
@@ -179,7 +180,7 @@ def demagnetisation(
     UnusableInput
         If the limits leave too little amplitude, or the current is too large.
     """
-    room = limits or VoltageLimits()
+    room = limits or P840_1
     widths = np.unique(np.asarray(thresholds, float))
     if widths.size == 0 or not np.isfinite(widths).all() or widths[0] < 0 or widths[-1] == 0:
         raise UnusableInput("demagnetisation: thresholds must be finite, >= 0 and not all 0")
@@ -196,8 +197,8 @@ def demagnetisation(
     return result
 
 
-def _amplitude(needed: float, bias: float, room: VoltageLimits, partial: bool) -> float:
-    fits = min(bias - room.minimum, room.maximum - bias)
+def _amplitude(needed: float, bias: float, room: DriveLimits, partial: bool) -> float:
+    fits = min(bias - room.low, room.high - bias)
     if needed <= fits:
         return needed
     if partial and fits > 0:
@@ -209,7 +210,7 @@ def _amplitude(needed: float, bias: float, room: VoltageLimits, partial: bool) -
         else "no bias has room for it"
     )
     raise UnusableInput(
-        f"demagnetisation: around {bias:g} V the limits {room.minimum:g} .. {room.maximum:g} V "
+        f"demagnetisation: around {bias:g} V the limits {room.low:g} .. {room.high:g} V "
         f"leave an amplitude of {max(fits, 0.0):.4g} V, but erasing asks for {needed:.4g} V; "
         f"{where}, or take partial=True and keep the rest of the remanence"
     )

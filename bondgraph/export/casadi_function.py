@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
@@ -17,6 +15,7 @@ from bondgraph.equations.program import Program
 from bondgraph.export.casadi_step import step_function
 from bondgraph.export.implicit import solve_algebraic
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.whole_file import write_atomically
 
 __all__ = ["CasadiModel", "FunctionNames", "casadi_functions", "load"]
 
@@ -190,7 +189,7 @@ class CasadiModel:
             "equations": self.equations.serialize(),
             "memory_rule": self.memory_rule.serialize(),
         }
-        _write(Path(file), json.dumps(data, indent=1, allow_nan=False) + "\n")
+        write_atomically(Path(file), json.dumps(data, indent=1, allow_nan=False) + "\n")
         return Path(file)
 
     def _symbols(self) -> list[ca.SX]:
@@ -276,16 +275,3 @@ def load(file: Path) -> CasadiModel:
 
 def _frozen(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
-
-
-def _write(target: Path, text: str) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise

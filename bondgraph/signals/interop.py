@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from bondgraph.signals.files.checks import optional
 from bondgraph.signals.units import split_header
 from bondgraph.support.errors import UnusableInput
-from bondgraph.support.whole_file import regular_target, replacing
+from bondgraph.support.whole_file import replacing
 
 if TYPE_CHECKING:
     from bondgraph.signals.recording import Recording
 
-__all__ = ["dataset_arrays", "regular_target", "to_html", "to_pandas", "to_xarray", "write_csv"]
+__all__ = ["dataset_arrays", "to_html", "to_pandas", "to_xarray", "write_csv"]
 
 
 def write_csv(recording: Recording, file: Path) -> Path:

@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["regular_target", "replacing"]
+__all__ = ["regular_target", "replacing", "write_atomically"]
 
 
 def regular_target(target: Path) -> Path:
@@ -79,3 +79,21 @@ def replacing(target: Path) -> Iterator[BinaryIO]:
     finally:
         if temporary is not None:
             Path(temporary).unlink(missing_ok=True)
+
+
+def write_atomically(target: Path, text: str) -> None:
+    """Write a text file whole or not at all; missing folders are made.
+
+    Raises
+    ------
+    UnusableInput
+        A folder or the file cannot be written.
+    """
+    try:
+        target.resolve().parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UnusableInput(
+            f"{target.parent}: cannot be made ({error.strerror or error})"
+        ) from error
+    with replacing(target) as stream:
+        stream.write(text.encode("utf-8"))

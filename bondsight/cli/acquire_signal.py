@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput, real_number
-from hardware.envelope import Capacitance, Envelope
+from hardware.envelope import Envelope
 from identification.experiments.design import demagnetise
-from identification.experiments.design.limits import SignalLimits as Limits
 from identification.experiments.design.take import session_signal
 
 __all__ = ["KINDS", "RATE", "waveform"]
@@ -21,14 +21,6 @@ RATE = 10e3
 """Of a signal that has none of its own (Hz)."""
 
 KINDS = "session, sine:HZ, sine:HZ:LOW:HIGH, demagnetise:VOLTS, or a file with one channel in V"
-
-
-def limits_of(envelope: Envelope) -> Limits:
-    """Return the envelope as the design of signals knows it."""
-    c = envelope.capacitance
-    farads = c.largest if isinstance(c, Capacitance) else c
-    current = np.inf if envelope.i_max is None or farads is None else envelope.i_max
-    return Limits(envelope.v_min, envelope.v_max, envelope.slew, float(current), farads)
 
 
 def waveform(
@@ -55,7 +47,7 @@ def waveform(
         The text is no signal.
     """
     kind, _, rest = text.partition(":")
-    limits = limits_of(envelope)
+    limits = envelope.limits
     if rate is not None and not (math.isfinite(rate) and rate > 0.0):
         raise UnusableInput(f"--rate {rate:g}: give a positive number of samples a second")
     hz = RATE if rate is None else rate
@@ -70,7 +62,9 @@ def waveform(
     raise UnusableInput(f"--signal {text}: is no signal; give {KINDS}")
 
 
-def _sine(text: str, rest: str, rate: float, samples: int, limits: Limits) -> NDArray[np.float64]:
+def _sine(
+    text: str, rest: str, rate: float, samples: int, limits: DriveLimits
+) -> NDArray[np.float64]:
     parts = rest.split(":")
     if len(parts) not in (1, 3) or not parts[0]:
         raise UnusableInput(f"--signal {text}: write sine:HZ or sine:HZ:LOW:HIGH")
@@ -85,7 +79,9 @@ def _sine(text: str, rest: str, rate: float, samples: int, limits: Limits) -> ND
     return np.asarray(low + 0.5 * (high - low) * (1.0 - np.cos(2.0 * np.pi * frequency * t)))
 
 
-def _demagnetise(rest: str, rate: float, envelope: Envelope, limits: Limits) -> NDArray[np.float64]:
+def _demagnetise(
+    rest: str, rate: float, envelope: Envelope, limits: DriveLimits
+) -> NDArray[np.float64]:
     low, high = envelope.v_min, envelope.v_max
     bias = real_number("--signal demagnetise", rest) if rest else 0.5 * (low + high)
     room = min(bias - low, high - bias)

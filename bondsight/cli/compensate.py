@@ -13,11 +13,11 @@ from actuators.compensation import (
     AnalyticMotion,
     BondGraphStack,
     ControlLoop,
+    DriveLimits,
     LumpedStack,
     ProportionalIntegral,
     SampledPlant,
     VirtualActuator,
-    VoltageRange,
     actuator_like,
     bond_graph_residual,
     choose_gains,
@@ -53,7 +53,7 @@ class CompensationSetting:
 
     loops: Mapping[str, ControlLoop]
     controller: ProportionalIntegral
-    envelope: VoltageRange
+    envelope: DriveLimits
     sample_rate: float
     linear_gain: float
     noise: float
@@ -107,7 +107,7 @@ def compensate(
         raise UnusableInput(
             f"compensate: needs 0 <= spread {spread:g} < 0.5 and noise {noise:g} >= 0"
         )
-    envelope = VoltageRange(*limits)
+    envelope = DriveLimits(*limits)
     gain = _inverse_operators(envelope, seed)
     _whole_models(envelope)
     actuator = actuator_like(MODEL)
@@ -127,7 +127,7 @@ def compensate(
     return 0
 
 
-def _inverse_operators(envelope: VoltageRange, seed: int) -> float:
+def _inverse_operators(envelope: DriveLimits, seed: int) -> float:
     """Print how exact the operator inverses are; return the secant gain of `MODEL`, m/V."""
     x_ref = thesis_reference(np.linspace(0.0, 2.0, 20_001)).x
     history = np.append(np.random.default_rng(seed).uniform(0.0, 100.0, 40), 0.0)
@@ -147,7 +147,7 @@ def _inverse_operators(envelope: VoltageRange, seed: int) -> float:
     return float(x_ref.max() / feedforward(MODEL, x_ref, envelope=envelope).max())
 
 
-def _whole_models(envelope: VoltageRange) -> None:
+def _whole_models(envelope: DriveLimits) -> None:
     """Print how exact the inverses of whole models are."""
     print(
         "\n== inverse models, simulated: rms, largest error (nm); steps of V at 0 and half a period"

@@ -15,12 +15,13 @@ from joblib import Parallel, delayed
 from actuators.models.catalogue import stack_with_payload
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.whole_file import write_atomically
 from bondsight.cli.progress import Bar
 from hardware.simulators import Truth, draw_truth, effects, record, seal
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.report import write_report
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import verdict, write_atomically, write_verdict
+from identification.diagnosis.verdict.document import verdict, write_verdict
 
 CHANNELS = {"V_in": "V", "x": "x", "i": "i"}
 PLACES = {"b": "R_nl"}

@@ -19,8 +19,8 @@ def add_draw_command(verbs: Any) -> None:
 
 def _draw(options: argparse.Namespace) -> int:
     from bondgraph.drawing.svg import svg
+    from bondgraph.support.whole_file import write_atomically
     from bondsight.cli.models import load_model
-    from identification.diagnosis.verdict.document import write_atomically
 
     graph = load_model(options.model)
     target = options.out or Path(f"{graph.name}.svg")

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import sys
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.signals.interop import regular_target
 from bondgraph.support import native
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.whole_file import regular_target, write_atomically
 
 __all__ = ["FORMATS", "Format", "add_export_command", "export", "target_of"]
 
@@ -122,8 +120,6 @@ def _program(graph: BondGraph) -> Any:
 
 
 def _text(target: Path, text: str) -> tuple[Path, ...]:
-    from identification.diagnosis.verdict.document import write_atomically
-
     write_atomically(target, text)
     return (target,)
 
@@ -152,24 +148,15 @@ def _casadi(graph: BondGraph, target: Path) -> tuple[Path, ...]:
 def _fmu2(graph: BondGraph, target: Path) -> tuple[Path, ...]:
     from bondgraph.export.fmu import fmu2_cosimulation
 
-    return _archive(target, lambda path: fmu2_cosimulation(_program(graph), path))
+    target.parent.mkdir(parents=True, exist_ok=True)
+    return (fmu2_cosimulation(_program(graph), target),)
 
 
 def _fmu3(graph: BondGraph, target: Path) -> tuple[Path, ...]:
     from bondgraph.export.fmu import fmu3_model_exchange
 
-    return _archive(target, lambda path: fmu3_model_exchange(_program(graph), path))
-
-
-def _archive(target: Path, write: Callable[[Path], object]) -> tuple[Path, ...]:
-    """Let `write` make the file in a folder beside the target, then put it in its place."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.") as folder:
-        made = Path(folder) / target.name
-        write(made)
-        os.chmod(made, 0o644)
-        os.replace(made, target)
-    return (target,)
+    return (fmu3_model_exchange(_program(graph), target),)
 
 
 def _modelica(graph: BondGraph, target: Path) -> tuple[Path, ...]:

@@ -139,7 +139,7 @@ def _profiled(options: argparse.Namespace, found: Estimation, bar: Bar) -> dict[
 
 def _write(path: Path, found: Estimation) -> None:
     """Values and errors as JSON, for other programs."""
-    from identification.diagnosis.verdict.document import write_atomically
+    from bondgraph.support.whole_file import write_atomically
 
     def number(v: float) -> float | None:
         return float(v) if abs(v) < float("inf") else None

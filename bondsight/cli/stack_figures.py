@@ -17,7 +17,7 @@ Curves = Mapping[str, tuple[FloatArray, FloatArray]]
 
 
 def _write(svg: str, path: Path) -> None:
-    from identification.diagnosis.verdict.document import write_atomically
+    from bondgraph.support.whole_file import write_atomically
 
     write_atomically(path, svg + "\n")
     print(path)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, final
 
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput, real_number
 from hardware.envelope.capacitance import Capacitance
 from hardware.envelope.plain_numbers import engineering
@@ -202,6 +203,13 @@ class Envelope:
             f"allow ({engineering(fastest, 'V/s')}); lower gentle",
         )
         return self.gentle
+
+    @property
+    def limits(self) -> DriveLimits:
+        """Range, slew and current alone, with the largest capacitance."""
+        if self.curve is None or self.i_max is None:
+            return DriveLimits(self.v_min, self.v_max, self.slew)
+        return DriveLimits(self.v_min, self.v_max, self.slew, self.i_max, self.curve.largest)
 
     def fastest(self, before: float, after: float) -> float:
         """Return the fastest change (V/s) that slew and current allow between two voltages (V)."""

@@ -17,6 +17,7 @@ from hardware.synchrony.by_copy import align_by_copy
 from hardware.synchrony.by_length import align_by_length
 from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.merge import Merged, merged
+from hardware.synchrony.several_tones import delay_from_lags
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.wiring import ClockWiring
@@ -35,6 +36,7 @@ __all__ = [
     "align_by_length",
     "between",
     "checked",
+    "delay_from_lags",
     "false_width",
     "merged",
 ]

@@ -44,7 +44,8 @@ class Alignment:
     map : TimeMap
         Where the delay is not known its nominal value stands there.
     covariance : ndarray
-        (3, 3), of delay (s), skew and drift (1/s); infinite where unknown, zero where exact.
+        (3 + bends, 3 + bends), of the numbers of the map: delay (s), skew, drift and its changes
+        (1/s); infinite where unknown, zero where exact.
     how : str
         What it rests on.
     delay_known : bool
@@ -69,6 +70,9 @@ class Alignment:
         What a reader must know.
     over_budget : bool
         Whether a declared budget is exceeded; the samples are then flagged.
+    answer_lag, answer_lag_error : float
+        Lag of the answer's fundamental behind the drive's less the delay (s), and its standard
+        deviation: all that one tone tells of the two. NaN for other drives.
     """
 
     map: TimeMap
@@ -89,6 +93,8 @@ class Alignment:
     alternatives: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
     over_budget: bool = False
+    answer_lag: float = math.nan
+    answer_lag_error: float = math.nan
 
     @property
     def ratio(self) -> float:
@@ -121,8 +127,13 @@ class Alignment:
         t = np.asarray(time, float)
         if not np.isfinite(self.covariance[0, 0]):
             return np.full(t.shape, np.inf)
-        by = np.stack([np.ones_like(t), t, 0.5 * t * t], axis=-1)
+        by = self.map.columns(t)
         return np.asarray(np.sqrt(np.einsum("...i,ij,...j->...", by, self.covariance, by)))
+
+    def skew_half_at(self, time: ArrayLike) -> Array:
+        """Return half the 95 % interval of the ratio at sensor times (s)."""
+        by, c = self.map.rates(time)[..., 1:], self.covariance[1:, 1:]
+        return np.asarray(self.factor * np.sqrt(np.einsum("...i,ij,...j->...", by, c, by)))
 
     @property
     def worst(self) -> float:
@@ -133,7 +144,7 @@ class Alignment:
     def skew_over_record(self) -> float:
         """Half width of the 95 % interval of what the clocks run apart within the record (s)."""
         c, t = self.covariance[1:, 1:], np.linspace(0.0, self.span, 33)
-        by = np.stack([t, 0.5 * t * t], axis=-1)
+        by = self.map.columns(t)[:, 1:]
         return self.factor * float(np.sqrt(np.einsum("ni,ij,nj->n", by, c, by)).max())
 
     @property

@@ -16,7 +16,7 @@ from hardware.synchrony.gaps import find_gaps, structured
 from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.jitter import jitter_of
 from hardware.synchrony.settle import settled
-from hardware.synchrony.spread import covariance_of, reach
+from hardware.synchrony.spread import covariance_of, reach, spread_out
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.wiring import ClockWiring
@@ -67,7 +67,7 @@ def align_by_copy(
 
     def solved(given: AlignmentData) -> _Solved:
         coarse = first_guess(given, held, expected, max(far, 2.0 / sensor.rate), skew, smooth)
-        begun = replace(coarse.guess, lag=max(smooth, 1e-3 * step))
+        begun = TimeMapGuess(wiring.bent(coarse.guess.map), max(smooth, 1e-3 * step))
         if wiring.shared_clock:
             begun = TimeMapGuess(TimeMap(begun.map.delay), begun.lag)
         return (coarse, *settled(given, held, begun, wiring.lag))
@@ -88,7 +88,7 @@ def align_by_copy(
         guess, covariance = by_edges(material, held, fitted, wiring.shared_clock)
         factor, how = reach(2), "copy, by its edges"
         lag_error = wiring.lag_error if wiring.lag is not None else fitted.guess.lag
-        covariance = covariance + np.diag([fitted.guess.lag**2, 0.0, 0.0])
+        covariance[0, 0] += fitted.guess.lag**2
     else:
         covariance, lag_error = _covariance(material, fitted)
         guess, factor = fitted.guess, reach(len(material.free))
@@ -101,7 +101,7 @@ def align_by_copy(
             "copy, or take rates that do not divide each other",
         )
     # a hollow as deep: the truth may lie there
-    apart = [np.outer(d, d) for r in rivals if (d := _numbers(r.guess) - _numbers(guess)).any()]
+    apart = [np.outer(d, d) for r in rivals if (d := r.guess.map.numbers - guess.map.numbers).any()]
     if apart:
         covariance = covariance + max(apart, key=lambda o: float(o[0, 0]))
     if structured(fitted) and how == "copy":
@@ -164,9 +164,7 @@ def _mended(
 
 def _declared(material: AlignmentData, wiring: ClockWiring) -> AlignmentData:
     """Return the material with what is free and what is believed of it."""
-    free: tuple[str, ...] = ("delay",) if wiring.shared_clock else ("delay", "skew")
-    if wiring.drifting:
-        free += ("drift",)
+    free = wiring.free
     beliefs: tuple[tuple[str, float, float], ...] = ()
     if wiring.lag is None or wiring.lag_error > 0.0:
         free += ("lag",)
@@ -178,15 +176,9 @@ def _declared(material: AlignmentData, wiring: ClockWiring) -> AlignmentData:
     return replace(material, free=free, beliefs=beliefs)
 
 
-def _numbers(guess: TimeMapGuess) -> Array:
-    return np.array([guess.map.delay, guess.map.skew, guess.map.drift])
-
-
 def _covariance(material: AlignmentData, fitted: FittedTimeMap) -> tuple[Array, float]:
-    """Covariance of delay, skew and drift, and the error of the lag."""
+    """Covariance of the numbers of the map, and the error of the lag."""
     found = covariance_of(material, fitted)
-    whole = np.zeros((3, 3))
-    where = [("delay", "skew", "drift").index(n) for n in material.free if n != "lag"]
-    whole[np.ix_(where, where)] = found[: len(where), : len(where)]
+    whole = spread_out(found, material, fitted)
     lag = float(np.sqrt(found[-1, -1])) if "lag" in material.free else 0.0
     return whole, lag

@@ -9,6 +9,7 @@ with them, such a hysteresis does not.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,11 +21,11 @@ from hardware.synchrony.by_response import skew_by_response
 from hardware.synchrony.coarse import first_guess
 from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess, fit
 from hardware.synchrony.gaps import structured
-from hardware.synchrony.held import HeldColumns
+from hardware.synchrony.held import HeldColumns, Shape
 from hardware.synchrony.jitter import jitter_of
 from hardware.synchrony.period import fundamental, one_loop
 from hardware.synchrony.played import Played
-from hardware.synchrony.spread import covariance_of, reach
+from hardware.synchrony.spread import covariance_of, reach, spread_out
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.toned import Toned
@@ -43,6 +44,9 @@ MISSED = 2.0
 CREEP = (0.01, 0.1, 1.0, 10.0)
 """Time constants of the creep allowed for (s)."""
 FIRST_LAG = 0.4
+FINER = 8
+"""Parts of a step of the drive at which a model of the actuator is asked."""
+Model = Callable[[Array], Array]
 
 
 def align_by_length(
@@ -52,12 +56,23 @@ def align_by_length(
     *,
     command: str = "V",
     length: str = "x",
+    model: Model | None = None,
 ) -> Alignment:
     """Estimate the clocks from drive and length.
 
     The delay is given only if the drive is not one periodic tone, the record separates a delay
     from hysteresis and creep, and ``wiring.plant_lag_error`` bounds the actuator's own lag, which
     no record of this kind tells from a delay; or if the wiring itself knows it.
+
+    Parameters
+    ----------
+    drive, sensor : Stream
+    wiring : Wiring
+    command, length : str
+        Channels.
+    model : callable, optional
+        Length, up to offset and gain, of a finely sampled voltage, both ``(n,)``: taken in place
+        of plays and creep, where the actuator is known.
 
     Raises
     ------
@@ -68,13 +83,13 @@ def align_by_length(
     if float(np.ptp(volts)) <= 1e-12 * float(np.abs(volts).max(initial=0.0)):
         raise UnusableInput("clock: the drive is constant, so nothing marks the time; let it move")
     tone = fundamental(volts, drive.rate)
-    if tone is not None and one_loop(volts, drive.rate, tone):
-        return _by_phase(drive, sensor, wiring, length, tone)
-    return _by_plays(drive, sensor, wiring, command, length)
+    if model is None and tone is not None and one_loop(volts, drive.rate, tone):
+        return _by_phase(drive, sensor, wiring, command, length, tone)
+    return _by_plays(drive, sensor, wiring, command, length, model)
 
 
 def _by_phase(
-    drive: Stream, sensor: Stream, wiring: ClockWiring, length: str, tone: float
+    drive: Stream, sensor: Stream, wiring: ClockWiring, command: str, length: str, tone: float
 ) -> Alignment:
     """Periodic drive: the ratio from the drift of fundamental and harmonics."""
     step = 1.0 / drive.rate
@@ -88,7 +103,7 @@ def _by_phase(
     orders = min(HARMONICS, max(int(0.45 * min(drive.rate, sensor.rate) / tone), 1))
     lag = FIRST_LAG * step if wiring.lag is None else wiring.lag
     held = Toned(tone, orders, step, wiring.hold == "zero", lag)
-    free: tuple[str, ...] = ("delay", "skew", "drift") if wiring.drifting else ("delay", "skew")
+    free = ("delay", "skew") if wiring.shared_clock else wiring.free
     # the delay is one phase with the coefficients; only the steps of the drive show a part of it
     beliefs: tuple[tuple[str, float, float], ...] = (
         ("delay", wiring.delay, step), ("skew", 0.0, wiring.most_skew)
@@ -101,19 +116,19 @@ def _by_phase(
     material = AlignmentData(
         held, t, sensor.channel(length)[usable], _trend(t, tone), free, beliefs
     )
-    start = TimeMapGuess(TimeMap(wiring.delay), lag)
+    start = TimeMapGuess(wiring.bent(TimeMap(wiring.delay)), lag)
     fitted = _widened(material, start, tone)
-    spread = covariance_of(material, fitted)
+    covariance = spread_out(covariance_of(material, fitted), material, fitted)
+    covariance[0] = covariance[:, 0] = 0.0
     known = wiring.delay_error is not None
-    covariance = np.zeros((3, 3))
-    count = 3 if wiring.drifting else 2
-    covariance[1:count, 1:count] = spread[1:count, 1:count]
     covariance[0, 0] = wiring.delay_error**2 if wiring.delay_error is not None else np.inf
     found = replace(fitted.guess.map, delay=wiring.delay)
     jitter, error = jitter_of(fitted.rest, fitted.slope)
+    answer, answer_error = _answer_lag(drive, command, material, fitted, tone)
     return Alignment(
         found, covariance, "phase", known, float(sensor.time[-1]), reach(len(free)), wiring.hold,
         wiring.lag or 0.0, wiring.lag_error, jitter, error, rms=fitted.rms,
+        answer_lag=answer, answer_lag_error=answer_error,
         notes=(f"one tone of {tone:.6g} Hz: a delay and the lag of the loop are one phase",),
     )  # fmt: skip
 
@@ -133,6 +148,30 @@ def _widened(material: AlignmentData, start: TimeMapGuess, tone: float) -> Fitte
     return fit(material, guess)
 
 
+def _answer_lag(
+    drive: Stream, command: str, material: AlignmentData, fitted: FittedTimeMap, tone: float
+) -> tuple[float, float]:
+    """Lag of the fundamental behind the drive's less the delay (s), and its standard deviation."""
+    w = 2.0 * np.pi * tone
+    own = Toned(tone, material.held.count // 2, material.held.step, False).at(drive.time)[0]
+    (c, d), *_ = np.split(
+        np.linalg.lstsq(np.column_stack([own, np.ones(drive.n)]), drive.channel(command))[0], [2]
+    )
+    a, b = fitted.coefficients[:2]
+    lag = (math.atan2(b, a) - math.atan2(d, c)) / w - fitted.guess.map.delay
+    lag -= round(lag * tone) / tone
+    # the phase belongs to the start of the record, so an error of the ratio turns it as well
+    free = [k for k, n in enumerate(fitted.guess.map.names) if n in material.free and n != "delay"]
+    by = fitted.guess.map.columns(material.time)[:, free] * fitted.slope[:, None]
+    columns = material.held.at(fitted.guess.map.to_drive(material.time))[0]
+    j = np.column_stack([columns, by, material.trend])
+    size = np.linalg.norm(j, axis=0)
+    inverse = np.linalg.pinv((j / size).T @ (j / size), rcond=1e-13, hermitian=True)
+    turn = np.array([-b, a]) / ((a * a + b * b) * w * size[:2])
+    variance = float(turn @ inverse[:2, :2] @ turn) * float(np.mean(fitted.rest**2))
+    return lag, math.sqrt(variance)
+
+
 def _trend(t: Array, tone: float) -> Array:
     """Offset and creep: what moves slowly besides the drive."""
     u = (t - t[0]) / (t[-1] - t[0])
@@ -146,7 +185,12 @@ class _Way:
 
 
 def _by_plays(
-    drive: Stream, sensor: Stream, wiring: ClockWiring, command: str, length: str
+    drive: Stream,
+    sensor: Stream,
+    wiring: ClockWiring,
+    command: str,
+    length: str,
+    model: Model | None,
 ) -> Alignment:
     """Free drive: the map under which plays and creep explain the length best."""
     step = 1.0 / drive.rate
@@ -161,19 +205,23 @@ def _by_plays(
     far = 16.0 / sensor.rate if wiring.most_delay is None else wiring.most_delay
     skew = 1e-9 if wiring.shared_clock else wiring.most_skew
     guess = first_guess(plain, held, wiring.delay, far, skew, lag).guess
-    if wiring.shared_clock:
-        guess = TimeMapGuess(TimeMap(guess.map.delay), lag)
-    free: tuple[str, ...] = ("delay",) if wiring.shared_clock else ("delay", "skew")
-    free += ("drift",) if wiring.drifting else ()
+    start = TimeMap(guess.map.delay) if wiring.shared_clock else wiring.bent(guess.map)
+    guess = TimeMapGuess(start, 0.0 if model else guess.lag)
+    free = wiring.free
     beliefs: tuple[tuple[str, float, float], ...] = ()
-    if wiring.lag is None or wiring.lag_error > 0.0:
-        free += ("lag",)
-        beliefs = (("lag", lag, step if wiring.lag is None else wiring.lag_error),)
-    ways = [_Way(n, creep) for n in PLAYS for creep in (False, True)]
+    shapes: list[Shape]
+    if model is not None:
+        shapes = [_modelled(held, model)]
+    else:
+        shapes = [_played(held, _Way(n, creep)) for n in PLAYS for creep in (False, True)]
+        if wiring.lag is None or wiring.lag_error > 0.0:
+            free += ("lag",)
+            beliefs = (("lag", lag, step if wiring.lag is None else wiring.lag_error),)
     results = []
-    for way in ways:
-        material = replace(plain, held=_played(held, way), free=free, beliefs=beliefs)
-        fitted = fit(material, guess, steps=12)
+    for shape in shapes:
+        material = replace(plain, held=shape, free=free, beliefs=beliefs)
+        # a known actuator is the only way on, so it goes all the way from the first guess
+        fitted = fit(material, guess, steps=48 if model else 12, most=0.5 * step / shape.step)
         results.append((material, fitted))
         guess = fitted.guess
     material, fitted = min(results, key=lambda r: r[1].rms)
@@ -182,10 +230,8 @@ def _by_plays(
     # how far the answer hangs on the model of the plant, among those that explain the record
     good = [r[1] for r in results if r[1].rms <= AS_GOOD * fitted.rms]
     delays = np.array([f.guess.map.delay - f.guess.lag for f in good])
-    model = float(np.ptp(delays)) / 2.0
-    covariance = np.zeros((3, 3))
-    where = [("delay", "skew", "drift").index(n) for n in free if n != "lag"]
-    covariance[np.ix_(where, where)] = spread[: len(where), : len(where)]
+    doubt = float(np.ptp(delays)) / 2.0
+    covariance = spread_out(spread, material, fitted)
     if not wiring.shared_clock:
         covariance[1, 1] += (0.5 * float(np.ptp([f.guess.map.skew for f in good]))) ** 2
     if structured(fitted):
@@ -194,7 +240,7 @@ def _by_plays(
         covariance[0, 0] += late
         covariance[1, 1] += 0.0 if wiring.shared_clock else 12.0 * late / float(np.ptp(t)) ** 2
     share = min(r[1].share for r in results)
-    if "skew" in free and not wiring.drifting:
+    if "skew" in free and not wiring.drifting and model is None:
         answer = skew_by_response(drive, sensor, wiring.delay, command=command, length=length)
         # free dynamics explain what plays leave of a resonant actuator, and tell the ratio better
         if answer is not None and MISSED * answer.error < math.sqrt(float(covariance[1, 1])):
@@ -204,7 +250,7 @@ def _by_plays(
             covariance[1, 1] = (MISSED * answer.error) ** 2
             covariance[2, 2] = (MISSED * answer.drift_error) ** 2
     return _judged(
-        fitted, covariance, model, share, sensor, wiring, reach(len(free))
+        fitted, covariance, doubt, share, sensor, wiring, reach(len(free))
     )  # fmt: skip
 
 
@@ -243,6 +289,13 @@ def _judged(
         found, covariance, "length", known, float(sensor.time[-1]), factor, wiring.hold,
         fitted.guess.lag, wiring.lag_error, jitter, error, rms=fitted.rms, notes=tuple(notes),
     )  # fmt: skip
+
+
+def _modelled(held: HeldColumns, model: Model) -> HeldColumns:
+    """Return the answer of a known actuator, joined by straight lines."""
+    fine = held.step / FINER * np.arange((held.columns.shape[0] - 1) * FINER + 1)
+    answer = np.asarray(model(held.at(fine)[0][:, 0]), float)
+    return HeldColumns(answer.reshape(fine.size, -1), held.step / FINER, "linear")
 
 
 def _played(held: HeldColumns, way: _Way) -> Played:

@@ -28,7 +28,7 @@ WORSE = float(stats.chi2.ppf(0.95, 2))
 def by_edges(
     material: AlignmentData, held: HeldColumns, fitted: FittedTimeMap, one_ratio: bool
 ) -> tuple[TimeMapGuess, Array]:
-    """Return the middle of the possible time maps and their covariance, (3, 3).
+    """Return the middle of the possible time maps and their covariance, as in `Alignment`.
 
     Parameters
     ----------
@@ -50,7 +50,9 @@ def by_edges(
     if one_ratio:
         _, low, high = cost.along(map_, 0.0, middle, window)
         found = replace(map_, delay=map_.delay + 0.5 * (low + high))
-        return TimeMapGuess(found, 0.0), np.diag([(high - low) ** 2 / 12.0, 0.0, 0.0])
+        variances = np.zeros(map_.numbers.size)
+        variances[0] = (high - low) ** 2 / 12.0
+        return TimeMapGuess(found, 0.0), np.diag(variances)
     for _ in range(ZOOMS):
         skews = np.linspace(centre - half, centre + half, GRID)
         rows = np.array([cost.along(map_, e - map_.skew, middle, window) for e in skews])
@@ -76,8 +78,9 @@ def by_edges(
     var_e = float(weight @ (e - mean_e) ** 2) + spacing**2 / 12.0
     both = float(weight @ ((at - mean) * (e - mean_e)))
     # from the middle of the record to its start
-    found = TimeMap(map_.delay + mean - (mean_e - map_.skew) * middle, mean_e, map_.drift)
-    covariance = np.zeros((3, 3))
+    delay = map_.delay + mean - (mean_e - map_.skew) * middle
+    found = replace(map_, delay=delay, skew=mean_e)
+    covariance = np.zeros((map_.numbers.size, map_.numbers.size))
     covariance[0, 0] = var - 2.0 * middle * both + middle**2 * var_e
     covariance[0, 1] = covariance[1, 0] = both - middle * var_e
     covariance[1, 1] = var_e

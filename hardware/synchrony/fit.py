@@ -38,7 +38,7 @@ class AlignmentData:
     trend : ndarray
         (n, q), columns over the sensor's time that are no drive: at least the offset.
     free : tuple of str
-        Which of ``delay``, ``skew``, ``drift``, ``lag`` are fitted.
+        Which numbers of the map, and ``lag``, are fitted.
     beliefs : tuple of (str, float, float)
         Name, value and standard deviation of what is known beforehand of some of them.
     """
@@ -65,14 +65,16 @@ class TimeMapGuess:
     lag: float = 0.0
 
     def value(self, name: str) -> float:
-        """Return one of ``delay``, ``skew``, ``drift``, ``lag``."""
-        return self.lag if name == "lag" else float(getattr(self.map, name))
+        """Return the lag, or a number of the map."""
+        if name == "lag":
+            return self.lag
+        return float(self.map.numbers[self.map.names.index(name)])
 
     def moved(self, free: tuple[str, ...], by: Array, least_lag: float) -> TimeMapGuess:
         """Return the guess after a step; the lag stays positive."""
-        new = {n: self.value(n) + float(d) for n, d in zip(free, by, strict=True)}
-        lag = max(new.pop("lag", self.lag), least_lag if "lag" in free else 0.0)
-        return TimeMapGuess(replace(self.map, **new), lag)
+        steps = {n: float(d) for n, d in zip(free, by, strict=True)}
+        lag = max(self.lag + steps.pop("lag", 0.0), least_lag if "lag" in free else 0.0)
+        return TimeMapGuess(self.map.moved(steps), lag)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,7 +151,7 @@ def fit(
         for _ in range(12):
             damped = h + np.diag(damping * scale + 1e-300)
             move = np.asarray(np.linalg.lstsq(damped, gradient, rcond=1e-14)[0], float)
-            far = _farthest(material, move)
+            far = _farthest(material, best.guess.map, move)
             if far > most * material.held.step:
                 move = move * (most * material.held.step / far)
             new = _projected(
@@ -168,16 +170,13 @@ def fit(
     return best
 
 
-def _farthest(material: AlignmentData, move: Array) -> float:
+def _farthest(material: AlignmentData, now: TimeMap, move: Array) -> float:
     """Return how far a step moves a sample in time at most (s)."""
     t = material.time[[0, material.time.size // 2, -1]]
-    by = {"delay": np.ones(3), "skew": t, "drift": 0.5 * t * t, "lag": np.ones(3)}
-    return float(
-        sum(np.abs(d * by[n]).max() for n, d in zip(material.free, move, strict=True) if n == "lag")
-        + np.abs(
-            sum(d * by[n] for n, d in zip(material.free, move, strict=True) if n != "lag")
-        ).max()
-    )
+    steps = dict(zip(material.free, move, strict=True))
+    lag = abs(float(steps.pop("lag", 0.0)))
+    by = now.columns(t) @ np.array([steps.get(n, 0.0) for n in now.names])
+    return lag + float(np.abs(by).max())
 
 
 def _projected(material: AlignmentData, guess: TimeMapGuess, noise: float | None) -> FittedTimeMap:
@@ -196,7 +195,7 @@ def _projected(material: AlignmentData, guess: TimeMapGuess, noise: float | None
     rest = y - a @ c
     weights = (c / size)[: columns.shape[1]]
     slope = slopes @ weights
-    by = {"delay": slope, "skew": slope * t, "drift": 0.5 * slope * t * t}
+    by = dict(zip(guess.map.names, slope * guess.map.columns(t).T, strict=True))
     if "lag" in material.free:
         little = max(1e-3 * guess.lag, 1e-5 * held.step)
         more, _ = held.with_lag(guess.lag + little).at(at)

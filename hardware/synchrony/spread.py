@@ -8,7 +8,7 @@ from scipy import stats
 
 from hardware.synchrony.fit import AlignmentData, FittedTimeMap
 
-__all__ = ["BLOCKS", "covariance_of", "reach"]
+__all__ = ["BLOCKS", "covariance_of", "reach", "spread_out"]
 
 Array = NDArray[np.float64]
 BLOCKS = 32
@@ -39,6 +39,16 @@ def covariance_of(material: AlignmentData, fitted: FittedTimeMap) -> Array:
     least = np.maximum(np.diag(robust), 1e-300)
     larger = np.sqrt(np.maximum(np.diag(plain) / least, 1.0))
     return np.asarray(robust * np.outer(larger, larger))
+
+
+def spread_out(found: Array, material: AlignmentData, fitted: FittedTimeMap) -> Array:
+    """Return the covariance of all numbers of the map, zero where they are not free."""
+    names = fitted.guess.map.names
+    inner = [k for k, n in enumerate(material.free) if n != "lag"]
+    where = [names.index(material.free[k]) for k in inner]
+    whole = np.zeros((len(names), len(names)))
+    whole[np.ix_(where, where)] = found[np.ix_(inner, inner)]
+    return whole
 
 
 def reach(count: int) -> float:

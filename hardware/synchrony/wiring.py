@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from bondgraph.support.errors import UnusableInput
 from hardware.synchrony.held import Hold
+from hardware.synchrony.time_map import TimeMap
 
 __all__ = ["ClockWiring"]
 
@@ -42,6 +45,8 @@ class ClockWiring:
         s); without it the length alone never gives a delay.
     drifting : bool
         Let the ratio change linearly in time.
+    knots : tuple of float
+        Instants (s) at which a drifting ratio may bend.
 
     Raises
     ------
@@ -61,6 +66,7 @@ class ClockWiring:
     copy_latency_error: float = 0.0
     plant_lag_error: float | None = None
     drifting: bool = False
+    knots: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -77,3 +83,19 @@ class ClockWiring:
             raise UnusableInput(f"wiring: most_skew = {self.most_skew}; give 1e-6 to 0.1")
         if self.shared_clock and self.drifting:
             raise UnusableInput("wiring: one shared clock cannot drift against itself")
+        if self.knots and not self.drifting:
+            raise UnusableInput("wiring: only a drifting ratio bends; give drifting=True too")
+        if not np.isfinite(self.knots).all() or np.any(np.diff(self.knots) <= 0.0):
+            raise UnusableInput(f"wiring: knots {self.knots} must be finite and increase (s)")
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the numbers of the time map that are not known beforehand."""
+        if self.shared_clock:
+            return ("delay",)
+        bends = tuple(f"bend {j}" for j in range(len(self.knots)))
+        return ("delay", "skew", "drift", *bends) if self.drifting else ("delay", "skew")
+
+    def bent(self, start: TimeMap) -> TimeMap:
+        """Return a map that may bend where this allows it."""
+        return replace(start, bends=tuple((t, 0.0) for t in self.knots))

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import shutil
-import subprocess
-import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +15,7 @@ from bondgraph.hysteresis.plays.play import weighted_plays
 from bondgraph.laws import Hysteretic
 from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.simulate import equilibrium, inputs_of, run_record, simulate
+from bondgraph.support.native import build
 
 SAMPLES = 1_000_000
 RECORD = 32_768
@@ -102,14 +99,10 @@ def _plays() -> None:
 
 def plain_loop(flags: tuple[str, ...]) -> Callable[[Any, Any, Any], Any] | None:
     """Compile the loop anyone would write; None without gcc."""
-    gcc = shutil.which("gcc")
-    if gcc is None:
+    built = build(PLAIN_LOOP, (*flags, "-fPIC", "-shared"))
+    if built is None:
         return None
-    with tempfile.TemporaryDirectory() as folder:
-        code, built = Path(folder) / "plain.c", Path(folder) / "plain.so"
-        code.write_text(PLAIN_LOOP)
-        subprocess.run([gcc, *flags, "-fPIC", "-shared", str(code), "-o", str(built)], check=True)
-        library = ctypes.CDLL(str(built))
+    library = ctypes.CDLL(str(built))
     pointer, long = ctypes.POINTER(ctypes.c_double), ctypes.c_long
     library.plain_loop.restype = None
 

@@ -75,7 +75,7 @@ def test_existing_files_are_replaced_whole_or_kept(
     for p in first:
         p.write_bytes(b"old")
     monkeypatch.setattr("os.replace", fail)
-    with pytest.raises(OSError, match="No space"):
+    with pytest.raises(UnusableInput, match="No space"):
         export(graph, name, out)
     assert {p.read_bytes() for p in first} == {b"old"}
     left = {p for p in out.parent.rglob("*") if p.is_file()}

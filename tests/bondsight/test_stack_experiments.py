@@ -46,9 +46,13 @@ def test_clock_skew(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert clock_skew(tmp_path / "clock.svg") == 0
     text = capsys.readouterr().out
     assert drawn(tmp_path / "clock.svg")
-    rows = re.findall(r"true +(\S+), seen +(\S+) .*corrected +(\S+) by phase, +(\S+) by fit", text)
+    rows = re.findall(r"true +(\S+), seen +(\S+) .*corrected +(\S+); ppm", text)
     assert len(rows) == 24
-    for true, _, phase, fit in rows:
-        assert float(phase) == pytest.approx(float(true), abs=8.0)
-        assert float(fit) == pytest.approx(float(true), abs=8.0)
-    assert max(abs(float(s) - float(t)) for t, s, *_ in rows) > 2000.0
+    for true, _, corrected in rows:
+        assert float(corrected) == pytest.approx(float(true), abs=8.0)
+    assert max(abs(float(s) - float(t)) for t, s, _ in rows) > 2000.0
+    ratios = re.findall(r"corrected +\S+; ppm (-?[\d.]+) \+- ([\d.]+)", text)
+    truths = 2 * [p for p in (0.0, 100.0, -100.0, -60.0) for _ in range(3)]
+    for (found, half), truth in zip(ratios, truths, strict=True):
+        # printed to two digits
+        assert abs(float(found) - truth) <= 2.0 * float(half) + 0.01

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import tempfile
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.errors import BondsightError
 from bondgraph.support.native import compiler
+from bondgraph.support.whole_file import replacing
 
 __all__ = ["linux_binary", "write_archive"]
 
@@ -63,23 +63,17 @@ def _makes_linux64(gcc: str) -> bool:
 
 
 def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
-    """Write `files` as a zip archive without dates, in the order of their names.
+    """Write `files` as a zip archive without dates, in the order of their names, whole or not.
 
     Raises
     ------
     UnusableInput
         If `path` cannot be written.
     """
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            made = Path(folder) / "unit.fmu"
-            with zipfile.ZipFile(made, "w") as archive:
-                for name in sorted(files):
-                    entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-                    entry.compress_type = zipfile.ZIP_DEFLATED
-                    entry.create_system = 3
-                    entry.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
-                    archive.writestr(entry, files[name], compresslevel=9)
-            shutil.copyfile(made, path)
-    except OSError as error:
-        raise UnusableInput(f"{path}: cannot be written ({error.strerror or error})") from error
+    with replacing(path) as stream, zipfile.ZipFile(stream, "w") as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3
+            entry.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
+            archive.writestr(entry, files[name], compresslevel=9)

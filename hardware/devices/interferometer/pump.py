@@ -3,11 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import os
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -17,12 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.support.native import build
 from hardware.devices.interferometer.constants import Aux
 from hardware.devices.interferometer.library import VendorLibrary
 
 __all__ = ["Drained", "compiled", "drain"]
 
 _SOURCE = Path(__file__).parent / "c" / "pump.c"
+_FLAGS = ("-O2", "-std=c11", "-shared", "-fPIC")
 _ORDER = (Aux.COSINE, Aux.SINE, Aux.NORM, Aux.CLOCK, Aux.SAMPLE)
 
 
@@ -149,30 +146,11 @@ def _address(library: VendorLibrary, name: str) -> int | None:
 @cache
 def compiled() -> Any:
     """Return the compiled loop; None without gcc."""
-    text = _SOURCE.read_bytes()
-    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    folder = Path(root) / "bondsight" / "interferometer"
-    target = folder / f"pump-{hashlib.sha256(text).hexdigest()[:20]}.so"
-    try:
-        if not target.exists() and not _compile(folder, target):
-            return None
-        function = ctypes.CDLL(str(target)).pump
-    except (OSError, subprocess.CalledProcessError):
+    path = build(_SOURCE.read_text(encoding="utf-8"), _FLAGS)
+    if path is None:
         return None
+    function = ctypes.CDLL(str(path)).pump
     pointer, number = ctypes.c_void_p, ctypes.c_int32
     function.restype = number
     function.argtypes = [pointer] * 5 + [number] * 4 + [pointer] * 4
     return function
-
-
-def _compile(folder: Path, target: Path) -> bool:
-    gcc = shutil.which("gcc")
-    if gcc is None:
-        return False
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder) as scratch:
-        made = Path(scratch) / "pump.so"
-        flags = ["-O2", "-std=c11", "-shared", "-fPIC", "-o", str(made)]
-        subprocess.run([gcc, *flags, str(_SOURCE)], check=True, capture_output=True)
-        made.replace(target)
-    return True

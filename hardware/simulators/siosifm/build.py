@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
-import shutil
-import subprocess
-import tempfile
 from pathlib import Path
+
+from hardware.simulators.compiling import compiled
 
 __all__ = ["build"]
 
@@ -32,20 +29,4 @@ def build(folder: str | Path | None = None) -> Path:
     OSError
         Without gcc.
     """
-    text = _SOURCE.read_bytes()
-    if folder is None:
-        root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-        folder = Path(root) / "bondsight" / "bench"
-    target = Path(folder) / f"libsiosifm-{hashlib.sha256(text).hexdigest()[:16]}.so"
-    if target.exists():
-        return target
-    gcc = shutil.which("gcc")
-    if gcc is None:
-        raise OSError("stub of siosifm: no gcc found; it is C code; install gcc")
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
-        made = Path(scratch) / "stub.so"
-        flags = ["-O2", "-std=c11", "-shared", "-fPIC", "-o", str(made)]
-        subprocess.run([gcc, *flags, str(_SOURCE), "-lpthread", "-lm"], check=True)
-        made.replace(target)
-    return target
+    return compiled("libsiosifm", _SOURCE, "-lpthread", folder=folder)

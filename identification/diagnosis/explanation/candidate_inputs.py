@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import BondsightError
-from identification.experiments.design.limits import SignalLimits
 from identification.experiments.design.loops import through
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.steps import staircase
@@ -47,7 +47,7 @@ class CandidateInput:
 
 
 def candidate_inputs(
-    data: Data, units: Mapping[str, str], envelopes: Mapping[str, SignalLimits] | None = None
+    data: Data, units: Mapping[str, str], envelopes: Mapping[str, DriveLimits] | None = None
 ) -> tuple[CandidateInput, ...]:
     """Return inputs for every source that moved, the others at their mean.
 
@@ -57,7 +57,7 @@ def candidate_inputs(
         The record: sampling, length, commands.
     units : dict of str to str
         Unit of each source, for the words.
-    envelopes : dict of str to Envelope, optional
+    envelopes : dict of str to DriveLimits, optional
         What each source may do; the recorded range where it is not given.
     """
     found = []

@@ -18,11 +18,11 @@ from scipy.optimize import lsq_linear
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import De, Df, One, Sensor, Zero
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.explanation.candidate_inputs import CandidateInput, candidate_inputs
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import single_threaded
-from identification.experiments.design.limits import SignalLimits
 from identification.study.engine import Engine, engine_of
 from identification.study.joint import NUISANCE_LAG
 from identification.study.problem import Problem, drives
@@ -109,7 +109,7 @@ def next_experiments(
     fits: Sequence[Fit],
     labels: Sequence[str],
     *,
-    envelopes: Mapping[str, SignalLimits] | None = None,
+    envelopes: Mapping[str, DriveLimits] | None = None,
     sensors: bool = True,
     count: int = 8,
 ) -> tuple[Experiment, ...]:
@@ -121,7 +121,7 @@ def next_experiments(
         Two or more rivals, fitted to the same record.
     labels : sequence of str
         Their names, such as ``creep at k``.
-    envelopes : dict of str to Envelope, optional
+    envelopes : dict of str to DriveLimits, optional
         What each source may do; the recorded range where it is not given.
     sensors : bool
         Try further sensors at the junctions too. Their floor relative to their signal is taken

@@ -5,10 +5,10 @@ from __future__ import annotations
 from html import escape
 from pathlib import Path
 
+from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report import checked, evidence, places, sections, traits
 from identification.diagnosis.report.style import CSS
-from identification.diagnosis.verdict.document import write_atomically
 
 
 def page(d: Diagnosis) -> str:

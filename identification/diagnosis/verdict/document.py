@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -12,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from bondgraph.graph.elements import Source
-from bondgraph.signals.interop import regular_target
 from bondgraph.signals.recording import Recording
+from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.decision import Decision, Thresholds
 from identification.diagnosis.localisation.element_kind import element_kind
@@ -248,18 +246,3 @@ def write_verdict(d: Diagnosis, folder: Path) -> Path:
     target = folder / "verdict.json"
     write_atomically(target, json.dumps(verdict(d), indent=2, allow_nan=False) + "\n")
     return target
-
-
-def write_atomically(target: Path, text: str) -> None:
-    """Write a text file so that a reader sees the old or the new one, never a part."""
-    target = regular_target(target)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as f:
-            f.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise

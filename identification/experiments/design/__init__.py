@@ -9,14 +9,7 @@ from identification.experiments.design.candidates import (
     record_information,
 )
 from identification.experiments.design.expected import Expected, ExpectedTable
-from identification.experiments.design.limits import (
-    Check,
-    FittedSignal,
-    SignalLimits,
-    extremes,
-    fitted,
-    within,
-)
+from identification.experiments.design.limits import Check, FittedSignal, extremes, fitted, within
 from identification.experiments.design.loops import demagnetise, reversal_curves, through
 from identification.experiments.design.multisine import multisine, orthogonal_multisines
 from identification.experiments.design.optimal import (

@@ -16,53 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.signal import Signal
 
-__all__ = ["Check", "FittedSignal", "SignalLimits", "extremes", "fitted", "within"]
+__all__ = ["Check", "FittedSignal", "extremes", "fitted", "within"]
 
 FloatArray = NDArray[np.float64]
 SLACK = 1e-9
-
-
-@dataclass(frozen=True, slots=True)
-class SignalLimits:
-    """Limits of amplitude, slew and current.
-
-    Parameters
-    ----------
-    low, high : float
-        Smallest and largest value.
-    slew : float
-        Largest rate of change, units per second.
-    current : float
-        Largest current, A; needs the capacitance.
-    capacitance : float or None
-        Of the load, F; the current is ``C dV/dt``.
-    """
-
-    low: float = -np.inf
-    high: float = np.inf
-    slew: float = np.inf
-    current: float = np.inf
-    capacitance: float | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse limits that leave no room."""
-        if not self.low < self.high:
-            raise UnusableInput(f"envelope: {self.low:g} .. {self.high:g} leaves no room")
-        if not (self.slew > 0.0 and self.current > 0.0):
-            raise UnusableInput("envelope: slew and current must be positive")
-        if np.isfinite(self.current) and self.capacitance is None:
-            raise UnusableInput("envelope: a limit of current needs the capacitance of the load")
-        if self.capacitance is not None and not self.capacitance > 0.0:
-            raise UnusableInput("envelope: the capacitance must be positive")
-
-    @property
-    def steepest(self) -> float:
-        """Largest rate of change that slew and current allow, units per second."""
-        by_current = self.current / self.capacitance if self.capacitance else np.inf
-        return float(min(self.slew, by_current))
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +111,7 @@ def extremes(signal: Signal) -> tuple[float, float, float]:
     return float(centre - half), float(centre + half), steep
 
 
-def within(signal: Signal, envelope: SignalLimits) -> Check:
+def within(signal: Signal, envelope: DriveLimits) -> Check:
     """Check a signal against an envelope, between samples too."""
     low, high, slew = extremes(signal)
     slack = SLACK * (abs(low) + abs(high))
@@ -165,7 +126,7 @@ def within(signal: Signal, envelope: SignalLimits) -> Check:
     return Check(low, high, slew, tuple(said))
 
 
-def _too_steep(signal: Signal, envelope: SignalLimits, slew: float) -> str:
+def _too_steep(signal: Signal, envelope: DriveLimits, slew: float) -> str:
     if not np.isfinite(slew):
         return (
             f"{signal.name}: held samples jump, and no finite slew of "
@@ -181,14 +142,14 @@ def _too_steep(signal: Signal, envelope: SignalLimits, slew: float) -> str:
 
 
 def fitted(
-    signal: Signal, envelope: SignalLimits, by: str = "amplitude", *, bias: float | None = None
+    signal: Signal, envelope: DriveLimits, by: str = "amplitude", *, bias: float | None = None
 ) -> FittedSignal:
     """Scale or slow a signal until it fits; it is never made larger or faster.
 
     Parameters
     ----------
     signal : Signal
-    envelope : Envelope
+    envelope : DriveLimits
     by : {"amplitude", "frequency"}
         What yields to the slew limit: the amplitude, or the rate at which the samples are played.
         The range is always kept by the amplitude.

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from actuators.stack.excitation import demagnetisation
-from actuators.stack.voltage_limits import VoltageLimits
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput, unknown_name
-from identification.experiments.design.limits import SignalLimits
 from identification.experiments.design.signal import Signal
 
 __all__ = ["demagnetise", "reversal_curves", "through"]
@@ -28,7 +27,7 @@ def demagnetise(
     frequency: float = 1.8,
     step: float | None = None,
     start: float = 0.0,
-    envelope: SignalLimits | None = None,
+    envelope: DriveLimits | None = None,
     name: str = "u",
     unit: str = "V",
 ) -> Signal:
@@ -50,14 +49,12 @@ def demagnetise(
         Largest decrease from one turning point to the next; a tenth of the closest thresholds.
     start : float
         Value before the decay.
-    envelope : Envelope, optional
+    envelope : DriveLimits, optional
         Limits; none if not given.
     """
-    room = envelope if envelope is not None else SignalLimits()
+    room = envelope if envelope is not None else DriveLimits()
     widest = 4.0 * (float(np.max(thresholds)) + abs(bias) + abs(start)) + 1.0
-    limits = VoltageLimits(max(room.low, -widest), min(room.high, widest), 1e30, 1.0)
-    if np.isfinite(room.steepest):
-        limits = replace(limits, current=room.steepest)
+    limits = replace(room, low=max(room.low, -widest), high=min(room.high, widest))
     made = demagnetisation(
         thresholds, bias, step=step, start=start, frequency=frequency, rate=rate, limits=limits
     )

@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.design.expected import ExpectedTable, prior_samples, table, wanted
-from identification.experiments.design.limits import SignalLimits, fitted
+from identification.experiments.design.limits import fitted
 from identification.experiments.design.linear_response import response_and_sensitivity
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
@@ -139,7 +140,7 @@ def optimal_multisine(
     nuisances: Sequence[str] | None = None,
     criterion: str = "D",
     rms: float = 1.0,
-    envelope: SignalLimits | None = None,
+    envelope: DriveLimits | None = None,
     corner: float | None = None,
     values: Mapping[str, float] | None = None,
     prior: Mapping[str, float] | None = None,
@@ -167,7 +168,7 @@ def optimal_multisine(
         Volume of the confidence ellipsoid, or sum of the relative variances.
     rms : float
         Root mean square of the flat multisine, whose power or cost the proposed one has as well.
-    envelope : Envelope, optional
+    envelope : DriveLimits, optional
         Both are then scaled down until they fit, with phases of a low crest factor.
     corner : float, optional
         Hz. The lines share ``sum P_k (1 + (f_k / corner)^2)`` in place of the power: below the

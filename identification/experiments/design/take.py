@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput
-from identification.experiments.design.limits import SignalLimits
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 
@@ -26,7 +26,7 @@ BAND = (0.02, 0.75)
 def session_signal(
     rate: float,
     count: int,
-    envelope: SignalLimits,
+    envelope: DriveLimits,
     *,
     bias: float | None = None,
     seed: int = 0,
@@ -45,7 +45,7 @@ def session_signal(
         Samples per second, Hz; each value is held until the next one.
     count : int
         Samples.
-    envelope : Envelope
+    envelope : DriveLimits
         Limits; both bounds must be finite. The multisine becomes smaller until the steps between
         samples keep nine tenths of the slew and current limits.
     bias : float, optional

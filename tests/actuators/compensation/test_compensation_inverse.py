@@ -16,9 +16,9 @@ from actuators.compensation import (
     UNIPOLAR,
     AnalyticMotion,
     BondGraphStack,
+    DriveLimits,
     LumpedStack,
     VoltageLimit,
-    VoltageRange,
     acceleration_jumps,
     bond_graph_feedforward,
     bond_graph_residual,
@@ -48,7 +48,7 @@ MODELS: list[Any] = [AlJanaideh.stack_2hz(), Ang.stack_2hz()]
 MAXWELL = MaxwellResistiveCapacitor.stack_2hz()
 TIME = np.linspace(0.0, 2.0, 4001)
 X_REF = thesis_reference(TIME).x
-WIDE = VoltageRange(-200.0, 200.0)
+WIDE = DriveLimits(-200.0, 200.0)
 
 
 # references
@@ -143,23 +143,23 @@ def test_no_inverse() -> None:
 
 def test_the_envelope_is_never_left_silently() -> None:
     with pytest.raises(VoltageLimit, match=r"sample \d+ needs .* leave 0 \.\. 60 V"):
-        feedforward(MODELS[0], X_REF, envelope=VoltageRange(0.0, 60.0))
+        feedforward(MODELS[0], X_REF, envelope=DriveLimits(0.0, 60.0))
     used = MODELS[0].run(np.array([0.0, 100.0, 0.0]))[1]
     with pytest.raises(VoltageLimit):
         feedforward(MODELS[0], X_REF, used)
     with pytest.raises(VoltageLimit, match="lumped"):
-        lumped_feedforward(thesis_reference(TIME), MAXWELL, envelope=VoltageRange(0.0, 60.0))
+        lumped_feedforward(thesis_reference(TIME), MAXWELL, envelope=DriveLimits(0.0, 60.0))
     with pytest.raises(VoltageLimit, match="bond graph"):
         bond_graph_feedforward(
-            smooth_reference(TIME), field_law(MODELS[1]), envelope=VoltageRange(0.0, 60.0)
+            smooth_reference(TIME), field_law(MODELS[1]), envelope=DriveLimits(0.0, 60.0)
         )
     with pytest.raises(UnusableInput):
-        VoltageRange(1.0, 1.0)
+        DriveLimits(1.0, 1.0)
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda m: m.kind)
 def test_limited_feedforward_recovers(model: Any) -> None:
-    limits = VoltageRange(0.0, 60.0)
+    limits = DriveLimits(0.0, 60.0)
     limited = limited_feedforward(model, X_REF, envelope=limits)
     wanted = model.inverse().run(X_REF, model.inverse_memory(model.initial_memory(0.0)))[0]
     assert limited.voltage.max() <= 60.0

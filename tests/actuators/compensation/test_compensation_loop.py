@@ -11,8 +11,8 @@ import pytest
 from actuators.compensation import (
     AnalyticMotion,
     ControlLoop,
+    DriveLimits,
     ProportionalIntegral,
-    VoltageRange,
     actuator_like,
     deviating,
     feedforward,
@@ -120,7 +120,7 @@ def test_limits_in_the_loop() -> None:
     """Held at 60 V for a while, flagged, and back on the reference afterwards."""
     wanted, ahead = reference(5.0)
     for actuator in (NOMINAL, NOMINAL.aged(1, 0.1)):
-        loop = ControlLoop(MODEL, GAINS, envelope=VoltageRange(0.0, 60.0))
+        loop = ControlLoop(MODEL, GAINS, envelope=DriveLimits(0.0, 60.0))
         run = run_loop(loop, actuator, wanted.x, preview=ahead.x)
         assert run.voltage.max() == 60.0
         assert 0.2 < run.clipped.mean() < 0.8

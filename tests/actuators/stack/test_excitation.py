@@ -15,8 +15,9 @@ from actuators.stack.excitation import (
     residual_states,
     sine,
 )
-from actuators.stack.voltage_limits import VoltageLimits
+from actuators.stack.voltage_limits import P840_1
 from bondgraph.hysteresis import AlJanaideh, PrandtlIshlinskii, turning_points
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput
 
 STACK = AlJanaideh.stack_2hz()
@@ -53,7 +54,7 @@ def test_bound_holds_for_every_play_after_any_history(seed: int) -> None:
     bias = float(rng.uniform(-10, 10))
     step = float(rng.uniform(0.1, 4.0))
     amplitude = float(r[-1] + step * rng.uniform(-3.0, 3.0) + 4.0)
-    room = VoltageLimits(bias - amplitude, bias + amplitude)
+    room = DriveLimits(bias - amplitude, bias + amplitude)
     signal = demagnetisation(r[1:].tolist(), bias, step=step, limits=room, partial=True)
     used = float(signal.volt[turning_points(signal.volt)][1] - bias)
     # the step is a whole part of the amplitude, so a little smaller than asked for
@@ -112,7 +113,7 @@ def test_limits_say_which_bias_is_possible() -> None:
 
 
 def test_current_limit_counts_the_capacitance() -> None:
-    small = VoltageLimits(current=1e-4, capacitance=1.5e-6)
+    small = DriveLimits(-20.0, 120.0, current=1e-4, capacitance=1.5e-6)
     with pytest.raises(UnusableInput, match=r"mA, more than 0\.1 mA; be .* times slower"):
         demagnetisation(PLAYS.thresholds, 50.0, limits=small)
     slow = demagnetisation(PLAYS.thresholds, 50.0, frequency=0.2, limits=small)
@@ -121,7 +122,7 @@ def test_current_limit_counts_the_capacitance() -> None:
     wave = sine(100.0, 0.1, rate=1e5)
     peak = np.abs(np.diff(wave.volt)).max() * wave.rate * 1.5e-6
     assert peak == pytest.approx(47e-3, rel=0.01)
-    VoltageLimits().check(wave.time, wave.volt, "sine")
+    P840_1.check(wave.time, wave.volt, "sine")
 
 
 @pytest.mark.parametrize(
@@ -142,9 +143,9 @@ def test_refusals(thresholds: list[float], more: dict[str, float], match: str) -
 
 def test_limits_refuse_nonsense() -> None:
     with pytest.raises(UnusableInput, match="no room"):
-        VoltageLimits(10.0, 10.0)
+        DriveLimits(10.0, 10.0)
     with pytest.raises(UnusableInput, match="positive"):
-        VoltageLimits(current=0.0)
+        DriveLimits(current=0.0)
 
 
 def test_ramp_and_join() -> None:

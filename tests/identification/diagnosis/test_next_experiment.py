@@ -9,6 +9,7 @@ import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Coulomb, Polynomial
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
@@ -16,7 +17,6 @@ from identification.diagnosis.explanation.candidate_inputs import candidate_inpu
 from identification.diagnosis.explanation.next_experiment import next_experiments
 from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.single_record import Fit, fit
-from identification.experiments.design.limits import SignalLimits
 from identification.study.joint import stack_of
 from identification.study.problem import Data, Problem
 
@@ -101,10 +101,10 @@ def test_candidates_keep_the_envelope() -> None:
     assert all(np.abs(c.commands["F"]).max() <= top * 1.0001 for c in alone)
     assert all(c.commands["F"].shape == (N,) for c in alone)
     assert not any(c.kind == "stronger" for c in alone)
-    wide = candidate_inputs(data, {"F": "N"}, {"F": SignalLimits(-1.5 * top, 1.5 * top)})
+    wide = candidate_inputs(data, {"F": "N"}, {"F": DriveLimits(-1.5 * top, 1.5 * top)})
     (stronger,) = (c for c in wide if c.kind == "stronger")
     assert np.abs(stronger.commands["F"]).max() <= 1.5 * top * 1.0001
-    slow = candidate_inputs(data, {"F": "N"}, {"F": SignalLimits(-top, top, slew=5.0)})
+    slow = candidate_inputs(data, {"F": "N"}, {"F": DriveLimits(-top, top, slew=5.0)})
     assert all(np.abs(np.diff(c.commands["F"])).max() <= 5.0 * DT for c in slow if c.kind != "hold")
 
 

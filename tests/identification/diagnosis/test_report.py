@@ -23,6 +23,7 @@ from bondgraph.graph.modulation import displacement
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.decision import Thresholds
@@ -319,7 +320,7 @@ def test_written_atomically(
         raise OSError("disk full")
 
     monkeypatch.setattr("os.replace", broken)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(UnusableInput, match="disk full"):
         write_report(replace(few, seed=7), tmp_path / "new")
     assert target.read_text(encoding="utf-8") == old
     assert [p.name for p in target.parent.iterdir()] == ["report.html"]

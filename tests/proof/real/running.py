@@ -170,6 +170,6 @@ def _collect(folder: Path) -> None:
 
 
 def _write(target: Path, text: str) -> None:
-    from identification.diagnosis.verdict.document import write_atomically
+    from bondgraph.support.whole_file import write_atomically
 
     write_atomically(target, text)

@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.evidence.decision import Thresholds
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import write_atomically
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.truths import Truth, canonical, read_truths
 

@@ -11,7 +11,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from bondgraph.support.errors import UnusableInput
-from identification.diagnosis.verdict.document import write_atomically
+from bondgraph.support.whole_file import write_atomically
 from tests.proof.trial.commitment import commit
 from tests.proof.trial.generator.case import Case
 from tests.proof.trial.generator.drawing import draw

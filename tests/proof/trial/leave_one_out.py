@@ -13,8 +13,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import write_atomically
 from tests.proof.trial.answers import Answer
 from tests.proof.trial.gates import Gate, at_least, at_most
 from tests.proof.trial.layout import Layout

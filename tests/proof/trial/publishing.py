@@ -9,7 +9,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from identification.diagnosis.verdict.document import write_atomically
+from bondgraph.support.whole_file import write_atomically
 from tests.proof.trial.figures import figures
 from tests.proof.trial.scoring import Score, plain, rows
 from tests.proof.trial.summary import summary

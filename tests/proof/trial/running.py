@@ -20,10 +20,11 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.recording_file import sha256_of
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import verdict, write_atomically
+from identification.diagnosis.verdict.document import verdict
 from tests.proof.trial.black_box import black_box
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.models import blind_model

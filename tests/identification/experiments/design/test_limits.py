@@ -7,10 +7,10 @@ import pytest
 from scipy.fft import irfft, rfft
 
 from bondgraph.signals.band_limited import between_samples
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.design import (
     Signal,
-    SignalLimits,
     extremes,
     fitted,
     multisine,
@@ -77,7 +77,7 @@ def test_samples_alone_would_miss_the_peak() -> None:
 def test_what_is_fitted_is_within(name: str, by: str) -> None:
     s = examples()[name]
     low, high, slew = extremes(s)
-    tight = SignalLimits(
+    tight = DriveLimits(
         s.bias - 0.3 * (s.bias - low), s.bias + 0.4 * (high - s.bias), slew=slew / 5
     )
     assert not within(s, tight)
@@ -102,31 +102,31 @@ def test_what_is_fitted_is_within(name: str, by: str) -> None:
 
 def test_current_is_capacitance_times_slew() -> None:
     s = reversal_curves(50.0, 2, RATE, slew=400.0)
-    stack = SignalLimits(-60, 60, current=1e-3, capacitance=1.5e-6)
+    stack = DriveLimits(-60, 60, current=1e-3, capacitance=1.5e-6)
     assert stack.steepest == pytest.approx(1e-3 / 1.5e-6)
     assert within(s, stack)
-    large = SignalLimits(-60, 60, current=1e-3, capacitance=5e-6)
+    large = DriveLimits(-60, 60, current=1e-3, capacitance=5e-6)
     assert "2 of 1 mA" in str(within(s, large))
     assert fitted(s, large, "frequency").slower == pytest.approx(2.0)
 
 
 def test_nothing_changes_what_fits() -> None:
     s = examples()["low"]
-    found = fitted(s, SignalLimits(-100, 100))
+    found = fitted(s, DriveLimits(-100, 100))
     assert found.signal is s
     assert "nothing had to change" in str(found)
-    assert fitted(s, SignalLimits(-100, 100), bias=5.0).signal.bias == pytest.approx(5.0)
+    assert fitted(s, DriveLimits(-100, 100), bias=5.0).signal.bias == pytest.approx(5.0)
 
 
 def test_what_cannot_be_is_refused() -> None:
     jumps = prbs(RATE, 0.02, order=5)
-    assert within(jumps, SignalLimits(-1, 1))
-    assert "give the steps a rise" in str(within(jumps, SignalLimits(slew=1e9)))
+    assert within(jumps, DriveLimits(-1, 1))
+    assert "give the steps a rise" in str(within(jumps, DriveLimits(slew=1e9)))
     with pytest.raises(UnusableInput, match="give the steps a rise"):
-        fitted(jumps, SignalLimits(-1, 1, slew=1e9))
+        fitted(jumps, DriveLimits(-1, 1, slew=1e9))
     with pytest.raises(UnusableInput, match="give bias="):
-        fitted(examples()["sharp"], SignalLimits(3.0, 20.0))
+        fitted(examples()["sharp"], DriveLimits(3.0, 20.0))
     with pytest.raises(UnusableInput, match="leaves no room"):
-        SignalLimits(2.0, 1.0)
+        DriveLimits(2.0, 1.0)
     with pytest.raises(UnusableInput, match="needs the capacitance"):
-        SignalLimits(current=1.0)
+        DriveLimits(current=1.0)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.simulation.lure import compile_model
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.experiments.design import (
     Signal,
-    SignalLimits,
     flat_like,
     information_of_signal,
     multisine,
@@ -111,7 +111,7 @@ def test_prior_envelope_corner_and_share() -> None:
 
     plain, wide = of(), of(prior={"k": 0.2, "d": 0.3}, samples=8)
     assert np.ptp(wide.frequencies) > 1.5 * np.ptp(plain.frequencies)
-    room = SignalLimits(-1.0, 1.0, slew=15.0)
+    room = DriveLimits(-1.0, 1.0, slew=15.0)
     assert within(of(envelope=room), room)
     assert of(corner=1.0).frequencies.mean() < plain.frequencies.mean()
     assert len(of(flat_share=0.2).lines) == 300

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from actuators.stack.excitation import demagnetisation
-from actuators.stack.voltage_limits import VoltageLimits
 from bondgraph.hysteresis import PrandtlIshlinskii
+from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.experiments.design import (
-    SignalLimits,
     demagnetise,
     join,
     multisine,
@@ -175,9 +174,9 @@ def test_staircase_rises_in_time() -> None:
 
 # -- memories ---------------------------------------------------------------------------------
 def test_demagnetise_is_that_of_the_stack() -> None:
-    room = SignalLimits(-20, 120, current=0.2, capacitance=1.5e-6)
+    room = DriveLimits(-20, 120, current=0.2, capacitance=1.5e-6)
     s = demagnetise([1.0, 10.0, 20.0], 50.0, 3125.0, step=2.0, envelope=room)
-    limits = VoltageLimits(-20, 120, 0.2, 1.5e-6)
+    limits = DriveLimits(-20, 120, current=0.2, capacitance=1.5e-6)
     same = demagnetisation([1.0, 10.0, 20.0], 50.0, step=2.0, rate=3125.0, limits=limits)
     assert np.array_equal(s.values, same.volt)
     assert s.values[list(s.marks)][1:3] == pytest.approx([71.0, 30.909], abs=0.01)

@@ -1,21 +1,16 @@
-"""The C code of the plants, compiled once with gcc into the user's cache and called by ctypes."""
+"""The C code of the plants, called by ctypes."""
 
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import os
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.proof.trial.generator.compiling import compiled
 from tests.proof.trial.generator.parameters import PLANTS
 
 __all__ = ["OPEN_LOOP", "Row", "Run", "run"]
@@ -23,7 +18,6 @@ __all__ = ["OPEN_LOOP", "Row", "Run", "run"]
 Array = NDArray[np.float64]
 OPEN_LOOP = (0.0, 0.0, 0.0, 0.0, 0.0)
 _ORDER = ("chain", "stack", "motor", "corner", "tanks", "probe")
-_SOURCES = ("laws.h", "plants.h", "run.c")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,29 +49,9 @@ class Run:
     seen: Array
 
 
-def _folder() -> Path:
-    """Folder for compiled code."""
-    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(root) / "bondsight" / "blind"
-
-
 @cache
 def _library() -> ctypes.CDLL:
-    """Compile if no library of these sources is there, and load it."""
-    here = Path(__file__).parent / "c"
-    text = b"".join((here / name).read_bytes() for name in _SOURCES)
-    target = _folder() / f"plants-{hashlib.sha256(text).hexdigest()[:20]}.so"
-    if not target.exists():
-        gcc = shutil.which("gcc")
-        if gcc is None:
-            raise OSError("blind generator: no gcc found; the plants are C code; install gcc")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
-            made = Path(scratch) / "plants.so"
-            flags = ["-O2", "-std=c11", "-shared", "-fPIC", "-o", str(made)]
-            subprocess.run([gcc, *flags, str(here / "run.c"), "-lm"], check=True)
-            made.replace(target)
-    library = ctypes.CDLL(str(target))
+    library = compiled("run")
     library.simulate.restype = ctypes.c_long
     return library
 

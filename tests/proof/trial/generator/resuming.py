@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.proof.trial.generator.native import _ORDER, _SOURCES, Row, _folder, _pointer
+from tests.proof.trial.generator.compiling import compiled
+from tests.proof.trial.generator.native import _ORDER, Row, _pointer
 from tests.proof.trial.generator.parameters import PLANTS
 
 __all__ = ["Going"]
@@ -25,22 +21,7 @@ Array = NDArray[np.float64]
 
 @cache
 def _library() -> ctypes.CDLL:
-    """Compile if no library of these sources is there, and load it."""
-    here = Path(__file__).parent / "c"
-    text = b"".join((here / name).read_bytes() for name in (*_SOURCES, "resume.c"))
-    target = _folder() / f"resume-{hashlib.sha256(text).hexdigest()[:20]}.so"
-    if not target.exists():
-        gcc = shutil.which("gcc")
-        if gcc is None:
-            raise OSError("blind generator: no gcc found; the plants are C code; install gcc")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
-            made = Path(scratch) / "resume.so"
-            flags = ["-O2", "-std=c11", "-shared", "-fPIC", "-o", str(made)]
-            sources = ["-include", str(here / "run.c"), str(here / "resume.c")]
-            subprocess.run([gcc, *flags, *sources, "-lm"], check=True)
-            made.replace(target)
-    library = ctypes.CDLL(str(target))
+    library = compiled("resume", "run.c")
     library.bench_size.restype = ctypes.c_long
     return library
 
