@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Name
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,5 +27,5 @@ class Drive:
     """
 
     law: Law | None = None
-    lag: str | None = None
-    delay: str | None = None
+    lag: Name | None = None
+    delay: Name | None = None

@@ -5,11 +5,12 @@ from __future__ import annotations
 from abc import ABC
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias, TypeVar
 
 import sympy as sp
 
 from bondgraph.graph import building
+from bondgraph.support.bounds import Name, Positive, one_of, whole
 from bondgraph.support.errors import GraphError
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ class Parameter:
         stay inside, so that a wrong structure cannot hide behind absurd parameters.
     """
 
-    name: str
+    name: Name
     value: float
     unit: str = "1"
     positive: bool = True
@@ -57,7 +58,7 @@ class Parameter:
     scale: float | None = None
     fixed: bool = False
     source: str = ""
-    spread: float | None = None
+    spread: Positive | None = None
 
     @property
     def symbol(self) -> sp.Symbol:
@@ -78,7 +79,7 @@ class Element(ABC):
     has the value ``b``, so that chains read from left to right.
     """
 
-    name: str
+    name: Name
 
     kind: ClassVar[str] = ""
     n_ports: ClassVar[int | None] = 1
@@ -141,7 +142,7 @@ class Source(Element, ABC):
 
     unit: str = ""
     drive: Drive | None = None
-    offset: str | None = None
+    offset: Name | None = None
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,7 @@ class Modulated(Source, ABC):
     `external`, `TIME` of `bondgraph.graph.modulation`) and of declared parameters.
     """
 
-    value: Value = field(default=0.0, kw_only=True)
+    value: Value | None = field(default=0.0, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -195,7 +196,7 @@ class Valued(Element, ABC):
     unit: str = ""
     law: Law | None = field(default=None, kw_only=True)
     fixed: bool = field(default=False, kw_only=True)
-    spread: float | None = field(default=None, kw_only=True)
+    spread: Positive | None = field(default=None, kw_only=True)
     source: str = field(default="", kw_only=True)
 
 
@@ -229,7 +230,7 @@ class TwoPort(Element, ABC):
     unit: str = ""
     n_ports: ClassVar[int | None] = 2
     fixed: bool = field(default=False, kw_only=True)
-    spread: float | None = field(default=None, kw_only=True)
+    spread: Positive | None = field(default=None, kw_only=True)
     source: str = field(default="", kw_only=True)
 
 
@@ -271,7 +272,7 @@ class Multiport(Element, ABC):
 
     n_ports: ClassVar[int | None] = None
     units: tuple[str, ...] = field(default=(), kw_only=True)
-    ports: int = field(default=2, kw_only=True)
+    ports: Annotated[int, whole(1, 1000)] = field(default=2, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -334,7 +335,7 @@ class RS(TwoPort):
     pseudo thermal domain) or the entropy flow ``e f / T`` (``heat="entropy"``).
     """
 
-    heat: str = field(default="energy", kw_only=True)
+    heat: Annotated[str, one_of("energy", "entropy")] = field(default="energy", kw_only=True)
     kind: ClassVar[str] = "RS"
 
 
@@ -375,10 +376,10 @@ class Sensor(Element, ABC):
 
     unit: str = ""
     law: Law | None = field(default=None, kw_only=True)
-    lag: str | None = field(default=None, kw_only=True)
-    delay: str | None = field(default=None, kw_only=True)
-    clock: str | None = field(default=None, kw_only=True)
-    drift: tuple[str, ...] = field(default=(), kw_only=True)
+    lag: Name | None = field(default=None, kw_only=True)
+    delay: Name | None = field(default=None, kw_only=True)
+    clock: Name | None = field(default=None, kw_only=True)
+    drift: tuple[Name, ...] = field(default=(), kw_only=True)
 
 
 @dataclass(frozen=True)

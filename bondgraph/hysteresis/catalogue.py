@@ -6,8 +6,7 @@ Only classes of this table are ever built from data; nothing in a file is evalua
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
-from typing import Any, cast
+from typing import Any
 
 from bondgraph.hysteresis.composed.cascade import Cascade
 from bondgraph.hysteresis.composed.parallel import Parallel
@@ -39,8 +38,10 @@ from bondgraph.hysteresis.rate.rate_dependent_inverse import (
     RateDependentClosedFormInverse,
     RateDependentInverse,
 )
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.typed_reader import Rules, chosen, read, record, require_object
 
-__all__ = ["OPERATORS", "operator_from_dict"]
+__all__ = ["OPERATORS", "operator_from_dict", "read_operator"]
 
 OPERATORS: Mapping[str, type[Operator]] = {
     operator.kind: operator
@@ -97,32 +98,30 @@ def operator_from_dict(data: Mapping[str, Any]) -> Operator:
     >>> operator_from_dict({"kind": "dead_zone", "thresholds": [0], "weights": [2]}).linear_slope
     2.0
     """
-    kind = data.get("kind")
-    if not isinstance(kind, str) or kind not in OPERATORS:
-        raise BadParameter(f"unknown operator kind {kind!r}; known: {', '.join(OPERATORS)}")
-    operator = OPERATORS[kind]
-    known = {f.name for f in fields(cast(Any, operator))}
-    given = set(data) - {"kind"}
-    if known != given:
-        raise BadParameter(
-            f"{kind} needs exactly the parameters {sorted(known)}; missing "
-            f"{sorted(known - given)}, unknown {sorted(given - known)}"
-        )
-    values = {name: _decode(f"{kind}.{name}", data[name]) for name in known}
-    return cast(Operator, cast(Any, operator)(**values))
+    try:
+        return read_operator(Operator, data, "operator")
+    except UnusableInput as error:
+        raise BadParameter(str(error)) from None
 
 
-def _decode(name: str, value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return operator_from_dict(value)
-    if isinstance(value, list):
-        for i, entry in enumerate(value):
-            _require_number(f"{name}[{i}]", entry)
-        return tuple(value)
-    _require_number(name, value)
-    return value
+def read_operator(wanted: Any, data: Any, place: str) -> Operator:
+    """Read an operator of a class from plain data; see `bondgraph.support.typed_reader.Rules`.
+
+    Raises
+    ------
+    UnusableInput
+        As for `operator_from_dict`, or it is of another class.
+    """
+    given = dict(require_object(data, place, "an operator with its kind and parameters"))
+    kind = given.pop("kind", None)
+    operator = chosen(OPERATORS, kind, place, "operator kind")
+    if not issubclass(operator, wanted):
+        raise UnusableInput(f"{place}: {kind} is no {wanted.kind}")
+    return record(operator, given, place, _RULES, operator.kind)
 
 
-def _require_number(name: str, value: Any) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise BadParameter(f"{name} = {value!r} must be a number")
+# the parameters of an operator may be expressions, those in a file are numbers
+_RULES = Rules(
+    {Any: lambda _, value, place: read(float, value, place), Operator: read_operator},
+    complete=True,
+)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.clocked import Clocked
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
 
@@ -23,8 +24,8 @@ class Ageing(Clocked):
         Typical change of the slope, units of the slope.
     """
 
-    duration: float = 1.0
-    size: float = 1.0
+    duration: Positive = 1.0
+    size: Positive = 1.0
     unit: str = "1"
     starts: ClassVar[tuple[str, ...]] = ("duration", "size", "unit")
     name: ClassVar[str] = "ageing"

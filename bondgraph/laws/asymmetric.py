@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
 
@@ -28,7 +29,7 @@ class AsymmetricDamping(Law):
     """
 
     difference: float = 0.0
-    size: float = 1.0
+    size: Positive = 1.0
     unit: str = "N*s/m"
     starts: ClassVar[tuple[str, ...]] = ("difference", "size", "unit")
     name: ClassVar[str] = "asymmetric_damping"

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.shared_slope import SharedSlope
+from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
 
@@ -30,9 +31,9 @@ class Backlash(SharedSlope):
         Typical displacement.
     """
 
-    width: float = 0.1
+    width: NonNegative = 0.1
     centre: float = 0.0
-    size: float = 1.0
+    size: Positive = 1.0
     unit: str = "m"
     starts: ClassVar[tuple[str, ...]] = (*SharedSlope.shared, "width", "centre", "size", "unit")
     name: ClassVar[str] = "backlash"

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.shared_slope import SharedSlope
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
 
@@ -31,7 +32,7 @@ class ContactLoss(SharedSlope):
     """
 
     depth: float = 0.5
-    size: float = 1.0
+    size: Positive = 1.0
     edge: float = -1.0
     side: float = 1.0
     unit: str = "m"

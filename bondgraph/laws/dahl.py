@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
 ROOT_STEPS = 12
@@ -29,8 +30,8 @@ class DahlFriction(Law):
         Start values of ``F_c`` and ``delta``.
     """
 
-    force: float = 1.0
-    way: float = 1e-3
+    force: Positive = 1.0
+    way: Positive = 1e-3
     unit: str = "N"
     way_unit: str = "m"
     starts: ClassVar[tuple[str, ...]] = ("force", "way", "unit", "way_unit")

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Positive, one_of
 from bondgraph.support.ops import Ops
 
 
@@ -30,11 +31,11 @@ class EndStop(Law):
         Typical displacement.
     """
 
-    stiffness: float = 10.0
+    stiffness: Positive = 10.0
     low: float = -0.8
     high: float = 0.8
-    sides: str = "both"
-    size: float = 1.0
+    sides: Annotated[str, one_of("both", "low", "high")] = "both"
+    size: Positive = 1.0
     unit: str = "m"
     slope_unit: str = "N/m"
     starts: ClassVar[tuple[str, ...]] = ("stiffness", "low", "high", "size", "unit", "slope_unit")

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
 
@@ -27,7 +28,7 @@ class Coulomb(Law):
     ``f = shrink(f_free, |gain| F_c)`` (Moreau, Unilateral contact and dry friction, 1988).
     """
 
-    force: float = 1.0
+    force: NonNegative = 1.0
     unit: str = "N"
     starts: ClassVar[tuple[str, ...]] = ("force", "unit")
     name: ClassVar[str] = "coulomb"
@@ -60,9 +61,9 @@ class Stribeck(Law):
     Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083.
     """
 
-    force: float = 1.0
-    drop: float = 0.5
-    speed: float = 1e-2
+    force: NonNegative = 1.0
+    drop: NonNegative = 0.5
+    speed: Positive = 1e-2
     unit: str = "N"
     flow_unit: str = "m/s"
     starts: ClassVar[tuple[str, ...]] = ("force", "drop", "speed", "unit", "flow_unit")
@@ -114,7 +115,7 @@ class Stribeck(Law):
 class Viscous(Law):
     """Linear friction ``b_2 f`` on top of the resistor's own value: a part that may be left out."""
 
-    coefficient: float = 1.0
+    coefficient: NonNegative = 1.0
     unit: str = "N*s/m"
     starts: ClassVar[tuple[str, ...]] = ("coefficient", "unit")
     name: ClassVar[str] = "viscous"
@@ -137,7 +138,7 @@ class Viscous(Law):
 class QuadraticDrag(Law):
     """Turbulent drag ``c |f| f``."""
 
-    coefficient: float = 1.0
+    coefficient: NonNegative = 1.0
     unit: str = "N*s2/m2"
     starts: ClassVar[tuple[str, ...]] = ("coefficient", "unit")
     name: ClassVar[str] = "quadratic_drag"

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
 
@@ -32,8 +33,8 @@ class SelfHeating(Law):
     """
 
     rise: float = 0.1
-    tau: float = 1.0
-    level: float = 1.0
+    tau: Positive = 1.0
+    level: Positive = 1.0
     unit: str = "ohm"
     flow_unit: str = "A"
     starts: ClassVar[tuple[str, ...]] = ("rise", "tau", "level", "unit", "flow_unit")

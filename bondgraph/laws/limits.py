@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import NonNegative
 from bondgraph.support.ops import Ops
 
 
@@ -30,7 +31,7 @@ class Saturation(Law):
 
     low: float = -1.0
     high: float = 1.0
-    knee: float = 0.05
+    knee: NonNegative = 0.05
     unit: str = "V"
     starts: ClassVar[tuple[str, ...]] = ("low", "high", "knee", "unit")
     name: ClassVar[str] = "saturation"
@@ -62,7 +63,7 @@ class DeadZone(Law):
     """No response within ``centre +- width``, identity less the width outside."""
 
     centre: float = 0.0
-    width: float = 0.1
+    width: NonNegative = 0.1
     size: float = 1.0
     unit: str = "V"
     starts: ClassVar[tuple[str, ...]] = ("centre", "width", "size", "unit")

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import CASADI, Ops
 
 ROOT_STEPS = 30
@@ -36,11 +37,11 @@ class LuGre(Law):
         Start value of sigma_1, force per flow.
     """
 
-    force: float = 1.0
-    drop: float = 0.5
-    speed: float = 1e-2
-    bristle: float = 1e5
-    damping: float = 0.0
+    force: NonNegative = 1.0
+    drop: NonNegative = 0.5
+    speed: Positive = 1e-2
+    bristle: Positive = 1e5
+    damping: NonNegative = 0.0
     unit: str = "N"
     flow_unit: str = "m/s"
     name: ClassVar[str] = "lugre"

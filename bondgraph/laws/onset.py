@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.clocked import Clocked
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
 
@@ -32,9 +33,9 @@ class Onset(Clocked):
     """
 
     time: float = 1.0
-    width: float = 0.01
-    margin: float = 0.1
-    size: float = 1.0
+    width: Positive = 0.01
+    margin: Positive = 0.1
+    size: Positive = 1.0
     unit: str = "N"
     ramp: bool = False
     free_standing: bool = True

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.shared_slope import SharedSlope
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
 
@@ -30,7 +31,7 @@ class Overflow(SharedSlope):
     """
 
     depth: float = 0.5
-    size: float = 1.0
+    size: Positive = 1.0
     top: float = 1.0
     unit: str = "m3"
     starts: ClassVar[tuple[str, ...]] = (*SharedSlope.shared, "depth", "size", "top", "unit")

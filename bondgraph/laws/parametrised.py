@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Bound, Name, least
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.ops import Ops
 
@@ -34,8 +35,8 @@ class Parametrised(Law):
         If the law has no such field.
     """
 
-    inner: Law
-    lifted: tuple[str, ...]
+    inner: Annotated[Law, Bound("a law that is not lifted itself", lambda v: v.name != "lifted")]
+    lifted: Annotated[tuple[Name, ...], least(1)]
     name: ClassVar[str] = "lifted"
 
     def __post_init__(self) -> None:

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
 from bondgraph.laws.trigonometry import cosine, sine
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
 
@@ -29,9 +30,9 @@ class Periodic(Law):
         Half range of `s`: over more periods the period is known better.
     """
 
-    period: float = 1.0
-    size: float = 1.0
-    reach: float = 1.0
+    period: Positive = 1.0
+    size: Positive = 1.0
+    reach: Positive = 1.0
     unit: str = "N"
     way_unit: str = "m"
     starts: ClassVar[tuple[str, ...]] = ("period", "size", "reach", "unit", "way_unit")

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Rising
 from bondgraph.support.ops import Ops
 
 
@@ -18,7 +19,7 @@ class PiecewiseLinear(Law):
     Fixing two knots keeps offset and slope with the linear element.
     """
 
-    knots: tuple[float, ...] = (-1.0, -0.5, 0.5, 1.0)
+    knots: Rising = (-1.0, -0.5, 0.5, 1.0)
     size: float = 1.0
     unit: str = "1"
     starts: ClassVar[tuple[str, ...]] = ("size", "unit")

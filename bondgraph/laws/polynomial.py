@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import NonZero, whole
 from bondgraph.support.ops import Ops
 
 
@@ -20,9 +21,9 @@ class Polynomial(Law):
     """
 
     centre: float = 0.0
-    half: float = 1.0
+    half: NonZero = 1.0
     size: float = 1.0
-    orders: tuple[int, ...] = (2, 3)
+    orders: tuple[Annotated[int, whole(0, 64)], ...] = (2, 3)
     unit: str = "1"
     starts: ClassVar[tuple[str, ...]] = ("size", "unit")
     name: ClassVar[str] = "polynomial"

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
 
@@ -27,8 +28,8 @@ class NonlinearResistance(Law):
         Reference flow, a fixed parameter.
     """
 
-    size: float = 1.0
-    level: float = 1.0
+    size: Positive = 1.0
+    level: Positive = 1.0
     unit: str = "V"
     flow_unit: str = "A"
     starts: ClassVar[tuple[str, ...]] = ("size", "level", "unit", "flow_unit")

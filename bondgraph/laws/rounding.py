@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["Rounding"]
@@ -40,7 +41,7 @@ class Rounding(Law):
         Start value; 1 rounds fully.
     """
 
-    step: float = 1.0
+    step: Positive = 1.0
     origin: float = 0.0
     amount: float = 1.0
     unit: str = "1"

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Positive
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +30,7 @@ class SharedSlope(Law, ABC):
     """
 
     coefficient: str = ""
-    stiffness: float = 1.0
+    stiffness: Positive = 1.0
     inverse: bool = False
     stiffness_unit: str = "N/m"
     shared: ClassVar[tuple[str, ...]] = ("coefficient", "stiffness", "stiffness_unit")

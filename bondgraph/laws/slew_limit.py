@@ -10,6 +10,7 @@ import numpy as np
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
 __all__ = ["SlewLimit", "slew_limited"]
@@ -36,8 +37,8 @@ class SlewLimit(Law):
         Unit of the slowness.
     """
 
-    slowness: float = 0.01
-    size: float = 0.01
+    slowness: NonNegative = 0.01
+    size: Positive = 0.01
     unit: str = "s/V"
     starts: ClassVar[tuple[str, ...]] = ("slowness", "size", "unit")
     name: ClassVar[str] = "slew_limit"

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from bondgraph.graph.elements import Parameter
 from bondgraph.hysteresis.plays.play import play
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import NonNegative
 from bondgraph.support.ops import Ops
 
 
@@ -29,7 +30,7 @@ class StopSum(Law):
         +1 in a storage; -1 where the output lags the argument (drive, sensor).
     """
 
-    thresholds: tuple[float, ...] = (1.0,)
+    thresholds: tuple[NonNegative, ...] = (1.0,)
     height: float = 0.0
     scale: float = 1.0
     sign: float = 1.0

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Rising, one_of
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.ops import NUMPY, Ops
 
@@ -47,9 +48,9 @@ class TableLaw(Law):
     0.5
     """
 
-    knots: tuple[float, ...] = (-1.0, 1.0)
+    knots: Rising = (-1.0, 1.0)
     values: tuple[float, ...] = (-1.0, 1.0)
-    join: str = "linear"
+    join: Annotated[str, one_of(*JOINS)] = "linear"
     flat: bool = True
     free: bool = False
     reference: float = 1.0

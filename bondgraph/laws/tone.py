@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.clocked import Clocked
 from bondgraph.laws.trigonometry import cosine, sine
+from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
 
@@ -29,9 +30,9 @@ class Tone(Clocked):
         The element is nothing but the disturbance; otherwise the deviation is added to its slope.
     """
 
-    frequency: float = 1.0
-    resolution: float = 0.1
-    size: float = 1.0
+    frequency: Positive = 1.0
+    resolution: Positive = 0.1
+    size: Positive = 1.0
     unit: str = "N"
     free_standing: bool = True
     starts: ClassVar[tuple[str, ...]] = ("frequency", "resolution", "size", "unit")

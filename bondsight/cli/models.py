@@ -13,13 +13,11 @@ from typing import Any
 
 from actuators.models.catalogue import MODELS
 from actuators.stack.plus_linear import PlusLinear
-from bondgraph.export.graph_json.json_fields import NUMBER
-from bondgraph.export.graph_json.law_forms import OPERATOR, LawForm
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
-FURTHER_LAWS = (LawForm(PlusLinear, {"operator": OPERATOR, "linear": NUMBER}),)
+FURTHER_LAWS = (PlusLinear,)
 """Laws of `actuators` that a model file may hold."""
 
 

@@ -28,11 +28,12 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.bounds import Count, one_of
+from bondgraph.support.errors import UnusableInput, real_number
+from bondgraph.support.typed_reader import Rules, bad, make, off_default, record
 from hardware.envelope import PRESETS, Envelope
-from hardware.station.section import Section
 
 __all__ = [
     "AmplifierSettings",
@@ -45,8 +46,6 @@ __all__ = [
 ]
 
 OUTPUTS = ("mf634", "mf624", "ni", "gcs", "pipython")
-_NUMBERS = ("v_min", "v_max", "slew", "i_max", "capacitance", "f_max", "safe", "gentle",
-            "update_period")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,11 +80,11 @@ class OutputSettings:
         Digital outputs that start and clock the interferometer.
     """
 
-    kind: str
+    kind: Annotated[str, one_of(*OUTPUTS)]
     address: str = ""
-    channel: int = 0
-    trigger: int | None = None
-    clock: int | None = None
+    channel: Count = 0
+    trigger: Count | None = None
+    clock: Count | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,9 +108,9 @@ class AmplifierSettings:
     gain: float = 1.0
     offset: float = 0.0
     voltage_monitor: float | None = None
-    voltage_input: int = 0
+    voltage_input: Count = 0
     current_monitor: float | None = None
-    current_input: int = 1
+    current_input: Count = 1
     lag: float | None = None
     lag_error: float = 0.0
 
@@ -137,7 +136,7 @@ class InterferometerSettings:
 
     connection: str = "usb:0"
     library: str = ""
-    channel: int = 0
+    channel: Count = 0
     dead_path: float = 0.0
     rate: float | None = None
     quadrature: bool = False
@@ -188,69 +187,45 @@ def read_settings(path: str | Path) -> StationSettings:
 
 def settings_from(content: Mapping[str, Any], where: str = "station") -> StationSettings:
     """Check plain values and freeze them; see `read_settings`."""
-    top = Section(content, where)
-    name = top.text("name", "bench")
-    envelope = _envelope(top.table("envelope"))
-    output = _output(top.table("output"))
-    amplifier = _amplifier(top.table("amplifier"))
-    sensor = _interferometer(top.table("interferometer")) if "interferometer" in top else None
-    clock = _clock(top.table("clock"))
-    top.table("interferometer")
-    top.finished()
-    return StationSettings(name, envelope, output, amplifier, sensor, clock)
+    given = {"name": "bench", **content}
+    return make(lambda: record(StationSettings, given, "", _RULES, "a station"), where)
 
 
-def _envelope(s: Section) -> Envelope:
-    preset = s.text("preset", "", choices=("", *PRESETS))
-    given = {k: s.number(k) for k in _NUMBERS if k in s}
-    for k in _NUMBERS:
-        s.optional(k)
-    label = s.text("name", "")
-    s.finished()
-    names = {"name": label} if label else {}
-    if preset:
-        return dataclasses.replace(PRESETS[preset], **given, **names)  # type: ignore[arg-type]
+@dataclass(frozen=True, slots=True)
+class _Limits:
+    """What a file may say of an envelope: all of it, or what differs from a preset."""
+
+    preset: Annotated[str, one_of(*PRESETS)] | None = None
+    name: str | None = None
+    v_min: float | None = None
+    v_max: float | None = None
+    slew: float | None = None
+    i_max: float | None = None
+    capacitance: float | None = None
+    f_max: float | None = None
+    safe: float | None = None
+    gentle: float | None = None
+    update_period: float | None = None
+
+
+def _envelope(_: Any, value: Any, place: str) -> Envelope:
+    given = dict(off_default(record(_Limits, value, place, _RULES, "an envelope")))
+    preset = given.pop("preset", None)
+    if preset is not None:
+        return dataclasses.replace(PRESETS[preset], **given)
     for k in ("v_min", "v_max", "slew"):
         if k not in given:
             raise UnusableInput(
-                f"{s.where}: {k} is missing; give it, or a preset ({', '.join(PRESETS)})"
+                f"{place}.{k} is missing; give it, or a preset ({', '.join(PRESETS)})"
             )
-    return Envelope(**given, **names)  # type: ignore[arg-type]
+    return Envelope(**given)
 
 
-def _output(s: Section) -> OutputSettings:
-    made = OutputSettings(
-        s.text("kind", choices=OUTPUTS), s.text("address", ""), s.whole("channel", 0),
-        s.whole("trigger") if "trigger" in s else None,
-        s.whole("clock") if "clock" in s else None,
-    )  # fmt: skip
-    for k in ("trigger", "clock"):
-        s.optional(k)
-    s.finished()
-    return made
+def _number(_: Any, value: Any, place: str) -> float:
+    """Return a finite number; one in quotes is taken as the number it is."""
+    if isinstance(value, bool):
+        raise bad(place, value, "a number")
+    return real_number(place, value)
 
 
-def _amplifier(s: Section) -> AmplifierSettings:
-    made = AmplifierSettings(
-        s.text("name", "amplifier"), s.number("gain", 1.0), s.number("offset", 0.0),
-        s.optional("voltage_monitor"), s.whole("voltage_input", 0),
-        s.optional("current_monitor"), s.whole("current_input", 1),
-        s.optional("lag"), s.number("lag_error", 0.0),
-    )  # fmt: skip
-    s.finished()
-    return made
-
-
-def _interferometer(s: Section) -> InterferometerSettings:
-    made = InterferometerSettings(
-        s.text("connection", "usb:0"), s.text("library", ""), s.whole("channel", 0),
-        s.number("dead_path", 0.0), s.optional("rate"), s.flag("quadrature", False),
-    )  # fmt: skip
-    s.finished()
-    return made
-
-
-def _clock(s: Section) -> ClockSettings:
-    made = ClockSettings(s.text("bench", ""), s.number("ppm", 0.0))
-    s.finished()
-    return made
+_RULES = Rules({Envelope: _envelope, float: _number})

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -17,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.export.graph_json.law_forms import LawForm
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
+from bondgraph.laws import Law
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.archive import read_archive, software, write_archive
 from bondgraph.support.errors import BondsightError, UnusableInput
@@ -35,6 +36,7 @@ __all__ = ["SCHEMA", "open_fit", "provenance", "save"]
 Array = np.ndarray
 SCHEMA = "bondsight-fit/1"
 """Name and version of the document."""
+_PRIORS: Mapping[str, Callable[..., Prior]] = {"normal": Normal, "log-normal": LogNormal}
 _OPTIONS = ("initial", "hold", "noise", "init", "silent", "window", "n_sub")
 
 
@@ -44,7 +46,7 @@ def save(
     *,
     embed: bool = True,
     command: str = "",
-    laws: Iterable[LawForm] = (),
+    laws: Iterable[type[Law]] = (),
 ) -> str:
     """Write an estimation to one file, all or nothing.
 
@@ -58,7 +60,7 @@ def save(
         them and checks every bit.
     command : str
         What made the fit, for the reader of the file.
-    laws : iterable of LawForm, optional
+    laws : iterable of type of Law, optional
         Laws of the model beside those of `bondgraph.laws`.
 
     Returns
@@ -102,7 +104,7 @@ def open_fit(
     path: str | Path,
     recordings: Recording | Sequence[Recording] = (),
     *,
-    laws: Iterable[LawForm] = (),
+    laws: Iterable[type[Law]] = (),
 ) -> Estimation:
     """Reopen what `save` wrote: the same values, simulations and text, ready to go on fitting.
 
@@ -110,7 +112,7 @@ def open_fit(
     ----------
     recordings : Recording or sequence of Recording
         Those that the file only names; their values must be the same bit by bit.
-    laws : iterable of LawForm, optional
+    laws : iterable of type of Law, optional
         As given to `save`.
 
     Raises
@@ -202,8 +204,7 @@ def _put_study(study: Study) -> dict[str, Any]:
     return {
         "free": [_put_vary(v) for v in study.free],
         "fixed": dict(study.fixed),
-        "nuisances": {k: getattr(study.nuisances, k) for k in ("offsets", "lags", "commands",
-                                                               "clock")},
+        "nuisances": asdict(study.nuisances),
         "splits": [_put_split(s) for s in study.splits],
         "fitted": len(study.recordings),
         **{k: _plain(getattr(study, k)) for k in _OPTIONS},
@@ -215,27 +216,16 @@ def _plain(value: Any) -> Any:
 
 
 def _put_vary(v: Vary) -> dict[str, Any]:
-    plain = {k: getattr(v, k) for k in ("name", "start", "lower", "upper", "scale", "own")}
-    return {**plain, "prior": None if v.prior is None else _put_prior(v.prior)}
-
-
-def _put_prior(p: Prior) -> dict[str, Any]:
-    if isinstance(p, Normal):
-        return {"kind": "normal", "mean": p.mean, "sd": p.sd}
-    if isinstance(p, LogNormal):
-        return {"kind": "log-normal", "median": p.median, "factor": p.factor}
-    raise UnusableInput(f"a prior of class {type(p).__name__} has no form in a file")
+    kind = next((k for k, cls in _PRIORS.items() if type(v.prior) is cls), None)
+    if v.prior is not None and kind is None:
+        raise UnusableInput(f"a prior of class {type(v.prior).__name__} has no form in a file")
+    plain = asdict(v)
+    return plain if kind is None else {**plain, "prior": {"kind": kind, **plain["prior"]}}
 
 
 def _take_vary(form: Mapping[str, Any]) -> Vary:
-    prior = dict(form["prior"]) if form["prior"] is not None else None
-    made: Prior | None = None
-    if prior is not None:
-        kinds: dict[str, type[Normal] | type[LogNormal]] = {
-            "normal": Normal,
-            "log-normal": LogNormal,
-        }
-        made = kinds[prior.pop("kind")](**prior)
+    prior = dict(form["prior"] or {})
+    made = _PRIORS[prior.pop("kind")](**prior) if prior else None
     return Vary(**{**form, "prior": made})
 
 
@@ -278,10 +268,7 @@ def _put_fit(f: Estimation, arrays: dict[str, Array]) -> dict[str, Any]:
 
 
 def _put_estimate(e: Estimate) -> dict[str, Any]:
-    return {
-        "name": e.name, "value": e.value, "unit": e.unit, "ci95": tuple(map(float, e.ci95)),
-        "at_bound": bool(e.at_bound),
-    }  # fmt: skip
+    return {**asdict(e), "ci95": tuple(map(float, e.ci95)), "at_bound": bool(e.at_bound)}
 
 
 def _take_fit(form: Mapping[str, Any], study: Study, arrays: Mapping[str, Array]) -> Estimation:

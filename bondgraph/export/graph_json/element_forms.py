@@ -1,146 +1,106 @@
-"""Elements as plain data: a fixed table of classes and a form for every field."""
+"""Elements and laws as plain data: a fixed table of classes, whose fields are the form.
+
+Only classes of the tables are ever built; every field is checked before.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import is_dataclass
 from typing import Any
 
+import sympy as sp
+
+from bondgraph import laws
 from bondgraph.export.graph_json.expression_table import Symbols
-from bondgraph.export.graph_json.expression_tree import EXPRESSION
-from bondgraph.export.graph_json.json_fields import (
-    FLAG,
-    NAME,
-    NUMBER,
-    POSITIVE,
-    TEXT,
-    Form,
-    choice,
-    hint,
-    integer,
-    listed,
-    optional,
-    require_object,
-    shown,
-)
-from bondgraph.export.graph_json.law_forms import (
-    LawForm,
-    built,
-    drive_form,
-    law_form,
-    laws_by_name,
-    read_fields,
-    write_fields,
-)
+from bondgraph.export.graph_json.expression_tree import read_expression, write_expression
 from bondgraph.graph import elements
-from bondgraph.graph.elements import Element, Field, Parameter
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Element
+from bondgraph.hysteresis import Operator
+from bondgraph.hysteresis.catalogue import read_operator
+from bondgraph.laws import Law
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.typed_reader import (
+    Rules,
+    chosen,
+    make,
+    off_default,
+    read_fields,
+    record,
+    require_object,
+)
 
-__all__ = ["ELEMENTS", "PARAMETER_FIELDS", "ElementForms", "read_parameter", "write_parameter"]
+__all__ = ["ELEMENTS", "LAWS", "NAMED", "ElementForms", "laws_by_name"]
 
-MAX_PORTS = 1000
+NAMED: tuple[type, ...] = (Law, Drive, Operator)
+"""Classes that annotations of elements name without importing them."""
 
 ELEMENTS: Mapping[str, type[Element]] = {
     cls.kind: cls
-    for cls in (
-        elements.Zero,
-        elements.One,
-        elements.X0,
-        elements.X1,
-        elements.Se,
-        elements.Sf,
-        elements.MSe,
-        elements.MSf,
-        elements.R,
-        elements.C,
-        elements.I,
-        elements.TF,
-        elements.GY,
-        elements.MTF,
-        elements.MGY,
-        elements.RE,
-        elements.RS,
-        elements.CField,
-        elements.IField,
-        elements.RField,
-        elements.De,
-        elements.Df,
-        elements.Dq,
-    )
+    for cls in vars(elements).values()
+    if isinstance(cls, type) and issubclass(cls, Element) and cls.kind
 }
 """Every element of the language by its kind."""
 
-PARAMETER_FIELDS: Mapping[str, Form] = {
-    "name": NAME,
-    "value": NUMBER,
-    "unit": TEXT,
-    "positive": FLAG,
-    "lower": optional(NUMBER),
-    "upper": optional(NUMBER),
-    "scale": optional(NUMBER),
-    "fixed": FLAG,
-    "source": TEXT,
-    "spread": optional(POSITIVE),
-}
+LAWS: tuple[type[Law], ...] = tuple(
+    law
+    for law in (getattr(laws, name) for name in dir(laws))
+    if isinstance(law, type) and issubclass(law, Law) and law is not Law
+)
+"""The laws of `bondgraph.laws`; a law of your own is given beside them."""
 
 
-def write_parameter(parameter: Parameter, place: str) -> dict[str, Any]:
-    """Return a declared parameter as plain data."""
-    return write_fields(parameter, PARAMETER_FIELDS, place, None)
+def laws_by_name(more: Iterable[type[Law]] = ()) -> dict[str, type[Law]]:
+    """Return the laws that files may hold by their names.
 
-
-def read_parameter(value: Any, place: str) -> Parameter:
-    """Return a declared parameter from plain data."""
-    data = require_object(value, place, "a parameter with name and value")
-    values = read_fields(data, Parameter, PARAMETER_FIELDS, place, None, "a parameter")
-    values["value"] = float(values["value"])
-    return Parameter(**values)
+    Raises
+    ------
+    UnusableInput
+        If two laws have one name.
+    """
+    found: dict[str, type[Law]] = {}
+    for law in (*LAWS, *more):
+        if found.setdefault(law.name, law) is not law:
+            raise UnusableInput(f"two laws are called {law.name!r} in files; rename one")
+    return found
 
 
 class ElementForms:
-    """How elements are read and written, with the laws that files may hold.
+    """How elements are read and written.
 
     Parameters
     ----------
-    more : iterable of LawForm
+    symbols : Symbols
+        What names in expressions mean.
+    more : iterable of type of Law
         Laws beside those of `bondgraph.laws`.
     """
 
-    def __init__(self, more: Iterable[LawForm] = ()) -> None:
-        laws = laws_by_name(more)
-        law = optional(law_form(laws))
-        values = listed(EXPRESSION, most=MAX_PORTS)
-        common: dict[str, Form] = {
-            "unit": TEXT,
-            "units": listed(TEXT, most=MAX_PORTS),
-            "drive": optional(drive_form(laws)),
-            "offset": optional(NAME),
-            "stiffness": optional(EXPRESSION),
-            "ratio": EXPRESSION,
-            "fixed": FLAG,
-            "on": FLAG,
-            "spread": optional(POSITIVE),
-            "source": TEXT,
-            "ports": integer(1, MAX_PORTS),
-            "matrix": listed(values, most=MAX_PORTS),
-            "energy": optional(EXPRESSION),
-            "heat": choice("energy", "entropy"),
-            "lag": optional(NAME),
-            "delay": optional(NAME),
-            "clock": optional(NAME),
-            "drift": listed(NAME, most=MAX_PORTS),
-            "value": optional(EXPRESSION),
-            "law": law,
+    def __init__(self, symbols: Symbols, more: Iterable[type[Law]] = ()) -> None:
+        self._symbols = symbols
+        self._laws = laws_by_name(more)
+        readers = {
+            Any: lambda _, value, place: read_expression(value, place, symbols),
+            Law: self._read_law,
+            Operator: read_operator,
         }
-        self._forms: dict[str, dict[str, Form]] = {}
-        for kind, cls in ELEMENTS.items():
-            own = {f.name: common[f.name] for f in fields(cls) if f.name in common}
-            if issubclass(cls, Field):
-                own["law"] = values
-            self._forms[kind] = own
+        self._rules = Rules(readers, NAMED)
 
-    def write(self, element: Element, place: str, symbols: Symbols) -> dict[str, Any]:
-        """Return an element as plain data.
+    def read(self, data: Mapping[str, Any], place: str) -> Element:
+        """Return an element from plain data.
+
+        Raises
+        ------
+        UnusableInput
+            If its kind or a field is unknown or a value is refused.
+        """
+        cls = chosen(ELEMENTS, data.get("kind"), place, "element kind")
+        fields = {k: v for k, v in data.items() if k != "kind"}
+        return record(cls, fields, place, self._rules, cls.kind)
+
+    def write(self, element: Element, place: str) -> dict[str, Any]:
+        """Return an element as plain data: its fields that are not at their defaults.
 
         Raises
         ------
@@ -152,33 +112,34 @@ class ElementForms:
                 f"{place}: {type(element).__name__} has no place in a file; "
                 f"known: {', '.join(ELEMENTS)}"
             )
-        head = {"kind": element.kind, "name": NAME.write(element.name, place, symbols)}
-        return head | write_fields(element, self._forms[element.kind], place, symbols)
+        fields = self._fields(element, place)
+        # what is written can be read
+        read_fields(type(element), fields, place, self._rules, element.kind)
+        return {"kind": element.kind, **fields}
 
-    def read(self, data: Mapping[str, Any], place: str, symbols: Symbols) -> Element:
-        """Return an element from plain data whose kind and name have been checked.
+    def _fields(self, value: Any, place: str) -> dict[str, Any]:
+        return {k: self._plain(v, f"{place}.{k}") for k, v in off_default(value)}
 
-        Raises
-        ------
-        UnusableInput
-            If a field is unknown or its value is refused.
-        """
-        kind = data["kind"]
-        rest = {k: v for k, v in data.items() if k not in ("kind", "name")}
-        values = read_fields(rest, ELEMENTS[kind], self._forms[kind], place, symbols, kind)
-        found: Element = built(lambda: ELEMENTS[kind](data["name"], **values), place)
-        return found
+    def _plain(self, value: Any, place: str) -> Any:
+        if isinstance(value, sp.Basic):
+            return write_expression(value, place, self._symbols)
+        if isinstance(value, tuple):
+            return [self._plain(v, f"{place}[{i}]") for i, v in enumerate(value)]
+        if isinstance(value, Operator):
+            return make(value.to_dict, place)
+        if isinstance(value, Law):
+            if self._laws.get(value.name) is not type(value):
+                raise UnusableInput(
+                    f"{place}: {type(value).__name__} has no place in a file; "
+                    f"known: {', '.join(self._laws)}; give further laws as laws=..."
+                )
+            return {"law": value.name, **self._fields(value, place)}
+        return self._fields(value, place) if is_dataclass(value) else value
 
-
-def checked_kind(data: Mapping[str, Any], place: str) -> type[Element]:
-    """Return the class of an element's data.
-
-    Raises
-    ------
-    UnusableInput
-        If the kind is missing or unknown.
-    """
-    kind = data.get("kind")
-    if not isinstance(kind, str) or kind not in ELEMENTS:
-        raise UnusableInput(f"{place}: no element kind {shown(kind)}{hint(kind, tuple(ELEMENTS))}")
-    return ELEMENTS[kind]
+    def _read_law(self, wanted: Any, value: Any, place: str) -> Law:
+        data = dict(require_object(value, place, "a law with its name and fields"))
+        name = data.pop("law", None)
+        cls = chosen(self._laws, name, place, "law")
+        if not issubclass(cls, wanted):
+            raise UnusableInput(f"{place}: law {name!r} is no {wanted.__name__}")
+        return record(cls, data, place, self._rules, f"law {name!r}")

@@ -21,11 +21,12 @@ from bondgraph.export.graph_json.expression_table import (
     Operation,
     Symbols,
 )
-from bondgraph.export.graph_json.json_fields import NAME, NUMBER, Form, bad, hint, shown
 from bondgraph.graph.elements import symbol
+from bondgraph.support.bounds import Name
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.typed_reader import bad, hint, read, shown
 
-__all__ = ["EXPRESSION", "MAX_DEPTH", "MAX_NODES"]
+__all__ = ["MAX_DEPTH", "MAX_NODES", "read_expression", "write_expression"]
 
 MAX_NODES = 2000
 MAX_DEPTH = 40
@@ -44,12 +45,12 @@ class _Node:
     bits: int
 
 
-def _read(value: Any, place: str, symbols: Symbols) -> Any:
+def read_expression(value: Any, place: str, symbols: Symbols) -> Any:
     """Return a number, the name of a declared parameter, or an expression."""
     if isinstance(value, str):
-        return NAME.read(value, place, symbols)
+        return read(Name, value, place)
     if not isinstance(value, list):
-        return NUMBER.read(value, place, symbols)
+        return read(float, value, place)
     start = symbols.nodes
     found = _node(value, place, symbols, start, 0)
     if _is_condition(found.form):
@@ -65,10 +66,10 @@ def _node(value: Any, place: str, symbols: Symbols, start: int, depth: int) -> _
             "declare parameters for its parts"
         )
     if isinstance(value, str):
-        name = NAME.read(value, place, symbols)
+        name = read(Name, value, place)
         return _Node(symbols[name], symbols.nominal(name), 1)
     if not isinstance(value, list):
-        return _number(NUMBER.read(value, place, symbols))
+        return _number(read(float, value, place))
     if not value or not isinstance(value[0], str):
         raise bad(place, value[0] if value else value, 'an operation, as in ["+", "a", 2]')
     name, rest = value[0], value[1:]
@@ -109,7 +110,7 @@ def _number(value: float | int) -> _Node:
 def _named(rest: list[Any], place: str, symbols: Symbols) -> _Node:
     if len(rest) != 2 or rest[1] not in ("positive", "real"):
         raise UnusableInput(f'{place}: write ["symbol", name, "positive" or "real"]')
-    name = NAME.read(rest[0], place, symbols)
+    name = read(Name, rest[0], place)
     return _Node(symbol(name, positive=rest[1] == "positive"), symbols.nominal(name), 1)
 
 
@@ -171,11 +172,8 @@ def _built(operation: Operation, parts: list[_Node], place: str) -> Any:
     return form
 
 
-def _write(value: Any, place: str, symbols: Symbols) -> Any:
-    if isinstance(value, str):
-        return NAME.write(value, place, symbols)
-    if isinstance(value, int | float):
-        return NUMBER.write(value, place, symbols)
+def write_expression(value: sp.Basic, place: str, symbols: Symbols) -> list[Any]:
+    """Return an expression as nested lists."""
     if not isinstance(value, sp.Expr):
         raise bad(place, str(value), "a number, a name or a SymPy expression")
     if isinstance(value, sp.Symbol):
@@ -185,7 +183,7 @@ def _write(value: Any, place: str, symbols: Symbols) -> Any:
 
 
 def _explicit(node: sp.Symbol, place: str) -> list[Any]:
-    name = NAME.write(str(node), place, None)
+    name = read(Name, str(node), place)
     for assumption in ("positive", "real"):
         if node == symbol(name, positive=assumption == "positive"):
             return ["symbol", name, assumption]
@@ -196,16 +194,15 @@ def _explicit(node: sp.Symbol, place: str) -> list[Any]:
 
 
 def _tree(node: Any, place: str, symbols: Symbols, depth: int) -> Any:
-    symbols.count(place)
     if depth > MAX_DEPTH:
         raise UnusableInput(f"{place}: an expression of more than {MAX_DEPTH} levels")
     if isinstance(node, sp.Symbol):
         name = str(node)
         return name if node == symbols[name] and name.isidentifier() else _explicit(node, place)
     if isinstance(node, sp.Integer):
-        return NUMBER.write(int(node), place, symbols)
+        return read(float, int(node), place)
     if isinstance(node, sp.Rational):
-        return ["/", *(NUMBER.write(int(n), place, symbols) for n in (node.p, node.q))]
+        return ["/", *(read(float, int(n), place) for n in (node.p, node.q))]
     if isinstance(node, sp.Float):
         return _float(node, place, symbols)
     for name, (constant, _) in CONSTANTS.items():
@@ -232,8 +229,4 @@ def _float(node: sp.Float, place: str, symbols: Symbols) -> float:
         raise UnusableInput(
             f"{place}: {shown(str(node))} has not the precision of a double; use Float(float(x))"
         )
-    return float(NUMBER.write(value, place, symbols))
-
-
-EXPRESSION = Form(_read, _write)
-"""A number, the name of a declared parameter, or a tree."""
+    return float(read(float, value, place))

@@ -1,33 +1,36 @@
 """A bond graph from JSON; safe to use on files of strangers.
 
 The format is written by `bondgraph.export.graph_json.write_graph.to_json` and described by the JSON
-Schema ``graph.schema.json`` beside it. Nothing in a file is executed, parsed as an expression or
-looked up outside of fixed tables; sizes are bounded before anything is built.
+Schema of `bondgraph.export.graph_json.schema`. Nothing in a file is executed, parsed as an
+expression or looked up outside of fixed tables; sizes are bounded before anything is built.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from bondgraph.export.graph_json.element_forms import ElementForms, checked_kind, read_parameter
+from bondgraph.export.graph_json.element_forms import ELEMENTS, ElementForms
 from bondgraph.export.graph_json.expression_table import Symbols
-from bondgraph.export.graph_json.json_fields import (
-    NAME,
-    TEXT,
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Parameter, TwoPort, Valued
+from bondgraph.laws import Law
+from bondgraph.support.bounds import MAX_NAME
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.json_text import plain_data
+from bondgraph.support.typed_reader import (
     bad,
-    hint,
-    require_known,
+    chosen,
+    make,
+    read,
+    record,
     require_list,
     require_object,
     shown,
 )
-from bondgraph.export.graph_json.json_text import plain_data
-from bondgraph.export.graph_json.law_forms import LawForm, built
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, TwoPort, Valued
-from bondgraph.support.errors import UnusableInput
 
 __all__ = ["MAX_BONDS", "MAX_ELEMENTS", "SCHEMA", "from_json"]
 
@@ -36,10 +39,11 @@ SCHEMA = "bondsight-graph/1"
 MAX_ELEMENTS = 200_000
 MAX_BONDS = 400_000
 MAX_PARAMETERS = 100_000
-_KEYS = ("schema", "name", "parameters", "elements", "bonds")
+_KEYS = {"schema": True, "name": True, "parameters": False, "elements": True, "bonds": False}
+"""Keys of a graph and whether they are needed."""
 
 
-def from_json(text_or_path: str | Path, *, laws: Iterable[LawForm] = ()) -> BondGraph:
+def from_json(text_or_path: str | Path, *, laws: Iterable[type[Law]] = ()) -> BondGraph:
     """Read a bond graph.
 
     The graph is not checked for physics: see `BondGraph.check`.
@@ -48,7 +52,7 @@ def from_json(text_or_path: str | Path, *, laws: Iterable[LawForm] = ()) -> Bond
     ----------
     text_or_path : str or Path
         JSON text that begins with ``{``, or the path of a file.
-    laws : iterable of LawForm, optional
+    laws : iterable of type of Law, optional
         Laws beside those of `bondgraph.laws` that the file may hold.
 
     Returns
@@ -72,94 +76,62 @@ def from_json(text_or_path: str | Path, *, laws: Iterable[LawForm] = ()) -> Bond
     """
     value, where = plain_data(text_or_path)
     data = require_object(value, where, "a graph")
-    _check_schema(data, where)
-    require_known(data, _KEYS, where, "key of a graph")
-    for key in ("name", "elements"):
-        if key not in data:
-            raise UnusableInput(f"{where}: the graph needs its {key!r}")
-    forms = ElementForms(laws)
-    entries = _entries(data, "elements", where, MAX_ELEMENTS)
-    classes = _classes(entries, where)
-    symbols = Symbols(_parameters(data, where), _values(entries, classes))
-    with BondGraph(TEXT.read(data["name"], f"{where}: name", None)) as graph:
-        for p in symbols.parameters.values():
-            graph.parameter(
-                p.name,
-                p.value,
-                p.unit,
-                positive=p.positive,
-                lower=p.lower,
-                upper=p.upper,
-                scale=p.scale,
-                fixed=p.fixed,
-                source=p.source,
-                spread=p.spread,
-            )
+    _check_head(data, where)
+    entries = require_list(data["elements"], f"{where}: elements", MAX_ELEMENTS)
+    with BondGraph(read(str, data["name"], f"{where}: name")) as graph:
+        _declare(graph, data.get("parameters", []), f"{where}: parameters")
+        forms = ElementForms(Symbols(graph.declared_parameters, _values(entries)), laws)
         for i, entry in enumerate(entries):
-            forms.read(entry, f"{where}: elements[{i}] {entry['name']}", symbols)
-        _draw(graph, _entries(data, "bonds", where, MAX_BONDS), where)
+            place = f"{where}: elements[{i}]"
+            name = require_object(entry, place, "an element with kind and name").get("name")
+            if isinstance(name, str) and name.isidentifier() and name.isascii():
+                place += f" {name[:MAX_NAME]}"
+            forms.read(entry, place)
+        _draw(graph, data.get("bonds", []), f"{where}: bonds")
     return graph
 
 
-def _check_schema(data: Mapping[str, Any], where: str) -> None:
+def _check_head(data: Mapping[str, Any], where: str) -> None:
     if data.get("schema") != SCHEMA:
         raise UnusableInput(
             f"{where}: schema {shown(data.get('schema'))} cannot be read; this version of "
             f"Bondsight reads {SCHEMA!r}"
         )
+    for key in data:
+        chosen(_KEYS, key, where, "key of a graph")
+    for key, needed in _KEYS.items():
+        if needed and key not in data:
+            raise UnusableInput(f"{where}: the graph needs its {key!r}")
 
 
-def _entries(data: Mapping[str, Any], key: str, where: str, most: int) -> Sequence[Any]:
-    return require_list(data.get(key, []), f"{where}: {key}", key, most)
+def _declare(graph: BondGraph, entries: Any, where: str) -> None:
+    for i, entry in enumerate(require_list(entries, where, MAX_PARAMETERS)):
+        place = f"{where}[{i}]"
+        make(partial(graph.parameter, **asdict(record(Parameter, entry, place))), place)
 
 
-def _parameters(data: Mapping[str, Any], where: str) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for i, entry in enumerate(_entries(data, "parameters", where, MAX_PARAMETERS)):
-        place = f"{where}: parameters[{i}]"
-        parameter = read_parameter(entry, place)
-        if parameter.name in found:
-            raise UnusableInput(f"{place}: {shown(parameter.name)} is declared twice; rename one")
-        found[parameter.name] = parameter
-    return found
+def _values(entries: Sequence[Any]) -> dict[str, float | None]:
+    """Elements with a coefficient, before any is built: expressions may name later ones.
 
-
-def _classes(entries: Sequence[Any], where: str) -> dict[str, Any]:
-    """Names and classes of all elements, before any is built: expressions may name later ones."""
-    found: dict[str, Any] = {}
-    for i, entry in enumerate(entries):
-        place = f"{where}: elements[{i}]"
-        cls = checked_kind(require_object(entry, place, "an element with kind and name"), place)
-        name = NAME.read(entry.get("name"), f"{place}.name", None)
-        if name in found:
-            raise UnusableInput(f"{place}: two elements are called {shown(name)}; rename one")
-        found[name] = cls
-    return found
-
-
-def _values(entries: Sequence[Any], classes: Mapping[str, Any]) -> dict[str, float | None]:
-    """Elements with a coefficient of their own, and their numbers where the data give one."""
+    The value is the number where the data give one. What is malformed is refused later.
+    """
     found: dict[str, float | None] = {}
     for entry in entries:
-        cls = classes[entry["name"]]
-        if issubclass(cls, Valued | TwoPort):
+        data = entry if isinstance(entry, dict) else {}
+        name, kind = data.get("name"), data.get("kind")
+        cls = ELEMENTS.get(kind) if isinstance(kind, str) else None
+        if isinstance(name, str) and cls is not None and issubclass(cls, Valued | TwoPort):
             key = "ratio" if issubclass(cls, TwoPort) else "value"
-            key = "stiffness" if issubclass(cls, C) and "stiffness" in entry else key
-            value = entry.get(key)
-            plain = isinstance(value, int | float) and not isinstance(value, bool)
-            found[entry["name"]] = float(value) if plain else None
+            key = "stiffness" if issubclass(cls, C) and "stiffness" in data else key
+            value: Any = data.get(key)
+            found[name] = float(value) if type(value) in (int, float) else None
     return found
 
 
-def _draw(graph: BondGraph, bonds: Sequence[Any], where: str) -> None:
-    for i, entry in enumerate(bonds):
-        place = f"{where}: bonds[{i}]"
+def _draw(graph: BondGraph, bonds: Any, where: str) -> None:
+    for i, entry in enumerate(require_list(bonds, where, MAX_BONDS)):
+        place = f"{where}[{i}]"
         if not isinstance(entry, list) or len(entry) != 2:
             raise bad(place, entry, "a pair [tail, head] of element names")
-        for end in entry:
-            if not isinstance(end, str) or end not in graph.elements:
-                raise UnusableInput(
-                    f"{place}: no element {shown(end)}{hint(end, tuple(graph.elements))}"
-                )
-        tail, head = (graph.elements[end] for end in entry)
-        built(lambda tail=tail, head=head: graph.bond(tail, head), place)
+        tail, head = (chosen(graph.elements, end, place, "element") for end in entry)
+        make(partial(graph.bond, tail, head), place)

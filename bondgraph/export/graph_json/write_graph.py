@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from pathlib import Path
+from collections.abc import Iterable
 from typing import Any
 
-from bondgraph.export.graph_json.element_forms import ElementForms, write_parameter
+from bondgraph.export.graph_json.element_forms import ElementForms
 from bondgraph.export.graph_json.expression_table import Symbols
-from bondgraph.export.graph_json.json_fields import TEXT
-from bondgraph.export.graph_json.json_text import MAX_BYTES
-from bondgraph.export.graph_json.law_forms import LawForm
 from bondgraph.export.graph_json.read_graph import MAX_BONDS, MAX_ELEMENTS, SCHEMA
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter, TwoPort, Valued
+from bondgraph.laws import Law
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.json_text import MAX_BYTES
+from bondgraph.support.typed_reader import off_default, read, record
 
-__all__ = ["graph_schema", "to_json"]
+__all__ = ["to_json"]
 
 
-def to_json(graph: BondGraph, *, laws: Iterable[LawForm] = ()) -> str:
+def to_json(graph: BondGraph, *, laws: Iterable[type[Law]] = ()) -> str:
     """Write a bond graph.
 
     Floats are written with the digits that read back to the same bits; fields at their defaults
@@ -29,7 +28,7 @@ def to_json(graph: BondGraph, *, laws: Iterable[LawForm] = ()) -> str:
     Parameters
     ----------
     graph : BondGraph
-    laws : iterable of LawForm, optional
+    laws : iterable of type of Law, optional
         Laws beside those of `bondgraph.laws` that the graph holds.
 
     Returns
@@ -62,14 +61,12 @@ def to_json(graph: BondGraph, *, laws: Iterable[LawForm] = ()) -> str:
     """
     where = ascii(graph.name)[1:-1]
     _check_sizes(graph, where)
-    forms = ElementForms(laws)
-    declared = _declared(graph)
     values = {n: None for n, e in graph.elements.items() if isinstance(e, Valued | TwoPort)}
-    symbols = Symbols(declared, values)
-    parameters = [write_parameter(p, f"{where}: parameter {n}") for n, p in declared.items()]
-    elements = [forms.write(e, f"{where}: {n}", symbols) for n, e in graph.elements.items()]
+    forms = ElementForms(Symbols(graph.declared_parameters, values), laws)
+    parameters = [_parameter(p, f"{where}: {n}") for n, p in graph.declared_parameters.items()]
+    elements = [forms.write(e, f"{where}: {n}") for n, e in graph.elements.items()]
     bonds = [[b.tail, b.head] for b in graph.bonds]
-    head = {"schema": SCHEMA, "name": TEXT.write(graph.name, f"{where}: name", None)}
+    head = {"schema": SCHEMA, "name": read(str, graph.name, f"{where}: name")}
     lines = [f"{_line(k)}: {_line(v)}" for k, v in head.items()]
     lists: dict[str, list[Any]] = {"parameters": parameters, "elements": elements, "bonds": bonds}
     lines += [f"{_line(k)}: {_lines(v)}" for k, v in lists.items()]
@@ -79,21 +76,10 @@ def to_json(graph: BondGraph, *, laws: Iterable[LawForm] = ()) -> str:
     return text
 
 
-def graph_schema() -> dict[str, Any]:
-    """Return the JSON Schema (2020-12) of the format, for other programs.
-
-    Examples
-    --------
-    >>> graph_schema()["properties"]["schema"]
-    {'const': 'bondsight-graph/1'}
-    """
-    file = Path(__file__).with_name("graph.schema.json")
-    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    return found
-
-
-def _declared(graph: BondGraph) -> Mapping[str, Parameter]:
-    return graph.declared_parameters
+def _parameter(parameter: Parameter, place: str) -> dict[str, Any]:
+    fields = dict(off_default(parameter))
+    record(Parameter, fields, place)  # what is written can be read
+    return fields
 
 
 def _check_sizes(graph: BondGraph, where: str) -> None:

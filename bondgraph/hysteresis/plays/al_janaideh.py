@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Self, final
+from typing import Annotated, ClassVar, Literal, Self, final
 
 from bondgraph.hysteresis.checks import all_numbers, numbers, parameter, positive
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.bounds import whole
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["AlJanaideh"]
@@ -65,7 +66,7 @@ class AlJanaideh(Operator):
     sigma: Expression
     alpha: Expression
     beta: Expression
-    count: int
+    count: Annotated[int, whole(0, 10_000)]
 
     def __post_init__(self) -> None:
         """Check and store the parameters."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Self, final
+from typing import Annotated, ClassVar, Self, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +23,7 @@ from bondgraph.hysteresis.checks import (
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.plays.play import play, play_record
 from bondgraph.hysteresis.preisach.play_lines import Cell, PlayLine, PlayLines, cell_columns
+from bondgraph.support.bounds import whole
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["KrasnoselskiiPokrovskii"]
@@ -76,7 +77,7 @@ class KrasnoselskiiPokrovskii(PlayLines):
 
     low: Expression
     spacing: Expression
-    count: int
+    count: Annotated[int, whole(0, 10_000)]
     rise: Expression
     weights: tuple[Expression, ...]
 

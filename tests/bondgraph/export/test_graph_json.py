@@ -19,10 +19,10 @@ import bondgraph.laws as all_laws
 from actuators.models.catalogue import MODELS
 from bondgraph import BondGraph, simulate
 from bondgraph.export.graph_json import read_graph as graph_json
-from bondgraph.export.graph_json.element_forms import ELEMENTS, ElementForms
-from bondgraph.export.graph_json.law_forms import LAWS, LawForm
+from bondgraph.export.graph_json.element_forms import ELEMENTS, LAWS, NAMED
 from bondgraph.export.graph_json.read_graph import from_json
-from bondgraph.export.graph_json.write_graph import graph_schema, to_json
+from bondgraph.export.graph_json.schema import graph_schema
+from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.graph import elements as el
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element
@@ -62,6 +62,7 @@ from bondgraph.laws import (
     Viscous,
 )
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.typed_reader import Rules, hints_of
 from bondsight.cli.models import load_model
 from tests.bondgraph.hysteresis.examples import EXAMPLES
 
@@ -180,10 +181,10 @@ def test_every_element_and_field() -> None:
     g = every_element()
     assert {e.kind for e in g.elements.values()} == set(ELEMENTS)
     assert_round_trip(g)
-    forms, touched = ElementForms(), set()
+    touched = set()
     for e in g.elements.values():
         touched |= {(f.name) for f in fields(e) if getattr(e, f.name) != f.default}
-        assert {f.name for f in fields(e)} == {"name", *forms._forms[e.kind]}
+        assert {f.name for f in fields(e)} == set(hints_of(type(e), Rules(names=NAMED)))
     assert touched == {f.name for cls in ELEMENTS.values() for f in fields(cls)}
 
 
@@ -195,16 +196,14 @@ def test_tables_hold_every_element_and_law() -> None:
     assert {c for c in leaves(Element) if c.__module__ == el.__name__} == set(ELEMENTS.values())
     every = [getattr(all_laws, n) for n in dir(all_laws)]
     laws = {v for v in every if isinstance(v, type) and issubclass(v, Law)}
-    assert {form.law for form in LAWS} == laws - {Law}
-    for form in LAWS:
-        assert set(form.fields) == {f.name for f in fields(form.law)}
+    assert set(LAWS) == laws - {Law}
     defs = graph_schema()["$defs"]
     for entry in defs["element"]["oneOf"]:
         p = entry["properties"]
         assert set(p) == {"kind"} | {f.name for f in fields(ELEMENTS[p["kind"]["const"]])}
     named = [e["properties"] for e in defs["law"]["oneOf"][:-1]]
-    assert [set(p) for p in named] == [{"law"} | set(form.fields) for form in LAWS]
-    assert set(LAW_EXAMPLES) == {form.law.name for form in LAWS}
+    assert [set(p) for p in named] == [{"law"} | {f.name for f in fields(law)} for law in LAWS]
+    assert set(LAW_EXAMPLES) == {law.name for law in LAWS}
 
 
 @pytest.mark.parametrize("name", LAW_EXAMPLES)
@@ -230,7 +229,10 @@ def test_a_shared_coefficient_stays_one_parameter() -> None:
     [
         ({"law": "coulomb"}, "closed form"),
         ({"law": "polynomial", "orders": [3]}, "no field 'knots'"),
-        ({"law": "lifted", "inner": {"law": "polynomial"}, "lifted": ["half"]}, "no law 'lifted'"),
+        (
+            {"law": "lifted", "inner": {"law": "polynomial"}, "lifted": ["half"]},
+            "not a law that is not lifted",
+        ),
         ({"law": "unnamed_curve"}, None),
     ],
 )
@@ -292,17 +294,14 @@ def test_reads_inside_of_a_block_without_joining_it() -> None:
 
 def test_laws_of_a_program() -> None:
     from actuators.stack.plus_linear import PlusLinear
-    from bondgraph.export.graph_json.json_fields import NUMBER
-    from bondgraph.export.graph_json.law_forms import OPERATOR
 
-    form = LawForm(PlusLinear, {"operator": OPERATOR, "linear": NUMBER})
     with BondGraph("own law") as g:
         el.C("C_1", law=PlusLinear(EXAMPLES["prandtl_ishlinskii"], -0.3))  # type: ignore[arg-type]
     with pytest.raises(UnusableInput, match="PlusLinear has no place in a file"):
         to_json(g)
-    text = to_json(g, laws=[form])
+    text = to_json(g, laws=[PlusLinear])
     VALIDATOR.validate(json.loads(text))
-    assert_same(from_json(text, laws=[form]), g)
+    assert_same(from_json(text, laws=[PlusLinear]), g)
     with pytest.raises(UnusableInput, match="no law 'operator_plus_linear'"):
         from_json(text)
 
@@ -413,15 +412,24 @@ HOSTILE = {
     "law no object": (element(law="coulomb"), "not an object"),
     "field of a law": (element(law={"law": "coulomb", "forse": 1}), "did you mean 'force'"),
     "force": (element(law={"law": "coulomb", "force": -1}), "of at least 0"),
-    "knots": (element(law={"law": "unnamed_curve", "knots": [0, 0]}), "not above"),
+    "knots": (element(law={"law": "unnamed_curve", "knots": [0, 0]}), "not in rising order"),
     "half": (element(law={"law": "polynomial", "half": 0}), "other than 0"),
     "orders": (element(law={"law": "polynomial", "orders": [10**9]}), "from 0 to 64"),
     "table": (element(law={"law": "table", "knots": [0, 1], "values": [1, 2, 3]}), "2 knots and 3"),
     "operator": (operator(kind="os.system"), "no operator kind 'os.system'"),
     "no operator": (element(law={"law": "operator"}), "needs its field 'operator'"),
-    "operator lacks": (operator(kind="dahl"), "dahl needs its parameter"),
-    "operator surplus": (operator(kind="dahl", x=1), "no parameter of dahl 'x'"),
-    "operator text": (operator(kind="dead_zone", thresholds="0", weights=[1]), "not a number"),
+    "operator lacks": (operator(kind="dahl"), "dahl needs its field 'stiffness'"),
+    "operator surplus": (operator(kind="dahl", x=1), "no field of dahl 'x'"),
+    "operator text": (operator(kind="dead_zone", thresholds="0", weights=[1]), "not a list"),
+    "operator entry": (operator(kind="dead_zone", thresholds=["0"], weights=[1]), "not a number"),
+    "operator in another": (operator(kind="ang", play=3, dead_zone=3), "3 is not an object"),
+    "another operator": (
+        operator(
+            kind="rate_dependent_inverse",
+            forward={"kind": "dahl", "stiffness": 1, "coulomb": 1},
+        ),
+        "dahl is no rate_dependent_prandtl_ishlinskii",
+    ),
     "operator domain": (operator(kind="dead_zone", thresholds=[1, 1], weights=[1, 1]), "not above"),
     "many hysterons": (
         operator(kind="al_janaideh", q=1, c=1, sigma=1, alpha=1, beta=1, count=10**9),

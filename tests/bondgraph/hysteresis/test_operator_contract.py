@@ -265,13 +265,13 @@ def test_errors_name_the_culprit(operator: Any) -> None:
 
 
 def test_foreign_data_are_refused() -> None:
-    with pytest.raises(BadParameter, match="unknown operator kind 'another'"):
+    with pytest.raises(BadParameter, match="no operator kind 'another'"):
         operator_from_dict({"kind": "another"})
-    with pytest.raises(BadParameter, match="unknown operator kind"):
+    with pytest.raises(BadParameter, match="no operator kind a list"):
         operator_from_dict({"kind": ["ang"]})
-    with pytest.raises(BadParameter, match=r"missing \['weights'\]"):
+    with pytest.raises(BadParameter, match="dead_zone needs its field 'weights'"):
         operator_from_dict({"kind": "dead_zone", "thresholds": [0]})
-    with pytest.raises(BadParameter, match=r"weights\[0\] = '2'"):
+    with pytest.raises(BadParameter, match=r"weights\[0\]: '2' is not a number"):
         operator_from_dict({"kind": "dead_zone", "thresholds": [0], "weights": ["2"]})
     with pytest.raises(BadParameter, match="hold a dead_zone, not a Ang"):
         Ang.from_dict({"kind": "dead_zone", "thresholds": [0], "weights": [2]})

@@ -166,31 +166,43 @@ def broken(path: str, value: Any = ...) -> str:
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("", "not JSON"),
-        ('{"schema": ', "not JSON"),
-        ("[" * 100_000, "nested too deeply"),
+        ("", "no JSON"),
+        ('{"schema": ', "no JSON"),
+        ("[" * 100_000, "nested too deep"),
         ('{"seed": NaN}', "NaN"),
         ('{"seed": 1, "seed": 2}', "twice"),
-        ("[]", "the whole file is no object"),
+        ("[]", "the whole file: a list is not an object"),
         ("{}", "schema is 'not given'"),
         (broken("schema", "bondsight.verdict/2"), "bondsight.verdict/2"),
-        (broken("verdict", "guilty"), "'guilty' is none of"),
+        (broken("verdict", "guilty"), "verdict: 'guilty' is not one of"),
         (broken("verdict", "explained"), "a verdict explained has no findings"),
         (broken("findings", []), "has findings"),
-        (broken("recording.sha256"), "recording.sha256 is missing"),
-        (broken("recording.parts", [{"name": "a", "sha256": ""}]), "recording.parts[0].samples"),
-        (broken("recording.samples", 1.5), "recording.samples is not a whole number"),
-        (broken("recording.channels", ["x", 3]), "recording.channels[1] is not a text"),
-        (broken("seed", True), "seed is not a whole number"),
-        (broken("findings.0.confidence", 1.5), "findings[0].confidence is not between"),
-        (broken("findings.0.location.element"), "findings[0].location.element is missing"),
-        (broken("findings.0.parameters.0.ci95", [1]), "parameters[0].ci95 does not have two ends"),
-        (broken("findings.0.parameters.0.value", "1"), "parameters[0].value is not a number"),
-        (broken("fit.nominal.test_rmse.x", -1.0), "fit.nominal.test_rmse.x is negative"),
-        (broken("fit.repaired", []), "fit.repaired is no object"),
-        (broken("nuisances.0.within_bounds", 1), "within_bounds is not a true or false"),
-        (broken("advice"), "advice is missing"),
-        (broken("notes", "text"), "notes is not a list"),
+        (broken("recording.sha256"), "recording: Recording needs its field 'sha256'"),
+        (broken("recording.parts", [{"name": "a", "sha256": ""}]), "needs its field 'samples'"),
+        (broken("recording.samples", 1.5), "recording.samples: 1.5 is not a whole number"),
+        (broken("recording.channels", ["x", 3]), "recording.channels[1]: 3 is not text"),
+        (broken("seed", True), "seed: true is not a whole number"),
+        (
+            broken("findings.0.confidence", 1.5),
+            "confidence: 1.5 is not between 0 and 1",
+        ),
+        (
+            broken("findings.0.location.element"),
+            "[0].location: Location needs its field 'element'",
+        ),
+        (
+            broken("findings.0.parameters.0.ci95", [1]),
+            "[0].ci95: 1 entries, 2 are needed",
+        ),
+        (broken("findings.0.parameters.0.value", "1"), "parameters[0].value: '1' is not a number"),
+        (
+            broken("fit.nominal.test_rmse.x", -1.0),
+            "nominal.test_rmse.x: -1.0 is not a number",
+        ),
+        (broken("fit.repaired", []), "fit.repaired: a list is not an object"),
+        (broken("nuisances.0.within_bounds", 1), "within_bounds: 1 is not true or false"),
+        (broken("advice"), "needs its field 'advice'"),
+        (broken("notes", "text"), "notes: 'text' is not a list"),
     ],
 )
 def test_refusals_say_what_is_wrong(
@@ -207,12 +219,12 @@ def test_refusals_say_what_is_wrong(
 
 
 def test_files_that_are_none(tmp_path: Path) -> None:
-    with pytest.raises(UnusableInput, match="cannot read"):
+    with pytest.raises(UnusableInput, match="cannot be opened"):
         read_verdict(tmp_path / "absent.json")
     with pytest.raises(UnusableInput, match="is a folder"):
         read_verdict(tmp_path)
     (tmp_path / "picture").write_bytes(b"\xff\xd8\xff\x00")
-    with pytest.raises(UnusableInput, match="not a text file"):
+    with pytest.raises(UnusableInput, match="not UTF-8"):
         read_verdict(tmp_path / "picture")
 
 

@@ -132,7 +132,7 @@ def test_a_declared_converter_of_several_recordings_is_no_missing_physics() -> N
         {"name": "a", "sha256": 64 * "a", "samples": 600},
         {"name": "b", "sha256": 64 * "b", "samples": 600},
     ]
-    parse_verdict(json.dumps(v), "verdict.json")
+    parse_verdict(json.dumps(v))
     assert f"{12 * 'a'} + {12 * 'b'}" in " ".join(retold(v).split())
     assert f"{12 * 'a'} + {12 * 'b'}" in answer(d)
     assert "parts" not in verdict(replace(d, recording=parts[0]))["recording"]

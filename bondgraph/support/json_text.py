@@ -9,15 +9,17 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.typed_reader import MAX_INTEGER
 
-__all__ = ["MAX_BYTES", "MAX_CONTAINERS", "MAX_INTEGER", "MAX_VALUES", "plain_data"]
+__all__ = ["MAX_BYTES", "MAX_CONTAINERS", "MAX_VALUES", "plain_data"]
 
 MAX_BYTES = 32 * 2**20
 MAX_CONTAINERS = 900_000
 """Lists and objects; counted before parsing, so that memory is bounded."""
 MAX_VALUES = 4_000_000
-MAX_INTEGER = 2**53
-"""Whole numbers beyond it are no exact floats."""
+_TOO_DEEP = "lists and objects are nested too deep; nest less"
+MAX_DEPTH = 80
+"""Levels of lists and objects, so that no reader of them runs out of stack."""
 
 
 def plain_data(text_or_path: str | Path) -> tuple[Any, str]:
@@ -50,19 +52,22 @@ def plain_data(text_or_path: str | Path) -> tuple[Any, str]:
     else:
         where, text = _file_text(Path(text_or_path))
     _check_counts(where, text)
-    return _parsed(where, text), where
+    found = _parsed(where, text)
+    _check_depth(where, found)
+    return found, where
 
 
 def _check_size(where: str, size: int) -> None:
     if size > MAX_BYTES:
         raise UnusableInput(
             f"{where}: {size / 2**20:.1f} MiB is more than the {MAX_BYTES // 2**20} MiB that are "
-            "read; split the model"
+            "read; split it"
         )
 
 
 def _file_text(file: Path) -> tuple[str, str]:
-    where = _short(str(file))
+    where = ascii(str(file))[1:-1]
+    where = where if len(where) <= 100 else f"...{where[-97:]}"
     try:
         found = file.stat()
         if not stat.S_ISREG(found.st_mode):
@@ -97,8 +102,18 @@ def _check_counts(where: str, text: str) -> None:
     if containers > MAX_CONTAINERS or text.count(",") > MAX_VALUES:
         raise UnusableInput(
             f"{where}: {containers} lists and objects or {text.count(',')} values are more than "
-            f"the {MAX_CONTAINERS} and {MAX_VALUES} that are read; split the model"
+            f"the {MAX_CONTAINERS} and {MAX_VALUES} that are read; split it"
         )
+
+
+def _check_depth(where: str, found: Any) -> None:
+    level = [found]
+    for _ in range(MAX_DEPTH):
+        inner = (v.values() if isinstance(v, dict) else v for v in level)
+        level = [v for values in inner for v in values if isinstance(v, dict | list)]
+        if not level:
+            return
+    raise UnusableInput(f"{where}: {_TOO_DEEP}")
 
 
 def _parsed(where: str, text: str) -> Any:
@@ -138,4 +153,4 @@ def _parsed(where: str, text: str) -> Any:
     except json.JSONDecodeError as error:
         bad(f"this is no JSON: {error.msg} at line {error.lineno} column {error.colno}")
     except RecursionError:
-        bad("lists and objects are nested too deep; a graph needs a few levels only")
+        bad(_TOO_DEEP)
