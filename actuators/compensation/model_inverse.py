@@ -175,20 +175,12 @@ def bond_graph_feedforward(
     law : Operator
         E_C, dipole (C m) to field (V/m), see `field_law`.
     stack : BondGraphStack, optional
-    memory : sequence of float, optional
-        Memory of E_C before the first sample; virgin at the first dipole when not given.
-    force : float
-        Constant external force F_e, N.
-    envelope : DriveLimits
+    memory, force, envelope
+        As in `lumped_feedforward`, with the memory of E_C; virgin at the first dipole.
 
     Returns
     -------
     ndarray, shape (N,), V
-
-    Raises
-    ------
-    VoltageLimit
-        If the motion asks for a voltage outside the envelope.
 
     References
     ----------

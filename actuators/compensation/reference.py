@@ -59,20 +59,7 @@ def smooth_reference(time: ArrayLike, frequency: float = 1.0) -> AnalyticMotion:
     The start is faded in over the first quarter of a period, and amplitude and mean are exchanged
     gradually around half a period, over a fifth of one. Both references agree from 0.6 periods on.
 
-    Parameters
-    ----------
-    time : array, shape (N,), s
-    frequency : float
-        Hz.
-
-    Returns
-    -------
-    Motion
-
-    Raises
-    ------
-    UnusableInput
-        If the times are not a finite record or the frequency is not positive.
+    Times and frequency are as in `thesis_reference`, and so is what is refused.
 
     Examples
     --------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, overload
 
@@ -21,7 +22,7 @@ from bondgraph.laws.law import Law, split
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import CASADI
 
-__all__ = ["law_functions", "program", "program_of", "signal_function"]
+__all__ = ["law_functions", "program", "program_of", "signal_function", "with_signals"]
 
 # the operators of Python look for the fitting overload first, which takes seven times as long
 _binary = ca.SX.binary
@@ -226,6 +227,22 @@ def signal_function(model: System, names: tuple[str, ...]) -> ca.Function:
     ins, labels = made.arguments
     column = ca.vertcat(*found)
     return ca.Function("signals", ins, [ca.densify(ca.SX(column))], labels, ["s"])
+
+
+def with_signals(program: Program, model: System, names: tuple[str, ...]) -> Program:
+    """Return the program of a system with more outputs: any of its signals."""
+    if not names:
+        return program
+    signals = signal_function(model, names)
+    ins, labels = signals.sx_in(), signals.name_in()
+    rates, readings = program.rhs(*ins)
+    columns = [rates, ca.vertcat(readings, signals(*ins))]
+    return replace(
+        program,
+        outputs=(*program.outputs, *names),
+        readings=(*program.readings, *(symbol(n) for n in names)),
+        rhs=ca.Function("rhs", ins, columns, labels, ["dx", "y"]),
+    )
 
 
 class _Readable:

@@ -10,14 +10,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
+
+from bondgraph.support.errors import real_number, unknown_name
 
 if TYPE_CHECKING:
     import casadi as ca
 
     from bondgraph.laws.law import Law
 
-__all__ = ["LawCall", "Program", "ProgramStep"]
+__all__ = ["FunctionNames", "LawCall", "Program", "ProgramStep"]
+
+Array = np.ndarray
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +72,8 @@ class ProgramStep:
 
 
 @dataclass(frozen=True)
-class Program:
-    """``dx/dt = f(t, x, z, u, p, m)``, ``0 = g(..)``, ``y = h(..)``, ``m+ = advance(.., h)``.
+class FunctionNames:
+    """Names and values that belong to the vectors x, z, u, p, m and y, in their order.
 
     Attributes
     ----------
@@ -79,19 +85,9 @@ class Program:
     units : mapping of str to str
         SI units of all names that have one.
     nominal : tuple of float, shape (n_p,)
+        Parameters, SI.
     start, guess, virgin : tuple of float
         x at the start (0), a guess for z, memory at the start.
-    steps : sequence of Step
-        Readable assignments in order of evaluation.
-    laws : tuple of LawCall
-    rates, readings, residuals : sequence of sympy.Expr
-        dx/dt, y and g in targets of the steps.
-    rhs : casadi.Function
-        ``(t, x, z, u, p, m, h) -> (dx, y)``, SX.
-    residual : casadi.Function
-        ``(t, x, z, u, p, m, h) -> g``, SX; n_z rows.
-    advance : casadi.Function
-        ``(t, x, z, u, p, m, h) -> m`` after acceptance, SX; h is the time since the memory, s.
     """
 
     name: str
@@ -107,6 +103,36 @@ class Program:
     start: tuple[float, ...]
     guess: tuple[float, ...]
     virgin: tuple[float, ...]
+
+    def vector(self, values: Mapping[str, float]) -> Array:
+        """Return the nominal parameters with some values changed by name, SI, shape (n_p,)."""
+        p = np.array(self.nominal, float)
+        for name, value in values.items():
+            if name not in self.parameters:
+                raise unknown_name("parameter", name, self.name, self.parameters)
+            p[self.parameters.index(name)] = real_number(name, value)
+        return p
+
+
+@dataclass(frozen=True)
+class Program(FunctionNames):
+    """``dx/dt = f(t, x, z, u, p, m)``, ``0 = g(..)``, ``y = h(..)``, ``m+ = advance(.., h)``.
+
+    Attributes
+    ----------
+    steps : sequence of Step
+        Readable assignments in order of evaluation.
+    laws : tuple of LawCall
+    rates, readings, residuals : sequence of sympy.Expr
+        dx/dt, y and g in targets of the steps.
+    rhs : casadi.Function
+        ``(t, x, z, u, p, m, h) -> (dx, y)``, SX.
+    residual : casadi.Function
+        ``(t, x, z, u, p, m, h) -> g``, SX; n_z rows.
+    advance : casadi.Function
+        ``(t, x, z, u, p, m, h) -> m`` after acceptance, SX; h is the time since the memory, s.
+    """
+
     steps: Sequence[ProgramStep]
     laws: tuple[LawCall, ...]
     rates: Sequence[sp.Expr]
@@ -120,3 +146,20 @@ class Program:
     def has_memory(self) -> bool:
         """Whether any law remembers."""
         return bool(self.memory)
+
+    def start_memory(
+        self, memory: Mapping[str, Sequence[float]] | None
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Return the memory at the start, that of the laws named replaced, and which these are."""
+        m, kept = np.array(self.virgin, float), np.zeros(len(self.virgin), bool)
+        rows = {c.element: c for c in self.laws if c.law.n_memory}
+        for element, states in (memory or {}).items():
+            if element not in rows:
+                raise unknown_name("law with memory", element, self.name, rows)
+            m[rows[element].memory] = rows[element].law.checked_memory(states)
+            kept[rows[element].memory] = True
+        return m, kept
+
+    def memory_by_law(self, m: Array) -> dict[str, tuple[float, ...]]:
+        """Return the memory of each law that has one, by element."""
+        return {c.element: tuple(m[c.memory].tolist()) for c in self.laws if c.law.n_memory}

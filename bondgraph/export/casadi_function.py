@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import casadi as ca
 
-from bondgraph.equations.program import Program
+from bondgraph.equations.program import FunctionNames, Program
 from bondgraph.export.casadi_step import step_function
 from bondgraph.export.implicit import solve_algebraic
 from bondgraph.support.errors import UnusableInput, unknown_name
@@ -21,33 +21,6 @@ __all__ = ["CasadiModel", "FunctionNames", "casadi_functions", "load"]
 
 SCHEMA: Final = "bondsight.casadi/1"
 KNOWN: Final = ("t", "x", "u", "p", "m", "h")
-
-
-@dataclass(frozen=True)
-class FunctionNames:
-    """Names and values that belong to the vectors x, z, u, p, m and y, in their order.
-
-    Attributes
-    ----------
-    states, algebraic, inputs, parameters, memory, outputs, input_rates : tuple of str
-    units : mapping of str to str
-    nominal, start, guess, virgin : tuple of float
-        p, x at the start, a guess for z, memory at the start; SI.
-    """
-
-    name: str
-    states: tuple[str, ...]
-    algebraic: tuple[str, ...]
-    inputs: tuple[str, ...]
-    parameters: tuple[str, ...]
-    memory: tuple[str, ...]
-    outputs: tuple[str, ...]
-    input_rates: tuple[str, ...]
-    units: Mapping[str, str]
-    nominal: tuple[float, ...]
-    start: tuple[float, ...]
-    guess: tuple[float, ...]
-    virgin: tuple[float, ...]
 
 
 @dataclass(frozen=True)

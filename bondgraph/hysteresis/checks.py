@@ -143,6 +143,42 @@ def positive(name: str, value: Expression, *, or_zero: bool = False) -> None:
         raise BadParameter(f"{name} = {value} must be {'zero or ' * or_zero}positive")
 
 
+def count_of(name: str, value: object, least: int) -> None:
+    """Check that a parameter is an integer, ``least`` or more.
+
+    Raises
+    ------
+    BadParameter
+        If it is not.
+
+    Examples
+    --------
+    >>> count_of("count", 2, 1)
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise BadParameter(f"{name} = {value!r} must be an integer, {least} or more")
+
+
+def from_zero(name: str, values: Sequence[Expression], part: str) -> None:
+    """Check that the first entry is the number 0, that of a part with no width; none is negative.
+
+    Raises
+    ------
+    BadParameter
+        If it is missing or another one, or with the index of the first negative entry.
+
+    Examples
+    --------
+    >>> from_zero("thresholds", (0.0, 1.0), "linear")
+    """
+    if not values or not is_number(values[0]) or values[0] != 0.0:
+        raise BadParameter(
+            f"{name}[0] = {values[0] if values else 'missing'} must be 0, the {part} part; give it "
+            "weight 0 if there is none"
+        )
+    non_negative(name, values)
+
+
 def same_length(name: str, values: Sequence[object], other: str, others: Sequence[object]) -> None:
     """Check that two parameter sequences pair up.
 

@@ -91,26 +91,7 @@ casadi_int backwards(in y, casadi_int n, casadi_int n_m, double* m, double* spar
 def compiled_record(
     operator: Operator, x: FloatArray, memory: Memory, step: float
 ) -> tuple[FloatArray, Memory]:
-    """Return the output over a record and the memory after it.
-
-    Parameters
-    ----------
-    operator : Operator
-        With numbers for its parameters.
-    x : array
-        Input, shape (N,), unit of the input.
-    memory : tuple of float
-        Shape (n,).
-    step : float
-        Time between samples, s.
-
-    Returns
-    -------
-    array
-        Output, shape (N,).
-    tuple of float
-        Memory after the last sample, shape (n,).
-    """
+    """Return the output over a checked record and the memory after it, see `Operator.run`."""
     loops = _loops(_structure(operator))
     return loops.forwards(x, np.array(memory, float), step, np.array(_numbers(operator)))
 
@@ -123,29 +104,9 @@ def compiled_inverse(
     start: float,
     tolerance: float,
 ) -> tuple[FloatArray, Memory]:
-    """Return the input that makes the output ``y``, sample by sample, and the memory after it.
+    """Return the input that makes the output ``y``, and the memory after it, see `numeric_inverse`.
 
-    Parameters
-    ----------
-    operator : Operator
-        With numbers for its parameters; from any memory its output must rise with its input.
-    y : array
-        Wanted output, shape (N,), unit of the output.
-    memory : tuple of float
-        Shape (n,).
-    step : float
-        Time between samples, s.
-    start : float
-        Input at which ``memory`` was left, unit of the input.
-    tolerance : float
-        Largest error of the input, unit of the input.
-
-    Returns
-    -------
-    array
-        Input, shape (N,).
-    tuple of float
-        Memory after the last sample, shape (n,).
+    `start` is the input at which the memory was left, `tolerance` the largest error of the input.
 
     Raises
     ------

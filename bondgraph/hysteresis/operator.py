@@ -176,18 +176,7 @@ class Operator(ABC):
     def advance(
         self, ops: Ops, x: Expression, memory: Sequence[Expression], step: Expression = 0.0
     ) -> Memory:
-        """Return the memory after an accepted step that ended at ``x``.
-
-        Parameters
-        ----------
-        ops : Ops
-            Back end of ``x``, ``memory`` and any symbolic parameters.
-        x : expression
-            Input at the end of the step, unit of the input.
-        memory : sequence of expression
-            Memory of the last accepted step, shape (n_memory,).
-        step : expression, optional
-            Time since that step, s; only a timed operator uses it.
+        """Return the memory after an accepted step that ended at ``x``; arguments as of `value`.
 
         Returns
         -------
@@ -253,18 +242,7 @@ class Operator(ABC):
     def stored_energy(
         self, ops: Ops, x: Expression, memory: Sequence[Expression], step: Expression = 0.0
     ) -> Expression:
-        """Return the energy stored at ``x``, reached monotonically from the memory's step.
-
-        Parameters
-        ----------
-        ops : Ops
-            Back end of the values.
-        x : expression
-            Input, unit of the input.
-        memory : sequence of expression
-            Memory of the last accepted step, shape (n_memory,).
-        step : expression, optional
-            Time since that step, s; only a timed operator uses it.
+        """Return the energy stored at ``x``; arguments and errors of memories as of `value`.
 
         Returns
         -------
@@ -273,8 +251,6 @@ class Operator(ABC):
 
         Raises
         ------
-        BadMemory
-            If the memory is not one of this operator.
         BadParameter
             If no energy function is known for these parameters.
         """
@@ -287,30 +263,7 @@ class Operator(ABC):
         """Return the energy lost on the monotone way from the memory's step to ``x``.
 
         The work at `passive_port` is the rise of `stored_energy` plus this, which is never
-        negative.
-
-        Parameters
-        ----------
-        ops : Ops
-            Back end of the values.
-        x : expression
-            Input, unit of the input.
-        memory : sequence of expression
-            Memory of the last accepted step, shape (n_memory,).
-        step : expression, optional
-            Time since that step, s; only a timed operator uses it.
-
-        Returns
-        -------
-        expression
-            Unit of the input times unit of the output.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-        BadParameter
-            If no energy function is known for these parameters.
+        negative. All else is as in `stored_energy`.
         """
         return self._known_energy(ops, x, memory, step)[1]
 

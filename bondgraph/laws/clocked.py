@@ -14,20 +14,10 @@ class Clocked(Law, ABC):
     """A law that depends on the time since the start; abstract."""
 
     counts_time: ClassVar[bool] = True
-
-    @property
-    def timed(self) -> bool:
-        """Time matters."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Time since the start, s."""
-        return 1
-
-    def initial_memory(self, s: float) -> tuple[float, ...]:
-        """At the start."""
-        return (0.0,)
+    lives_in_time: ClassVar[bool] = True
+    """Time matters."""
+    follows: ClassVar[tuple[bool, ...]] = (False,)
+    """Time since the start, s."""
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Time goes on."""

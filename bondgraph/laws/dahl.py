@@ -37,11 +37,10 @@ class DahlFriction(Law):
     starts: ClassVar[tuple[str, ...]] = ("force", "way", "unit", "way_unit")
     name: ClassVar[str] = "dahl"
     energy: ClassVar[str] = "dissipates"
-
-    @property
-    def timed(self) -> bool:
-        """The way is the flow over time."""
-        return True
+    lives_in_time: ClassVar[bool] = True
+    """The way is the flow over time."""
+    follows: ClassVar[tuple[bool, ...]] = (False, True)
+    """Bend of the bristle, -1 to 1, and the last flow."""
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """``F_c`` and ``delta``."""
@@ -52,19 +51,6 @@ class DahlFriction(Law):
                 f"delta_{element}", way, self.way_unit, lower=1e-3 * way, upper=1e3 * way, scale=way
             ),
         )
-
-    @property
-    def n_memory(self) -> int:
-        """Bend of the bristle, -1 to 1, and the last flow."""
-        return 2
-
-    def initial_memory(self, s: float) -> tuple[float, ...]:
-        """Unbent, moving with `s`."""
-        return (0.0, s)
-
-    def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
-        """Only the last flow follows `s`."""
-        return (0.0, 1.0)
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Bend and flow after the step."""

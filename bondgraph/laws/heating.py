@@ -40,11 +40,10 @@ class SelfHeating(Law):
     starts: ClassVar[tuple[str, ...]] = ("rise", "tau", "level", "unit", "flow_unit")
     name: ClassVar[str] = "self_heating"
     energy: ClassVar[str] = "dissipates"
-
-    @property
-    def timed(self) -> bool:
-        """Heat leaves with time."""
-        return True
+    lives_in_time: ClassVar[bool] = True
+    """Heat leaves with time."""
+    follows: ClassVar[tuple[bool, ...]] = (False, True)
+    """Temperature rise and last flow."""
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """``r``, ``tau``, then the fixed level."""
@@ -56,19 +55,6 @@ class SelfHeating(Law):
             ),
             Parameter(f"level_{element}", self.level, self.flow_unit, fixed=True),
         )
-
-    @property
-    def n_memory(self) -> int:
-        """Temperature rise and last flow."""
-        return 2
-
-    def initial_memory(self, s: float) -> tuple[float, ...]:
-        """Cold."""
-        return (0.0, s)
-
-    def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
-        """Only the last flow follows `s`."""
-        return (0.0, 1.0)
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Warm up to the end of the step."""

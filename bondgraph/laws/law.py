@@ -42,6 +42,12 @@ class Law(ABC):
     """The memory begins with the time since the start of the record, s: a window that begins later
     is given it."""
 
+    lives_in_time: ClassVar[bool] = False
+    """What `timed` says of every law of this kind."""
+
+    follows: ClassVar[tuple[bool, ...]] = ()
+    """One entry a memory state, if their number is fixed: whether at rest it is `s`, or else 0."""
+
     starts: ClassVar[tuple[str, ...]] = ()
     """Fields that no equation uses: where a fit starts, typical sizes, units."""
 
@@ -64,20 +70,20 @@ class Law(ABC):
     @property
     def timed(self) -> bool:
         """Whether time matters; then `p` ends with the time since the memory, s."""
-        return False
+        return self.lives_in_time
 
     @property
     def n_memory(self) -> int:
         """How many numbers the memory holds."""
-        return 0
+        return len(self.follows)
 
     def initial_memory(self, s: float) -> tuple[float, ...]:
         """Memory of a law at rest at `s`."""
-        return ()
+        return tuple(s if follows else 0.0 for follows in self.follows)
 
     def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
         """Return the derivative of `initial_memory` with respect to `s`."""
-        return (0.0,) * self.n_memory
+        return tuple(map(float, self.follows)) or (0.0,) * self.n_memory
 
     @abstractmethod
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:

@@ -46,11 +46,10 @@ class LuGre(Law):
     flow_unit: str = "m/s"
     name: ClassVar[str] = "lugre"
     energy: ClassVar[str] = "dissipates"
-
-    @property
-    def timed(self) -> bool:
-        """The bristle bends in time."""
-        return True
+    lives_in_time: ClassVar[bool] = True
+    """The bristle bends in time."""
+    follows: ClassVar[tuple[bool, ...]] = (False,)
+    """Deflection of the bristle."""
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """``F_c``, ``F_d``, ``v_s``, ``sigma_0`` and ``sigma_1``."""
@@ -66,15 +65,6 @@ class LuGre(Law):
             Parameter(f"sigma_0_{element}", b, stiffness, lower=0.01 * b, scale=b),
             Parameter(f"sigma_1_{element}", self.damping, damping, lower=0.0, scale=extra),
         )
-
-    @property
-    def n_memory(self) -> int:
-        """Deflection of the bristle."""
-        return 1
-
-    def initial_memory(self, s: float) -> tuple[float, ...]:
-        """Relaxed bristle."""
-        return (0.0,)
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Deflection after the step, from the exact exponential."""

@@ -37,6 +37,8 @@ class Overflow(SharedSlope):
     starts: ClassVar[tuple[str, ...]] = (*SharedSlope.shared, "depth", "size", "top", "unit")
     name: ClassVar[str] = "overflow"
     energy: ClassVar[str] = "dissipates"
+    follows: ClassVar[tuple[bool, ...]] = (False,)
+    """Spilled so far."""
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Slope of the store, depth, then the fixed top."""
@@ -45,15 +47,6 @@ class Overflow(SharedSlope):
             Parameter(f"depth_{element}", self.depth, self.unit, lower=0.0, scale=0.1 * self.size),
             Parameter(f"top_{element}", self.top, self.unit, positive=False, fixed=True),
         )
-
-    @property
-    def n_memory(self) -> int:
-        """Spilled so far."""
-        return 1
-
-    def initial_memory(self, s: float) -> tuple[float, ...]:
-        """Nothing spilled yet."""
-        return (0.0,)
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Spill what stands above the rim."""

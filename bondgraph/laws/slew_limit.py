@@ -42,30 +42,16 @@ class SlewLimit(Law):
     unit: str = "s/V"
     starts: ClassVar[tuple[str, ...]] = ("slowness", "size", "unit")
     name: ClassVar[str] = "slew_limit"
+    lives_in_time: ClassVar[bool] = True
+    """The largest change is proportional to the step."""
+    follows: ClassVar[tuple[bool, ...]] = (True,)
+    """Output at the last step."""
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Slowness."""
         return (
             Parameter(f"slowness_{element}", self.slowness, self.unit, lower=0.0, scale=self.size),
         )
-
-    @property
-    def timed(self) -> bool:
-        """The largest change is proportional to the step."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Output at the last step."""
-        return 1
-
-    def initial_memory(self, s: float) -> tuple[float, ...]:
-        """Settled at `s`."""
-        return (s,)
-
-    def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
-        """Settled output follows `s`."""
-        return (1.0,)
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Output, at most one largest change away from the last."""

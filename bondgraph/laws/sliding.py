@@ -28,16 +28,13 @@ class Sliding(Law):
 
     operator: Operator
     name: ClassVar[str] = "sliding"
+    lives_in_time: ClassVar[bool] = True
+    """Displacement is the integral of flow over time."""
 
     @property
     def energy(self) -> str:  # type: ignore[override]
         """``dissipates`` if the operator is passive with its output as effort, else ``signal``."""
         return "dissipates" if self.operator.passive_port == "output" else "signal"
-
-    @property
-    def timed(self) -> bool:
-        """Displacement is the integral of flow over time."""
-        return True
 
     @property
     def n_memory(self) -> int:

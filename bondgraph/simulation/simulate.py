@@ -19,11 +19,14 @@ from bondgraph.support.errors import BondsightError, UnusableInput, real_number,
 if TYPE_CHECKING:
     from bondgraph.laws.law import Law
     from bondgraph.simulation.lure import Compiled
+    from bondgraph.simulation.radau.native import GeneralRun
 
 # compiled, discrete and kernel need CasADi; they are imported when something is simulated
 
 Array = np.ndarray
 Memories = Mapping[str, Sequence[float]]
+LARGEST = 256
+"""Sub-steps between two samples."""
 HOLDS = ("hold", "linear", "band-limited")
 
 
@@ -405,20 +408,17 @@ def simulate(
             raise unknown_name("input", name, compiled.space.name, compiled.space.input_names)
     u = inputs_of(compiled, commands, time.size)
     p = compiled.vector(parameters or {})
-    start = equilibrium(compiled, p, u[0]) if x0 is None else np.asarray(x0, float)
-    if start.shape != (compiled.n_x,) or not np.isfinite(start).all():
-        raise UnusableInput(
-            f"{compiled.space.name}: x0 has shape {start.shape}; it needs {compiled.n_x} finite "
-            f"numbers, one a state: {', '.join(str(s.symbol) for s in compiled.space.states)}"
-        )
+    known = tuple(str(v.symbol) for v in compiled.space.states)
+    if x0 is None:
+        x0 = equilibrium(compiled, p, u[0])
+    start = initial_state(compiled.space.name, x0, known)
     step = float(np.diff(time).mean())
     n_sub, run = settle(compiled, p, u, step, start, hold, accuracy, memory=memory, loud=True)
     names = (*compiled.space.output_names, *compiled.observed)
     outputs = {n: run.y[:, i] for i, n in enumerate(names)}
     laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.space.laws)}
-    states = tuple(str(v.symbol) for v in compiled.space.states)
     return Trajectory(
-        compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory, states, run.settled
+        compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory, known, run.settled
     )
 
 
@@ -451,18 +451,27 @@ def simulate_general(
     observed: Sequence[str] = (),
     memory: Memories | None = None,
 ) -> Trajectory:
-    """Simulate any graph with the general integrator, see `bondgraph.simulation.integrate`.
+    """Simulate any graph with the general step, see `bondgraph.simulation.radau.native`.
 
     `simulate` calls it for graphs that are not linear up to scalar laws: fields, modulated
     elements, nonlinear dependent stores.
+
+    Raises
+    ------
+    BondsightError
+        No rest, no convergence, or the outputs do not settle within 256 sub-steps.
     """
-    from bondgraph.equations.codegen import program_of, signal_function
+    from bondgraph.equations.codegen import program_of, with_signals
     from bondgraph.equations.derivation import system
-    from bondgraph.simulation.integrate import inputs_of as general_inputs
-    from bondgraph.simulation.integrate import integrate
+    from bondgraph.simulation.radau.native import PreparedGeneral, run_general
+    from bondgraph.simulation.radau.start import inputs_of as general_inputs
+    from bondgraph.simulation.radau.start import rest, unknowns_at
 
     model = system(graph)
     program = program_of(model)
+    # without a sensor the states must settle
+    watched = model.output_names or program.states
+    program = with_signals(program, model, (*watched[len(model.output_names) :], *observed))
     time = _even(graph.name, time)
     if hold != "linear":
         raise UnusableInput(
@@ -470,36 +479,59 @@ def simulate_general(
             f"{hold!r}; sample faster"
         )
     u = general_inputs(program, _checked(graph.name, commands, time), time)
-    p = np.array(program.nominal)
-    for name, v in (parameters or {}).items():
-        if name not in program.parameters:
-            raise unknown_name("parameter", name, graph.name, program.parameters)
-        p[program.parameters.index(name)] = real_number(name, v)
-    start = np.array(program.virgin)
-    rows = {c.element: c for c in program.laws if c.law.n_memory}
-    for element, states in (memory or {}).items():
-        if element not in rows:
-            raise unknown_name("law with memory", element, graph.name, rows)
-        start[rows[element].memory] = rows[element].law.checked_memory(states)
+    p = program.vector(parameters or {})
+    start, _ = program.start_memory(memory)
     if isinstance(x0, Mapping):
         x0 = _by_name(graph.name, x0, program.states)
-    made = integrate(program, time, u, p, x0=x0, memory=start, accuracy=accuracy)
-    outputs = {n: made.y[:, i] for i, n in enumerate(program.outputs)}
-    if observed:
-        f = signal_function(model, tuple(observed)).map(time.size)
-        if n := len(program.input_rates):
-            u[1:, -n:] = u[:-1, -n:].copy()  # as for the sensors: the rate before the sample
-        columns = (time[None, :], made.x.T, made.z.T, u.T, np.tile(p[:, None], time.size))
-        kept = np.tile(made.memory[:, None], time.size)
-        if made.memory.size:
-            raise UnusableInput(
-                f"{graph.name}: signals beside the sensors are not kept for laws with memory; put "
-                "a sensor there"
+    at, wanted = float(time[0]), {*model.output_names, *observed}
+    if x0 is None:
+        x0, z0 = rest(program, u[0], p, memory=start, time=at)
+    else:
+        x0 = initial_state(graph.name, x0, program.states)
+        z0 = unknowns_at(program, at, x0, u[0], p, start)
+    step, n_watched = float(np.diff(time).mean()), len(watched)
+    last: GeneralRun | None = None
+    n_sub = 1
+    while n_sub <= LARGEST:
+        # unchecked: a law that jumps is tried, too, for the motion may never reach its jump
+        ready = PreparedGeneral(program, p, step, n_sub, (), False, False)
+        made = run_general(ready, u, x0, memory=memory, time=at, unknowns=z0)
+        change = np.inf
+        if made.settled and last is not None and last.settled:
+            change = _change(last.y[:, :n_watched], made.y[:, :n_watched])
+        if change < accuracy:
+            outputs = {n: made.y[:, i] for i, n in enumerate(program.outputs) if n in wanted}
+            return Trajectory(
+                graph.name, time, outputs, {}, n_sub, made.x, made.memory, program.states
             )
-        values = f(*columns, kept, np.zeros((1, time.size))).full()
-        outputs |= dict(zip(observed, values, strict=True))
-    last = {e: tuple(made.memory[c.memory].tolist()) for e, c in rows.items()}
-    return Trajectory(graph.name, time, outputs, {}, made.n_sub, made.x[-1], last, program.states)
+        last, n_sub = made, 2 * n_sub
+    what = "the outputs do not settle"
+    if last is not None and not last.settled:
+        what = f"Newton's method does not converge near {at + last.reached * step:.6g} s"
+    if jumps := [c.element for c in program.laws if c.law.set_valued]:
+        what += f" ({', '.join(jumps)} has a law that jumps, which a smooth step cannot follow)"
+    raise BondsightError(
+        f"{graph.name}: {what} within {LARGEST} sub-steps a sample; sample faster, start closer "
+        "(x0=), or check that the model has a solution there"
+    )
+
+
+def _change(before: Array, after: Array) -> float:
+    """Return the largest root mean square of a change, relative to the range of its column."""
+    floor = np.maximum(1e-12 * np.abs(after).max(axis=0, initial=0.0), 1e-150)
+    span = np.maximum(np.ptp(after, axis=0), floor)
+    return float(np.sqrt(np.mean(((after - before) / span) ** 2, axis=0)).max(initial=0.0))
+
+
+def initial_state(name: str, x0: object, states: Sequence[str]) -> Array:
+    """Return a state given as an array, shape (n_x,), refused unless it is finite and fits."""
+    start = np.asarray(x0, float)
+    if start.shape != (len(states),) or not np.isfinite(start).all():
+        raise UnusableInput(
+            f"{name}: x0 has shape {start.shape}; it needs {len(states)} finite numbers, one a "
+            f"state: {', '.join(states)}"
+        )
+    return start
 
 
 def _dead_times(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, float]:
@@ -602,7 +634,7 @@ def settle(
     x0: Array,
     hold: str,
     accuracy: float,
-    largest: int = 256,
+    largest: int = LARGEST,
     memory: Memories | None = None,
     loud: bool = False,
 ) -> tuple[int, KernelRun]:
@@ -622,9 +654,7 @@ def settle(
     change = float("inf")
     while n_sub < largest:
         finer = run_record(compiled, p, u, step, x0, n_sub=2 * n_sub, hold=hold, memory=memory)
-        floor = np.maximum(1e-12 * np.abs(finer.y).max(axis=0, initial=0.0), 1e-150)
-        span = np.maximum(np.ptp(finer.y, axis=0), floor)
-        change = np.sqrt(np.mean(((finer.y - run.y) / span) ** 2, axis=0)).max(initial=0.0)
+        change = _change(run.y, finer.y)
         run, n_sub = finer, 2 * n_sub
         if change < accuracy:
             return n_sub, run

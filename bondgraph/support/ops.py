@@ -8,7 +8,7 @@ imported at the first call, so importing this module stays cheap.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any, TypeAlias
 
@@ -78,41 +78,14 @@ def _piecewise(condition: Expression, a: Expression, b: Expression) -> Expressio
     return import_module("sympy").Piecewise((a, condition), (b, True))
 
 
+def _library(name: str, wrapped: str) -> Ops:
+    """Return the functions of a library, imported at the first call, in the order of `Ops`."""
+    return Ops(name, *(_late(name, function) for function in wrapped.split()))
+
+
 NUMPY = Ops(
-    name="numpy",
-    maximum=np.maximum,
-    minimum=np.minimum,
-    absolute=np.abs,
-    sign=np.sign,
-    tanh=np.tanh,
-    exp=np.exp,
-    log=np.log,
-    sqrt=np.sqrt,
-    where=np.where,
-)
-
-CASADI = Ops(
-    name="casadi",
-    maximum=_late("casadi", "fmax"),
-    minimum=_late("casadi", "fmin"),
-    absolute=_late("casadi", "fabs"),
-    sign=_late("casadi", "sign"),
-    tanh=_late("casadi", "tanh"),
-    exp=_late("casadi", "exp"),
-    log=_late("casadi", "log"),
-    sqrt=_late("casadi", "sqrt"),
-    where=_late("casadi", "if_else"),
-)
-
-SYMPY = Ops(
-    name="sympy",
-    maximum=_late("sympy", "Max"),
-    minimum=_late("sympy", "Min"),
-    absolute=_late("sympy", "Abs"),
-    sign=_late("sympy", "sign"),
-    tanh=_late("sympy", "tanh"),
-    exp=_late("sympy", "exp"),
-    log=_late("sympy", "log"),
-    sqrt=_late("sympy", "sqrt"),
-    where=_piecewise,
-)
+    "numpy",
+    np.maximum, np.minimum, np.abs, np.sign, np.tanh, np.exp, np.log, np.sqrt, np.where,
+)  # fmt: skip
+CASADI = _library("casadi", "fmax fmin fabs sign tanh exp log sqrt if_else")
+SYMPY = replace(_library("sympy", "Max Min Abs sign tanh exp log sqrt Piecewise"), where=_piecewise)

@@ -156,18 +156,12 @@ def index_uncertainty(
 ) -> IndexUncertainty:
     """Propagate the uncertainty of the air sensors to the index (first order, independent errors).
 
+    All but `sensors` is as in `sensitivity`.
+
     Parameters
     ----------
-    temperature, pressure, humidity : float
-        K, Pa, relative (0 to 1).
     sensors : SensorUncertainty
         Standard uncertainties.
-    wavelength : float
-        In vacuum (m).
-    formula : callable
-        `ciddor_index` or `edlen_index`.
-    domain : Domain
-        Air outside is refused.
 
     Returns
     -------

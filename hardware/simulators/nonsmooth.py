@@ -11,14 +11,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hardware.simulators.integrator import State, rk4_three
-from hardware.simulators.plant import BIAS, PlantParameters, PolynomialPlant
+from hardware.simulators.plant import BIAS, BenchPlant, PlantParameters
 
 _HALVINGS = 6
 _LANDINGS = 40
 
 
 @dataclass(frozen=True, slots=True)
-class MaxwellSlipPlant:
+class MaxwellSlipPlant(BenchPlant):
     """The linear plant with a bank of stop operators beside one storage.
 
     ``z_j = clip(z_j + ds, -r_j, r_j)`` adds the effort ``sum g_j z_j``; s = q in the dielectric
@@ -47,8 +47,7 @@ class MaxwellSlipPlant:
     @property
     def start(self) -> State:
         """Rest at ``u_start``, virgin elements."""
-        q = self.plant.C_q * self.u_start
-        return (q, self.plant.T * q, 0.0, *(0.0 for _ in self.radii))
+        return (*self._rest, *(0.0 for _ in self.radii))
 
     def current(self, y: State, u: float) -> float:
         """Charging current (A)."""
@@ -61,14 +60,10 @@ class MaxwellSlipPlant:
             force += extra
         return (u - effort + p.T * force) / p.R_e
 
-    def terminal_voltage(self, y: State, u: float) -> float:
-        """Drive itself (V)."""
-        return u
-
     def stored_energy(self, y: State) -> float:
         """Energy (J) of the storages, of the stretched elements and of the mass."""
         elements = sum(0.5 * g * z * z for g, z in zip(self.gains, y[3:], strict=True))
-        return PolynomialPlant(self.plant).stored_energy(y) + elements
+        return BenchPlant.stored_energy(self, y) + elements
 
     def step(self, y: State, h: float, u0: float, u1: float) -> State:
         """One step, halved around every change between stick and slip."""
@@ -122,7 +117,7 @@ class MaxwellSlipPlant:
 
 
 @dataclass(frozen=True, slots=True)
-class DryFrictionPlant:
+class DryFrictionPlant(BenchPlant):
     """The linear plant with dry friction on the moved mass; state (q, x, v, mode).
 
     Sliding (mode = +1, -1): ``F_R = b v + mode (F_c + (F_s - F_c) exp(-(v/v_s)^2))``.
@@ -150,21 +145,12 @@ class DryFrictionPlant:
     @property
     def start(self) -> State:
         """Rest at ``u_start``, stuck."""
-        q = self.plant.C_q * self.u_start
-        return (q, self.plant.T * q, 0.0, 0.0)
+        return (*self._rest, 0.0)
 
     def current(self, y: State, u: float) -> float:
         """Charging current (A)."""
         p = self.plant
         return (u - y[0] / p.C_q + p.T * p.k * (y[1] - p.T * y[0])) / p.R_e
-
-    def terminal_voltage(self, y: State, u: float) -> float:
-        """Drive itself (V)."""
-        return u
-
-    def stored_energy(self, y: State) -> float:
-        """Energy (J) of dielectric, spring and mass."""
-        return PolynomialPlant(self.plant).stored_energy(y)
 
     def step(self, y: State, h: float, u0: float, u1: float) -> State:
         """One step, restarted at every landing on v = 0 and at every breakaway."""

@@ -15,6 +15,7 @@ Each class below is this plant with one constitutive law replaced.
 from __future__ import annotations
 
 import math
+from abc import ABC
 from dataclasses import dataclass, field
 
 from hardware.simulators.integrator import State, rk4, rk4_three
@@ -62,8 +63,31 @@ NOMINAL = PlantParameters(C_q=1.5e-6, T=0.036, k=60e6, m=0.108, b=200.0, R_e=20.
 """P-840.1 with about 0.1 kg: 54 nm/V, f0 = 3.75 kHz, b/(2 sqrt(k m)) = 0.039, R_e C_q = 30 us."""
 
 
+class BenchPlant(ABC):
+    """What the plants share: the linear stores, and nothing between drive and lead."""
+
+    __slots__ = ()
+
+    plant: PlantParameters
+    u_start: float
+
+    @property
+    def _rest(self) -> tuple[float, float, float]:
+        """Charge, displacement and velocity of the linear plant at ``u_start``."""
+        q = self.plant.C_q * self.u_start
+        return (q, self.plant.T * q, 0.0)
+
+    def terminal_voltage(self, y: State, u: float) -> float:
+        """Drive itself (V)."""
+        return u
+
+    def stored_energy(self, y: State) -> float:
+        """Energy (J) of dielectric, spring and mass."""
+        return PolynomialPlant(self.plant).stored_energy(y)
+
+
 @dataclass(frozen=True, slots=True)
-class PolynomialPlant:
+class PolynomialPlant(BenchPlant):
     """The plant with polynomial dielectric, spring and drag laws (all zero: the linear plant).
 
     Parameters
@@ -110,10 +134,6 @@ class PolynomialPlant:
         """Charging current (A)."""
         return self.rate(y[0], y[1], y[2], u)[0]
 
-    def terminal_voltage(self, y: State, u: float) -> float:
-        """Drive itself (V)."""
-        return u
-
     def stored_energy(self, y: State) -> float:
         """Energy (J) of dielectric, spring and mass."""
         p = self.plant
@@ -132,7 +152,7 @@ class PolynomialPlant:
 
 
 @dataclass(frozen=True, slots=True)
-class LinearPlant:
+class LinearPlant(BenchPlant):
     """The nominal plant, its coefficients multiplied out for speed.
 
     Parameters
@@ -163,21 +183,12 @@ class LinearPlant:
     @property
     def start(self) -> State:
         """Rest at ``u_start``."""
-        q = self.plant.C_q * self.u_start
-        return (q, self.plant.T * q, 0.0)
+        return self._rest
 
     def current(self, y: State, u: float) -> float:
         """Charging current (A)."""
         c = self._c
         return c[0] * u + c[1] * y[0] + c[2] * y[1]
-
-    def terminal_voltage(self, y: State, u: float) -> float:
-        """Drive itself (V)."""
-        return u
-
-    def stored_energy(self, y: State) -> float:
-        """Energy (J) of dielectric, spring and mass."""
-        return PolynomialPlant(self.plant).stored_energy(y)
 
     def step(self, y: State, h: float, u0: float, u1: float) -> State:
         """One Runge-Kutta step, the four stages written out."""
@@ -201,7 +212,7 @@ class LinearPlant:
 
 
 @dataclass(frozen=True, slots=True)
-class LaggedPlant:
+class LaggedPlant(BenchPlant):
     """The linear plant behind an amplifier of one pole, ``tau w' = u - w``; state (q, x, v, w).
 
     Parameters
@@ -221,8 +232,7 @@ class LaggedPlant:
     @property
     def start(self) -> State:
         """Rest at ``u_start``."""
-        q = self.plant.C_q * self.u_start
-        return (q, self.plant.T * q, 0.0, self.u_start)
+        return (*self._rest, self.u_start)
 
     def _rate(self, y: State, u: float) -> State:
         p = self.plant
@@ -243,17 +253,13 @@ class LaggedPlant:
         """Output of the amplifier (V)."""
         return y[3]
 
-    def stored_energy(self, y: State) -> float:
-        """Energy (J) of dielectric, spring and mass."""
-        return PolynomialPlant(self.plant).stored_energy(y)
-
     def step(self, y: State, h: float, u0: float, u1: float) -> State:
         """One Runge-Kutta step."""
         return rk4(self._rate, y, h, u0, u1)
 
 
 @dataclass(frozen=True, slots=True)
-class CreepingPlant:
+class CreepingPlant(BenchPlant):
     """The linear plant with Kelvin-Voigt branches in series with one storage.
 
     Dielectric: ``V_C = (q - sum q_j)/C_q`` and ``tau_j q_j' = C_j V_C - q_j``, C_j = ratio_j C_q.
@@ -319,10 +325,6 @@ class CreepingPlant:
         if self.place == "C_nl":
             return (u - (q - total) / p.C_q + p.T * p.k * x1) / p.R_e
         return (u - q / p.C_q + p.T * p.k * (x1 - total)) / p.R_e
-
-    def terminal_voltage(self, y: State, u: float) -> float:
-        """Drive itself (V)."""
-        return u
 
     def stored_energy(self, y: State) -> float:
         """Energy (J) of the fast storages, of every branch and of the mass."""

@@ -12,7 +12,7 @@ from bondgraph.equations.program import Program
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.lure import Compiled, law_slices
 from bondgraph.simulation.simulate import equilibrium, exact_form, prepare, run_record
-from bondgraph.support.errors import BondsightError, UnusableInput, real_number, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput
 
 __all__ = ["March", "march_of"]
 
@@ -127,19 +127,15 @@ class GeneralMarch:
         step: float,
         substeps: int,
     ) -> None:
-        from bondgraph.simulation.integrate import rest
         from bondgraph.simulation.radau.recorder import recorder
+        from bondgraph.simulation.radau.start import rest
 
         if program.input_rates:
             raise UnusableInput(
                 f"{program.name}: it needs the rate {', '.join(program.input_rates)}, which the "
                 "steps of a converter do not have; put the resistance of the lead in series"
             )
-        p = np.array(program.nominal)
-        for name, value in parameters.items():
-            if name not in program.parameters:
-                raise unknown_name("parameter", name, program.name, program.parameters)
-            p[program.parameters.index(name)] = real_number(name, value)
+        p = program.vector(parameters)
         self._program, self._p = program, p
         self._run = recorder(program)
         self._step, self._substeps = step, substeps

@@ -14,10 +14,10 @@ import numpy as np
 from bondgraph.equations.program import Program
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter
-from bondgraph.simulation.integrate import inputs_of as general_inputs
-from bondgraph.simulation.integrate import rest
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.radau.native import PreparedGeneral, prepare_general, run_general
+from bondgraph.simulation.radau.start import inputs_of as general_inputs
+from bondgraph.simulation.radau.start import rest
 from bondgraph.simulation.simulate import (
     KernelRun,
     Memories,
@@ -29,7 +29,7 @@ from bondgraph.simulation.simulate import (
     prepare,
     run_prepared,
 )
-from bondgraph.support.errors import BondsightError, real_number, unknown_name
+from bondgraph.support.errors import BondsightError
 
 __all__ = ["Engine", "ExactEngine", "GeneralEngine", "engine_of"]
 
@@ -66,9 +66,9 @@ class Engine(ABC):
     def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
         """Input matrix, shape (N, n_u)."""
 
-    @abstractmethod
     def fine_inputs(self, u: Array, n_sub: int, hold: str) -> Array:
         """Return the inputs at both ends of each sub-step, shape ((N - 1) n_sub, 2, n_u)."""
+        return fine_inputs(u, n_sub, hold)
 
     @abstractmethod
     def rest(self, p: Array, u: Array) -> Array:
@@ -147,10 +147,6 @@ class ExactEngine(Engine):
         """Input matrix; pseudo-inputs are filled in."""
         return inputs_of(self.compiled, commands, time.size)
 
-    def fine_inputs(self, u: Array, n_sub: int, hold: str) -> Array:
-        """Return the inputs at both ends of each sub-step."""
-        return fine_inputs(u, n_sub, hold)
-
     def rest(self, p: Array, u: Array) -> Array:
         """Equilibrium of the linear part."""
         return equilibrium(self.compiled, p, u)
@@ -207,21 +203,11 @@ class GeneralEngine(Engine):
 
     def vector(self, values: Mapping[str, float]) -> Array:
         """Parameter vector with some values changed by name."""
-        p = np.array(self.program.nominal, float)
-        for name, v in values.items():
-            if name not in self.program.parameters:
-                known = self.program.parameters
-                raise unknown_name("parameter", name, self.program.name, known)
-            p[self.program.parameters.index(name)] = real_number(name, v)
-        return p
+        return self.program.vector(values)
 
     def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
         """Input matrix; rates of inputs and pseudo-inputs are filled in."""
         return general_inputs(self.program, commands, time)
-
-    def fine_inputs(self, u: Array, n_sub: int, hold: str) -> Array:
-        """Return the inputs at both ends of each sub-step."""
-        return fine_inputs(u, n_sub, hold)
 
     def rest(self, p: Array, u: Array) -> Array:
         """Equilibrium of the whole model; where there is none, its start."""

@@ -5,12 +5,13 @@ Sizes: the memory is the one of the first operator followed by the one of the se
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, cast, final
+from typing import ClassVar, cast, final
 
+from bondgraph.hysteresis.composed.pair import Pair
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
+from bondgraph.hysteresis.invertible import InvertibleOperator
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import NUMPY, Expression, Ops
 
@@ -43,35 +44,17 @@ def inverse_of(ops: Ops, operator: Operator) -> Operator:
     >>> inverse_of(NUMPY, DeadZone((0.0,), (2.0,))).linear_slope
     0.5
     """
-    method = getattr(operator, "inverse", None)
-    if method is None:
+    if not isinstance(operator, InvertibleOperator):
         raise NotInvertible(
             f"{operator.kind} has no exact inverse; use numeric_inverse on the whole operator", -1
         )
-    return cast(Operator, _with_ops(method, ops))
+    return cast(Operator, operator.inverse(ops=ops))
 
 
 def inverse_memory_of(ops: Ops, operator: Operator, memory: Sequence[Expression]) -> Memory:
     """Return the memory of `inverse_of` that belongs to a memory of the operator.
 
-    Parameters
-    ----------
-    ops : Ops
-        Back end of the memory and of symbolic parameters.
-    operator : Operator
-        With a method ``inverse``.
-    memory : sequence of expression
-        Shape (n_memory,).
-
-    Returns
-    -------
-    tuple of expression
-        Shape of the inverse's memory.
-
-    Raises
-    ------
-    BadMemory
-        If the memory is not one of the operator.
+    An operator without memory has nothing to convert; else see `InvertibleOperator.inverse_memory`.
 
     Examples
     --------
@@ -79,17 +62,9 @@ def inverse_memory_of(ops: Ops, operator: Operator, memory: Sequence[Expression]
     >>> inverse_memory_of(NUMPY, PrandtlIshlinskii((0.0, 1.0), (1.0, 2.0)), (0.5,))
     (1.5,)
     """
-    method = getattr(operator, "inverse_memory", None)
-    if method is None:
-        return operator._states(memory)  # without memory there is nothing to convert
-    return cast(Memory, _with_ops(method, ops, memory))
-
-
-def _with_ops(method: Any, ops: Ops, *arguments: Any) -> Any:
-    """Call it with the back end if it needs to know."""
-    if "ops" in inspect.signature(method).parameters:
-        return method(*arguments, ops=ops)
-    return method(*arguments)
+    if isinstance(operator, InvertibleOperator):
+        return operator.inverse_memory(memory, ops=ops)
+    return operator._states(memory)
 
 
 def require_operators(**parts: object) -> None:
@@ -119,12 +94,13 @@ def _invertible(operator: Operator) -> bool:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Cascade(Operator):
+class Cascade(Pair, InvertibleOperator["Cascade"]):
     """One operator behind the other, ``y = second[first[x]]``.
 
     A second operator with memory assumes that its input moves monotonically within a step. The
     first one must therefore rise, or fall, with its input; otherwise accept a step at each of its
-    turning points too. No energy function is offered: the inner signal does no work.
+    turning points too. The inverse is the two inverses in reversed order. No energy function is
+    offered: the inner signal does no work.
 
     Parameters
     ----------
@@ -164,9 +140,8 @@ class Cascade(Operator):
         require_operators(first=self.first, second=self.second)
 
     @property
-    def timed(self) -> bool:
-        """Whether one of the two is."""
-        return self.first.timed or self.second.timed
+    def _parts(self) -> tuple[Operator, Operator]:
+        return self.first, self.second
 
     @property
     def wipes_out(self) -> bool:
@@ -188,18 +163,9 @@ class Cascade(Operator):
         return straight is not None and len(straight) == 1 and self.first.congruent
 
     @property
-    def n_memory(self) -> int:
-        """Memory of both."""
-        return self.first.n_memory + self.second.n_memory
-
-    @property
     def linear_slope(self) -> Expression:
         """Product of the two slopes."""
         return self.first.linear_slope * self.second.linear_slope
-
-    def _split(self, memory: Memory) -> tuple[Memory, Memory]:
-        n = self.first.n_memory
-        return memory[:n], memory[n:]
 
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         one, two = (None, None) if states is None else self._split(states)
@@ -219,51 +185,11 @@ class Cascade(Operator):
             *self.second.advance(ops, inner, two, step),
         )
 
-    def inverse(self, *, ops: Ops = NUMPY) -> Cascade:
-        """Return the exact inverse, the two inverses in reversed order.
-
-        Parameters
-        ----------
-        ops : Ops, optional
-            Back end of symbolic parameters.
-
-        Returns
-        -------
-        Cascade
-            Pair it with `inverse_memory`.
-
-        Raises
-        ------
-        NotInvertible
-            If one of the two has no inverse; names the offender within it.
-
-        References
-        ----------
-        kuhnen2003
-        """
+    def _inverse(self, ops: Ops) -> Cascade:
         return Cascade(inverse_of(ops, self.second), inverse_of(ops, self.first))
 
-    def inverse_memory(self, memory: Sequence[Expression], *, ops: Ops = NUMPY) -> Memory:
-        """Return the memory of the inverse that belongs to a memory of this operator.
-
-        Parameters
-        ----------
-        memory : sequence of expression
-            Shape (n_memory,).
-        ops : Ops, optional
-            Back end of symbolic parameters.
-
-        Returns
-        -------
-        tuple of expression
-            Memory of the second inverse, then of the first.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-        """
-        one, two = self._split(self._states(memory))
+    def _inverse_memory(self, ops: Ops, memory: Memory) -> Memory:
+        one, two = self._split(memory)
         return (
             *inverse_memory_of(ops, self.second, two),
             *inverse_memory_of(ops, self.first, one),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, final
 
 from bondgraph.hysteresis.composed.cascade import require_operators
+from bondgraph.hysteresis.composed.pair import SideBySide
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import Expression, Ops
 
@@ -17,7 +18,7 @@ __all__ = ["Parallel"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class Parallel(Operator):
+class Parallel(SideBySide):
     """Two operators side by side, ``y = first[x] + second[x]``; nest it for more.
 
     There is no exact inverse in general: use `numeric_inverse`, or `HysteresisWithCreep`.
@@ -51,9 +52,8 @@ class Parallel(Operator):
         require_operators(first=self.first, second=self.second)
 
     @property
-    def timed(self) -> bool:
-        """Whether one of the two is."""
-        return self.first.timed or self.second.timed
+    def _parts(self) -> tuple[Operator, Operator]:
+        return self.first, self.second
 
     @property
     def wipes_out(self) -> bool:
@@ -66,33 +66,9 @@ class Parallel(Operator):
         return self.first.congruent and self.second.congruent
 
     @property
-    def n_memory(self) -> int:
-        """Memory of both."""
-        return self.first.n_memory + self.second.n_memory
-
-    @property
     def linear_slope(self) -> Expression:
         """Sum of the two slopes."""
         return self.first.linear_slope + self.second.linear_slope
-
-    def _split(self, memory: Memory) -> tuple[Memory, Memory]:
-        n = self.first.n_memory
-        return memory[:n], memory[n:]
-
-    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
-        one, two = (None, None) if states is None else self._split(states)
-        return (
-            *self.first.initial_memory(x0, one, ops=ops),
-            *self.second.initial_memory(x0, two, ops=ops),
-        )
-
-    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
-        one, two = self._split(memory)
-        return self.first.value(ops, x, one, step) + self.second.value(ops, x, two, step)
-
-    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        one, two = self._split(memory)
-        return (*self.first.advance(ops, x, one, step), *self.second.advance(ops, x, two, step))
 
     @property
     def passive_port(self) -> Literal["input", "output"] | None:

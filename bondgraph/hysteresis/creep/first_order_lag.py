@@ -1,4 +1,7 @@
-"""How far a first-order lag goes in one step, accurate for the slowest lags too."""
+"""How far a first-order lag goes in one step, accurate for the slowest lags too.
+
+Everywhere here ``q >= 0`` is the elapsed time over the time constant.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,6 @@ def relaxed_share(ops: Ops, q: Expression) -> Expression:
 
     Written with the hyperbolic tangent, ``2 t / (1 + t)`` with ``t = tanh(q/2)``: slow decades have
     a q of 1e-8 or less, and the difference would keep half of its digits.
-
-    Parameters
-    ----------
-    ops : Ops
-        Back end of ``q``.
-    q : expression
-        Elapsed time over time constant, q >= 0.
 
     Returns
     -------
@@ -41,13 +37,6 @@ def relaxed_share(ops: Ops, q: Expression) -> Expression:
 def ramp_share(ops: Ops, q: Expression) -> Expression:
     """Return ``1 - (1 - exp(-q))/q``: how far a unit follows a ramp that took q time constants.
 
-    Parameters
-    ----------
-    ops : Ops
-        Back end of ``q``.
-    q : expression
-        Elapsed time over time constant, q >= 0.
-
     Returns
     -------
     expression
@@ -64,13 +53,6 @@ def ramp_share(ops: Ops, q: Expression) -> Expression:
 
 def ramp_rate(ops: Ops, q: Expression) -> Expression:
     """Return `ramp_share` over q, which is 1/2 at q = 0.
-
-    Parameters
-    ----------
-    ops : Ops
-        Back end of ``q``.
-    q : expression
-        Elapsed time over time constant, q >= 0.
 
     Returns
     -------

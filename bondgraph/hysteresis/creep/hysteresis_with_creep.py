@@ -5,22 +5,23 @@ Sizes: the memory is the one of the hysteresis, n states, followed by the one of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
 from bondgraph.hysteresis.composed.cascade import inverse_memory_of, inverse_of, require_operators
+from bondgraph.hysteresis.composed.pair import SideBySide
 from bondgraph.hysteresis.creep.log_creep import LogCreep
 from bondgraph.hysteresis.errors import BadParameter
+from bondgraph.hysteresis.invertible import ForwardInverse, InvertibleOperator
 from bondgraph.hysteresis.operator import Memory, Operator
-from bondgraph.support.ops import NUMPY, Expression, Ops
+from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["HysteresisWithCreep", "HysteresisWithCreepInverse"]
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class HysteresisWithCreep(Operator):
+class HysteresisWithCreep(SideBySide, InvertibleOperator["HysteresisWithCreepInverse"]):
     """``y = H[x] + K[x]`` with creep K that does not see the present input.
 
     Followed by dead zones in a `Cascade` it is the full model of a piezo actuator with hysteresis,
@@ -69,96 +70,25 @@ class HysteresisWithCreep(Operator):
             )
 
     @property
-    def timed(self) -> bool:
-        """Always, through the creep."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Memory of the hysteresis and of the creep."""
-        return self.hysteresis.n_memory + self.creep.n_memory
+    def _parts(self) -> tuple[Operator, Operator]:
+        return self.hysteresis, self.creep
 
     @property
     def linear_slope(self) -> Expression:
         """Slope of the hysteresis; the creep adds nothing within a step."""
         return self.hysteresis.linear_slope
 
-    def _split(self, memory: Memory) -> tuple[Memory, Memory]:
-        n = self.hysteresis.n_memory
-        return memory[:n], memory[n:]
-
-    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
-        first, second = (None, None) if states is None else self._split(states)
-        return (
-            *self.hysteresis.initial_memory(x0, first, ops=ops),
-            *self.creep.initial_memory(x0, second, ops=ops),
-        )
-
-    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
-        first, second = self._split(memory)
-        return self.hysteresis.value(ops, x, first, step) + self.creep.value(ops, x, second, step)
-
-    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        first, second = self._split(memory)
-        return (
-            *self.hysteresis.advance(ops, x, first, step),
-            *self.creep.advance(ops, x, second, step),
-        )
-
-    def inverse(self, *, ops: Ops = NUMPY) -> HysteresisWithCreepInverse:
-        """Return the exact inverse; pair it with `inverse_memory`.
-
-        Parameters
-        ----------
-        ops : Ops, optional
-            Back end of symbolic parameters.
-
-        Returns
-        -------
-        HysteresisWithCreepInverse
-            Maps the output back to the input.
-
-        Raises
-        ------
-        NotInvertible
-            If the hysteresis has no inverse.
-
-        References
-        ----------
-        krejci2001
-        """
-        inverse_of(ops, self.hysteresis)
+    def _inverse(self, ops: Ops) -> HysteresisWithCreepInverse:
+        inverse_of(ops, self.hysteresis)  # raises if there is none
         return HysteresisWithCreepInverse(self)
-
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the inverse: the same.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-        """
-        return self._states(memory)
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class HysteresisWithCreepInverse(Operator):
+class HysteresisWithCreepInverse(ForwardInverse[HysteresisWithCreep]):
     """The input that makes a wanted output of `HysteresisWithCreep`, ``x = H^-1[y - K[x]]``.
 
-    K[x] at a sample is made by the inputs before it, so it is known before x is. The memory is the
-    one of the forward operator, which is advanced with the x found; one given to
-    ``initial_memory`` keeps its own last input.
-
-    Parameters
-    ----------
-    forward : HysteresisWithCreep
-        What is inverted.
-
-    Raises
-    ------
-    BadParameter
-        If it is another operator.
+    K[x] at a sample is made by the inputs before it, so it is known before x is.
 
     References
     ----------
@@ -174,29 +104,7 @@ class HysteresisWithCreepInverse(Operator):
 
     kind: ClassVar[str] = "hysteresis_with_creep_inverse"
 
-    forward: HysteresisWithCreep
-
-    def __post_init__(self) -> None:
-        """Check what is inverted."""
-        if not isinstance(self.forward, HysteresisWithCreep):
-            raise BadParameter(
-                f"forward must be a HysteresisWithCreep, not {type(self.forward).__name__}"
-            )
-
-    @property
-    def timed(self) -> bool:
-        """Always, through the creep."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Memory of the forward operator."""
-        return self.forward.n_memory
-
-    @property
-    def linear_slope(self) -> Expression:
-        """Slope right after a reversal, one over the slope of the hysteresis."""
-        return 1.0 / self.forward.linear_slope
+    inverts = HysteresisWithCreep
 
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         hysteresis = self.forward.hysteresis
@@ -214,20 +122,3 @@ class HysteresisWithCreepInverse(Operator):
     def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         first, second = self.forward._split(memory)
         return self._solved(ops, x - self.forward.creep.value(ops, x, second, step), first, step)
-
-    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        return self.forward.advance(ops, self._value(ops, x, memory, step), memory, step)
-
-    def inverse(self) -> HysteresisWithCreep:
-        """Return the forward operator."""
-        return self.forward
-
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the forward operator: the same.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-        """
-        return self._states(memory)

@@ -19,7 +19,8 @@ from bondgraph.hysteresis.checks import (
 )
 from bondgraph.hysteresis.creep.first_order_lag import ramp_rate, ramp_share, relaxed_share
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.invertible import InvertibleOperator
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.support.ops import NUMPY, Expression, Ops
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ __all__ = ["KelvinVoigtCreep"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class KelvinVoigtCreep(Operator):
+class KelvinVoigtCreep(InvertibleOperator["KelvinVoigtCreepInverse"]):
     """Linear creep ``y = w_0 x + sum_j c_j y_j`` with ``tau_j y_j' = x - y_j``.
 
     The input is linear between samples and the step is exact for that, so a step may be divided at
@@ -216,36 +217,21 @@ class KelvinVoigtCreep(Operator):
                 worst + 1,
             )
 
-    def inverse(self, step: float | None = None) -> KelvinVoigtCreepInverse:
-        """Return the exact inverse; pair it with `inverse_memory`.
+    def inverse(self, step: float | None = None, *, ops: Ops = NUMPY) -> KelvinVoigtCreepInverse:
+        """Return the inverse for steps of one duration.
 
         Parameters
         ----------
         step : float, optional
-            Duration of the steps it is meant for, s; see `check_invertible`.
-
-        Returns
-        -------
-        KelvinVoigtCreepInverse
-            Maps the output back to the input.
-
-        Raises
-        ------
-        NotInvertible
-            If the output does not rise with the input.
+            s; any duration if not given, see `check_invertible`.
+        ops : Ops, optional
+            Back end of symbolic parameters.
         """
+        self.check_invertible(step)
+        return self._inverse(ops)
+
+    def _inverse(self, ops: Ops) -> KelvinVoigtCreepInverse:
         # The inverse is made of this class, so this module cannot import it at the top.
         from bondgraph.hysteresis.creep.kelvin_voigt_inverse import KelvinVoigtCreepInverse
 
-        self.check_invertible(step)
         return KelvinVoigtCreepInverse(self)
-
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the inverse: the same.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-        """
-        return self._states(memory)

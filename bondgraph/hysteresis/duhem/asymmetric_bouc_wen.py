@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 from bondgraph.hysteresis.checks import parameter, positive
-from bondgraph.hysteresis.duhem.duhem_branch import DuhemBranch, check_rates
+from bondgraph.hysteresis.duhem.duhem_branch import BoucWenState, check_rates
 from bondgraph.support.ops import Expression
 
 __all__ = ["AsymmetricBoucWen"]
@@ -14,7 +14,7 @@ __all__ = ["AsymmetricBoucWen"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class AsymmetricBoucWen(DuhemBranch):
+class AsymmetricBoucWen(BoucWenState):
     """``y = c x + d z`` with ``dz/dx = A - |z| (gamma + beta sgn(dx z) + phi (sgn dx + sgn z))``.
 
     Exponent 1. The skew phi acts only while |z| grows: z saturates at ``A/(beta + gamma + 2 phi)``
@@ -52,9 +52,6 @@ class AsymmetricBoucWen(DuhemBranch):
 
     kind: ClassVar[str] = "asymmetric_bouc_wen"
 
-    slope: Expression
-    gain: Expression
-    growth: Expression
     beta: Expression
     gamma: Expression
     skew: Expression
@@ -67,21 +64,6 @@ class AsymmetricBoucWen(DuhemBranch):
         for direction in (1.0, -1.0):
             names = f"beta - gamma and beta + gamma {'+-'[direction < 0.0]} 2 skew"
             check_rates(names, *self.rates(direction))
-
-    @property
-    def straight_slope(self) -> Expression:
-        """Slope c of the part without memory; output per input."""
-        return self.slope
-
-    @property
-    def state_gain(self) -> Expression:
-        """Output d per unit of z."""
-        return self.gain
-
-    @property
-    def state_growth(self) -> Expression:
-        """Slope A of z where z = 0; z per input."""
-        return self.growth
 
     def rates(self, direction: Expression) -> tuple[Expression, Expression]:
         """Return ``beta - gamma`` and ``beta + gamma + 2 phi s``, per input."""

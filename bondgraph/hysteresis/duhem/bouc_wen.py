@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 from bondgraph.hysteresis.checks import parameter, positive
-from bondgraph.hysteresis.duhem.duhem_branch import DuhemBranch, check_rates
+from bondgraph.hysteresis.duhem.duhem_branch import BoucWenState, check_rates
 from bondgraph.support.ops import Expression
 
 __all__ = ["BoucWen"]
@@ -14,7 +14,7 @@ __all__ = ["BoucWen"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class BoucWen(DuhemBranch):
+class BoucWen(BoucWenState):
     """``y = c x + d z`` with ``dz = A dx - beta |dx| z - gamma dx |z|``.
 
     Exponent 1, for which each monotone branch is an exponential in x. z stays within
@@ -59,9 +59,6 @@ class BoucWen(DuhemBranch):
 
     kind: ClassVar[str] = "bouc_wen"
 
-    slope: Expression
-    gain: Expression
-    growth: Expression
     beta: Expression
     gamma: Expression
 
@@ -71,21 +68,6 @@ class BoucWen(DuhemBranch):
             object.__setattr__(self, name, parameter(name, getattr(self, name)))
         positive("growth", self.growth)
         check_rates("beta - gamma and beta + gamma", *self.rates(1.0))
-
-    @property
-    def straight_slope(self) -> Expression:
-        """Slope c of the part without memory; output per input."""
-        return self.slope
-
-    @property
-    def state_gain(self) -> Expression:
-        """Output d per unit of z."""
-        return self.gain
-
-    @property
-    def state_growth(self) -> Expression:
-        """Slope A of z where z = 0; z per input."""
-        return self.growth
 
     def rates(self, direction: Expression) -> tuple[Expression, Expression]:
         """Return ``beta - gamma`` for s z < 0 and ``beta + gamma`` for s z > 0, per input."""

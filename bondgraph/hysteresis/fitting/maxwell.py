@@ -46,17 +46,9 @@ def fit_maxwell(
         Voltage (effort), shape (N,).
     thresholds : sequence of float
         Slip points q_i > 0, shape (n,), strictly increasing, unit of ``q``.
-    offset : bool, optional
-        Fit an unknown constant in ``v`` as well.
-    memory : sequence of float, "unknown" or None, optional
-        Anchors before the first sample, shape (n,), unit of ``q``; None for virgin. ``"unknown"``
-        scores from where the elements have forgotten the past, i.e. q has swung by 2 q_i.
-    scored_share : float, optional
-        With an unknown past, at least this share of the record is scored.
-    unexcited : {"drop", "ridge"}, optional
-        What to do with elements that cannot be told from others, such as all that never slip.
-    ridge : float, optional
-        Strength of the pull to 0, relative to the norm of a column.
+    offset, memory, scored_share, unexcited, ridge : optional
+        As in `fit_weights`, with anchors for the states of plays, in the unit of ``q``. Elements
+        that never slip cannot be told from each other: they are unexcited.
 
     Returns
     -------
@@ -66,13 +58,10 @@ def fit_maxwell(
 
     Raises
     ------
-    BadInput
-        If a record is constant, not finite or of another length (names the first sample), or if no
-        element takes part.
+    BadInput, BadMemory
+        As in `fit_weights`.
     BadParameter
         If a slip point is not positive or out of order; names the entry.
-    BadMemory
-        If the memory does not fit the slip points.
 
     References
     ----------

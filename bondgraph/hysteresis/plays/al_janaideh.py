@@ -5,13 +5,12 @@ Sizes: J plays with a width, J memory states, N samples.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, Self, final
 
-from bondgraph.hysteresis.checks import all_numbers, numbers, parameter, positive
-from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.checks import all_numbers, count_of, numbers, parameter, positive
+from bondgraph.hysteresis.invertible import InvertibleOperator
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.bounds import whole
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
@@ -21,12 +20,15 @@ __all__ = ["AlJanaideh"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class AlJanaideh(Operator):
+class AlJanaideh(InvertibleOperator[PrandtlIshlinskii]):
     """Plays on an envelope ``z = q eta + sum_(j=1..J) Theta_j play_(r_j)[eta]``, ``eta = c x``.
 
     Density ``Theta_j = alpha exp(-beta r_j)``, thresholds ``r_j = j sigma``. Only four of the five
     numbers can be identified: (q/L, c L, sigma L, alpha/L, beta/L) give the same output for any L,
     so hold c = 1 when fitting. The memory holds the play states in units of eta.
+
+    The inverse ``x = eta^-1( z/q + sum Theta'_j play_(r'_j)[z] )`` is a plain weighted sum of
+    plays: its weights are no exponential of its thresholds.
 
     Parameters
     ----------
@@ -74,8 +76,7 @@ class AlJanaideh(Operator):
             object.__setattr__(self, name, parameter(name, getattr(self, name)))
         positive("c", self.c)
         positive("sigma", self.sigma)
-        if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 0:
-            raise BadParameter(f"count = {self.count!r} must be an integer, 0 or more")
+        count_of("count", self.count, 0)
 
     @classmethod
     def stack_2hz(cls) -> Self:
@@ -89,19 +90,7 @@ class AlJanaideh(Operator):
     def in_envelope(self, *, ops: Ops = NUMPY) -> PrandtlIshlinskii:
         """Return the plays that act on eta = c x; they have the memory of this operator.
 
-        Parameters
-        ----------
-        ops : Ops, optional
-            Back end of symbolic parameters.
-
-        Returns
-        -------
-        PrandtlIshlinskii
-            Thresholds in units of eta, weights in output per eta.
-
-        References
-        ----------
-        aljanaideh2011
+        Thresholds are in units of eta, weights in output per eta.
         """
         r = [j * self.sigma for j in range(1, self.count + 1)]
         density = [self.alpha * ops.exp(-self.beta * r_j) for r_j in r]
@@ -110,19 +99,7 @@ class AlJanaideh(Operator):
     def as_prandtl_ishlinskii(self, *, ops: Ops = NUMPY) -> PrandtlIshlinskii:
         """Return the same operator without envelope; its memory is the one here divided by c.
 
-        Parameters
-        ----------
-        ops : Ops, optional
-            Back end of symbolic parameters.
-
-        Returns
-        -------
-        PrandtlIshlinskii
-            Thresholds r_j / c in the unit of the input, weights c Theta_j in output per input.
-
-        References
-        ----------
-        aljanaideh2011
+        Thresholds r_j / c are in the unit of the input, weights c Theta_j in output per input.
         """
         plays = self.in_envelope(ops=ops)
         thresholds = (0.0, *(r / self.c for r in plays.thresholds[1:]))
@@ -164,76 +141,13 @@ class AlJanaideh(Operator):
         plays = tuple(y / self.c for y in memory)
         return self.as_prandtl_ishlinskii(ops=ops)._energy(ops, x, plays, step)
 
-    def inverse(self, *, ops: Ops = NUMPY) -> PrandtlIshlinskii:
-        """Return the exact inverse ``x = eta^-1( z/q + sum Theta'_j play_(r'_j)[z] )``.
-
-        It is a plain weighted sum of plays: its weights are no exponential of its thresholds.
-
-        Parameters
-        ----------
-        ops : Ops, optional
-            Back end of symbolic parameters.
-
-        Returns
-        -------
-        PrandtlIshlinskii
-            Thresholds in the unit of the output, weights in input per output.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first slope that is not positive.
-
-        References
-        ----------
-        aljanaideh2011, krejci2001
-        """
+    def _inverse(self, ops: Ops) -> PrandtlIshlinskii:
         inner = self.in_envelope(ops=ops).inverse()
         return PrandtlIshlinskii(inner.thresholds, tuple(w / self.c for w in inner.weights))
 
-    def inverse_memory(self, memory: Sequence[Expression], *, ops: Ops = NUMPY) -> Memory:
-        """Return the memory of the inverse that belongs to a memory of this operator.
-
-        Parameters
-        ----------
-        memory : sequence of expression
-            Shape (J,), unit of eta.
-        ops : Ops, optional
-            Back end of symbolic parameters.
-
-        Returns
-        -------
-        tuple of expression
-            Shape (J,), unit of the output.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-
-        References
-        ----------
-        kuhnen2003
-        """
+    def _inverse_memory(self, ops: Ops, memory: Memory) -> Memory:
         return self.in_envelope(ops=ops).inverse_memory(memory)
 
     def loop_loss(self, amplitude: Expression, *, ops: Ops = NUMPY) -> Expression:
-        """Return the area of a closed loop, see `PrandtlIshlinskii.loop_loss`.
-
-        Parameters
-        ----------
-        amplitude : expression
-            Half of the peak-to-peak input, A >= 0, unit of the input.
-        ops : Ops, optional
-            Back end of the amplitude and of symbolic parameters.
-
-        Returns
-        -------
-        expression
-            Unit of the input times unit of the output.
-
-        References
-        ----------
-        krejci2001
-        """
+        """Return the area of a closed loop, see `PrandtlIshlinskii.loop_loss`."""
         return self.as_prandtl_ishlinskii(ops=ops).loop_loss(amplitude, ops=ops)

@@ -5,11 +5,12 @@ Sizes: n + 1 plays (n memory states), m + 1 dead zones, N samples.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC
 from dataclasses import dataclass
 from typing import ClassVar, Self, final
 
 from bondgraph.hysteresis.errors import BadParameter
+from bondgraph.hysteresis.invertible import InvertibleOperator
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
@@ -18,16 +19,43 @@ from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 __all__ = ["Ang", "AngInverse"]
 
 
-def _check_stages(play: object, dead_zone: object) -> None:
-    if not isinstance(play, PrandtlIshlinskii):
-        raise BadParameter(f"play must be a PrandtlIshlinskii, not {type(play).__name__}")
-    if not isinstance(dead_zone, DeadZones):
-        raise BadParameter(f"dead_zone must be a DeadZone, not {type(dead_zone).__name__}")
+class _Stages(Operator, ABC):
+    """Plays and dead zones, in one order or the other; the memory is the one of the plays."""
+
+    __slots__ = ()
+
+    play: PrandtlIshlinskii
+    dead_zone: DeadZones
+
+    def __post_init__(self) -> None:
+        """Check the stages."""
+        if not isinstance(self.play, PrandtlIshlinskii):
+            raise BadParameter(f"play must be a PrandtlIshlinskii, not {type(self.play).__name__}")
+        if not isinstance(self.dead_zone, DeadZones):
+            raise BadParameter(f"dead_zone must be a DeadZone, not {type(self.dead_zone).__name__}")
+
+    @property
+    def n_memory(self) -> int:
+        """Number of plays with a width, n."""
+        return self.play.n_memory
+
+    @property
+    def linear_slope(self) -> Expression:
+        """Slope right after a reversal near 0, w_0 times the dead zones' slope at 0."""
+        return self.play.linear_slope * self.dead_zone.linear_slope
+
+    def check_invertible(self) -> None:
+        """Every slope of both stages must be positive."""
+        self.play.check_invertible()
+        self.dead_zone.check_invertible()
+
+    def _inverse_memory(self, ops: Ops, memory: Memory) -> Memory:
+        return self.play.inverse_memory(memory)
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Ang(Operator):
+class Ang(_Stages, InvertibleOperator["AngInverse"]):
     """Plays followed by dead zones, ``z = S[P[x]]``.
 
     Thresholds of the plays are in units of the input, those of the dead zones in units of the
@@ -61,10 +89,6 @@ class Ang(Operator):
     play: PrandtlIshlinskii
     dead_zone: DeadZones
 
-    def __post_init__(self) -> None:
-        """Check the stages."""
-        _check_stages(self.play, self.dead_zone)
-
     @classmethod
     def stack_2hz(cls) -> Self:
         """Return the operator fitted to a piezo stack at 2 Hz, V to m.
@@ -82,19 +106,9 @@ class Ang(Operator):
         )
 
     @property
-    def n_memory(self) -> int:
-        """Number of plays with a width, n."""
-        return self.play.n_memory
-
-    @property
     def congruent(self) -> bool:
         """Only without a bend: the output stage reshapes a loop according to its height."""
         return len(self.dead_zone.thresholds) == 1
-
-    @property
-    def linear_slope(self) -> Expression:
-        """Slope right after a reversal near output 0, w_0 times the dead zones' slope at 0."""
-        return self.play.linear_slope * self.dead_zone.linear_slope
 
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         return self.play.initial_memory(x0, states, ops=ops)
@@ -109,65 +123,13 @@ class Ang(Operator):
         inner, after = self.play.run(x, memory)
         return self.dead_zone.run(inner, ())[0], after
 
-    def check_invertible(self) -> None:
-        """Raise if a slope of either stage is not positive.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first offender within its stage.
-        """
-        self.play.check_invertible()
-        self.dead_zone.check_invertible()
-
-    def inverse(self) -> AngInverse:
-        """Return the exact inverse ``x = P'[S'[z]]``; pair it with `inverse_memory`.
-
-        Returns
-        -------
-        AngInverse
-            Maps the output back to the input.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first slope that is not positive, within its stage.
-
-        References
-        ----------
-        ang2007, kuhnen2003
-        """
-        self.check_invertible()
+    def _inverse(self, ops: Ops) -> AngInverse:
         return AngInverse(self.dead_zone.inverse(), self.play.inverse())
-
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the inverse that belongs to a memory of this operator.
-
-        Parameters
-        ----------
-        memory : sequence of expression
-            Shape (n,), unit of the input.
-
-        Returns
-        -------
-        tuple of expression
-            Shape (n,), unit of the output of the plays.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-
-        References
-        ----------
-        kuhnen2003
-        """
-        return self.play.inverse_memory(memory)
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class AngInverse(Operator):
+class AngInverse(_Stages, InvertibleOperator[Ang]):
     """Dead zones followed by plays, ``x = P[S[z]]``: the inverse of `Ang`.
 
     Parameters
@@ -198,24 +160,10 @@ class AngInverse(Operator):
     dead_zone: DeadZones
     play: PrandtlIshlinskii
 
-    def __post_init__(self) -> None:
-        """Check the stages."""
-        _check_stages(self.play, self.dead_zone)
-
-    @property
-    def n_memory(self) -> int:
-        """Number of plays with a width, n."""
-        return self.play.n_memory
-
     @property
     def congruent(self) -> bool:
         """Always: between the same turning points the bent input moves the same."""
         return True
-
-    @property
-    def linear_slope(self) -> Expression:
-        """Slope right after a reversal near input 0."""
-        return self.play.linear_slope * self.dead_zone.linear_slope
 
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         return self.play.initial_memory(self._bent(ops, x0), states, ops=ops)
@@ -232,47 +180,5 @@ class AngInverse(Operator):
     def _bent(self, ops: Ops, x: Expression) -> Expression:
         return self.dead_zone.value(ops, x, ())
 
-    def inverse(self) -> Ang:
-        """Return the operator that this one inverts.
-
-        Returns
-        -------
-        Ang
-            Maps the output back to the input.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first slope that is not positive, within its stage.
-
-        References
-        ----------
-        ang2007, kuhnen2003
-        """
-        self.play.check_invertible()
-        self.dead_zone.check_invertible()
+    def _inverse(self, ops: Ops) -> Ang:
         return Ang(self.play.inverse(), self.dead_zone.inverse())
-
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the inverse that belongs to a memory of this operator.
-
-        Parameters
-        ----------
-        memory : sequence of expression
-            Shape (n,), unit of the output of the dead zones.
-
-        Returns
-        -------
-        tuple of expression
-            Shape (n,), unit of the output.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-
-        References
-        ----------
-        kuhnen2003
-        """
-        return self.play.inverse_memory(memory)

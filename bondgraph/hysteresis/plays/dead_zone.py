@@ -18,7 +18,8 @@ from bondgraph.hysteresis.checks import (
     strictly_increasing,
 )
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.invertible import InvertibleOperator
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.kuhnen import (
     first_bad_slope,
     inverse_thresholds,
@@ -70,10 +71,11 @@ def dead_zone(ops: Ops, y: Expression, d: Expression, side: int) -> Expression:
 
 @final
 @dataclass(frozen=True, slots=True)
-class DeadZones(Operator):
+class DeadZones(InvertibleOperator["DeadZones"]):
     """Weighted sum of one-sided dead zones ``z = sum_j w_j S_(d_j)[y]``, with an exact inverse.
 
-    Outward from 0 on each side the slope is the partial sum of the weights.
+    Outward from 0 on each side the slope is the partial sum of the weights, and the inverse the
+    recursion of the plays.
 
     Parameters
     ----------
@@ -178,17 +180,7 @@ class DeadZones(Operator):
         return stored, 0.0
 
     def check_invertible(self) -> None:
-        """Raise if a slope outward from 0 is not positive; symbolic weights pass.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first offender, seen from 0 outward, right side first.
-
-        References
-        ----------
-        kuhnen2003
-        """
+        """Every slope outward from 0 must be positive; the right side is looked at first."""
         zero = self.zero_index
         sides = ((self.weights[zero:], 1), (self.weights[zero::-1], -1))
         for weights, direction in sides:
@@ -202,24 +194,7 @@ class DeadZones(Operator):
                     j,
                 )
 
-    def inverse(self) -> DeadZones:
-        """Return the exact inverse: the play recursion outward from 0 on each side.
-
-        Returns
-        -------
-        DeadZone
-            Thresholds in the unit of the output, weights in input per output.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first slope that is not positive.
-
-        References
-        ----------
-        kuhnen2003, ang2007
-        """
-        self.check_invertible()
+    def _inverse(self, ops: Ops) -> DeadZones:
         zero = self.zero_index
         right = _side(self.thresholds[zero:], self.weights[zero:])
         left = _side(self.thresholds[zero::-1], self.weights[zero::-1])

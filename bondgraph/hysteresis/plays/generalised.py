@@ -5,13 +5,13 @@ Sizes: n + 1 operators, number 0 being the part without memory, n memory states,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, final
 
 from bondgraph.hysteresis.checks import all_numbers
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.invertible import InvertibleOperator
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.envelope import (
     Envelope,
     check_envelope,
@@ -31,7 +31,7 @@ __all__ = ["GeneralisedPrandtlIshlinskii"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class GeneralisedPrandtlIshlinskii(Operator):
+class GeneralisedPrandtlIshlinskii(InvertibleOperator["GeneralisedInverse"]):
     """``y = w_0 (gamma_l(x) + gamma_r(x))/2 + sum_(i=1..n) w_i p_i`` with generalised plays p_i.
 
     ``p+ = max(gamma_l(x) - r, min(gamma_r(x) + r, p))``: the play rises along gamma_l - r and falls
@@ -41,6 +41,9 @@ class GeneralisedPrandtlIshlinskii(Operator):
 
     The part without memory acts on the mean of the envelopes, a choice of this package; published
     models give it an envelope of its own or leave it out (w_0 = 0).
+
+    For equal envelopes ``x = gamma^-1(P^-1[y])`` with P the plays alone is the inverse, exact but
+    for the rounding of gamma^-1, which grows as an envelope saturates.
 
     Parameters
     ----------
@@ -148,13 +151,7 @@ class GeneralisedPrandtlIshlinskii(Operator):
         return tuple(_bounded(ops, lower, upper, r, p) for r, p in plays)
 
     def check_invertible(self) -> None:
-        """Raise unless the envelopes are equal and every slope of the plays is positive.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the weight whose slope is not positive, or 0 for the envelopes.
-        """
+        """Only equal envelopes are invertible, and only if every slope of the plays is positive."""
         if not self.symmetric:
             raise NotInvertible(
                 "no exact inverse: left and right differ, and only plays on one common envelope "
@@ -163,58 +160,15 @@ class GeneralisedPrandtlIshlinskii(Operator):
             )
         self.plays.check_invertible()
 
-    def inverse(self) -> GeneralisedInverse:
-        """Return the exact inverse for equal envelopes; pair it with `inverse_memory`.
-
-        ``x = gamma^-1(P^-1[y])`` with P the plays alone. Exact but for the rounding of gamma^-1,
-        which grows as an envelope saturates.
-
-        Returns
-        -------
-        GeneralisedInverse
-            Maps the output back to the input.
-
-        Raises
-        ------
-        NotInvertible
-            If the envelopes differ or a slope of the plays is not positive.
-
-        References
-        ----------
-        aljanaideh2011, krejci2001
-        """
+    def _inverse(self, ops: Ops) -> GeneralisedInverse:
         # The inverse knows this class, so it cannot be imported at the top.
         from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
 
-        self.check_invertible()
         return GeneralisedInverse(self.plays.inverse(), self.left)
 
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the inverse that belongs to a memory of this operator.
-
-        Parameters
-        ----------
-        memory : sequence of expression
-            Shape (n,), unit of the envelopes.
-
-        Returns
-        -------
-        tuple of expression
-            Shape (n,), unit of the output.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-        NotInvertible
-            If the envelopes differ or a slope of the plays is not positive.
-
-        References
-        ----------
-        kuhnen2003
-        """
+    def _inverse_memory(self, ops: Ops, memory: Memory) -> Memory:
         self.check_invertible()
-        return self.plays.inverse_memory(self._states(memory))
+        return self.plays.inverse_memory(memory)
 
 
 def _bounded(

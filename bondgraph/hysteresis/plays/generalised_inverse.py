@@ -5,7 +5,6 @@ Sizes: n memory states, N samples.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
@@ -13,7 +12,8 @@ import numpy as np
 
 from bondgraph.hysteresis.checks import all_numbers
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.invertible import InvertibleOperator
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.envelope import (
     Envelope,
     check_envelope,
@@ -30,7 +30,7 @@ __all__ = ["GeneralisedInverse"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class GeneralisedInverse(Operator):
+class GeneralisedInverse(InvertibleOperator[GeneralisedPrandtlIshlinskii]):
     """Plays followed by an inverse envelope, ``x = gamma^-1(P[y])``.
 
     Parameters
@@ -107,46 +107,9 @@ class GeneralisedInverse(Operator):
             )
         return np.asarray(inverse_envelope(NUMPY, inner, self.shape), float), after
 
-    def inverse(self) -> GeneralisedPrandtlIshlinskii:
-        """Return the operator that this one inverts.
-
-        Returns
-        -------
-        GeneralisedPrandtlIshlinskii
-            With equal envelopes.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first slope that is not positive.
-
-        References
-        ----------
-        aljanaideh2011, krejci2001
-        """
+    def _inverse(self, ops: Ops) -> GeneralisedPrandtlIshlinskii:
         plain = self.plays.inverse()
         return GeneralisedPrandtlIshlinskii(plain.thresholds, plain.weights, self.shape, self.shape)
 
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the inverse that belongs to a memory of this operator.
-
-        Parameters
-        ----------
-        memory : sequence of expression
-            Shape (n,), unit of the input.
-
-        Returns
-        -------
-        tuple of expression
-            Shape (n,), unit of the envelopes.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-
-        References
-        ----------
-        kuhnen2003
-        """
+    def _inverse_memory(self, ops: Ops, memory: Memory) -> Memory:
         return self.plays.inverse_memory(memory)

@@ -3,7 +3,9 @@
 Both families are piecewise linear with slopes S_i = w_0 + ... + w_i between the thresholds, and the
 inverse has the slopes 1/S_i. Everything here works on numbers and on expressions.
 
-Sizes: n + 1 operators, number 0 with threshold 0.
+Sizes: n + 1 operators, number 0 with threshold 0. Everywhere here `weights` are w_i, shape
+(n + 1,), output per input, and `thresholds` r_i, shape (n + 1,), the first one 0, unit of the input
+(krejci2001, kuhnen2003).
 """
 
 from __future__ import annotations
@@ -24,19 +26,10 @@ _RELATIVE_ZERO = 1e-12
 def slopes(weights: Sequence[Expression]) -> list[Expression]:
     """Return the partial sums ``S_i = w_0 + ... + w_i``.
 
-    Parameters
-    ----------
-    weights : sequence of expression
-        Shape (n + 1,), output per input.
-
     Returns
     -------
     list of expression
         Shape (n + 1,), output per input.
-
-    References
-    ----------
-    kuhnen2003
 
     Examples
     --------
@@ -51,19 +44,10 @@ def first_bad_slope(weights: Sequence[Expression]) -> int | None:
 
     Expressions are taken on trust: with any of them among the weights the answer is None.
 
-    Parameters
-    ----------
-    weights : sequence of expression
-        Shape (n + 1,), output per input.
-
     Returns
     -------
     int or None
         Index into ``weights``.
-
-    References
-    ----------
-    krejci2001
 
     Examples
     --------
@@ -79,11 +63,6 @@ def first_bad_slope(weights: Sequence[Expression]) -> int | None:
 def inverse_weights(weights: Sequence[Expression]) -> tuple[Expression, ...]:
     """Return ``w'_0 = 1/w_0`` and ``w'_i = -w_i/(S_i S_(i-1))``.
 
-    Parameters
-    ----------
-    weights : sequence of expression
-        Shape (n + 1,), output per input.
-
     Returns
     -------
     tuple of expression
@@ -93,10 +72,6 @@ def inverse_weights(weights: Sequence[Expression]) -> tuple[Expression, ...]:
     ------
     NotInvertible
         With the index of the first slope that is not positive.
-
-    References
-    ----------
-    krejci2001, kuhnen2003
 
     Examples
     --------
@@ -121,21 +96,10 @@ def inverse_thresholds(
     Computed as ``r'_i = r'_(i-1) + S_(i-1) (r_i - r_(i-1))``, which is linear in n and cannot lose
     the order of the thresholds by cancellation.
 
-    Parameters
-    ----------
-    thresholds : sequence of expression
-        Shape (n + 1,), the first one 0, unit of the input.
-    weights : sequence of expression
-        Shape (n + 1,), output per input.
-
     Returns
     -------
     tuple of expression
         Shape (n + 1,), the first one 0.0, unit of the output.
-
-    References
-    ----------
-    krejci2001, kuhnen2003
 
     Examples
     --------
@@ -154,8 +118,6 @@ def inverse_states(
 
     Parameters
     ----------
-    weights : sequence of expression
-        Shape (n + 1,), output per input.
     states : sequence of expression
         Play states of the operators 1..n (operator 0 has none), shape (n,), unit of the input.
 
@@ -163,10 +125,6 @@ def inverse_states(
     -------
     tuple of expression
         Play states of the inverse, shape (n,), unit of the output.
-
-    References
-    ----------
-    kuhnen2003
 
     Examples
     --------

@@ -229,24 +229,7 @@ class MaxwellResistiveCapacitor(Operator):
         return stored, lost
 
     def loop_loss(self, amplitude: Expression, *, ops: Ops = NUMPY) -> Expression:
-        """Return the energy lost in one closed loop, ``4 sum v_i max(A - q_i, 0)``.
-
-        Parameters
-        ----------
-        amplitude : expression
-            Half of the peak-to-peak displacement, A >= 0.
-        ops : Ops, optional
-            Back end of the amplitude and of symbolic parameters.
-
-        Returns
-        -------
-        expression
-            Effort times displacement (J).
-
-        References
-        ----------
-        goldfarb1997
-        """
+        """Return ``4 sum v_i max(A - q_i, 0)``, see `PrandtlIshlinskii.loop_loss`; in J."""
         loss: Expression = 0.0
         for v, r in zip(self.breakaways, self.thresholds, strict=True):
             loss = loss + 4.0 * v * ops.maximum(amplitude - r, 0.0)

@@ -59,12 +59,7 @@ def inverse_of_identity_plus(
 
     A memory of H becomes one of the solution through ``identity_plus(c, H).inverse_memory``.
 
-    Parameters
-    ----------
-    c : expression
-        Gain, c >= 0, input per output of H (a capacitance when H maps charge to voltage).
-    operator : PrandtlIshlinskii or MaxwellResistiveCapacitor
-        H, with n memory states.
+    Arguments as of `identity_plus`.
 
     Returns
     -------
@@ -73,8 +68,6 @@ def inverse_of_identity_plus(
 
     Raises
     ------
-    BadParameter
-        If ``c`` is negative or not finite.
     NotInvertible
         If ``1 + c S_i`` is not positive for some slope S_i of H, with its index.
 

@@ -68,16 +68,7 @@ def initial_play(ops: Ops, x0: Expression, r: Expression, y: Expression = 0.0) -
 
     ``y(0) = max(x0 - r, min(x0 + r, y))``, the admissible state nearest to ``y``.
 
-    Parameters
-    ----------
-    ops : Ops
-        Back end of the values.
-    x0 : expression
-        First input, any unit.
-    r : expression
-        Half width, r >= 0, unit of ``x0``.
-    y : expression, optional
-        Wanted state, unit of ``x0``.
+    The arguments are those of `play`.
 
     Returns
     -------
@@ -199,14 +190,7 @@ def play_record(x: FloatArray, r: FloatArray, y: FloatArray) -> FloatArray:
 def play_chunks(x: FloatArray, r: FloatArray, y: FloatArray) -> Iterator[tuple[slice, FloatArray]]:
     """Yield the states of n plays piece by piece, so that a long record needs little memory.
 
-    Parameters
-    ----------
-    x : array
-        Input, shape (N,), N >= 1, any unit.
-    r : array
-        Half widths, shape (n,), unit of ``x``.
-    y : array
-        States before the first sample, shape (n,), unit of ``x``.
+    Arguments as of `play_record`.
 
     Yields
     ------
@@ -234,14 +218,10 @@ def weighted_plays(
 
     Parameters
     ----------
-    x : array
-        Finite input, shape (N,), N >= 1, any unit.
-    r : array
-        Half widths, shape (n,), unit of ``x``.
+    x, r, y : array
+        As of `play_record`.
     w : array
         Weights, shape (n,), output per input.
-    y : array
-        States before the first sample, shape (n,), unit of ``x``.
 
     Returns
     -------

@@ -10,21 +10,19 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, final
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from bondgraph.hysteresis.checks import (
     all_numbers,
-    finite_record,
-    is_number,
-    memory_states,
-    non_negative,
+    from_zero,
     numbers,
     parameters,
     same_length,
     strictly_increasing,
 )
-from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.errors import NotInvertible
+from bondgraph.hysteresis.invertible import InvertibleOperator
+from bondgraph.hysteresis.linear import LinearInWeights
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.kuhnen import (
     first_bad_slope,
     inverse_states,
@@ -35,23 +33,26 @@ from bondgraph.hysteresis.plays.kuhnen import (
 from bondgraph.hysteresis.plays.play import (
     initial_play,
     play,
-    play_record,
     reachable_plays,
     weighted_plays,
 )
 from bondgraph.hysteresis.plays.swing import swing_record, worth_swinging
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["PrandtlIshlinskii", "play_loop_loss"]
+__all__ = ["PrandtlIshlinskii"]
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class PrandtlIshlinskii(Operator):
+class PrandtlIshlinskii(LinearInWeights, InvertibleOperator["PrandtlIshlinskii"]):
     """Weighted sum of plays ``y = w_0 x + sum_(i=1..n) w_i play_(r_i)[x]``.
 
     Thresholds and weights may be expressions (CasADi or SymPy); what can only be checked on
     numbers is then taken on trust.
+
+    With the slopes ``S_i = w_0 + ... + w_i`` the inverse has ``w'_0 = 1/w_0``,
+    ``w'_i = -w_i/(S_i S_(i-1))``, ``r'_i = sum_(j<=i) w_j (r_i - r_j)`` and the memory
+    ``y'_i = S_i y_i + sum_(j>i) w_j y_j``.
 
     Parameters
     ----------
@@ -87,12 +88,7 @@ class PrandtlIshlinskii(Operator):
         thresholds = parameters("thresholds", self.thresholds)
         weights = parameters("weights", self.weights)
         same_length("thresholds", thresholds, "weights", weights)
-        if not thresholds or not is_number(thresholds[0]) or thresholds[0] != 0.0:
-            raise BadParameter(
-                f"thresholds[0] = {thresholds[0] if thresholds else 'missing'} must be 0, the "
-                "linear part; give it weight 0 if there is none"
-            )
-        non_negative("thresholds", thresholds)
+        from_zero("thresholds", thresholds, "linear")
         strictly_increasing("thresholds", thresholds)
         object.__setattr__(self, "thresholds", thresholds)
         object.__setattr__(self, "weights", weights)
@@ -176,48 +172,15 @@ class PrandtlIshlinskii(Operator):
             return x * self._value(ops, x, memory, 0.0) - stored, -lost
         return stored, lost
 
-    def regressors(self, x: ArrayLike, memory: Sequence[Expression] | None = None) -> FloatArray:
-        """Return the outputs of the single plays: the operator is this matrix times the weights.
+    @property
+    def _half_widths(self) -> Sequence[Expression]:
+        return self.thresholds[1:]
 
-        Parameters
-        ----------
-        x : array
-            Input, shape (N,), N >= 1, unit of the input.
-        memory : sequence of float, optional
-            Memory before the first sample, shape (n,). Default: virgin at ``x[0]``.
-
-        Returns
-        -------
-        array
-            Shape (N, n + 1), unit of the input; column 0 is the input itself.
-
-        Raises
-        ------
-        BadInput
-            If the record is empty, not one-dimensional or not finite.
-        BadMemory
-            If the memory is not one of this operator.
-        BadParameter
-            If a threshold is symbolic.
-        """
-        record = finite_record(x)
-        r = np.array(numbers("thresholds", self.thresholds))[1:]
-        start = self._initial(NUMPY, float(record[0]), None) if memory is None else memory
-        states = memory_states(self.kind, self.n_memory, start)
-        return np.column_stack((record, play_record(record, r, np.array(states))))
+    def _columns(self, plays: FloatArray) -> FloatArray:
+        return plays
 
     def check_invertible(self) -> None:
-        """Raise if a slope S_i = w_0 + ... + w_i is not positive; symbolic weights pass.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first offender.
-
-        References
-        ----------
-        krejci2001
-        """
+        """Every slope S_i = w_0 + ... + w_i must be positive."""
         bad = first_bad_slope(self.weights)
         if bad is not None:
             raise NotInvertible(
@@ -228,56 +191,13 @@ class PrandtlIshlinskii(Operator):
                 bad,
             )
 
-    def inverse(self) -> PrandtlIshlinskii:
-        """Return the exact inverse operator; pair it with `inverse_memory`.
-
-        ``w'_0 = 1/w_0``, ``w'_i = -w_i/(S_i S_(i-1))``, ``r'_i = sum_(j<=i) w_j (r_i - r_j)``.
-
-        Returns
-        -------
-        PrandtlIshlinskii
-            Thresholds in the unit of the output, weights in input per output.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first slope that is not positive.
-
-        References
-        ----------
-        krejci2001, kuhnen2003
-        """
-        self.check_invertible()
+    def _inverse(self, ops: Ops) -> PrandtlIshlinskii:
         return PrandtlIshlinskii(
             inverse_thresholds(self.thresholds, self.weights), inverse_weights(self.weights)
         )
 
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the inverse that belongs to a memory of this operator.
-
-        ``y'_i = S_i y_i + sum_(j>i) w_j y_j``. Exact for memories that an input history can
-        produce, which are all that `initial_memory`, `advance` and `run` return.
-
-        Parameters
-        ----------
-        memory : sequence of expression
-            Shape (n,), unit of the input.
-
-        Returns
-        -------
-        tuple of expression
-            Shape (n,), unit of the output.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-
-        References
-        ----------
-        kuhnen2003
-        """
-        return inverse_states(self.weights, memory_states(self.kind, self.n_memory, memory))
+    def _inverse_memory(self, ops: Ops, memory: Memory) -> Memory:
+        return inverse_states(self.weights, memory)
 
     def loop_loss(self, amplitude: Expression, *, ops: Ops = NUMPY) -> Expression:
         """Return the area of a closed loop between two turning points.
@@ -301,43 +221,7 @@ class PrandtlIshlinskii(Operator):
         ----------
         krejci2001
         """
-        return play_loop_loss(ops, amplitude, self.thresholds, self.weights)
-
-
-def play_loop_loss(
-    ops: Ops,
-    amplitude: Expression,
-    thresholds: Sequence[Expression],
-    weights: Sequence[Expression],
-) -> Expression:
-    """Return ``4 sum w_i r_i max(A - r_i, 0)``, the area of a loop of weighted plays.
-
-    Parameters
-    ----------
-    ops : Ops
-        Back end of the values.
-    amplitude : expression
-        Half of the peak-to-peak input, A >= 0, unit of the input.
-    thresholds : sequence of expression
-        Half widths, shape (n,), unit of the input.
-    weights : sequence of expression
-        Shape (n,), output per input.
-
-    Returns
-    -------
-    expression
-        Unit of the input times unit of the output.
-
-    References
-    ----------
-    krejci2001
-
-    Examples
-    --------
-    >>> float(play_loop_loss(NUMPY, 3.0, (1.0,), (0.5,)))
-    4.0
-    """
-    area: Expression = 0.0
-    for r, w in zip(thresholds, weights, strict=True):
-        area = area + 4.0 * w * r * ops.maximum(amplitude - r, 0.0)
-    return area
+        area: Expression = 0.0
+        for r, w in zip(self.thresholds, self.weights, strict=True):
+            area = area + 4.0 * w * r * ops.maximum(amplitude - r, 0.0)
+        return area

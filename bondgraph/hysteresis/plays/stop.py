@@ -16,16 +16,7 @@ def stop(ops: Ops, x: Expression, r: Expression, y: Expression) -> Expression:
     With the anchor instead of the stretch as memory no increment is summed up, so neither rounding
     nor the number of samples matters, and a held input while slipping keeps its output.
 
-    Parameters
-    ----------
-    ops : Ops
-        Back end of the values.
-    x : expression
-        Input, scalar or array, any unit.
-    r : expression
-        Stretch at which it slips, r >= 0, unit of ``x``.
-    y : expression
-        Anchor at the last accepted step, unit of ``x``.
+    The arguments are those of `play`: input, stretch at which it slips, and anchor.
 
     Returns
     -------

@@ -10,18 +10,17 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Self, final
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from bondgraph.hysteresis.checks import (
-    all_numbers,
-    finite_record,
+    count_of,
     numbers,
     parameter,
     parameters,
     positive,
 )
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.plays.play import play, play_record
+from bondgraph.hysteresis.linear import LinearInWeights
+from bondgraph.hysteresis.plays.play import play
 from bondgraph.hysteresis.preisach.play_lines import Cell, PlayLine, PlayLines, cell_columns
 from bondgraph.support.bounds import whole
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
@@ -31,7 +30,7 @@ __all__ = ["KrasnoselskiiPokrovskii"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class KrasnoselskiiPokrovskii(PlayLines):
+class KrasnoselskiiPokrovskii(PlayLines, LinearInWeights):
     """Weighted sum of hysterons ``k+ = max(ridge(x - p_2), min(ridge(x - p_1), k))``.
 
     ``ridge`` is -1 below 0, rises linearly over the rise a, and is 1 above: a hysteron climbs from
@@ -40,7 +39,8 @@ class KrasnoselskiiPokrovskii(PlayLines):
 
     Because the ridge is monotone, it may be taken after the memory: a hysteron is the ridge of one
     unbounded play of half width (p_2 - p_1)/2. Hysterons of equal width share that play, so the
-    memory is n - 1 plays and not n (n + 1)/2 hysterons; `hysterons` gives their values.
+    memory is n - 1 plays and not n (n + 1)/2 hysterons; `hysterons` gives their values, and
+    `regressors` has one column each.
 
     Parameters
     ----------
@@ -87,8 +87,7 @@ class KrasnoselskiiPokrovskii(PlayLines):
             object.__setattr__(self, name, parameter(name, getattr(self, name)))
         positive("spacing", self.spacing)
         positive("rise", self.rise)
-        if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
-            raise BadParameter(f"count = {self.count!r} must be an integer, 1 or more")
+        count_of("count", self.count, 1)
         weights = parameters("weights", self.weights)
         expected = self.count * (self.count + 1) // 2
         if len(weights) != expected:
@@ -129,8 +128,7 @@ class KrasnoselskiiPokrovskii(PlayLines):
         ----------
         banks1997
         """
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise BadParameter(f"count = {count!r} must be an integer, 1 or more")
+        count_of("count", count, 1)
         spacing = (high - low) / count
         pairs = count * (count + 1) // 2
         given = (1.0 / pairs,) * pairs if weights is None else tuple(weights)
@@ -198,39 +196,12 @@ class KrasnoselskiiPokrovskii(PlayLines):
             for cell in line.cells
         )
 
-    def regressors(self, x: ArrayLike, memory: Sequence[Expression] | None = None) -> FloatArray:
-        """Return the outputs of the hysterons: the operator is this matrix times the weights.
+    @property
+    def _half_widths(self) -> Sequence[Expression]:
+        numbers("low, spacing, rise", (self.low, self.spacing, self.rise))
+        return [line.threshold for line in self.lines[1:]]
 
-        Parameters
-        ----------
-        x : array
-            Input, shape (N,), N >= 1, unit of the input.
-        memory : sequence of float, optional
-            Memory before the first sample, shape (n - 1,). Default: virgin at ``x[0]``.
-
-        Returns
-        -------
-        array
-            Shape (N, n (n + 1)/2), between -1 and 1.
-
-        Raises
-        ------
-        BadInput
-            If the record is empty, not one-dimensional or not finite.
-        BadMemory
-            If the memory is not one of this operator.
-        BadParameter
-            If a level or the rise is symbolic.
-        """
-        record = finite_record(x)
-        if not all_numbers((self.low, self.spacing, self.rise)):
-            numbers("low, spacing, rise", (self.low, self.spacing, self.rise))
-        start = self._initial(NUMPY, float(record[0]), None) if memory is None else memory
-        lines = self.lines
-        r = np.array([line.threshold for line in lines[1:]], float)
-        states = np.array(self._states(start), float)
-        plays = play_record(record, r, states) if r.size else np.empty((record.size, 0))
-        inputs = np.column_stack((record, plays)).T
-        strokes = [cell_columns(p, line.cells) for p, line in zip(inputs, lines, strict=True)]
-        columns = np.column_stack(strokes) * (2.0 / float(self.rise))
-        return np.asarray(columns)
+    def _columns(self, plays: FloatArray) -> FloatArray:
+        lines = zip(plays.T, self.lines, strict=True)
+        strokes = [cell_columns(p, line.cells) for p, line in lines]
+        return np.asarray(np.column_stack(strokes) * (2.0 / float(self.rise)))

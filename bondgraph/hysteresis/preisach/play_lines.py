@@ -253,19 +253,7 @@ class PlayLines(Operator, ABC):
         The cyclic integral of x dy between a = centre - A and b = centre + A, over the lines with
         r_i < A; the energy lost per cycle when x is the effort and y the displacement.
 
-        Parameters
-        ----------
-        amplitude : expression
-            Half of the peak-to-peak input, A >= 0, unit of the input.
-        centre : expression, optional
-            Middle of the loop, unit of the input.
-        ops : Ops, optional
-            Back end of the values.
-
-        Returns
-        -------
-        expression
-            Unit of the input times unit of the output.
+        All but `centre`, the middle of the loop, is as in `PrandtlIshlinskii.loop_loss`.
 
         References
         ----------

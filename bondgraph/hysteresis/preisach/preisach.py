@@ -11,28 +11,24 @@ from itertools import pairwise
 from typing import ClassVar, final
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from bondgraph.hysteresis.checks import (
-    finite_record,
-    is_number,
-    non_negative,
-    numbers,
+    from_zero,
     parameter,
     parameters,
     strictly_increasing,
 )
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.plays.play import play_record
+from bondgraph.hysteresis.linear import LinearInWeights
 from bondgraph.hysteresis.preisach.play_lines import Cell, PlayLine, PlayLines, cell_columns
-from bondgraph.support.ops import NUMPY, Expression, FloatArray
+from bondgraph.support.ops import Expression, FloatArray
 
 __all__ = ["Preisach"]
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Preisach(PlayLines):
+class Preisach(PlayLines, LinearInWeights):
     """``y = c x + sum_i g_i(play_(r_i)[x])``, g_i' = w_ij between the knots v_j and v_(j+1).
 
     A relay that switches up at alpha and down at beta <= alpha sits at r = (alpha - beta)/2 and
@@ -41,7 +37,7 @@ class Preisach(PlayLines):
     is 4 times the density mu(alpha, beta) of relays with outputs -1 and 1, times the
     width of the band that the line stands for. Outside the knots there are no relays, so the
     output saturates. g_i(0) = 0. The Prandtl-Ishlinskii operator is the case of equal slopes on
-    each line, within the knots.
+    each line, within the knots. The columns of `regressors` belong to ``(slope, *densities)``.
 
     Parameters
     ----------
@@ -85,12 +81,7 @@ class Preisach(PlayLines):
         thresholds = parameters("thresholds", self.thresholds)
         knots = parameters("knots", self.knots)
         densities = parameters("densities", self.densities)
-        if not thresholds or not is_number(thresholds[0]) or thresholds[0] != 0.0:
-            raise BadParameter(
-                f"thresholds[0] = {thresholds[0] if thresholds else 'missing'} must be 0, the "
-                "reversible part; give it densities 0 if there is none"
-            )
-        non_negative("thresholds", thresholds)
+        from_zero("thresholds", thresholds, "reversible")
         strictly_increasing("thresholds", thresholds)
         if len(knots) < 2:
             raise BadParameter(f"knots has {len(knots)} entries; a cell needs two")
@@ -139,38 +130,10 @@ class Preisach(PlayLines):
         """Inputs ``v_0 - r_n`` and ``v_m + r_n`` beyond which only the straight part moves."""
         return self.knots[0] - self.thresholds[-1], self.knots[-1] + self.thresholds[-1]
 
-    def regressors(self, x: ArrayLike, memory: Sequence[Expression] | None = None) -> FloatArray:
-        """Return the outputs per unit of c and of every density.
+    @property
+    def _half_widths(self) -> Sequence[Expression]:
+        return self.thresholds[1:]
 
-        The operator is this matrix times ``(slope, *densities)``: thresholds and knots chosen, it
-        is linear in them, so an identification under signs is convex.
-
-        Parameters
-        ----------
-        x : array
-            Input, shape (N,), N >= 1, unit of the input.
-        memory : sequence of float, optional
-            Memory before the first sample, shape (n,). Default: virgin at ``x[0]``.
-
-        Returns
-        -------
-        array
-            Shape (N, 1 + (n + 1) m), unit of the input.
-
-        Raises
-        ------
-        BadInput
-            If the record is empty, not one-dimensional or not finite.
-        BadMemory
-            If the memory is not one of this operator.
-        BadParameter
-            If a threshold or knot is symbolic.
-        """
-        record = finite_record(x)
-        start = self._initial(NUMPY, float(record[0]), None) if memory is None else memory
-        r = np.array(numbers("thresholds", self.thresholds))[1:]
-        states = np.array(self._states(start), float)
-        plays = play_record(record, r, states) if r.size else np.empty((record.size, 0))
-        columns = np.column_stack((record, plays)).T
-        lines = zip(columns, self.lines, strict=True)
-        return np.column_stack([record, *(cell_columns(p, line.cells) for p, line in lines)])
+    def _columns(self, plays: FloatArray) -> FloatArray:
+        lines = zip(plays.T, self.lines, strict=True)
+        return np.column_stack([plays[:, 0], *(cell_columns(p, line.cells) for p, line in lines)])

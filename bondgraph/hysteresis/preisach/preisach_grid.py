@@ -76,7 +76,7 @@ def preisach_from_relays(levels: ArrayLike, weights: ArrayLike) -> Preisach:
     Parameters
     ----------
     levels : array
-        a_0 < ... < a_m, shape (m + 1,), m >= 1, equally spaced; unit of the input.
+        As of `preisach_from_everett`.
     weights : array
         Shape (m, m): entry [i, j], j >= i, is the weight of the relays that switch down between
         a_i and a_(i+1) and up between a_j and a_(j+1); only j >= i is read. Unit of the output.
@@ -85,13 +85,6 @@ def preisach_from_relays(levels: ArrayLike, weights: ArrayLike) -> Preisach:
     -------
     Preisach
         With m lines and 2 m cells each.
-
-    Raises
-    ------
-    BadInput
-        If the levels are not finite.
-    BadParameter
-        If the levels are not equally spaced or the table has another shape or holds no number.
 
     References
     ----------

@@ -5,7 +5,6 @@ Sizes: n plays with a width beside the identity (number 0), N samples.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, final
@@ -19,11 +18,11 @@ from bondgraph.hysteresis.checks import (
     same_length,
 )
 from bondgraph.hysteresis.errors import NotInvertible
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.kuhnen import slopes
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
-from bondgraph.hysteresis.rate.rate import measured_rate
-from bondgraph.support.ops import Expression, Ops
+from bondgraph.hysteresis.rate.rated_plays import RatedPlays
+from bondgraph.support.ops import NUMPY, Expression, Ops
 
 if TYPE_CHECKING:
     from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse
@@ -33,7 +32,7 @@ __all__ = ["AngRateDependent"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class AngRateDependent(Operator):
+class AngRateDependent(RatedPlays["AngRateDependentInverse"]):
     """Plays of fixed width whose slopes are affine in the rate, ``S_i(v) = S_i(0) + c_i |v|``.
 
     S_i = w_0 + ... + w_i is the slope while the plays up to i move. v is the rate of the input
@@ -89,21 +88,6 @@ class AngRateDependent(Operator):
         object.__setattr__(self, "slope_gains", gains)
         object.__setattr__(self, "smoothing", parameter("smoothing", self.smoothing))
         positive("smoothing", self.smoothing, or_zero=True)
-
-    @property
-    def timed(self) -> bool:
-        """Always."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Last input, rate and n plays."""
-        return 1 + len(self.thresholds)
-
-    @property
-    def linear_slope(self) -> Expression:
-        """Slope right after a reversal at rest, w_0."""
-        return self.weights[0]
 
     def at_rate(self, ops: Ops, rate: Expression) -> PrandtlIshlinskii:
         """Return the plays with the weights they have at a rate.
@@ -190,39 +174,25 @@ class AngRateDependent(Operator):
         return self.at_rate(ops, memory[1]).value(ops, x, memory[2:])
 
     def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        rate = measured_rate(ops, x, memory[0], memory[1], step, self.smoothing)
+        rate = self._rate(ops, x, memory, step)
         plays = PrandtlIshlinskii(self.thresholds, self.weights)
         return (x, rate, *plays.advance(ops, x, memory[2:]))
 
-    def inverse(self, rate: float = 0.0) -> AngRateDependentInverse:
-        """Return the exact inverse; pair it with `inverse_memory`.
+    def inverse(self, rate: float = 0.0, *, ops: Ops = NUMPY) -> AngRateDependentInverse:
+        """Return the inverse for motions up to a rate; it is checked once more on a record.
 
         Parameters
         ----------
         rate : float, optional
-            Highest rate it is meant for, unit of the input per s; checked once more on a record.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the slope that is not positive, and the rate from which on.
-
-        References
-        ----------
-        ang2007, kuhnen2003
+            Highest rate it is meant for, unit of the input per s.
+        ops : Ops, optional
+            Back end of symbolic parameters.
         """
+        self.check_invertible(rate)
+        return self._inverse(ops)
+
+    def _inverse(self, ops: Ops) -> AngRateDependentInverse:
         # The inverse is made of this class, so this module cannot import it at the top.
         from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse
 
-        self.check_invertible(rate)
         return AngRateDependentInverse(self)
-
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the inverse: the same.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-        """
-        return self._states(memory)

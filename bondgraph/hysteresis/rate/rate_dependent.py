@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, final
 
 from bondgraph.hysteresis.checks import (
+    from_zero,
     is_number,
-    non_negative,
     numbers,
     parameter,
     parameters,
@@ -20,11 +20,11 @@ from bondgraph.hysteresis.checks import (
     strictly_increasing,
 )
 from bondgraph.hysteresis.creep.first_order_lag import relaxed_share
-from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.errors import NotInvertible
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.kuhnen import first_bad_slope, inverse_states, slopes
 from bondgraph.hysteresis.plays.play import initial_play, play
-from bondgraph.hysteresis.rate.rate import measured_rate
+from bondgraph.hysteresis.rate.rated_plays import RatedPlays
 from bondgraph.support.ops import NUMPY, Expression, Ops
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ __all__ = ["RateDependentPrandtlIshlinskii"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class RateDependentPrandtlIshlinskii(Operator):
+class RateDependentPrandtlIshlinskii(RatedPlays["RateDependentInverse"]):
     """``y = w_0 x + sum_(i=1..n) w_i play_(r_i)[x]`` with ``r_i = a_i + b_i |v|``.
 
     v is the rate of the input over the last accepted step, so the widths are known before the
@@ -101,29 +101,9 @@ class RateDependentPrandtlIshlinskii(Operator):
         same_length("thresholds", self.thresholds, "weights", self.weights)
         same_length("thresholds", self.thresholds, "rate_gains", self.rate_gains)
         for name, values in (("thresholds", self.thresholds), ("rate_gains", self.rate_gains)):
-            if not values or not is_number(values[0]) or values[0] != 0.0:
-                raise BadParameter(
-                    f"{name}[0] = {values[0] if values else 'missing'} must be 0, the part without "
-                    "memory; give it weight 0 if there is none"
-                )
-            non_negative(name, values)
+            from_zero(name, values, "memoryless")
         strictly_increasing("thresholds", self.thresholds)
         positive("smoothing", self.smoothing, or_zero=True)
-
-    @property
-    def timed(self) -> bool:
-        """Always."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Last input, rate and n plays."""
-        return 1 + len(self.thresholds)
-
-    @property
-    def linear_slope(self) -> Expression:
-        """Slope right after a reversal, w_0."""
-        return self.weights[0]
 
     def widths(self, ops: Ops, rate: Expression) -> tuple[Expression, ...]:
         """Return ``r_i = a_i + b_i |v|`` of the plays 1..n at a rate v, shape (n,)."""
@@ -155,19 +135,14 @@ class RateDependentPrandtlIshlinskii(Operator):
         return output
 
     def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        rate = measured_rate(ops, x, memory[0], memory[1], step, self.smoothing)
+        rate = self._rate(ops, x, memory, step)
         return (x, rate, *self._moved(ops, x, memory))
 
     def check_invertible(self) -> None:
-        """Raise unless the output rises with the input whatever plays move.
+        """Require ``w_0`` plus every subset of the other weights to be positive.
 
-        Widths that change may let any of the plays move while the others rest, so ``w_0`` plus
-        every subset of the other weights has to be positive: ``w_0`` plus the negative ones.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first weight that makes the sum not positive.
+        Widths that change may let any of the plays move while the others rest; the worst subset is
+        that of the negative weights.
         """
         worst = (self.weights[0], *_negative_parts(self.weights[1:]))
         bad = first_bad_slope(worst)
@@ -215,29 +190,11 @@ class RateDependentPrandtlIshlinskii(Operator):
             found = max(ratio, sum(w_i * b_i for w_i, b_i in moving) / slope)
         return ratio * float(relaxed_share(NUMPY, step / max(smoothing, 1e-300))) / step
 
-    def inverse(self) -> RateDependentInverse:
-        """Return the inverse that is exact for any widths; pair it with `inverse_memory`.
-
-        Raises
-        ------
-        NotInvertible
-            If the output can fall while the input rises, see `check_invertible`.
-        """
+    def _inverse(self, ops: Ops) -> RateDependentInverse:
         # The inverses are made of this class, so this module cannot import them at the top.
         from bondgraph.hysteresis.rate.rate_dependent_inverse import RateDependentInverse
 
-        self.check_invertible()
         return RateDependentInverse(self)
-
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of `inverse`: the same.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-        """
-        return self._states(memory)
 
     def closed_form_inverse(self) -> RateDependentClosedFormInverse:
         """Return the inverse by the recursion of the weights; pair it with `closed_form_memory`.

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.errors import NotInvertible
+from bondgraph.hysteresis.invertible import ForwardInverse, OfForward
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.kuhnen import (
     first_bad_slope,
     inverse_thresholds,
@@ -96,33 +97,14 @@ def solve_plays(
     return x_last + (y - y_last) / slope
 
 
-def _require_forward(forward: object) -> None:
-    if not isinstance(forward, RateDependentPrandtlIshlinskii):
-        raise BadParameter(
-            f"forward must be a RateDependentPrandtlIshlinskii, not {type(forward).__name__}"
-        )
-
-
 @final
 @dataclass(frozen=True, slots=True)
-class RateDependentInverse(Operator):
+class RateDependentInverse(ForwardInverse[RateDependentPrandtlIshlinskii]):
     """The input that makes a wanted output of `RateDependentPrandtlIshlinskii`.
 
     Exact to rounding for any widths, because each step is solved with the widths known in it
     (`solve_plays`); errors of earlier steps die out if the forward operator's ``error_gain`` is
-    below 1. The memory is the one of the forward operator, advanced with the x found: start
-    from any memory of the actuator. A memory given to ``initial_memory`` keeps its own last input,
-    because after a change of rate no output tells it.
-
-    Parameters
-    ----------
-    forward : RateDependentPrandtlIshlinskii
-        What is inverted.
-
-    Raises
-    ------
-    BadParameter
-        If it is another operator.
+    below 1.
 
     Examples
     --------
@@ -134,58 +116,16 @@ class RateDependentInverse(Operator):
 
     kind: ClassVar[str] = "rate_dependent_inverse"
 
-    forward: RateDependentPrandtlIshlinskii
-
-    def __post_init__(self) -> None:
-        """Check what is inverted."""
-        _require_forward(self.forward)
-
-    @property
-    def timed(self) -> bool:
-        """Always."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Memory of the forward operator."""
-        return self.forward.n_memory
-
-    @property
-    def linear_slope(self) -> Expression:
-        """Slope right after a reversal, 1/w_0."""
-        return 1.0 / self.forward.weights[0]
-
-    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
-        if states is not None:
-            return self.forward.initial_memory(states[0], states, ops=ops)
-        rest = self.forward.initial_memory(0.0, ops=ops)
-        return self.forward.initial_memory(self._value(ops, x0, rest, 0.0), ops=ops)
+    inverts = RateDependentPrandtlIshlinskii
 
     def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         widths = self.forward.widths(ops, memory[1])
         return solve_plays(ops, x, self.forward.weights, widths, memory[2:])
 
-    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        return self.forward.advance(ops, self._value(ops, x, memory, step), memory, step)
-
-    def inverse(self) -> RateDependentPrandtlIshlinskii:
-        """Return the forward operator."""
-        return self.forward
-
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the forward operator: the same.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-        """
-        return self._states(memory)
-
 
 @final
 @dataclass(frozen=True, slots=True)
-class RateDependentClosedFormInverse(Operator):
+class RateDependentClosedFormInverse(OfForward[RateDependentPrandtlIshlinskii]):
     """Fast inverse ``x = w'_0 y + sum_i w'_i play_(r'_i)[y]``, ``r'_i = sum_j w_j (r_i - r_j)``.
 
     The recursion of Kuhnen with widths that change. It is exact if no gap r_(i+1) - r_i, i >= 1,
@@ -195,15 +135,8 @@ class RateDependentClosedFormInverse(Operator):
     The memory is the last x, its rate and the states of the inverse plays, see
     `RateDependentPrandtlIshlinskii.closed_form_memory`.
 
-    Parameters
-    ----------
-    forward : RateDependentPrandtlIshlinskii
-        What is inverted.
-
     Raises
     ------
-    BadParameter
-        If it is another operator.
     NotInvertible
         With the index of the first slope w_0 + ... + w_i that is not positive.
 
@@ -221,11 +154,11 @@ class RateDependentClosedFormInverse(Operator):
 
     kind: ClassVar[str] = "rate_dependent_closed_form_inverse"
 
-    forward: RateDependentPrandtlIshlinskii
+    inverts = RateDependentPrandtlIshlinskii
 
     def __post_init__(self) -> None:
         """Check what is inverted."""
-        _require_forward(self.forward)
+        OfForward.__post_init__(self)
         weights = self.forward.weights
         bad = first_bad_slope(weights)
         if bad is not None:
@@ -234,21 +167,6 @@ class RateDependentClosedFormInverse(Operator):
                 f"... + w_{bad} = {slopes(weights)[bad]:.6g} is not positive; raise that weight",
                 bad,
             )
-
-    @property
-    def timed(self) -> bool:
-        """Always."""
-        return True
-
-    @property
-    def n_memory(self) -> int:
-        """Last x, its rate and n inverse plays."""
-        return self.forward.n_memory
-
-    @property
-    def linear_slope(self) -> Expression:
-        """Slope right after a reversal, 1/w_0."""
-        return 1.0 / self.forward.weights[0]
 
     def _widths(self, ops: Ops, rate: Expression) -> tuple[Expression, ...]:
         return inverse_thresholds((0.0, *self.forward.widths(ops, rate)), self.forward.weights)[1:]

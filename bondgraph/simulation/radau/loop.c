@@ -201,7 +201,8 @@ static int step(work_t* q, const double* x, const double* past) {
 
 /* Run over a record. Returns how many samples are done, the first included; 0: no start.
    state: v (N), m (NM), tv (N, nd), tm (NM, nd), in and out; out: samples x (NY, then NY x nd);
-   numbers: time and sub-step; sizes: samples less one, sub-steps, nd, of these parameters. */
+   numbers: time, sub-step, whether the unknowns in v are solved already; sizes: samples less one,
+   sub-steps, nd, of these parameters. */
 casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, const double* u_first,
                             const double* u, const double* p, const casadi_int* dirs, double* state,
                             double* out, double* work, casadi_int* order, casadi_int* iw, double* w,
@@ -231,7 +232,7 @@ casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, cons
   tnext = work; work += NM * nd;
   past = work;
   for (i = 0; i < N; ++i) q->v[i] = x[i];
-  if (!start(q, u_first, tv, tm)) return 0;
+  if (numbers[2] == 0.0 && !start(q, u_first, tv, tm)) return 0;
   for (i = 0; i < N; ++i) {
     x[i] = past[i] = past[N + i] = q->v[i];
     q->scale[i] = fabs(x[i]);

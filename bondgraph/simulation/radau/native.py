@@ -1,7 +1,8 @@
 """Whole records of any `Program` with exact sensitivities, in one compiled call.
 
-The step is that of `bondgraph.simulation.integrate`: Radau IIA with two stages (Hairer and Wanner,
-Solving Ordinary Differential Equations II, 1996, sec. IV.5), memory constant within a step and
+The step is Radau IIA with two stages (Hairer and Wanner, Solving Ordinary Differential Equations
+II, 1996, sec. IV.5): order 3, L-stable, stiffly accurate, so stiffness asks for nothing and
+algebraic unknowns are exact at the end of every step. Memory is constant within a step and
 advanced once it is accepted. Newton's method runs in C until its correction vanishes against the
 largest value so far of every variable; then the factors solve for the tangents of the stages, by
 the implicit function theorem. The interface is that of `prepare` and `run_prepared` in
@@ -24,8 +25,8 @@ from bondgraph.simulation.radau.interpreted import Carried
 from bondgraph.simulation.radau.memory import relaxed_memory
 from bondgraph.simulation.radau.native_source import GeneralFunctions
 from bondgraph.simulation.radau.recorder import Key, Order, functions_of, recorder
-from bondgraph.simulation.simulate import fine_inputs
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.simulation.simulate import fine_inputs, initial_state
+from bondgraph.support.errors import UnusableInput
 
 __all__ = ["GeneralRun", "PreparedGeneral", "prepare_general", "run_general"]
 
@@ -176,13 +177,14 @@ def run_general(
     memory_tangent: Array | None = None,
     relaxed: bool = False,
     time: float = 0.0,
+    unknowns: Array | None = None,
 ) -> GeneralRun:
     """Simulate inputs from state `x0` at `time` (s) of the first sample.
 
     Parameters
     ----------
     u : ndarray, shape (N, n_u)
-        At the samples, see `bondgraph.simulation.integrate.inputs_of`. Rates of inputs are taken
+        At the samples, see `bondgraph.simulation.radau.start.inputs_of`. Rates of inputs are taken
         anew from the ends of each sub-step.
     x0 : ndarray, shape (n_x,)
     hold : {"linear", "hold", "band-limited"}
@@ -198,7 +200,11 @@ def run_general(
         Derivatives of that memory, if it depends on parameters or states.
     relaxed : bool
         Start from laws at rest at their first arguments, as `run_prepared` does, instead of at
-        zero, as `integrate` does; not those in `memory`.
+        zero; not those in `memory`.
+    unknowns : ndarray, shape (n_z,), optional
+        Those that belong to `x0`, taken as they are unless there are directions to differentiate
+        by; solved for if not given. A state that inputs impose leaves some of them open at the
+        start: only then must they be given.
 
     Raises
     ------
@@ -207,21 +213,9 @@ def run_general(
     """
     q = ready.program
     n_x, n_z, n_m, n_y = len(q.states), len(q.algebraic), len(q.memory), len(q.outputs)
-    x0 = np.asarray(x0, float)
-    if x0.shape != (n_x,) or not np.isfinite(x0).all():
-        raise UnusableInput(
-            f"{q.name}: x0 has shape {x0.shape}; it needs {n_x} finite numbers, one a state: "
-            f"{', '.join(q.states)}"
-        )
+    x0 = initial_state(q.name, x0, q.states)
     u, fine = _inputs(ready, u, hold, fine)
-    m = np.array(q.virgin, float)
-    kept = np.zeros(n_m, bool)
-    rows = {c.element: c for c in q.laws if c.law.n_memory}
-    for element, states in (memory or {}).items():
-        if element not in rows:
-            raise unknown_name("law with memory", element, q.name, rows)
-        m[rows[element].memory] = rows[element].law.checked_memory(states)
-        kept[rows[element].memory] = True
+    m, kept = q.start_memory(memory)
     tv, tm = np.zeros((n_x + n_z, ready.n_d)), np.zeros((n_m, ready.n_d))
     if memory_tangent is not None:
         tm += np.asarray(memory_tangent, float)
@@ -232,9 +226,19 @@ def run_general(
     if ready.memory_directions:
         tm[:, at:] += np.eye(n_m)
     n_sub = 1 if every_substep else ready.n_sub
-    begin = Carried(np.concatenate([x0, np.array(q.guess, float)]), m, tv, tm)
+    z0 = np.array(q.guess if unknowns is None else unknowns, float)
+    begin = Carried(np.concatenate([x0, z0]), m, tv, tm)
     out = np.full((fine.shape[0] // n_sub + 1, n_y * (1 + ready.n_d)), np.nan)
-    order = Order(time, ready.step / ready.n_sub, n_sub, ready.p, ready.directions, u[0], fine)
+    order = Order(
+        time,
+        ready.step / ready.n_sub,
+        n_sub,
+        ready.p,
+        ready.directions,
+        u[0],
+        fine,
+        unknowns is not None,
+    )
     if relaxed and not kept.all():
         m_rest, tm_rest = relaxed_memory(q, order, begin)
         m, tm = np.where(kept, m, m_rest), np.where(kept[:, None], tm, tm_rest)
@@ -255,7 +259,7 @@ def run_general(
         empty,
         empty,
         end.v[:n_x],
-        {e: tuple(end.m[c.memory].tolist()) for e, c in rows.items()},
+        q.memory_by_law(end.m),
         settled,
         end.v[n_x:],
         end.tv[:n_x],

@@ -47,6 +47,9 @@ class Order:
         Inputs at the first sample.
     u : ndarray, shape (n, 2, n_u)
         At both ends of each sub-step.
+    solved : bool
+        Whether the algebraic unknowns at the start belong to the state already; with tangents they
+        are always solved for.
     """
 
     time: float
@@ -56,6 +59,7 @@ class Order:
     directions: tuple[int, ...]
     first: Array
     u: Array
+    solved: bool = False
 
 
 Recorder: TypeAlias = Callable[[Order, Carried, Array], tuple[Carried, int]]
@@ -115,7 +119,7 @@ def _native_recorder(library: Path, functions: GeneralFunctions) -> Recorder:
         size = k * k + 8 * k + n * n + 2 * n_u + functions.largest + 2 * k * n_d
         work = np.zeros(size + n_m * (1 + n_d) + 4 * n + 64)
         state = np.concatenate([begin.v, begin.m, begin.tv.ravel(), begin.tm.ravel(), [0.0]])
-        numbers = np.array([order.time, order.h])
+        numbers = np.array([order.time, order.h, order.solved and not n_d])
         samples = order.u.shape[0] // order.n_sub
         sizes = np.array([samples, order.n_sub, n_d, len(order.directions)], np.int64)
         positions = np.array([*order.directions, 0], np.int64)
@@ -144,7 +148,7 @@ def _machine_recorder(functions: GeneralFunctions) -> Recorder:
     def run(order: Order, begin: Carried, out: Array) -> tuple[Carried, int]:
         n_d = begin.tv.shape[1]
         picked = _picked(order, n_d)
-        started = consistent(functions, order, begin)
+        started = begin if order.solved and not n_d else consistent(functions, order, begin)
         if started is None:
             return begin, 0
         begin, first = started, _first(functions, order, started)

@@ -139,26 +139,7 @@ class UioRegisters(_OpenedRegisters):
 
 @final
 class PciRegisters(_OpenedRegisters):
-    """Registers by ``/sys/bus/pci/devices/*/resourceN``.
-
-    Parameters
-    ----------
-    device : int
-        PCI device number: 0x0624, 0x0634.
-    bars : sequence of int
-        BARs to map.
-    index : int
-        Which card, if there are several.
-    root : Path
-        Where ``sys`` is; another one for tests.
-
-    Raises
-    ------
-    DriverMissing
-        No such card, or its files cannot be opened.
-    LinkLost
-        Another program drives the card, or its memory cannot be mapped.
-    """
+    """Registers by ``/sys/bus/pci/devices/*/resourceN``; all as in `UioRegisters`."""
 
     def __init__(
         self,

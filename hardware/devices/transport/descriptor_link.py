@@ -5,7 +5,6 @@ from __future__ import annotations
 import select
 import time
 from abc import ABC, abstractmethod
-from types import TracebackType
 from typing import Self
 
 from hardware.devices.transport.buffer import MOST, ReceiveBuffer
@@ -155,12 +154,7 @@ class DescriptorLink(ABC):
         self.open()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Disconnect."""
         self.close()
 

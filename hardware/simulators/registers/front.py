@@ -8,14 +8,13 @@ end of the connection.
 
 from __future__ import annotations
 
-import contextlib
 import socket
 import struct
-import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from typing import final
 
+from hardware.simulators.loopback import LoopbackServer
 from hardware.simulators.registers.amplifier import AmplifierData
 from hardware.simulators.registers.holding import Holder, drives
 from hardware.simulators.registers.model import CardFaults, Logged, RegisterModel, Wires
@@ -29,7 +28,7 @@ _REFUSED = 0xFFFF
 
 
 @final
-class CardFront:
+class CardFront(LoopbackServer):
     """Serves the registers of a card.
 
     Parameters
@@ -61,12 +60,8 @@ class CardFront:
     ) -> None:
         self.clock = DeviceClock() if clock is None else clock
         self.registers = RegisterModel(rig, model, amplifier, wires, self.clock)
-        self._port = port
-        self._listener: socket.socket | None = None
+        super().__init__(port)
         self._holder = Holder()
-        self._links: list[socket.socket] = []
-        self._threads: list[threading.Thread] = []
-        self._stopped = threading.Event()
 
     @property
     def log(self) -> deque[Logged]:
@@ -85,31 +80,6 @@ class CardFront:
             for name in ("gone", "endless", "looks", "delay", "cut")
         }
 
-    def start(self) -> str:
-        """Listen on the loopback; returns ``host:port``."""
-        self._stopped.clear()
-        listener = socket.create_server(("127.0.0.1", self._port))
-        self._listener = listener
-        self._serve(lambda: self._accept(listener))
-        host, port = listener.getsockname()[:2]
-        return f"{host}:{port}"
-
-    def stop(self) -> None:
-        """End all connections; any number of times."""
-        self._stopped.set()
-        links = [*self._links, *([self._listener] if self._listener else [])]
-        self._listener = None
-        for link in links:
-            # closing alone does not wake a thread that waits for bytes
-            with contextlib.suppress(OSError):
-                link.shutdown(socket.SHUT_RDWR)
-            link.close()
-        for thread in self._threads:
-            if thread is not threading.current_thread():
-                thread.join(1.0)
-        self._links.clear()
-        self._threads.clear()
-
     def _injector(self, name: str) -> Callable[[Mapping[str, float | str]], None]:
         def inject(options: Mapping[str, float | str]) -> None:
             unknown = set(options) - {"value"}
@@ -121,27 +91,11 @@ class CardFront:
 
         return inject
 
-    def _serve(self, work: Callable[[], None]) -> None:
-        thread = threading.Thread(target=work, daemon=True, name="card")
-        self._threads.append(thread)
-        thread.start()
-
-    def _accept(self, listener: socket.socket) -> None:
-        while not self._stopped.is_set():
-            try:
-                link, _ = listener.accept()
-            except OSError:
-                return
-            link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._links.append(link)
-            self._serve(lambda link=link: self._talk(link))  # type: ignore[misc]
-
     def _talk(self, link: socket.socket) -> None:
-        with contextlib.suppress(OSError), link:
-            try:
-                self._answer(link)
-            finally:
-                self._holder.release(link)
+        try:
+            self._answer(link)
+        finally:
+            self._holder.release(link)
 
     def _answer(self, link: socket.socket) -> None:
         while True:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import socket
 import struct
-import threading
 from typing import final
 
+from hardware.simulators.loopback import LoopbackServer
 from hardware.simulators.rig import DeviceClock, Rig
 from hardware.simulators.siosifm.counter import Counter
 from hardware.simulators.siosifm.device import SimulatedInterferometer
@@ -19,7 +18,7 @@ __all__ = ["InterferometerFront"]
 
 
 @final
-class InterferometerFront:
+class InterferometerFront(LoopbackServer):
     """A device before a rig, served from threads of its own.
 
     ``address = InterferometerFront(rig).start()`` gives ``"host:port"``. Programs load the stub
@@ -76,6 +75,7 @@ class InterferometerFront:
         clocks: Edges | None = None,
         seed: int = 1,
     ) -> None:
+        super().__init__()
         self.faults = Faults() if faults is None else faults
         self._rig = rig
         counter = Counter(
@@ -98,78 +98,21 @@ class InterferometerFront:
             starts=rig.trigger_edges_from if starts is None else starts,
             clocks=rig.trigger_edges_from if clocks is None else clocks,
         )
-        self._listener: socket.socket | None = None
-        self._links: set[socket.socket] = set()
-        self._threads: list[threading.Thread] = []
-        self._ending = threading.Event()
-        self._guard = threading.Lock()
 
     @property
     def requests(self) -> tuple[str, ...]:
         """The last requests of the library but for those that only look."""
         return tuple(self.device.requests)
 
-    def start(self, host: str = "127.0.0.1", port: int = 0) -> str:
-        """Serve; return ``"host:port"``."""
-        self._ending.clear()
-        self._listener = socket.create_server((host, port))
-        self._run(self._accept, self._listener)
-        return "{}:{}".format(*self._listener.getsockname()[:2])
-
-    def stop(self) -> None:
-        """End serving; any number of times."""
-        self._ending.set()
-        if self._listener is not None:
-            with contextlib.suppress(OSError):
-                self._listener.shutdown(socket.SHUT_RDWR)
-            self._listener.close()
-            self._listener = None
-        self.cut()
-        for thread in self._threads:
-            thread.join(2.0)
-        self._threads.clear()
-
-    def cut(self) -> None:
-        """Pull the cable: every open link is gone."""
-        with self._guard:
-            links = list(self._links)
-        for link in links:
-            with contextlib.suppress(OSError):
-                link.shutdown(socket.SHUT_RDWR)
-
-    def _run(self, work: object, *arguments: object) -> None:
-        assert callable(work)
-        thread = threading.Thread(target=work, args=arguments, daemon=True)
-        self._threads.append(thread)
-        thread.start()
-
-    def _accept(self, listener: socket.socket) -> None:
-        while not self._ending.is_set():
-            try:
-                link, _ = listener.accept()
-            except OSError:
-                return
-            link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            with self._guard:
-                self._links.add(link)
-            self._threads = [t for t in self._threads if t.is_alive()]
-            self._run(self._serve, link)
-
-    def _serve(self, link: socket.socket) -> None:
-        try:
-            with link, link.makefile("rb") as lines:
-                for line in lines:
-                    while self.faults.silent and not self._ending.wait(0.01):
-                        pass
-                    with self._rig.lock:
-                        code, data = self.device.answer(line.decode("ascii").strip())
-                    if not self._send(link, struct.pack("<iI", code, len(data)) + data):
-                        return
-        except OSError:
-            return
-        finally:
-            with self._guard:
-                self._links.discard(link)
+    def _talk(self, link: socket.socket) -> None:
+        with link.makefile("rb") as lines:
+            for line in lines:
+                while self.faults.silent and not self._stopped.wait(0.01):
+                    pass
+                with self._rig.lock:
+                    code, data = self.device.answer(line.decode("ascii").strip())
+                if not self._send(link, struct.pack("<iI", code, len(data)) + data):
+                    return
 
     def _send(self, link: socket.socket, data: bytes) -> bool:
         """Send; False if the cable was pulled on the way."""

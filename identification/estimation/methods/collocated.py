@@ -10,7 +10,7 @@ import numpy as np
 
 from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program
-from bondgraph.simulation.integrate import inputs_of
+from bondgraph.simulation.radau.start import inputs_of
 from identification.estimation.methods.radau import CollocationStep, Scales, stage_inputs, step_of
 from identification.study.joint import JointProblem
 from identification.study.problem import Problem

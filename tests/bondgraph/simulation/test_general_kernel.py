@@ -29,11 +29,12 @@ from bondgraph.laws import (
     StopSum,
     Stribeck,
 )
-from bondgraph.simulation.integrate import _Runner, inputs_of
 from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.radau.native import GeneralRun, prepare_general, run_general
+from bondgraph.simulation.radau.start import inputs_of
 from bondgraph.simulation.simulate import fine_inputs, run_record
 from bondgraph.support.native import compiler
+from tests.bondgraph.simulation.general_reference import Runner
 
 Array = np.ndarray
 STEP = 0.02
@@ -159,7 +160,7 @@ def test_values_are_those_of_the_integrator(name: str) -> None:
     p, u, x0 = point(made), inputs(made, n), start(made)
     t, m0 = STEP * np.arange(n), np.array(made.virgin)
     begin = run_general(prepare_general(made, p, STEP), u[:1], x0)
-    right, _ = _Runner(made)(t, STEP, u, p, x0, begin.z, m0, 4)
+    right, _ = Runner(made)(t, STEP, u, p, x0, begin.z, m0, 4)
     assert right is not None
     found = run_general(prepare_general(made, p, STEP, 4), u, x0)
     assert found.settled
@@ -491,7 +492,7 @@ def test_charge_and_position_of_a_moving_plate() -> None:
     run = run_general(ready, u, start_at)
     assert run.settled
     z0 = np.zeros(len(made.algebraic))
-    right, _ = _Runner(made)(t, step, u, p, start_at, z0, np.zeros(0), 2)
+    right, _ = Runner(made)(t, step, u, p, start_at, z0, np.zeros(0), 2)
     assert right is not None
     assert (np.abs(run.y - right.y).max(axis=0) <= 1e-9 * np.abs(right.y).max(axis=0)).all()
     for d in range(p.size):
@@ -508,7 +509,7 @@ def test_charge_and_position_of_a_moving_plate() -> None:
 
 
 def test_a_reaction() -> None:
-    """Mass action is exponential in the affinities; `integrate` is the reference."""
+    """Mass action is exponential in the affinities; another machine is the reference."""
     with BondGraph("reaction") as g:
         a, b = Zero("a"), Zero("b")
         a >> C("A", 1.0)
@@ -519,7 +520,7 @@ def test_a_reaction() -> None:
     made = program(g)
     p, u, n = np.array(made.nominal), inputs(made, 101), 101
     x0 = np.array([0.3, 0.1])
-    right, _ = _Runner(made)(
+    right, _ = Runner(made)(
         STEP * np.arange(n), STEP, u, p, x0, np.zeros(len(made.algebraic)), np.zeros(0), 2
     )
     run = run_general(prepare_general(made, p, STEP, 2, range(p.size), True), u, x0)

@@ -29,8 +29,9 @@ from bondgraph.graph.elements import MTF, MSe
 from bondgraph.graph.modulation import displacement, effort
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
-from bondgraph.simulation.integrate import _Runner, rest
+from bondgraph.simulation.radau.start import rest
 from bondgraph.simulation.simulate import simulate_general
+from tests.bondgraph.simulation.general_reference import Runner
 
 
 def pendulum() -> BondGraph:
@@ -66,7 +67,7 @@ def test_order_three() -> None:
     x0 = np.array([0.5, 1.0])
     right = reference(g, t, lambda _: 0.0, x0)
     made = program(g)
-    runner, p = _Runner(made), np.array(made.nominal)
+    runner, p = Runner(made), np.array(made.nominal)
     errors = []
     for n_sub in (2, 4, 8, 16):
         found, _ = runner(t, 0.1, u[:, None], p, x0, np.zeros(0), np.zeros(0), n_sub)
@@ -258,3 +259,28 @@ def test_a_run_that_does_not_settle_says_so() -> None:
     assert (n_sub, run.settled) == (2, False)
     t = np.arange(21) * 1.5
     assert "not settled" in repr(simulate(g, t, {"F": 0 * t}, {"a_3_k": 500.0}, x0=np.ones(2)))
+
+
+def test_signals_beside_the_sensors_and_no_sensor_at_all() -> None:
+    """The same motion, whether a signal is read by a sensor, is asked for, or is the state."""
+    law = Hysteretic(PrandtlIshlinskii((0.0, 0.2), (2.0, -0.5)))
+
+    def model(*, read: bool) -> BondGraph:
+        with BondGraph("observed") as g:
+            body = One("body")
+            Se("F") >> body >> I("m", 1.0)
+            body >> C("k", stiffness=1.0, law=law)
+            MSe("push", value=0.1 * displacement("k") ** 2) >> body
+            if read:
+                body >> Df("v")
+        return g
+
+    t = np.linspace(0.0, 6.0, 301)
+    drive = {"F": np.sin(t)}
+    read = simulate(model(read=True), t, drive, x0=np.zeros(2), observed=("p_m",))
+    bare = simulate(model(read=False), t, drive, x0=np.zeros(2), observed=("p_m",))
+    assert set(read.outputs) == {"v", "p_m"}
+    assert set(bare.outputs) == {"p_m"}
+    assert read["p_m"] == pytest.approx(read["v"], rel=1e-12)
+    assert bare["p_m"] == pytest.approx(read["v"], abs=1e-6)
+    assert bare.memory["k"] == pytest.approx(read.memory["k"], abs=1e-6)
