@@ -289,18 +289,8 @@ class _Table:
             else graph.bonds_of(n)
             for n, e in graph.elements.items()
         }
-        self.kinds = {
-            n: "0"
-            if isinstance(e, Zero | X0)
-            else "1"
-            if isinstance(e, Junction)
-            else "TF"
-            if isinstance(e, TF)
-            else "GY"
-            if isinstance(e, GY)
-            else ""
-            for n, e in graph.elements.items()
-        }
+        words = {t: _passes_on(t) for t in {type(e) for e in graph.elements.values()}}
+        self.kinds = {n: words[type(e)] for n, e in graph.elements.items()}
         self.open = {n: len(self.at[n]) for n, k in self.kinds.items() if k in ("0", "1")}
         self.strong: dict[str, Bond] = {}
         self.taps = taps
@@ -441,6 +431,12 @@ class _Table:
             queue.append((last, _end(last, name, not zero), why))
         elif self.open[name] == 0:
             raise self._conflict(b, _end(b, name, not zero), f"no bond sets the {word} of {name}")
+
+
+def _passes_on(kind: type[Element]) -> str:
+    """Which of the four ways of passing strokes on an element has; empty for none."""
+    ways = (("0", (Zero, X0)), ("1", (Junction,)), ("TF", (TF,)), ("GY", (GY,)))
+    return next((word for word, kinds in ways if issubclass(kind, kinds)), "")
 
 
 def _end(b: Bond, name: str, effort_out: bool) -> str:

@@ -135,7 +135,7 @@ def unit_domain(unit: str) -> str:
 
 def element_domains(graph: BondGraph) -> Mapping[str, str]:
     """Domain of every element: the most frequent one on its side of two-ports and multiports."""
-    g: nx.Graph = nx.Graph(graph.network().to_undirected())
+    g: nx.Graph = nx.Graph(graph.network)
     couplers = [e.name for e in graph.of_type(TwoPort, Multiport)]
     found = dict.fromkeys(couplers, "")
     votes: dict[str, list[str]] = {n: [unit_domain(_unit(graph[n]))] for n in graph.elements}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -45,62 +45,44 @@ def components(graph: BondGraph) -> list[list[Component]]:
 
     A piece without rings has one spanning tree; its variants differ in the root.
     """
-    g: nx.Graph = nx.Graph(graph.network().to_undirected())
+    g: nx.Graph = nx.Graph(graph.network)
     order = {n: i for i, n in enumerate(graph.elements)}
-    groups = [sorted(c, key=order.__getitem__) for c in nx.connected_components(g)]
-    return [_variants(graph, g, group) for group in sorted(groups, key=lambda c: order[c[0]])]
+    return [
+        _variants(graph, g, sorted(c, key=order.__getitem__)) for c in nx.connected_components(g)
+    ]
 
 
 def _variants(graph: BondGraph, g: nx.Graph, group: list[str]) -> list[Component]:
     nodes = [
         n for n in group if isinstance(graph[n], Junction | TwoPort) or g.degree(n) > 1
     ] or group[:1]
-    inner = set(nodes)
-    near = {n: [m for m in g[n] if m in inner] for n in nodes}
     leaves: dict[str, list[str]] = {n: [] for n in nodes}
     for n in group:
-        if n not in inner:
+        if n not in leaves:
             leaves[next(iter(g[n]))].append(n)
+
+    def inner(near: Iterable[str]) -> list[str]:
+        return [m for m in near if m in leaves]
+
+    def turned(near: Iterable[str]) -> list[str]:
+        return inner(near)[::-1]
+
     fed = [n for n in nodes if any(isinstance(graph[m], Source) for m in leaves[n])] or nodes
-    ringed = sum(map(len, near.values())) // 2 >= len(nodes)
+    ringed = sum(len(inner(g[n])) for n in nodes) // 2 >= len(nodes)
     found: list[tuple[int, Component]] = []
     for start in fed[:_STARTS]:
-        for deep, backwards in (
-            product((True, False), (False, True)) if ringed else ((True, False),)
+        for search, order in (
+            product((nx.dfs_edges, nx.bfs_edges), (inner, turned))
+            if ringed
+            else ((nx.dfs_edges, inner),)
         ):
-            parent = _tree(start, near, deep=deep, backwards=backwards)
-            length, children = _by_height(parent)
+            edges = search(g, start, sort_neighbors=order)
+            length, children = _by_height({start: "", **{n: up for up, n in edges}})
             found.append((length, Component(start, children, leaves)))
     longest = max(length for length, _ in found)
     if not ringed:
         return [next(c for length, c in found if length == longest)]
     return [c for _, c in sorted(found, key=lambda item: -item[0])]
-
-
-def _tree(
-    start: str, near: Mapping[str, Sequence[str]], *, deep: bool, backwards: bool
-) -> dict[str, str]:
-    """Parents in a spanning tree, depth first or breadth first, in the order of discovery."""
-    parent = {start: ""}
-    step = -1 if backwards else 1
-    if not deep:
-        queue = [start]
-        for n in queue:
-            for m in near[n][::step]:
-                if m not in parent:
-                    parent[m] = n
-                    queue.append(m)
-        return parent
-    stack = [(start, iter(near[start][::step]))]
-    while stack:
-        n, rest = stack[-1]
-        fresh = next((m for m in rest if m not in parent), "")
-        if fresh:
-            parent[fresh] = n
-            stack.append((fresh, iter(near[fresh][::step])))
-        else:
-            stack.pop()
-    return parent
 
 
 def _by_height(parent: Mapping[str, str]) -> tuple[int, dict[str, list[str]]]:

@@ -204,16 +204,14 @@ def _behind_heat(graph: BondGraph) -> frozenset[str]:
     """Return the elements that an RS of the pseudo thermal domain heats."""
     pseudo = [e.name for e in graph.of_type(RS) if e.heat == "energy"]
     ahead = [b.head for n in pseudo for b in graph.bonds_of(n) if b.tail == n]
-    seen = set(pseudo)
-    found: set[str] = set()
-    while ahead:
-        n = ahead.pop()
-        if n in seen:
-            continue
-        seen.add(n)
-        found.add(n)
-        ahead.extend(end for b in graph.bonds_of(n) for end in (b.tail, b.head))
-    return frozenset(found)
+    if not ahead:
+        return frozenset()
+    import networkx as nx
+
+    beside: nx.Graph = nx.Graph(graph.network)
+    beside.remove_nodes_from(pseudo)
+    found = (nx.node_connected_component(beside, n) for n in ahead if n in beside)
+    return frozenset[str]().union(*found)
 
 
 def _zeros(run: SignalPath) -> FloatArray:

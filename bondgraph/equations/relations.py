@@ -82,7 +82,7 @@ class Relation:
     @property
     def sources(self) -> Iterable[str]:
         """All signals on the right-hand side."""
-        return (*(s for _, s in self.terms), *self.reads)
+        return [s for _, s in self.terms] + list(self.reads)
 
 
 @dataclass(frozen=True, slots=True)

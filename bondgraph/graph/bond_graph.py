@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -46,12 +47,21 @@ class Bond:
         return f"{self.tail}>{self.head}"
 
 
+@dataclass(frozen=True, slots=True)
+class _Order:
+    """What the network holds, in the order of declaration; derived once between two changes."""
+
+    elements: dict[str, Element]
+    bonds: tuple[Bond, ...]
+    at: dict[str, tuple[Bond, ...]]
+
+
 class BondGraph:
     """A physical system as named elements joined by power bonds.
 
     Inside ``with BondGraph("name") as g:`` elements join by being created and bonds are drawn by
-    ``a >> b``. Afterwards the graph is a value: `with_element`, `without`, `with_parameter`
-    return new graphs.
+    ``a >> b``. Afterwards the graph is a value: `with_element`, `with_branch`, `with_parameters`
+    return new graphs. Elements and bonds are stored in a networkx graph, see `network`.
 
     Examples
     --------
@@ -65,10 +75,13 @@ class BondGraph:
     """
 
     def __init__(self, name: str) -> None:
+        import networkx as nx  # a tenth of a second: for who builds a graph only
+
         self.name = name
-        self._elements: dict[str, Element] = {}
-        self._bonds: list[Bond] = []
-        self._at: dict[str, list[Bond]] = {}
+        self._network: nx.DiGraph = nx.DiGraph(name=name)
+        self._drawn = 0
+        self._known: _Order | None = None
+        self._gathered: dict[str, Parameter] | None = None
         self._parameters: dict[str, Parameter] = {}
         self._token: Any = None
 
@@ -85,34 +98,34 @@ class BondGraph:
 
     def add(self, element: Element) -> Element:
         """Add `element`; its name must be new."""
-        if element.name in self._elements:
+        if element.name in self._network:
             raise GraphError(
                 f"{self.name}: two elements are called {element.name!r}; names are addresses, "
                 "rename one"
             )
-        self._elements[element.name] = element
+        self._network.add_node(element.name, element=element)
+        self._known = self._gathered = None
         return element
 
     def bond(self, tail: Element, head: Element) -> None:
         """Draw a bond from `tail` to `head`."""
         for e in (tail, head):
-            if e.name not in self._elements:
+            if e.name not in self._network:
                 self.add(e)
         if tail.name == head.name:
             raise GraphError(f"{self.name}: {tail.name} is bonded to itself; bond two elements")
-        few = min((tail.name, head.name), key=lambda n: len(self._at.get(n, ())))
-        other = head.name if few == tail.name else tail.name
-        if any(other in (b.tail, b.head) for b in self._at.get(few, ())):
+        ends = tail.name, head.name
+        if self._network.has_edge(*ends) or self._network.has_edge(*reversed(ends)):
             raise GraphError(
                 f"{self.name}: {tail.name} and {head.name} are bonded twice; one bond carries "
                 "all power between two elements, remove one"
             )
-        self._append(Bond(tail.name, head.name))
+        self._draw(Bond(*ends))
 
-    def _append(self, bond: Bond) -> None:
-        self._bonds.append(bond)
-        for end in (bond.tail, bond.head):
-            self._at.setdefault(end, []).append(bond)
+    def _draw(self, bond: Bond) -> None:
+        self._network.add_edge(bond.tail, bond.head, number=self._drawn, bond=bond)
+        self._drawn += 1
+        self._known = None
 
     def parameter(self, name: str, value: float, unit: str = "1", **more: Any) -> sp.Symbol:
         """Declare a parameter that ratios and values may use; returns its symbol."""
@@ -120,28 +133,76 @@ class BondGraph:
         if name in self._parameters:
             raise GraphError(f"{self.name}: parameter {name!r} is declared twice; rename one")
         self._parameters[name] = p
+        self._gathered = None
         return p.symbol
 
     # -- reading --------------------------------------------------------------------------
     @property
+    def network(self) -> nx.DiGraph:
+        """The stored graph, read-only: nodes carry ``element``, edges ``bond`` and ``number``.
+
+        Nodes are in the order of declaration. The number of an edge is that of its bond in the
+        order of declaration; port i of a multiport is the i-th of its edges by number (one bond
+        carries all power between two elements, so no two edges are parallel). A view, made in
+        constant time: adding or removing raises `networkx.NetworkXError`; attributes are not to
+        be set, `with_element` changes elements. ``nx.Graph(g.network)`` is a copy to work on.
+
+        Examples
+        --------
+        >>> from bondgraph import BondGraph, One, R, Se
+        >>> with BondGraph("g") as g:
+        ...     _ = Se("V") >> One("loop") >> R("R_1", 1.0)
+        >>> list(g.network.edges(data="number"))
+        [('V', 'loop', 0), ('loop', 'R_1', 1)]
+        """
+        return self._network.copy(as_view=True)
+
+    @property
+    def _order(self) -> _Order:
+        if self._known is None:
+            by_number: dict[int, Bond] = {
+                edge["number"]: edge["bond"]
+                for _, heads in self._network.adjacency()
+                for edge in heads.values()
+            }
+            bonds = tuple(by_number[i] for i in range(self._drawn))
+            at: dict[str, list[Bond]] = {}
+            for b in bonds:
+                at.setdefault(b.tail, []).append(b)
+                at.setdefault(b.head, []).append(b)
+            self._known = _Order(
+                dict(self._network.nodes(data="element")),
+                bonds,
+                {n: tuple(here) for n, here in at.items()},
+            )
+        return self._known
+
+    @property
     def elements(self) -> Mapping[str, Element]:
-        """Elements by name, in the order of their declaration; a view."""
-        return MappingProxyType(self._elements)
+        """Elements by name, in the order of their declaration; read-only."""
+        return MappingProxyType(self._order.elements)
 
     @property
     def bonds(self) -> tuple[Bond, ...]:
         """Bonds in the order of their declaration."""
-        return tuple(self._bonds)
+        return self._order.bonds
 
     def __getitem__(self, name: str) -> Element:
         """Element by name; a typo is answered with the nearest names."""
-        if name not in self._elements:
-            raise unknown_name("element", name, self.name, self._elements)
-        return self._elements[name]
+        if name not in self._network:
+            raise unknown_name("element", name, self.name, self._network)
+        element: Element = self._network.nodes[name]["element"]
+        return element
 
     def bonds_of(self, name: str) -> tuple[Bond, ...]:
         """Bonds at an element."""
-        return tuple(self._at.get(name, ()))
+        if (known := self._known) is not None:
+            return known.at.get(name, ())
+        if name not in self._network:
+            return ()
+        # while the graph is being built: what is known of all others changes with every bond
+        at = (*self._network.pred[name].values(), *self._network.succ[name].values())
+        return tuple(e["bond"] for e in sorted(at, key=itemgetter("number")))
 
     def neighbour(self, name: str) -> str:
         """Return the one element a one-port is bonded to."""
@@ -150,24 +211,16 @@ class BondGraph:
 
     def of_type(self, *types: type[Element]) -> tuple[Any, ...]:
         """Elements of the given types, in order."""
-        # few classes, many elements: asking an abstract class about each of them takes long
-        kinds = {t for t in {type(e) for e in self._elements.values()} if issubclass(t, types)}
-        return tuple(e for e in self._elements.values() if type(e) in kinds)
-
-    def network(self) -> nx.DiGraph:
-        """Return the graph for networkx: nodes carry ``element``, edges carry ``bond``."""
-        import networkx as nx
-
-        g = nx.DiGraph(name=self.name)
-        for n, e in self._elements.items():
-            g.add_node(n, element=e)
-        for b in self._bonds:
-            g.add_edge(b.tail, b.head, bond=b)
-        return g
+        return tuple(e for e in self._order.elements.values() if isinstance(e, types))
 
     @property
     def parameters(self) -> dict[str, Parameter]:
         """All parameters by name: declared ones, element values, laws, drives, sensors."""
+        if self._gathered is None:
+            self._gathered = self._gather()
+        return dict(self._gathered)
+
+    def _gather(self) -> dict[str, Parameter]:
         found: dict[str, Parameter] = dict(self._parameters)
         owner: dict[str, str] = {}
         for e in self.of_type(Valued, TwoPort, Source, Sensor):
@@ -233,7 +286,7 @@ class BondGraph:
         declared = self._parameters.get(name)
         if declared is not None and declared.symbol == s:
             return True
-        other = self._elements.get(name)
+        other = self._order.elements.get(name)
         valued = isinstance(other, Valued | TwoPort) and name != element
         own = [getattr(other, k, None) for k in ("value", "stiffness", "ratio")]
         # only a number makes the element a parameter; an expression would have to be followed
@@ -244,7 +297,7 @@ class BondGraph:
         """Symbol of a declared parameter (or of an element's value) that `element` uses."""
         if name in self._parameters:
             return self._parameters[name].symbol
-        other = self._elements.get(name)
+        other = self._order.elements.get(name)
         if isinstance(other, Valued | TwoPort) and name != element:
             return symbol(name, positive=True)
         raise unknown_name("parameter", name, f"{self.name}.{element}", self._parameters)
@@ -265,16 +318,16 @@ class BondGraph:
     def copy(self, name: str | None = None) -> BondGraph:
         """Return an independent copy."""
         g = BondGraph(name or self.name)
-        g._elements = dict(self._elements)
-        g._bonds = list(self._bonds)
-        g._at = {n: list(bonds) for n, bonds in self._at.items()}
+        g._network = self._network.copy()
+        g._network.graph["name"] = g.name
+        g._drawn = self._drawn
         g._parameters = dict(self._parameters)
         return g
 
     def with_element(self, name: str, **changes: Any) -> BondGraph:
         """Return the graph with fields of one element changed."""
         g = self.copy()
-        g._elements[name] = replace(self[name], **changes)
+        g._network.nodes[name]["element"] = replace(self[name], **changes)
         return g
 
     def with_parameters(self, parameters: Iterable[Parameter]) -> BondGraph:
@@ -313,16 +366,16 @@ class BondGraph:
 
     def with_inserted(self, bond: Bond, junction: Junction) -> BondGraph:
         """Return the graph with `junction` put into the middle of a bond."""
-        g = self.copy()
-        if bond not in g._bonds:
+        if bond not in self.bonds:
             raise GraphError(f"{self.name}: there is no bond {bond.name}")
-        i = g._bonds.index(bond)
-        g.add(junction)
-        bonds = list(g._bonds)
-        bonds[i : i + 1] = [Bond(bond.tail, junction.name), Bond(junction.name, bond.head)]
-        g._bonds, g._at = [], {}
-        for b in bonds:
-            g._append(b)
+        i = self.bonds.index(bond)
+        halves = Bond(bond.tail, junction.name), Bond(junction.name, bond.head)
+        g = BondGraph(self.name)
+        g._parameters = dict(self._parameters)
+        for e in (*self.elements.values(), junction):
+            g.add(e)
+        for b in (*self.bonds[:i], *halves, *self.bonds[i + 1 :]):
+            g._draw(b)
         return g
 
     def with_values(self, values: Mapping[str, float]) -> BondGraph:
@@ -331,18 +384,23 @@ class BondGraph:
         for n, v in values.items():
             if n in g._parameters:
                 g._parameters[n] = replace(g._parameters[n], value=float(v))
-            elif n in g._elements:
-                g._elements[n] = _with_value(g._elements[n], float(v))
+            elif n in g._network:
+                held = g._network.nodes[n]
+                held["element"] = _with_value(held["element"], float(v))
             elif n in self.parameters:
                 g._parameters[n] = replace(self.parameters[n], value=float(v))
             else:
-                raise unknown_name("parameter", n, self.name, [*g._parameters, *g._elements])
+                raise unknown_name("parameter", n, self.name, [*g._parameters, *self.elements])
         return g
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything but what can be derived again."""
+        return {**self.__dict__, "_known": None, "_gathered": None}
 
     # -- showing --------------------------------------------------------------------------
     def __repr__(self) -> str:
         """Short text."""
-        return f"BondGraph({self.name!r}, {len(self._elements)} elements, {len(self._bonds)} bonds)"
+        return f"BondGraph({self.name!r}, {len(self.elements)} elements, {len(self.bonds)} bonds)"
 
     def _repr_html_(self) -> str:
         """Drawing for notebooks."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 import sympy as sp
 
@@ -205,22 +205,15 @@ def _parameter_problems(parameters: Mapping[str, Parameter]) -> list[str]:
 
 
 def _connection_problems(graph: BondGraph) -> list[str]:
-    near: dict[str, list[str]] = {n: [] for n in graph.elements}
-    for b in graph.bonds:
-        near[b.tail].append(b.head)
-        near[b.head].append(b.tail)
-    for e in graph.of_type(Modulated, TF, GY):
-        value = e.value if isinstance(e, Modulated) else e.ratio
-        for s in getattr(value, "free_symbols", ()):
-            _, _, name = str(s).partition("_")
-            for end in name.split(">"):
-                if end in near:
-                    near[end].append(e.name)
-                    near[e.name].append(end)
-    parts = _parts(near)
+    import networkx as nx
+
+    network, modulations = graph.network, list(_modulations(graph))
+    if modulations:
+        network = nx.DiGraph(network)
+        network.add_edges_from(modulations)
+    parts = sorted(nx.weakly_connected_components(network), key=len, reverse=True)
     if len(parts) < 2:
         return []
-    parts.sort(key=len, reverse=True)
     rest = ", ".join(sorted(n for part in parts[1:] for n in part))
     return [
         f"the graph falls into {len(parts)} parts: {rest} not connected to "
@@ -228,18 +221,10 @@ def _connection_problems(graph: BondGraph) -> list[str]:
     ]
 
 
-def _parts(near: Mapping[str, Sequence[str]]) -> list[set[str]]:
-    """Return the connected parts of an undirected graph."""
-    parts: list[set[str]] = []
-    seen: set[str] = set()
-    for start in near:
-        if start in seen:
-            continue
-        part, ahead = {start}, [start]
-        while ahead:
-            more = [n for n in near[ahead.pop()] if n not in part]
-            part.update(more)
-            ahead.extend(more)
-        seen |= part
-        parts.append(part)
-    return parts
+def _modulations(graph: BondGraph) -> Iterator[tuple[str, str]]:
+    """Yield the elements whose signals an element reads, each with that element."""
+    for e in graph.of_type(Modulated, TF, GY):
+        value = e.value if isinstance(e, Modulated) else e.ratio
+        for s in getattr(value, "free_symbols", ()):
+            _, _, name = str(s).partition("_")
+            yield from ((end, e.name) for end in name.split(">") if end in graph.elements)

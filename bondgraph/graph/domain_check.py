@@ -105,17 +105,13 @@ def domain_problems(graph: BondGraph) -> tuple[str, ...]:
 
 def groups_of_bonds(graph: BondGraph) -> dict[Bond, int]:
     """Return the number of the group of every bond: bonds at one junction share theirs."""
-    group = {b: i for i, b in enumerate(graph.bonds)}
-    at = {i: [b] for b, i in group.items()}
+    from networkx.utils import UnionFind
+
+    number = {b: i for i, b in enumerate(graph.bonds)}
+    joined = UnionFind(number.values())
     for e in graph.of_type(Junction):
-        bonds = graph.bonds_of(e.name)
-        for b in bonds[1:]:
-            old, new = sorted((group[b], group[bonds[0]]), key=lambda i: len(at[i]))
-            if old != new:
-                for moved in at.pop(old):
-                    group[moved] = new
-                    at[new].append(moved)
-    return group
+        joined.union(*(number[b] for b in graph.bonds_of(e.name)))
+    return {b: joined[i] for b, i in number.items()}
 
 
 def statements(graph: BondGraph) -> tuple[UnitStatement, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias, TypeVar
@@ -72,7 +71,7 @@ def symbol(name: str, *, positive: bool = False) -> sp.Symbol:
 
 
 @dataclass(frozen=True, eq=True)
-class Element(ABC):
+class Element:
     """A named node of the graph.
 
     ``a >> b`` inside ``with BondGraph(...)`` draws a bond whose half arrow points at ``b`` and
@@ -94,10 +93,12 @@ class Element(ABC):
             )
         for field_name in ("value", "stiffness", "ratio"):
             value: Any = getattr(self, field_name, None)
+            if value is None or type(value) in (float, str):
+                continue  # the usual case, without asking SymPy's classes
             if type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0:
                 value = value.item()
                 object.__setattr__(self, field_name, value)
-            plain = value is None or isinstance(value, int | float | str | sp.Expr)
+            plain = isinstance(value, int | float | str | sp.Expr)
             if not plain or isinstance(value, bool):
                 raise GraphError(
                     f"{self.name}: {field_name} = {value!r} is no number, no name of a parameter "
@@ -112,7 +113,7 @@ class Element(ABC):
 
 
 @dataclass(frozen=True)
-class Junction(Element, ABC):
+class Junction(Element):
     """A power-conserving junction; abstract."""
 
     n_ports: ClassVar[int | None] = None
@@ -133,7 +134,7 @@ class One(Junction):
 
 
 @dataclass(frozen=True)
-class Source(Element, ABC):
+class Source(Element):
     """An input; abstract.
 
     `drive` describes what lies between the recorded command and the port (a lag, a limit);
@@ -160,7 +161,7 @@ class Sf(Source):
 
 
 @dataclass(frozen=True)
-class Modulated(Source, ABC):
+class Modulated(Source):
     """A source whose value is a signal of the graph; abstract.
 
     `value` is a SymPy expression of signals (`effort`, `flow`, `displacement`, `momentum`,
@@ -185,7 +186,7 @@ class MSf(Modulated):
 
 
 @dataclass(frozen=True)
-class Valued(Element, ABC):
+class Valued(Element):
     """An element with one linear coefficient and, if wanted, a law; abstract.
 
     `value` is a number (it becomes the parameter `name`), the name of a declared parameter, or a
@@ -223,7 +224,7 @@ class I(Valued):
 
 
 @dataclass(frozen=True)
-class TwoPort(Element, ABC):
+class TwoPort(Element):
     """A power-conserving two-port with a ratio; abstract."""
 
     ratio: Value = 1.0
@@ -263,7 +264,7 @@ class MGY(GY):
 
 
 @dataclass(frozen=True)
-class Multiport(Element, ABC):
+class Multiport(Element):
     """An element with several power ports, numbered by the order of their bonds; abstract.
 
     All half arrows point into it. `units` are the effort units of the ports, if they are to be
@@ -276,7 +277,7 @@ class Multiport(Element, ABC):
 
 
 @dataclass(frozen=True)
-class Field(Multiport, ABC):
+class Field(Multiport):
     """A multiport with one constitutive relation for all ports; abstract.
 
     Give `law` as one expression a port, or, for a store, its `energy`, from which the law follows.
@@ -340,7 +341,7 @@ class RS(TwoPort):
 
 
 @dataclass(frozen=True)
-class Switched(Junction, ABC):
+class Switched(Junction):
     """A junction that a controller turns off; abstract.
 
     On, it is its junction; off, it isolates. Equations belong to one mode: `on` here, or
@@ -366,7 +367,7 @@ class X1(Switched):
 
 
 @dataclass(frozen=True)
-class Sensor(Element, ABC):
+class Sensor(Element):
     """A power-free tap whose reading is an output of the model; abstract.
 
     `law` bends the reading, `lag` names the time constant of a first-order lag, `delay` a dead time

@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from collections.abc import Callable
+from itertools import pairwise
+
+import joblib
+import networkx as nx
 import pytest
 import sympy as sp
 
@@ -36,7 +43,88 @@ def test_a_chain_reads_from_left_to_right() -> None:
     assert g.neighbour("R_1") == "loop"
     assert {n: q.value for n, q in g.parameters.items()} == {"R_1": 2.0, "C_1": 3.0}
     assert "3 bonds" in repr(g)
-    assert g.network().number_of_edges() == 3
+    assert g.network.number_of_edges() == 3
+
+
+def test_elements_and_bonds_are_stored_in_a_networkx_graph() -> None:
+    with BondGraph("rc") as g:
+        node, loop = Zero("node"), One("loop")
+        loop >> node >> C("C_1", 3.0)
+        Se("V") >> loop >> R("R_1", 2.0)
+    network = g.network
+    assert (type(network), network.name) == (nx.DiGraph, "rc")
+    assert dict(network.nodes(data="element")) == dict(g.elements)
+    assert list(network) == ["node", "loop", "C_1", "V", "R_1"]
+    edges = sorted(network.edges(data=True), key=lambda edge: edge[2]["number"])
+    assert tuple(edge["bond"] for *_, edge in edges) == g.bonds
+    assert [(tail, head) for tail, head, *_ in edges] == [(b.tail, b.head) for b in g.bonds]
+    assert [b.name for b in g.bonds_of("loop")] == ["loop>node", "V>loop", "loop>R_1"]
+    assert g.bonds_of("nothing") == ()
+    g.bond(node, R("R_2", 1.0))  # the view shows what is stored, not a copy of it
+    assert network.edges["node", "R_2"]["number"] == 4
+    assert g.bonds[-1].name == "node>R_2"
+
+
+def test_the_network_is_read_only() -> None:
+    g = resonator()
+    (first, *_) = g.bonds
+    attempts: tuple[Callable[[nx.DiGraph], object], ...] = (
+        lambda n: n.add_node("more"),
+        lambda n: n.add_edge(first.head, first.tail),
+        lambda n: n.remove_edge(first.tail, first.head),
+        lambda n: n.remove_node(first.tail),
+        lambda n: n.clear(),
+    )
+    before = dict(g.elements), g.bonds
+    for attempt in attempts:
+        with pytest.raises(nx.NetworkXError, match="Frozen"):
+            attempt(g.network)
+    assert (dict(g.elements), g.bonds) == before
+
+
+def test_reading_while_a_graph_is_built() -> None:
+    with BondGraph("g") as g:
+        loop = One("loop")
+        source = Se("V") >> loop
+        assert [b.name for b in g.bonds_of("loop")] == ["V>loop"]
+        assert (tuple(g.elements), len(g.bonds), source) == (("loop", "V"), 1, g["loop"])
+        assert tuple(g.parameters) == ()
+        loop >> R("R_1", "r")
+        assert [b.name for b in g.bonds_of("loop")] == ["V>loop", "loop>R_1"]
+        assert g.bonds_of("nothing") == ()
+        g.parameter("r", 1.0)
+        loop >> R("R_2", 2.0)
+    assert tuple(g.parameters) == ("r", "R_2")
+    g.parameters.clear()
+    assert tuple(g.parameters) == ("r", "R_2")
+
+
+def test_copies_are_independent_values() -> None:
+    g = resonator()
+    made: dict[str, BondGraph] = {
+        "copy": g.copy("other"),
+        "deep": copy.deepcopy(g),
+        "pickled": pickle.loads(pickle.dumps(g)),
+    }
+    for how, other in made.items():
+        assert dict(other.elements) == dict(g.elements), how
+        assert (other.bonds, other.parameters) == (g.bonds, g.parameters), how
+        assert other.network.name == other.name, how
+        other.bond(other["body"], R(f"R_{how}", 1.0))
+        assert other.bonds_of("body")[-1].head == f"R_{how}"
+        assert f"R_{how}" not in g.elements
+    # a graph is itself only: equal content is compared by elements and bonds
+    assert len({g, *made.values()}) == 4
+    changed = g.with_element("d", value=7.0)
+    assert changed.network.nodes["d"]["element"] == changed["d"] != g["d"]
+
+
+def test_a_graph_can_be_sent_to_another_process() -> None:
+    g = resonator()
+    assert g.bonds  # what was derived from the network is not sent along
+    assert b"_Order" not in pickle.dumps(g)
+    (back,) = joblib.Parallel(n_jobs=2)([joblib.delayed(BondGraph.copy)(g, "back")])
+    assert (back.name, dict(back.elements), back.bonds) == ("back", dict(g.elements), g.bonds)
 
 
 def test_unknown_names_give_the_nearest() -> None:
@@ -192,6 +280,10 @@ def test_rewriting_returns_new_graphs() -> None:
     split = g.with_inserted(bond, Zero("joint"))
     assert [b.name for b in split.bonds_of("joint")] == ["body>joint", "joint>k"]
     assert g.bonds_of("k") == (bond,)
+    i = g.bonds.index(bond)
+    new = tuple(Bond(*ends) for ends in pairwise(("body", "joint", "k")))
+    assert split.bonds == (*g.bonds[:i], *new, *g.bonds[i + 1 :])
+    assert (*split.elements,) == (*g.elements, "joint")
     with pytest.raises(GraphError, match="no bond"):
         g.with_inserted(Bond("k", "m"), Zero("joint"))
     with pytest.raises(GraphError, match="has no value"):
