@@ -37,7 +37,7 @@ from identification.datasets import available, load
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.report.changed import changes
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import normalised_error, sentence, verdict
+from identification.diagnosis.verdict import normalised_error, sentence, verdict
 
 # %config InlineBackend.figure_formats = ['svg']
 plt.rcParams.update({"figure.figsize": (6.0, 2.6), "font.size": 8, "svg.hashsalt": "bondsight"})

@@ -61,7 +61,7 @@ from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.page import page
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import sentence, verdict
+from identification.diagnosis.verdict import sentence, verdict
 
 threadpool_limits(1)  # small matrices: threads would only wait for each other
 # %matplotlib inline

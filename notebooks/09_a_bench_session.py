@@ -60,7 +60,7 @@ from hardware.station import open_station, settings_from
 from hardware.storage import Provenance, flags_of, open_journal, recover
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import normalised_error, sentence, verdict
+from identification.diagnosis.verdict import normalised_error, sentence, verdict
 from identification.experiments.design import demagnetise, through
 from identification.experiments.design.take import session_signal
 

@@ -113,6 +113,41 @@ def test_the_rules_catch_what_they_should(source: str, text: str, caught: bool) 
     assert bool(offences(text, source)) is caught
 
 
+# inside identification: what a folder may not know
+BELOW = {
+    "identification/report/": ("identification.report", "identification.statistics"),
+    "identification/statistics/": ("identification.report.numbers", "identification.statistics"),
+}
+
+
+def uphill(text: str, source: str) -> list[str]:
+    """Return what a folder at the bottom of identification, or judgement, may not import."""
+    found = []
+    for line, module in imports(text, source):
+        if not module.startswith("identification."):
+            continue
+        for folder, known in BELOW.items():
+            if source.startswith(folder) and not module.startswith(known):
+                found.append(f"{source}:{line} imports {module}")
+        if source.startswith("identification/validation/") and "identification.diagnosis" in module:
+            found.append(f"{source}:{line} imports {module}")
+    return found
+
+
+@pytest.mark.parametrize("source", [s for s in SOURCES if s.startswith("identification/")])
+def test_report_and_statistics_lie_below_fits_and_diagnoses(source: str) -> None:
+    assert uphill((ROOT / source).read_text(encoding="utf-8"), source) == []
+
+
+def test_an_import_uphill_is_caught() -> None:
+    for folder in ("report", "statistics", "validation"):
+        source = f"identification/{folder}/a.py"
+        assert uphill(
+            "def f():\n    from identification.diagnosis.search.candidates import Trial", source
+        )
+        assert not uphill("from identification.statistics.blocks import paired_z", source)
+
+
 def test_this_checkout_is_tested() -> None:
     assert bondgraph.__file__ is not None
     assert Path(bondgraph.__file__).resolve() == ROOT / "bondgraph" / "__init__.py"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.signals.repeating import first_peak, likeness, refined
 from bondgraph.support.errors import UnusableInput
 
 if TYPE_CHECKING:
@@ -151,41 +151,8 @@ def _rest(u: FloatArray) -> slice | None:
 
 def _period(u: FloatArray) -> float | None:
     """Period of a drive in samples (fractions possible), None if it does not repeat."""
-    m = u.size
-    if m < 8 or np.ptp(u) == 0.0:
+    if u.size < 8 or np.ptp(u) == 0.0:
         return None
-    v = u - u.mean()
-    size = 1 << (2 * m - 1).bit_length()
-    spectrum = np.fft.rfft(v, size)
-    lags = m // 2 + 2
-    raw = np.fft.irfft(np.abs(spectrum) ** 2, size)[:lags]
-    energy = np.concatenate(([0.0], np.cumsum(v * v)))
-    k = np.arange(lags)
-    norm = np.sqrt(energy[m - k] * (energy[m] - energy[k]))
-    r = np.divide(raw, norm, out=np.zeros(lags), where=norm > 1e-12 * energy[m])
-    below = np.flatnonzero(r < 0.5)
-    if not below.size:
-        return None
-    inner = np.arange(max(1, int(below[0])), lags - 1)
-    peaks = inner[(r[inner] >= r[inner - 1]) & (r[inner] >= r[inner + 1]) & (r[inner] >= 0.98)]
-    if not peaks.size:
-        return None
-    first = int(peaks[r[peaks] >= r[peaks].max() - 0.005][0])
-    period = _vertex(r, first)
-    count = 2
-    while count * period < lags - 2:
-        near, reach = round(count * period), max(1, int(0.1 * period))
-        low, high = max(1, near - reach), min(lags - 1, near + reach + 1)
-        period = _vertex(r, low + int(np.argmax(r[low:high]))) / count
-        count *= 2
-    return period
-
-
-def _vertex(r: Iterable[float] | FloatArray, k: int) -> float:
-    """Place of the maximum of the parabola through three neighbours."""
-    values = np.asarray(r)
-    if not 0 < k < values.size - 1:
-        return float(k)
-    a, b, c = (float(x) for x in values[k - 1 : k + 2])
-    bend = a - 2.0 * b + c
-    return k + (0.5 * (a - c) / bend if bend < 0.0 else 0.0)
+    r = likeness(u - u.mean())
+    first, _ = first_peak(r, 0.98)
+    return refined(r, first, 0.1) if first else None

@@ -287,20 +287,20 @@ def _figure(
     setting: CompensationSetting, actuator: VirtualActuator, frequency: float, out: Path
 ) -> None:
     """Paths over the reference, errors and voltages in time, for the actuator that deviates."""
-    from matplotlib.figure import Figure
+    from identification.report.canvas import drawing
 
     wanted, ahead, noise = _motions(setting, frequency)
-    figure = Figure(figsize=(9.3, 6.2), layout="constrained")
-    axes = figure.subplot_mosaic([["path", "error"], ["path", "voltage"]])
-    for name in ("linear feedforward", "Al Janaideh inverse", "PI + inverse"):
-        run = run_loop(setting.loops[name], actuator, wanted.x, noise, preview=ahead.x)
-        axes["path"].plot(1e6 * wanted.x, 1e6 * run.x, lw=1.0, label=name)
-        axes["error"].plot(wanted.time, NANO * (wanted.x - run.x), lw=0.8)
-        axes["voltage"].plot(wanted.time, run.voltage, lw=0.8)
-    ends = 1e6 * np.array([wanted.x.min(), wanted.x.max()])
-    axes["path"].plot(ends, ends, "k:", lw=0.8, label="wanted")
-    axes["path"].set(xlabel="reference (um)", ylabel="displacement (um)")
-    axes["path"].legend(frameon=False)
-    axes["error"].set(xlabel="time (s)", ylabel="error (nm)")
-    axes["voltage"].set(xlabel="time (s)", ylabel="voltage (V)")
-    figure.savefig(out, dpi=150)
+    with drawing("compensate", 6.2, paper=True) as canvas:
+        axes = canvas.figure.subplot_mosaic([["path", "error"], ["path", "voltage"]])
+        for name in ("linear feedforward", "Al Janaideh inverse", "PI + inverse"):
+            run = run_loop(setting.loops[name], actuator, wanted.x, noise, preview=ahead.x)
+            axes["path"].plot(1e6 * wanted.x, 1e6 * run.x, lw=1.0, label=name)
+            axes["error"].plot(wanted.time, NANO * (wanted.x - run.x), lw=0.8)
+            axes["voltage"].plot(wanted.time, run.voltage, lw=0.8)
+        ends = 1e6 * np.array([wanted.x.min(), wanted.x.max()])
+        axes["path"].plot(ends, ends, "k:", lw=0.8, label="wanted")
+        axes["path"].set(xlabel="reference (um)", ylabel="displacement (um)")
+        axes["path"].legend()
+        axes["error"].set(xlabel="time (s)", ylabel="error (nm)")
+        axes["voltage"].set(xlabel="time (s)", ylabel="voltage (V)")
+        canvas.figure.savefig(out, dpi=150)

@@ -66,11 +66,10 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     """
     from bondsight.cli.models import load_model, model_name
     from bondsight.cli.progress import Bar
-    from bondsight.cli.words import in_words
     from identification.diagnosis.diagnose import characterised, diagnose
     from identification.diagnosis.report import write_report
     from identification.diagnosis.search.candidates import DiagnosisOptions
-    from identification.diagnosis.verdict.document import verdict, write_verdict
+    from identification.diagnosis.verdict import in_words, verdict, write_verdict
 
     settings: dict[str, Any] = {"jobs": options.jobs, "without": known_effects(options.without)}
     if options.effects is not None:

@@ -26,10 +26,10 @@ def _effects(options: argparse.Namespace) -> int:
 def catalogue_table() -> str:
     """Return the catalogue as a Markdown table, one row an effect, in its own order."""
     from identification.diagnosis.catalogue import CATALOGUE
+    from identification.report.tables import markdown
 
-    rows = ["| effect | family | law | in words |", "| --- | --- | --- | --- |"]
-    rows += [f"| `{e.name}` | {e.family} | `{e.law}` | {e.sentence} |" for e in CATALOGUE]
-    return "\n".join(rows)
+    rows = [(f"`{e.name}`", e.family, f"`{e.law}`", e.sentence) for e in CATALOGUE]
+    return markdown(("effect", "family", "law", "in words"), rows)
 
 
 def described(name: str) -> str:

@@ -15,8 +15,7 @@ def add_explain_command(verbs: Any) -> None:
 
 
 def _explain(options: argparse.Namespace) -> int:
-    from identification.diagnosis.verdict.schema import read_verdict
-    from identification.diagnosis.verdict.text import retold
+    from identification.diagnosis.verdict import read_verdict, retold
 
     print(retold(read_verdict(options.verdict)))
     return 0

@@ -25,7 +25,7 @@ def _write(svg: str, path: Path) -> None:
 
 def loading_figure(curves: Mapping[str, LoadingCurve], path: Path) -> None:
     """Draw loading curves, and their distance from the first one."""
-    from identification.diagnosis.report.canvas import drawing
+    from identification.report.canvas import drawing
 
     with drawing("loading", 3.6) as canvas:
         left, right = canvas.rows(1, columns=2)[0]
@@ -43,7 +43,7 @@ def loading_figure(curves: Mapping[str, LoadingCurve], path: Path) -> None:
 
 def charge_figure(curves: Curves, path: Path) -> None:
     """Draw displacement over the command, voltage beside charge."""
-    from identification.diagnosis.report.canvas import drawing
+    from identification.report.canvas import drawing
 
     with drawing("charge", 3.6) as canvas:
         left, right = canvas.rows(1, columns=2)[0]
@@ -61,7 +61,7 @@ def charge_figure(curves: Curves, path: Path) -> None:
 
 def clock_figure(loops: Mapping[str, Curves], path: Path) -> None:
     """Draw a panel for each key: command against displacement, before and after."""
-    from identification.diagnosis.report.canvas import drawing
+    from identification.report.canvas import drawing
 
     with drawing("clock", 3.6) as canvas:
         axes = canvas.rows(1, columns=len(loops))[0]

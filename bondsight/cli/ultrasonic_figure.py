@@ -15,12 +15,9 @@ Draw: TypeAlias = "Callable[[Sequence[Axes]], None]"
 
 def save_figure(target: Path, panels: int, draw: Draw) -> Path:
     """Write `panels` panels side by side to `target`; returns the path."""
-    from matplotlib.figure import Figure
+    from identification.report.canvas import drawing
 
-    figure = Figure(figsize=(5.0 * panels, 3.6), layout="constrained")
-    axes = [figure.add_subplot(1, panels, i + 1) for i in range(panels)]
-    draw(axes)
-    for a in axes:
-        a.grid(alpha=0.3)
-    figure.savefig(target, dpi=120)
+    with drawing("ultrasonic", 3.6, 5.0 * panels, paper=True) as canvas:
+        draw(canvas.rows(1, columns=panels)[0])
+        canvas.figure.savefig(target, dpi=120)
     return target

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.statistics.block_scores import block_rows, block_scores, blocks_for, student
+from identification.statistics.blocks import block_rows, block_scores, blocks_for, student
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 
@@ -37,8 +37,8 @@ def sandwich(
 ) -> Array:
     """Return the covariance that holds for coloured residuals too, shape (n, n).
 
-    See `identification.statistics.block_scores`. The priors keep their own part, so that numbers
-    the data do not excite stay unknown.
+    See `identification.statistics.blocks`. The priors keep their own part, so that numbers the
+    data do not excite stay unknown.
 
     Parameters
     ----------

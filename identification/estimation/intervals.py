@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
 
 from identification.estimation.covariance import information_root, sandwich
+from identification.statistics.correlation import autocorrelation
+from identification.statistics.whiteness import ljung_box
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 
@@ -40,10 +41,6 @@ def _coloured(stack: JointProblem, found: Sequence[ResidualEvaluation], lags: in
             return True
         for r in e.residual.reshape(count, -1):
             n = r.size
-            if n <= 2 * lags or not (power := float(r @ r)):
-                continue
-            rho = np.array([r[k:] @ r[:-k] for k in range(1, lags + 1)]) / power
-            q = n * (n + 2) * np.sum(rho**2 / (n - np.arange(1, lags + 1)))
-            if q > stats.chi2.ppf(0.999, lags):
+            if n > 2 * lags and ljung_box(autocorrelation([r], lags), n, lags)[1] < 0.001:
                 return True
     return False

@@ -9,7 +9,7 @@ import numpy as np
 
 from identification.estimation.covariance import information_root
 from identification.estimation.methods.method import MethodSolution
-from identification.estimation.noise import autoregressive, innovations
+from identification.statistics.autoregression import innovations, whitening_filter
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import Point, ResidualEvaluation, evaluate
@@ -189,7 +189,7 @@ def _reweighted(
             heard = rest[:, c]
             rounding = 1e-7 * float(np.ptp(p.data.readings[:, c]))
             if study.noise == "coloured" and np.sqrt(np.mean(heard**2)) > rounding:
-                polynomial = autoregressive(heard)
+                polynomial = whitening_filter(heard)
                 heard = innovations(heard - heard.mean(), polynomial)
             if n not in known:
                 least = 1e-9 * float(np.ptp(p.data.readings[:, c]))

@@ -1,1 +1,1 @@
-"""Statistics of residuals, one of each."""
+"""Statistics of residuals and signals, one of each; it knows neither fits nor diagnoses."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -10,6 +9,7 @@ import numpy as np
 from scipy.signal import welch
 
 from bondgraph.signals.recording import Recording, Split
+from identification.statistics.periods import repeats
 
 Array = np.ndarray
 RELATIVE_LEAST = 1e-5
@@ -87,32 +87,6 @@ def measured(
 
 REST = 200
 """Samples of a rest that tell the noise."""
-
-
-def repeats(commands: Sequence[Array]) -> tuple[int, list[slice]] | None:
-    """Period in samples and the stretches that a whole period later look exactly the same.
-
-    None when the commands do not repeat themselves, as with feedback or a sweep.
-    """
-    n = commands[0].size
-    v = commands[0] - commands[0].mean()
-    power = np.abs(np.fft.rfft(v, 2 * n)) ** 2
-    likeness = np.fft.irfft(power)[: n // 2 + 1] / max(float(v @ v), 1e-300)
-    size = likeness * n / np.maximum(n - np.arange(likeness.size), 1)
-    inner = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]) & (size[1:-1] > 0.5))
-    for lag in (inner + 1)[np.argsort(-size[inner + 1], kind="stable")][:12]:
-        if lag < 32:
-            continue
-        same = np.ones(n - lag, bool)
-        for u in commands:
-            same &= np.abs(u[lag:] - u[:-lag]) <= 1e-9 * np.ptp(u)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(int), [0]])))
-        runs = [slice(int(a), int(b)) for a, b in edges.reshape(-1, 2) if b - a >= 0.9 * lag]
-        # a command that stands still repeats itself too
-        runs = [s for s in runs if all(np.ptp(u[s]) > 0.1 * np.ptp(u) for u in commands)]
-        if runs:
-            return int(lag), runs
-    return None
 
 
 def _repeat_level(y: Array, lag: int, runs: list[slice]) -> float:

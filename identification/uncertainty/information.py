@@ -2,7 +2,7 @@
 
 The coordinates are ``theta = ln p`` for logarithmic parameters and ``theta = p / scale`` for
 linear ones, so that every column of the Jacobian counts standard deviations of the noise per
-relative change. For coloured residuals see `identification.statistics.block_scores`.
+relative change. For coloured residuals see `identification.statistics.blocks`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.support.errors import UnusableInput, unknown_name
-from identification.statistics.block_scores import block_rows, block_scores, blocks_for, student
+from identification.statistics.blocks import block_rows, block_scores, blocks_for, student
 
 __all__ = ["Information", "Sensitivities", "information"]
 

@@ -9,6 +9,7 @@ import numpy as np
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
+from identification.statistics.blocks import block_means
 from identification.uncertainty.finding import Finding
 from identification.uncertainty.fitted import FitView, from_estimation
 from identification.uncertainty.information import Sensitivities
@@ -142,8 +143,7 @@ def _trend(e: Estimation) -> Iterator[Finding]:
         for c, sensor in enumerate(e.sensors(r)):
             slope = float(12 * np.mean(t * rest[:, c]))
             left = rest[:, c] - slope * t
-            parts = np.array([b.mean() for b in np.array_split(left, 20)])
-            error = float(parts.std() / np.sqrt(20)) * np.sqrt(12.0)
+            error = float(block_means(left, 20).std() / np.sqrt(20)) * np.sqrt(12.0)
             if abs(slope) > max(6 * error, 2 * float(e.floors[r][c])):
                 yield Finding(
                     "drift", f"the residual of {sensor} moves by {slope:.3g} over the record",

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.statistics.blocks import block_means
 from identification.study.problem import Problem
 from identification.study.study import Study
 from identification.uncertainty.finding import Finding
@@ -211,8 +212,7 @@ def _drift(name: str, p: Problem, y: FloatArray) -> Iterator[Finding]:
         slope = float(found[1] / size[size > 0][1])
         left = measured - basis / size[size > 0] @ found
         # the spread of what is left counts with its memory: blocks of a twentieth
-        parts = np.array([b.mean() for b in np.array_split(left, 20)])
-        error = float(parts.std() / np.sqrt(20)) * np.sqrt(12.0)
+        error = float(block_means(left, 20).std() / np.sqrt(20)) * np.sqrt(12.0)
         if abs(slope) > max(0.2 * float(measured.std()), 6 * error, 10 * p.data.floor[c]):
             yield Finding(
                 "drift", f"{n} moves by {slope:.3g} over the record beside what the commands make",

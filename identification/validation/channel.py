@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.support.errors import UnusableInput
-from identification.validation.criteria import ResidualLevel
+from identification.statistics.criteria import ResidualLevel
+from identification.statistics.whiteness import Whiteness, whiteness
 from identification.validation.cross_correlation import CrossCorrelation, cross_correlation
 from identification.validation.held_out import Error, error
 from identification.validation.timing import SimulationTiming, timing
 from identification.validation.validation_data import ValidationData, ValidationRecord
-from identification.validation.whiteness import Whiteness, whiteness
 
 Array = np.ndarray
 

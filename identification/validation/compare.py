@@ -11,9 +11,9 @@ import numpy as np
 from scipy.stats import t as student
 
 from bondgraph.support.errors import UnusableInput
-from identification.diagnosis.search.candidates import paired_z
-from identification.validation.bootstrap import block_length
-from identification.validation.criteria import (
+from identification.statistics.blocks import paired_z
+from identification.statistics.bootstrap import block_length
+from identification.statistics.criteria import (
     Criteria,
     LikelihoodRatio,
     ResidualLevel,

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bondgraph.support.errors import UnusableInput
-from identification.diagnosis.report import html
-from identification.diagnosis.report.numbers import quantity, short
-from identification.validation.tables import aligned, ends, value
+from identification.report import html
+from identification.report.numbers import quantity, short
+from identification.report.tables import aligned
+from identification.validation.tables import ends, value
 
 if TYPE_CHECKING:
     from identification.validation.compare import Comparison, Contestant
-
-NUMERIC = (1, 2, 3, 4, 5, 6)
 
 
 def heads(c: Comparison) -> list[str]:
@@ -93,14 +92,14 @@ def text_comparison(c: Comparison) -> str:
 
 def html_comparison(c: Comparison) -> str:
     """Comparison as HTML; every text is escaped."""
-    names, table = parameter_table(c)
-    readings = len(c.best.judgement.channels)
-    parts = [
-        html.table(heads(c), rows(c), tuple(range(1, 5 + readings)), ("named",)),
-        html.table(names, table),
-        html.bullets(tests(c)),
-    ]
-    return "<div>" + "\n".join(p for p in parts if p) + "</div>"
+    return html.block(*html_parts(c))
+
+
+def html_parts(c: Comparison) -> tuple[str, str, str]:
+    """Fits, parameters and tests, as HTML."""
+    numeric = range(1, 6 + len(c.best.judgement.channels))
+    fits = html.table(heads(c), rows(c), numeric, ("named",))
+    return fits, html.table(*parameter_table(c)), html.bullets(tests(c))
 
 
 def frame(c: Comparison) -> Any:

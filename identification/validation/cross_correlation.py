@@ -16,7 +16,8 @@ from scipy.linalg import solve_toeplitz, toeplitz
 from scipy.stats import chi2
 
 from bondgraph.support.errors import UnusableInput
-from identification.validation.stretches import autocorrelation, correlate, memory, stretches
+from identification.statistics.correlation import autocorrelation, correlate, stretches
+from identification.statistics.memory import memory
 
 Array = np.ndarray
 REGULAR = 0.5

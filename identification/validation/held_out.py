@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.validation.bootstrap import mean_interval
+from identification.statistics.bootstrap import mean_interval
 from identification.validation.validation_data import ValidationData, ValidationRecord
 
 Array = np.ndarray

@@ -10,8 +10,8 @@ from identification.estimation.result import Estimation
 from identification.estimation.single_record import Fit
 from identification.estimation.starts import Starts
 from identification.estimation.threads import single_threaded
+from identification.statistics.criteria import Criteria, criteria
 from identification.validation.channel import ChannelJudgement, judge_channels
-from identification.validation.criteria import Criteria, criteria
 from identification.validation.distortion import Separated, separate
 from identification.validation.remark import Remark, Weight
 from identification.validation.remarks import remarks

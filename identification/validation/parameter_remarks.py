@@ -2,47 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from identification.diagnosis.report.numbers import quantity
-from identification.validation.remark import Remark, Weight
+from identification.report.numbers import quantity
+from identification.validation.remark import Remark, fault, fine, note
 from identification.validation.validation_data import Number, ValidationData
 
 
 def parameter_remarks(m: ValidationData) -> list[Remark]:
     """Return remarks on bounds, undetermined values, nuisances at their limit and trade-offs."""
-    found = []
+    found = [*_values(m), *_pairs(m)]
+    if m.numbers and not found:
+        found = [fine("every parameter is determined, none at a bound")]
+    return found
+
+
+def _values(m: ValidationData) -> Iterator[Remark]:
     for n in m.numbers:
         if n.at_bound:
-            found.append(
-                Remark(
-                    Weight.FAULT,
-                    f"{n.name} = {quantity(n.value, n.unit)} lies at its bound",
-                    f"widen the bound of {n.name} if physics allows, else fix it",
-                )
+            yield fault(
+                f"{n.name} = {quantity(n.value, n.unit)} lies at its bound",
+                f"widen the bound of {n.name} if physics allows, else fix it",
             )
         elif _wide(n):
-            found.append(
-                Remark(
-                    Weight.FAULT,
-                    f"the data do not determine {n.name}: its interval is as wide as its value",
-                    f"fix {n.name}, give it a prior, or record what excites it",
-                )
+            yield fault(
+                f"the data do not determine {n.name}: its interval is as wide as its value",
+                f"fix {n.name}, give it a prior, or record what excites it",
             )
     for n in m.nuisances:
         if n.at_bound:
-            found.append(
-                Remark(
-                    Weight.FAULT,
-                    f"the nuisance {n.name} lies at its bound, {quantity(n.value, n.unit)}",
-                    "it stands for more than the measuring chain: declare a delay, an offset or a "
-                    "law in the model",
-                )
+            yield fault(
+                f"the nuisance {n.name} lies at its bound, {quantity(n.value, n.unit)}",
+                "it stands for more than the measuring chain: declare a delay, an offset or a "
+                "law in the model",
             )
-    found += _pairs(m)
-    if m.numbers and not found:
-        found.append(Remark(Weight.FINE, "every parameter is determined, none at a bound"))
-    return found
 
 
 def _wide(n: Number) -> bool:
@@ -50,25 +45,18 @@ def _wide(n: Number) -> bool:
     return not np.isfinite([low, high]).all() or high - low > 2 * abs(n.value)
 
 
-def _pairs(m: ValidationData) -> list[Remark]:
-    found: list[Remark] = []
+def _pairs(m: ValidationData) -> Iterator[Remark]:
     size = len(m.numbers)
     if m.correlation.shape != (size, size):
-        return found
-    for i in range(size):
-        for j in range(i):
-            rho = float(m.correlation[i, j])
-            if abs(rho) > 0.99:
-                together = _together(m.numbers[i], m.numbers[j], rho)
-                found.append(
-                    Remark(
-                        Weight.NOTE,
-                        f"{m.numbers[j].name} and {m.numbers[i].name} trade off (correlation "
-                        f"{rho:.4f}): the data determine {together} far better than either",
-                        "fix one, or record something that moves them apart",
-                    )
-                )
-    return found
+        return
+    for i, j in zip(*np.tril_indices(size, -1), strict=True):
+        rho, a, b = float(m.correlation[i, j]), m.numbers[i], m.numbers[j]
+        if abs(rho) > 0.99:
+            yield note(
+                f"{b.name} and {a.name} trade off (correlation {rho:.4f}): the data determine "
+                f"{_together(a, b, rho)} far better than either",
+                "fix one, or record something that moves them apart",
+            )
 
 
 def _together(a: Number, b: Number, rho: float) -> str:

@@ -29,3 +29,18 @@ class Remark:
     weight: Weight
     text: str
     advice: str = ""
+
+
+def fine(text: str) -> Remark:
+    """Return a remark that asks nothing."""
+    return Remark(Weight.FINE, text)
+
+
+def note(text: str, advice: str = "") -> Remark:
+    """Return a remark that is to be known."""
+    return Remark(Weight.NOTE, text, advice)
+
+
+def fault(text: str, advice: str) -> Remark:
+    """Return a remark that asks for something."""
+    return Remark(Weight.FAULT, text, advice)

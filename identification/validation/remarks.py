@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from identification.diagnosis.report.numbers import quantity, short
 from identification.experiments.frequency import DistortionLevel
+from identification.report.numbers import quantity, short
 from identification.validation.channel import ChannelJudgement
 from identification.validation.distortion import Separated
 from identification.validation.parameter_remarks import parameter_remarks
-from identification.validation.remark import Remark, Weight
+from identification.validation.remark import Remark, Weight, fault, fine, note
 from identification.validation.validation_data import ValidationData
 
 NOTICED = 0.05
@@ -26,12 +28,12 @@ def remarks(
     separated: tuple[Separated, ...] = (),
 ) -> tuple[Remark, ...]:
     """Return all remarks, faults first, then notes, then what is fine."""
-    found = _ending(material) + [Remark(Weight.NOTE, n) for n in material.notes]
+    found = [*_ending(material), *map(note, material.notes)]
     several = len(material.records) > 1
     for c in channels:
         where = f"{c.channel} of {c.record}" if several else c.channel
-        found += _level(c, where) + _gap(c, where) + _memory(c, where)
-        found += _timing(c, where) + _inputs(c, where)
+        for said in (_level, _gap, _memory, _timing, _inputs):
+            found += said(c, where)
     for s in separated:
         found += _distortion(s, several)
     found += parameter_remarks(material)
@@ -39,72 +41,52 @@ def remarks(
     return tuple(sorted(found, key=lambda r: order.index(r.weight)))
 
 
-def _ending(m: ValidationData) -> list[Remark]:
-    if not m.status or m.status.startswith("converged"):
-        return []
-    return [
-        Remark(
-            Weight.FAULT,
+def _ending(m: ValidationData) -> Iterator[Remark]:
+    if m.status and not m.status.startswith("converged"):
+        yield fault(
             f"the fit did not converge: {m.status}",
             "judge nothing else before it has: raise the iterations, or give other starts",
         )
-    ]
 
 
-def _level(c: ChannelJudgement, where: str) -> list[Remark]:
+def _level(c: ChannelJudgement, where: str) -> Iterator[Remark]:
     e = c.judged
     if not e.n:
-        return [Remark(Weight.FAULT, f"{where}: no sample is scored", "check the split")]
+        yield fault(f"{where}: no sample is scored", "check the split")
+        return
     rmse, floor = quantity(e.rmse, e.unit, 3), quantity(e.floor, e.unit, 3)
     part, times = "held-out" if c.test.n else "training", short(float(np.sqrt(e.chi2)), 3)
     said = f"{where}: {part} error {rmse} rms, noise floor {floor}"
-    found = []
     if not c.test.n:
-        found.append(
-            Remark(
-                Weight.NOTE,
-                f"{where}: nothing is held out, so nothing says how the model does elsewhere",
-                "hold out a part of the record or a whole record",
-            )
+        yield note(
+            f"{where}: nothing is held out, so nothing says how the model does elsewhere",
+            "hold out a part of the record or a whole record",
         )
     if e.chi2 < 0.6:
-        found.append(
-            Remark(
-                Weight.NOTE,
-                f"{said}: below the floor (mean square {e.chi2:.2g} of it)",
-                "the floor is stated too high; measure it from a rest or from repeated periods",
-            )
+        yield note(
+            f"{said}: below the floor (mean square {e.chi2:.2g} of it)",
+            "the floor is stated too high; measure it from a rest or from repeated periods",
         )
     elif e.at_floor:
-        found.append(Remark(Weight.FINE, f"{said}: at the floor (mean square {e.chi2:.3g} of it)"))
+        yield fine(f"{said}: at the floor (mean square {e.chi2:.3g} of it)")
     elif e.chi2 <= NEAR and _nothing_left(c):
-        found.append(
-            Remark(
-                Weight.NOTE,
-                f"{said}: {times} times the floor, yet white and independent of the "
-                "inputs: noise a little above the floor as it was estimated",
-                "a floor measured at rest would be surer",
-            )
+        yield note(
+            f"{said}: {times} times the floor, yet white and independent of the "
+            "inputs: noise a little above the floor as it was estimated",
+            "a floor measured at rest would be surer",
         )
-    elif _only_noise(c):
-        found.append(
-            Remark(
-                Weight.NOTE,
-                f"{said}: {times} times the floor, but coloured noise: the inputs do "
-                "not show in it, and its noise model leaves it white",
-                "a floor measured at rest would tell noise from slow physics",
-            )
+    elif c.order and c.inputs and _nothing_left(c):
+        yield note(
+            f"{said}: {times} times the floor, but coloured noise: the inputs do "
+            "not show in it, and its noise model leaves it white",
+            "a floor measured at rest would tell noise from slow physics",
         )
     else:
-        found.append(
-            Remark(
-                Weight.FAULT,
-                f"{said}: {times} times the floor, {e.fit:.4g} % fit",
-                "something is missing in the model; the correlations below say where to look, "
-                "and a diagnosis names it",
-            )
+        yield fault(
+            f"{said}: {times} times the floor, {e.fit:.4g} % fit",
+            "something is missing in the model; the correlations below say where to look, "
+            "and a diagnosis names it",
         )
-    return found
 
 
 def _nothing_left(c: ChannelJudgement) -> bool:
@@ -113,74 +95,55 @@ def _nothing_left(c: ChannelJudgement) -> bool:
     return white and not any(x.causal or x.anticausal for x in c.inputs)
 
 
-def _only_noise(c: ChannelJudgement) -> bool:
-    """Whether a noise model was fitted, whitens the residual, and no input shows in it."""
-    return bool(c.order and c.inputs and _nothing_left(c))
-
-
-def _gap(c: ChannelJudgement, where: str) -> list[Remark]:
+def _gap(c: ChannelJudgement, where: str) -> Iterator[Remark]:
     a, b = c.train, c.test
     if not (a.n and b.n) or not a.chi2 > 0:
-        return []
+        return
     low, high = b.chi2_ci[0], a.chi2_ci[1]
     sure = low > high if np.isfinite(low) and np.isfinite(high) else b.chi2 > 2 * a.chi2
-    if not sure or b.chi2 < 1.5 * max(a.chi2, 1.0):
-        return []
-    times = short(b.chi2 / a.chi2, 2)
-    return [
-        Remark(
-            Weight.FAULT,
+    if sure and b.chi2 >= 1.5 * max(a.chi2, 1.0):
+        times = short(b.chi2 / a.chi2, 2)
+        yield fault(
             f"{where}: the held-out mean square is {times} times that of training",
             "either the fit follows noise (fix or bound parameters, add data), or the held-out "
             "part goes where the training did not (other amplitudes, rates, temperature)",
         )
-    ]
 
 
-def _memory(c: ChannelJudgement, where: str) -> list[Remark]:
+def _memory(c: ChannelJudgement, where: str) -> Iterator[Remark]:
     w = c.white
     part = "training" if c.train.n else "held-out"
     if w is None:
-        return [Remark(Weight.NOTE, f"{where}: too few {part} samples to judge the residual")]
-    what = f"the {part} residual"
-    if c.order:
-        what = f"the {part} residual, freed of its noise model of order {c.order},"
+        yield note(f"{where}: too few {part} samples to judge the residual")
+        return
+    freed = f", freed of its noise model of order {c.order}," if c.order else ""
+    what = f"{where}: the {part} residual{freed} is"
     if w.white:
-        return [Remark(Weight.FINE, f"{where}: {what} is white (p = {w.p:.2g})")]
-    said = f"{where}: {what} is {w.words}"
-    if w.predictable < NOTICED:
-        return [Remark(Weight.NOTE, f"{said}: too little to act on")]
-    if c.train.at_floor:
-        return [
-            Remark(
-                Weight.NOTE,
-                f"{said}, yet no larger than the floor: the noise itself has memory",
-                f"count {w.effective:.0f} of {w.n} samples; intervals must be made for coloured "
-                "noise (noise='coloured')",
-            )
-        ]
-    return [
-        Remark(
-            Weight.FAULT,
-            said,
+        yield fine(f"{what} white (p = {w.p:.2g})")
+    elif w.predictable < NOTICED:
+        yield note(f"{what} {w.words}: too little to act on")
+    elif c.train.at_floor:
+        yield note(
+            f"{what} {w.words}, yet no larger than the floor: the noise itself has memory",
+            f"count {w.effective:.0f} of {w.n} samples; intervals must be made for coloured "
+            "noise (noise='coloured')",
+        )
+    else:
+        yield fault(
+            f"{what} {w.words}",
             f"dynamics or a drift are missing; meanwhile intervals hold for {w.effective:.0f} of "
             f"{w.n} samples (noise='coloured')",
         )
-    ]
 
 
-def _timing(c: ChannelJudgement, where: str) -> list[Remark]:
+def _timing(c: ChannelJudgement, where: str) -> Iterator[Remark]:
     t = c.timing
-    if t is None or t.words.startswith("delay, gain and offset"):
-        return []
-    return [
-        Remark(
-            Weight.FAULT,
+    if t is not None and not t.words.startswith("delay, gain and offset"):
+        yield fault(
             f"{where}: {t.words}",
             "free a delay, the gain of the sensor or its offset, or correct the channel's time "
             "and calibration",
         )
-    ]
 
 
 def _distorts(level: DistortionLevel) -> float:
@@ -190,9 +153,8 @@ def _distorts(level: DistortionLevel) -> float:
     return float(np.nan_to_num(max(odd, even)))
 
 
-def _distortion(s: Separated, several: bool) -> list[Remark]:
+def _distortion(s: Separated, several: bool) -> Iterator[Remark]:
     """Where the drive repeats: is the residual noise, and does the plant distort."""
-    found = []
     for name in s.reading.outputs:
         level, left = s.reading.level(name), s.left(name)
         if not (np.isfinite(left) and level.linear > 0 and level.noise > 0):
@@ -200,40 +162,31 @@ def _distortion(s: Separated, several: bool) -> list[Remark]:
         said = f"{name} of {s.record}: {s.words(name).removeprefix(f'{name}: ')}"
         said = said if several else s.words(name)
         if left <= 1.5 * level.noise:
-            found.append(Remark(Weight.FINE, said))
+            yield fine(said)
         elif _distorts(level) > 0.1 * left:
-            found.append(
-                Remark(
-                    Weight.FAULT,
-                    f"{said}: the plant distorts, and the residual repeats with the drive",
-                    "a nonlinear law: odd distortion is friction, hysteresis or hardening, even "
-                    "distortion something that tells the two directions apart",
-                )
+            yield fault(
+                f"{said}: the plant distorts, and the residual repeats with the drive",
+                "a nonlinear law: odd distortion is friction, hysteresis or hardening, even "
+                "distortion something that tells the two directions apart",
             )
         else:
-            found.append(
-                Remark(
-                    Weight.FAULT,
-                    f"{said}: the residual repeats with the drive, without distortion",
-                    "linear dynamics are missing: a mode, a delay, a wrong order",
-                )
+            yield fault(
+                f"{said}: the residual repeats with the drive, without distortion",
+                "linear dynamics are missing: a mode, a delay, a wrong order",
             )
-    return found
 
 
-def _inputs(c: ChannelJudgement, where: str) -> list[Remark]:
-    found = []
+def _inputs(c: ChannelJudgement, where: str) -> Iterator[Remark]:
     for x in c.inputs:
         if not (x.causal or x.anticausal):
-            found.append(Remark(Weight.FINE, f"{where}: the residual is {x.words}"))
+            yield fine(f"{where}: the residual is {x.words}")
             continue
         part = "held-out" if c.part == "test" else "training"
         said = f"{where}: the {part} residual {x.words}"
         if c.judged.at_floor:
-            found.append(Remark(Weight.NOTE, f"{said}; all of it below the noise floor"))
+            yield note(f"{said}; all of it below the noise floor")
         else:
             advice = "free or add what links them (a mode, a law, a delay), or diagnose the model"
             if x.anticausal and not x.causal:
                 advice = "check whether the input was controlled by this reading, and the time base"
-            found.append(Remark(Weight.FAULT, said, advice))
-    return found
+            yield fault(said, advice)

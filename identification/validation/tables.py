@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.diagnosis.report import html
-from identification.diagnosis.report.numbers import interval, prefixed, quantity, short
+from identification.report import html
+from identification.report.numbers import interval, prefixed, quantity, short
+from identification.report.tables import aligned
 from identification.validation.held_out import Error
 
 if TYPE_CHECKING:
@@ -89,19 +90,27 @@ def criteria_text(j: Judgement) -> str:
     )
 
 
+def in_a_word(j: Judgement) -> str:
+    """Return whether there is anything to object to."""
+    count = len(j.faults)
+    return "nothing to object to" if j.acceptable else f"{count} fault{'s' if count > 1 else ''}"
+
+
+def groups(j: Judgement) -> list[tuple[str, Sequence[Remark]]]:
+    """Remarks under their titles; a title without remarks is left out."""
+    every = (("What is not fine", j.faults), ("To know", j.notes), ("What is fine", j.fine))
+    return [(title, found) for title, found in every if found]
+
+
 def text_judgement(j: Judgement) -> str:
     """Judgement as plain text."""
     m = j.material
-    count = len(j.faults)
-    head = "nothing to object to" if j.acceptable else f"{count} fault{'s' if count > 1 else ''}"
-    lines = [f"{m.model}: {head}", f"simulated as {m.run}", ""]
+    lines = [f"{m.model}: {in_a_word(j)}", f"simulated as {m.run}", ""]
     lines += aligned(ERROR_HEADS, error_rows(j))
     if m.numbers:
         lines += ["", *aligned(NUMBER_HEADS, [number_row(n) for n in m.numbers])]
-    groups = (("What is not fine", j.faults), ("To know", j.notes), ("What is fine", j.fine))
-    for title, found in groups:
-        if found:
-            lines += ["", title, *(line for r in found for line in _remark(r))]
+    for title, found in groups(j):
+        lines += ["", title, *(line for r in found for line in _remark(r))]
     if j.criteria is not None:
         lines += ["", criteria_text(j)]
     return "\n".join(line.rstrip() for line in lines)
@@ -116,33 +125,18 @@ def _remark(r: Remark) -> list[str]:
     return lines
 
 
-def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Columns of text, two spaces apart."""
-    table = [list(heads), *[list(r) for r in rows]]
-    widths = [max(len(r[i]) for r in table) for i in range(len(heads))]
-    return ["  ".join(t.ljust(w) for t, w in zip(r, widths, strict=True)).rstrip() for r in table]
-
-
 def html_judgement(j: Judgement) -> str:
     """Judgement as HTML without scripts; every text is escaped."""
     m = j.material
-    parts = [
+    said = []
+    for title, found in groups(j):
+        tried = [f"{r.text}. Try: {r.advice}." if r.advice else f"{r.text}." for r in found]
+        said += [html.heading(title), html.bullets(tried)]
+    return html.block(
         html.heading(f"{m.model}: {'nothing to object to' if j.acceptable else 'not yet good'}"),
         html.paragraph(f"Simulated as {m.run}."),
         html.table(ERROR_HEADS, error_rows(j), (3, 4, 5, 6, 7, 8, 9)),
         html.table(NUMBER_HEADS, [number_row(n) for n in m.numbers], (1, 2, 3)),
-        remarks_html(j),
+        *said,
         html.paragraph(criteria_text(j)),
-    ]
-    return "<div>" + "\n".join(p for p in parts if p) + "</div>"
-
-
-def remarks_html(j: Judgement) -> str:
-    """Remarks under three headings, each fault with what to try."""
-    groups = (("What is not fine", j.faults), ("To know", j.notes), ("What is fine", j.fine))
-    parts = []
-    for title, found in groups:
-        if found:
-            said = [f"{r.text}. Try: {r.advice}." if r.advice else f"{r.text}." for r in found]
-            parts += [html.heading(title), html.bullets(said)]
-    return "\n".join(parts)
+    )

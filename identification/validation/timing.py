@@ -12,7 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.support.errors import UnusableInput
-from identification.validation.stretches import autocorrelation, memory, pieces_of, stretches
+from identification.statistics.blocks import block_sums
+from identification.statistics.correlation import autocorrelation, pieces_of, stretches
+from identification.statistics.memory import memory
 
 Array = np.ndarray
 SURE = 3.5
@@ -120,7 +122,6 @@ def _clustered(a: Array, left: Array, gram: Array) -> Array:
     n = left.size
     tau = memory(autocorrelation(pieces, min(n - 1, n // 4)), n)
     count = int(np.clip(n / max(4 * tau, n ** (1 / 3)), 4, n // 4))
-    edges = np.linspace(0, n, count + 1).astype(int)[:-1]
-    sums = np.add.reduceat(a * left[:, None], edges, axis=0)
+    sums = block_sums(a * left[:, None], count)
     wider = count / max(count - a.shape[1], 1)
     return np.asarray(wider * gram @ (sums.T @ sums) @ gram)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bondgraph.support.errors import UnusableInput
+from identification.statistics.autoregression import innovations
 
 Array = np.ndarray
 FREE_RUN = "free run: one initial state for the record, then the inputs alone"
@@ -95,7 +96,7 @@ class ValidationRecord:
         r = self.residual[:, column]
         if not self.order(column):
             return np.asarray(r)
-        heard = np.convolve(r, self.whitening[column], mode="valid")
+        heard = innovations(r, self.whitening[column])
         return np.concatenate([np.full(self.order(column), np.nan), heard])
 
     def order(self, column: int) -> int:

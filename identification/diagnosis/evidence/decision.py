@@ -11,8 +11,9 @@ from scipy.stats import spearmanr
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.evidence.residual_pattern import ResidualPattern
 from identification.diagnosis.localisation.structural_classes import Isolability
-from identification.diagnosis.search.candidates import Candidate, paired_z
+from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Fit
+from identification.statistics.blocks import paired_z
 
 Array = np.ndarray
 
@@ -108,6 +109,8 @@ class Decision:
         Held-out mean square over the floor before this decision.
     complete : bool
         `chosen` explains enough for a name; only its rivals may forbid one.
+    ample : bool
+        `chosen` removes as much of the misfit as a name needs, whatever else speaks against it.
     """
 
     kind: str
@@ -122,8 +125,42 @@ class Decision:
     trials: tuple[Candidate, ...] = ()
     nominal: float = float("nan")
     complete: bool = False
+    ample: bool = False
+
+    @property
+    def possible(self) -> tuple[Candidate, ...]:
+        """The best description and its rivals."""
+        return self.rivals if self.chosen is None else (self.chosen, *self.rivals)
+
+    @property
+    def answer(self) -> str:
+        """What kind of answer it is: ``exact``, ``family``, ``look_alikes`` or ``unknown``.
+
+        A family or a set of look-alikes is an answer only if its members explain the misfit; where
+        the exact law is another one, at most the family is.
+        """
+        if self.kind == "missing_physics":
+            return "exact"
+        alike = {t.effect for t in self.possible}
+        if self.complete and alike:
+            return (
+                "family" if len(alike) == 1 else "look_alikes" if len(alike) <= MOST else "unknown"
+            )
+        return "family" if self.ample and self._families_agree else "unknown"
+
+    @property
+    def family(self) -> str:
+        """Family of what is missing; ``outside`` where none can be given."""
+        known = self.answer != "unknown" and self._families_agree
+        return self.possible[0].insertion.family if known else "outside"
+
+    @property
+    def _families_agree(self) -> bool:
+        return len({t.insertion.family for t in self.possible}) == 1
 
 
+MOST = 3
+"""More effects than this are no set of look-alikes but nothing known."""
 Remaining = Callable[[Candidate], ResidualPattern]
 
 
@@ -235,7 +272,7 @@ def decide(
         reasons.append("not needed but not excluded: " + ", ".join(r.label for r in richer))
     return Decision(
         kind, best, same, rivals, min(share, 1.0), confidence, tuple(reasons), richer, left,
-        tuple(trials), nominal, enough,
+        tuple(trials), nominal, enough, share >= t.share,
     )  # fmt: skip
 
 

@@ -18,10 +18,10 @@ from bondgraph.export.latex import latex, ordered_latex, pretty, rate_of, system
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, R, Sensor, Source, symbol
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.report.canvas import inline
 from identification.diagnosis.report.law import law_ports
-from identification.diagnosis.report.style import PLOT
 from identification.diagnosis.search.candidates import Candidate
+from identification.report.canvas import inline
+from identification.report.style import PLOT
 
 LONGEST = 420
 

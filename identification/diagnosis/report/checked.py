@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
-
 import numpy as np
 
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording import axes_of
-from identification.diagnosis.report import html
 from identification.diagnosis.report.evidence import spoken
-from identification.diagnosis.report.found import NAMED, extra, found_of, places_of
-from identification.diagnosis.report.numbers import interval, percent, short
+from identification.diagnosis.report.found import NAMED, found_of, places_of
 from identification.diagnosis.report.views import unit_of
+from identification.diagnosis.screening.score_test import Screened
+from identification.report import html
+from identification.report.numbers import interval, percent, short
+from identification.report.words import stopped
 
 SCREENED = 15
 
@@ -27,7 +26,7 @@ def checked(d: Diagnosis) -> str:
         "What was checked",
         html.paragraph(_structure(d)),
         *_relations(d),
-        *_screening(d),
+        _screening(d),
         html.bullets(_left(d)),
     )
 
@@ -46,19 +45,17 @@ def _structure(d: Diagnosis) -> str:
 
 
 def _relations(d: Diagnosis) -> list[str]:
-    rows, kinds = [], []
-    for ports, train, test, fits in _relation_rows(extra(d, "relations")):
-        said = (
-            "" if fits is None else "the mismatch may sit here alone" if fits else "elsewhere too"
-        )
-        rows.append([", ".join(ports), short(train), short(test), said])
-        kinds.append("named" if fits else "")
-    if not rows:
+    if not d.relations:
         return []
     words = (
         "Each relation leaves out what one class of ports could do, and is fitted on its own. If "
         "the mismatch sits in that class, its relation stays at the noise (1); every other rises."
     )
+    said = {True: "the mismatch may sit here alone", False: "elsewhere too"}
+    rows = [
+        [", ".join(r.ports), short(r.train), short(r.test), said[r.compatible]] for r in d.relations
+    ]
+    kinds = ["named" if r.compatible else "" for r in d.relations]
     heads = ("blind to", "misfit / floor, train", "held out", "so")
     return [
         html.heading("relations blind to one place"),
@@ -67,38 +64,22 @@ def _relations(d: Diagnosis) -> list[str]:
     ]
 
 
-def _relation_rows(
-    relations: Any,
-) -> Iterable[tuple[tuple[str, ...], float, float, bool | None]]:
-    """Ports, misfits and verdict of each relation, from objects or from a mapping by class."""
-    if isinstance(relations, Mapping):
-        for ports, pair in relations.items():
-            names = (ports,) if isinstance(ports, str) else tuple(ports)
-            yield names, float(pair[0]), float(pair[1]), None
-        return
-    for r in relations:
-        yield tuple(r.ports), float(r.train), float(r.test), bool(r.compatible)
-
-
-def _screening(d: Diagnosis) -> list[str]:
+def _screening(d: Diagnosis) -> str:
     rows = [
-        [
-            f"{'a curve without a name' if s.effect.name == 'unknown' else spoken(s.effect.name)} "
-            f"at {s.element.name}",
-            percent(s.share),
-            short(s.z, 3),
-        ]
+        [_screened(s), percent(s.share), short(s.z, 3)]
         for s in d.ranking[:SCREENED]
         if s.hint is not None
     ]
-    if not rows:
-        return []
     words = (
         f"{len(d.ranking)} pairs of effect and place were screened by one linear step; the best "
         "were then fitted. Share of the training misfit that the step would remove:"
     )
-    table = html.table(("effect and place", "share", "z"), rows, (1, 2))
-    return [html.folded(words, table)]
+    return html.folded(words, html.table(("effect and place", "share", "z"), rows, (1, 2)))
+
+
+def _screened(s: Screened) -> str:
+    name = "a curve without a name" if s.effect.name == "unknown" else spoken(s.effect.name)
+    return f"{name} at {s.element.name}"
 
 
 def _left(d: Diagnosis) -> list[str]:
@@ -110,8 +91,7 @@ def _left(d: Diagnosis) -> list[str]:
         return [
             "After the last step no effect and no generic curve finds a pattern in the residual."
         ]
-    said = spoken(left.words())
-    return [said[0].upper() + said[1:] + "."]
+    return [stopped(spoken(left.words()))]
 
 
 def limits(d: Diagnosis) -> str:
@@ -133,11 +113,9 @@ def _range(d: Diagnosis) -> list[str]:
         for n, u in d.data.commands.items()
         if np.ptp(u) > 0
     ]
-    scene = d.scene
-    for element in places_of(d)[0] if scene is not None else ():
-        if scene is None or element not in scene.past:
-            continue
-        for a in axes_of(d.graph, element, scene.past[element])[:2]:
+    pasts = d.scene.past if d.scene is not None else {}
+    for element in (n for n in places_of(d)[0] if n in pasts):
+        for a in axes_of(d.graph, element, pasts[element])[:2]:
             if a.name.removeprefix("command ") not in d.data.commands:
                 low, high = float(np.nanmin(a.values)), float(np.nanmax(a.values))
                 spans.append(f"{a.name} {interval(low, high, a.unit)}")

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.decision import Decision
-from identification.diagnosis.report import html
-from identification.diagnosis.report.found import extra
-from identification.diagnosis.report.numbers import interval, quantity, short
 from identification.diagnosis.report.rivals import Standing, nominal_misfit, standings, title
 from identification.estimation.single_record import Estimate
+from identification.report import html
+from identification.report.numbers import interval, quantity, short
+from identification.report.words import spaced
 
+KINDS = {"winner": "named", "alike": "maybe", "locates": "quiet"}
 SHOWN = 12
 """Rivals that are listed; the others are behind a line."""
 DIVERGED = 1e3
@@ -54,39 +55,32 @@ def _rival_tables(found: Sequence[Standing], nominal: float) -> list[str]:
     values = [nominal, *(s.trial.test for s in found if s.trial.test < DIVERGED * nominal)]
     low, high = np.log(0.9 * min(1.0, *values)), np.log(max(*values, 1.1))
 
-    def length(v: float) -> float:
-        return float((np.log(v) - low) / (high - low)) if np.isfinite(v) and v > 0 else 1.0
+    def size(v: float, role: str) -> list[str]:
+        length = float((np.log(v) - low) / (high - low)) if np.isfinite(v) and v > 0 else 1.0
+        return [html.bar(length, role), short(v) if v < DIVERGED * nominal else "diverges"]
 
-    def size(v: float) -> str:
-        return short(v) if v < DIVERGED * nominal else "diverges"
-
-    rows = [
-        ["the model as it is", html.bar(length(nominal), "nominal"), short(nominal), "", "", ""]
-    ]
-    kinds = [""]
+    rows = [["the model as it is", *size(nominal, "nominal"), "", "", ""]]
     for s in found:
         z = "–" if s.role == "winner" or not np.isfinite(s.z) else f"{s.z:z.1f}".replace("-", "−")
-        usual = "" if s.trial.home else " (unusual place)"
         share = f"{100 * s.share:z.1f} %".replace("-", "−") if s.share > -1 else "worse"
-        bar = html.bar(length(s.trial.test), s.role)
-        rows.append([title(s.trial) + usual, bar, size(s.trial.test), z, share, s.why])
-        kinds.append({"winner": "named", "alike": "maybe", "locates": "quiet"}.get(s.role, ""))
+        name = title(s.trial) + ("" if s.trial.home else " (unusual place)")
+        rows.append([name, *size(s.trial.test, s.role), z, share, s.why])
+    kinds = ["", *(KINDS.get(s.role, "") for s in found)]
     heads = ("effect and place", "", "misfit / floor", "z behind", "explained", "why it lost")
-
-    def table(part: slice) -> str:
-        return html.table(heads, rows[part], (2, 3, 4), kinds[part], trusted=(1,))
-
-    more = len(rows) - SHOWN - 1
-    tables = [table(slice(0, SHOWN + 1))]
-    if more > 0:
-        tables.append(html.folded(f"{more} more", table(slice(SHOWN + 1, None))))
-    return tables
+    first, rest = slice(0, SHOWN + 1), slice(SHOWN + 1, None)
+    return [
+        html.table(heads, rows[first], (2, 3, 4), kinds[first]),
+        html.folded(
+            f"{len(rows) - SHOWN - 1} more",
+            html.table(heads, rows[rest], (2, 3, 4), kinds[rest]),
+        ),
+    ]
 
 
 def spoken(text: str) -> str:
     """Replace the names of effects by words."""
     for e in CATALOGUE:
-        text = text.replace(e.name, e.name.replace("_", " "))
+        text = text.replace(e.name, spaced(e.name))
     return text
 
 
@@ -95,48 +89,31 @@ def parameters(d: Diagnosis) -> str:
     if d.nominal is None:
         return ""
     f = d.repaired or d.nominal
-    declared = d.graph.parameters
-    nominal = {e.name: e for e in d.nominal.estimates}
-    rows, kinds = [], []
-    for e in f.estimates:
-        given = quantity(declared[e.name].value, e.unit) if e.name in declared else "–"
-        before = quantity(nominal[e.name].value, e.unit) if e.name in nominal else "–"
-        rows.append(
-            [
-                e.name,
-                given,
-                before,
-                quantity(e.value, e.unit),
-                interval(*e.ci95, e.unit),
-                _remark(e),
-            ]
-        )
-        kinds.append("named" if e.name not in nominal else "")
-    heads = [
-        "parameter",
-        "declared",
-        "fitted, nominal",
-        "fitted, repaired",
-        "95 % interval",
-        "remark",
-    ]
-    numeric = [1, 2, 3, 4]
-    if d.repaired is None:
-        rows = [r[:2] + r[3:] for r in rows]
-        heads, numeric = [heads[0], heads[1], "fitted", *heads[4:]], [1, 2, 3]
-    nuisances = [
-        [e.name, quantity(e.value, e.unit), interval(*e.ci95, e.unit), _remark(e)]
-        for e in f.nuisances
-    ]
+    declared = {n: p.value for n, p in d.graph.parameters.items()}
+    nominal = {e.name: e.value for e in d.nominal.estimates} if d.repaired else {}
+
+    def row(e: Estimate, *before: Mapping[str, float]) -> list[str]:
+        given = [quantity(v[e.name], e.unit) if e.name in v else "–" for v in before]
+        return [e.name, *given, quantity(e.value, e.unit), interval(*e.ci95, e.unit), _remark(e)]
+
+    known = ([declared, nominal], ["fitted, nominal", "fitted, repaired"])
+    columns, heads = known if d.repaired else ([declared], ["fitted"])
+    new = [bool(d.repaired) and e.name not in nominal for e in f.estimates]
     return html.section(
         "Parameters",
-        html.table(heads, rows, numeric, kinds),
-        html.heading("nuisances: offsets and small delays of the readings") if nuisances else "",
-        html.table(("nuisance", "fitted", "95 % interval", "remark"), nuisances, (1, 2)),
+        html.table(
+            ["parameter", "declared", *heads, "95 % interval", "remark"],
+            [row(e, *columns) for e in f.estimates], range(1, len(columns) + 3),
+            ["named" if n else "" for n in new],
+        ),
+        html.heading("nuisances: offsets and small delays of the readings") if f.nuisances else "",
+        html.table(
+            ("nuisance", "fitted", "95 % interval", "remark"), [row(e) for e in f.nuisances], (1, 2)
+        ),
         html.paragraph(
             f"The fit {'' if f.status.value.startswith('stopped') else 'has '}{f.status.value}."
         ),
-    )
+    )  # fmt: skip
 
 
 def _remark(e: Estimate) -> str:
@@ -151,19 +128,6 @@ def _remark(e: Estimate) -> str:
 
 
 def advice(d: Diagnosis) -> str:
-    """Say what to record next."""
-    lines = [*map(spoken, d.advice), *_experiments(d)]
-    listed = html.bullets(dict.fromkeys(lines))
-    boxed = f'<div class="callout">{listed}</div>' if listed else ""
-    return html.section("What to record next", boxed)
-
-
-def _experiments(d: Diagnosis) -> list[str]:
-    """Return computed experiments with the separation that they promise."""
-    found = []
-    for x in extra(d, "experiments"):
-        said = getattr(x, "sentence", None) or getattr(x, "words", None) or x
-        z = getattr(x, "expected_z", None)
-        known = isinstance(z, float) and np.isfinite(z) and "separation" not in str(said)
-        found.append(spoken(str(said)) + (f" (expected separation z {z:.1f})" if known else ""))
-    return found
+    """Say what to record next; experiments with the separation that they promise."""
+    lines = map(spoken, (*d.advice, *(x.sentence for x in d.experiments)))
+    return html.section("What to record next", html.box(html.bullets(dict.fromkeys(lines))))

@@ -7,20 +7,28 @@ from typing import Any
 import numpy as np
 
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.report.canvas import TILE, drawing, label, plain
-from identification.diagnosis.report.numbers import axis_scale
-from identification.diagnosis.report.style import BAND, FLOOR, MEASURED, MUTED
 from identification.diagnosis.report.views import (
     Curve,
     bounds,
     curves,
-    envelope,
     readable,
     residual,
-    sampled,
     scored,
     unit_of,
 )
+from identification.report.canvas import (
+    TILE,
+    Canvas,
+    drawing,
+    label,
+    mark_held_out,
+    noise_band,
+    one_legend,
+)
+from identification.report.numbers import axis_scale
+from identification.report.style import MEASURED
+from identification.report.traces import envelope, sampled
+from identification.study.problem import Data
 
 Array = np.ndarray
 
@@ -30,16 +38,13 @@ def outputs_tile(d: Diagnosis, column: int) -> str:
     data = d.data
     assert data is not None
     with drawing(f"outputs-{column}", 2.6, TILE) as canvas:
-        ax = canvas.rows(1)[0, 0]
-        _output(ax, d, curves(d), column, data.names[column])
-        ax.set_xlabel("time (s)")
-        _legend(canvas.figure, ax)
+        _output(canvas.ax, d, data, curves(d), column)
+        _finished(canvas)
     return canvas.svg
 
 
-def _output(ax: Any, d: Diagnosis, shown: tuple[Curve, ...], column: int, name: str) -> None:
-    data = d.data
-    assert data is not None
+def _output(ax: Any, d: Diagnosis, data: Data, shown: tuple[Curve, ...], column: int) -> None:
+    name = data.names[column]
     piece = readable(data, column, residual(shown[0].fit, column) if shown else None)
     t, y = sampled(data.time[piece], data.readings[piece, column])
     factor, unit = axis_scale(unit_of(d, name), float(np.abs(y).max(initial=0.0)))
@@ -49,9 +54,7 @@ def _output(ax: Any, d: Diagnosis, shown: tuple[Curve, ...], column: int, name: 
         inside = (other.time >= t[0]) & (other.time <= t[-1])
         ts, ys = sampled(other.time[inside], curve.fit.simulated[inside, column])
         style = "--" if k == 0 and len(shown) > 1 else "-"
-        ax.plot(
-            ts, factor * ys, color=curve.colour, ls=style, label=plain(curve.label.split(":")[0])
-        )
+        ax.plot(ts, factor * ys, color=curve.colour, ls=style, label=curve.label)
     ax.set_ylabel(label(name, unit))
     ax.set_xlim(t[0], t[-1])
 
@@ -61,33 +64,31 @@ def residual_tile(d: Diagnosis, column: int) -> str:
     data = d.data
     assert data is not None
     with drawing(f"residual-{column}", 2.6, TILE) as canvas:
-        ax = canvas.rows(1)[0, 0]
-        _residual(ax, d, curves(d), column, data.names[column])
-        ax.set_xlabel("time (s)")
-        _legend(canvas.figure, ax)
+        _residual(canvas.ax, d, data, curves(d), column)
+        _finished(canvas)
     return canvas.svg
 
 
-def _residual(ax: Any, d: Diagnosis, shown: tuple[Curve, ...], column: int, name: str) -> None:
-    data = d.data
-    assert data is not None
+def _finished(canvas: Canvas) -> None:
+    canvas.ax.set_xlabel("time (s)")
+    one_legend(canvas.figure, [canvas.ax], fontsize=8, handlelength=1.6, columnspacing=1.2)
+
+
+def _residual(ax: Any, d: Diagnosis, data: Data, shown: tuple[Curve, ...], column: int) -> None:
+    name = data.names[column]
     sigma = float(data.floor[column])
     sizes = [_largest(c, column) for c in shown]
     factor, unit = axis_scale(unit_of(d, name), max(sizes, default=sigma))
     for curve in shown:
         part = scored(curve.fit.problem.data)
         t, r = envelope(curve.fit.problem.data.time[part], residual(curve.fit, column)[part])
-        ax.plot(t, factor * r, color=curve.colour, lw=0.7, label=plain(curve.label.split(":")[0]))
-    ax.axhspan(
-        -2 * factor * sigma, 2 * factor * sigma, color=BAND, lw=0, zorder=1,
-        label="noise, ±2σ",
-    )  # fmt: skip
-    for side in (-2, 2):
-        ax.axhline(side * factor * sigma, color=FLOOR, lw=0.8, ls="--", zorder=4)
-    start, stop = bounds(data.split.test, data.n)
-    held_out(ax, data.time, start, stop)
+        ax.plot(t, factor * r, color=curve.colour, lw=0.7, label=curve.label)
+    noise_band(ax, 2 * factor * sigma, "noise, ±2σ")
+    held_out(ax, data)
     ax.set_ylabel(label(f"{name}: residual", unit))
-    _scored_axis(ax, d)
+    # what was left out would set the scale
+    t = data.time[scored(data)]
+    ax.set_xlim(t[0], t[-1])
 
 
 def _largest(curve: Curve, column: int) -> float:
@@ -96,37 +97,11 @@ def _largest(curve: Curve, column: int) -> float:
     return float(np.nanmax(np.abs(r), initial=float(data.floor[column])))
 
 
-def _scored_axis(ax: Any, d: Diagnosis) -> None:
-    """Time axis over the samples that are scored: what was left out would set the scale."""
-    assert d.data is not None
-    t = d.data.time[scored(d.data)]
-    ax.set_xlim(t[0], t[-1])
-
-
-def held_out(ax: Any, time: Array, start: int, stop: int) -> None:
-    """Mark the held-out samples along the top of a time plot."""
-    if stop <= start:
-        return
-    a, b = float(time[start]), float(time[stop - 1])
-    ax.axvspan(a, b, color="#0f6cbd", alpha=0.05, lw=0)
-    ax.axvline(a, color=MUTED, lw=0.8, ls=":")
-    ax.annotate(
-        "held out", (a, 1.0), (2, 2), xycoords=ax.get_xaxis_transform(),
-        textcoords="offset points", va="bottom", fontsize=7.5, color="#52606d",
-    )  # fmt: skip
-
-
-def thin_log(f: Array, a: Array, most: int = 300) -> tuple[Array, Array]:
-    """Root mean square on even steps of the logarithm of the frequency."""
-    if f.size <= most:
-        return f, a
-    edges = np.geomspace(f[0], f[-1] * 1.0001, most + 1)
-    index = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, most - 1)
-    count = np.bincount(index, minlength=most)
-    full = count > 0
-    mean_f = np.bincount(index, f, most)[full] / count[full]
-    mean_a = np.sqrt(np.bincount(index, a**2, most)[full] / count[full])
-    return mean_f, mean_a
+def held_out(ax: Any, data: Data) -> None:
+    """Mark the held-out samples of a time plot."""
+    start, stop = bounds(data.split.test, data.n)
+    if stop > start:
+        mark_held_out(ax, float(data.time[start]), float(data.time[stop - 1]), 0.05)
 
 
 def recording_figure(d: Diagnosis) -> str:
@@ -142,11 +117,3 @@ def recording_figure(d: Diagnosis) -> str:
             ax.set_ylabel(label(name, unit))
         axes[-1].set_xlabel("time (s)")
     return canvas.svg
-
-
-def _legend(figure: Any, ax: Any) -> None:
-    handles, texts = ax.get_legend_handles_labels()
-    figure.legend(
-        handles, texts, loc="outside upper left", ncols=len(texts), fontsize=8, handlelength=1.6,
-        columnspacing=1.2,
-    )  # fmt: skip

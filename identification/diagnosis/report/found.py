@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording.plausible import confidence_of_places
 from identification.diagnosis.localisation.regions import Region, regions
 from identification.diagnosis.search.candidates import Candidate
-from identification.diagnosis.verdict.document import unresolved_place
+from identification.diagnosis.verdict import unresolved_place
 from identification.estimation.single_record import Fit
+from identification.report.words import spaced
 
 NAMED = ("missing_physics", "unknown_physics")
 
@@ -26,7 +25,7 @@ def found_of(d: Diagnosis) -> tuple[Candidate, ...]:
 def places_of(d: Diagnosis) -> tuple[dict[str, str], tuple[str, ...]]:
     """Return marked elements with captions, and those that cannot be told from them."""
     if d.kind == "missing_physics":
-        marked = {t.element: t.effect.replace("_", " ") for t in found_of(d)}
+        marked = {t.element: spaced(t.effect) for t in found_of(d)}
         also = [t.element for s in d.findings for t in s.same_place]
     elif d.kind == "unknown_physics":
         place = unresolved_place(d)
@@ -62,8 +61,3 @@ def regions_of(d: Diagnosis) -> tuple[Region, ...]:
     if d.scene is None:
         return d.regions
     return regions(d.nominal, d.scene, tuple(places_of(d)[0]))
-
-
-def extra(d: Diagnosis, name: str) -> Any:
-    """Attribute that not every diagnosis has; an empty tuple where it is absent."""
-    return getattr(d, name, None) or ()

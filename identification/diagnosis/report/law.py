@@ -54,7 +54,7 @@ def path(trial: Candidate) -> LawPath | None:
     graph = f.problem.graph
     return LawPath(
         f.problem.data.time[good], s[good], w[good], slope_of(graph, trial.element, f.values),
-        *_units(graph, trial.element), *_words(graph, trial.element),
+        *_named(graph, trial.element),
     )  # fmt: skip
 
 
@@ -89,20 +89,15 @@ def slope_of(graph: BondGraph, element: str, values: dict[str, float]) -> float:
     return float(found) if found.is_number else 1.0
 
 
-def _units(graph: BondGraph, element: str) -> tuple[str, str]:
-    """SI units of argument and output as far as the element's own unit tells."""
+def _named(graph: BondGraph, element: str) -> tuple[str, str, str, str]:
+    """SI units of argument and output as far as the element's own unit tells, and their words."""
     e = graph[element]
     if isinstance(e, Source | Sensor):
-        return str(e.unit or ""), str(e.unit or "")
+        unit = str(e.unit or "")
+        if isinstance(e, Source):
+            return unit, unit, f"command {element}", "drive output"
+        return unit, unit, f"true value at {element}", "reading"
     v = variables_of(e)
-    return (v.displacement_unit if isinstance(e, C) else v.flow_unit), v.effort_unit
-
-
-def _words(graph: BondGraph, element: str) -> tuple[str, str]:
-    e = graph[element]
-    if isinstance(e, Source):
-        return f"command {element}", "drive output"
-    if isinstance(e, Sensor):
-        return f"true value at {element}", "reading"
-    v = variables_of(e)
-    return f"{v.displacement if isinstance(e, C) else v.flow} of {element}", v.effort
+    if isinstance(e, C):
+        return v.displacement_unit, v.effort_unit, f"{v.displacement} of {element}", v.effort
+    return v.flow_unit, v.effort_unit, f"{v.flow} of {element}", v.effort

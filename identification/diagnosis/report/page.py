@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from html import escape
 from pathlib import Path
 
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report import checked, evidence, places, sections, traits
-from identification.diagnosis.report.style import CSS
+from identification.report import html
 
 
 def page(d: Diagnosis) -> str:
@@ -34,15 +33,8 @@ def page(d: Diagnosis) -> str:
         evidence.parameters(d),
         checked.limits(d),
     )
-    body = "\n".join(p for p in parts if p)
-    title = escape(f"Diagnosis of {d.model} on {d.recording.name}")
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{title}</title>\n<style>{CSS}</style>\n</head>\n<body>\n{body}\n"
-        "<footer>Made by Bondsight from the diagnosis alone: the same input gives the same page."
-        "</footer>\n</body>\n</html>\n"
-    )
+    title = f"Diagnosis of {d.model} on {d.recording.name}"
+    return html.page("diagnosis", title, parts, source="diagnosis", same="input")
 
 
 def write_report(d: Diagnosis, folder: Path) -> Path:

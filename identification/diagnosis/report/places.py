@@ -5,10 +5,10 @@ from __future__ import annotations
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording import words
 from identification.diagnosis.localisation.regions import Region
-from identification.diagnosis.report import html
 from identification.diagnosis.report.found import places_of, regions_of
-from identification.diagnosis.report.numbers import prefixed, short
 from identification.diagnosis.report.where_figures import port_tiles, spectrum_tile, time_tile
+from identification.report import html
+from identification.report.numbers import prefixed, short
 
 PORTS = 2
 
@@ -18,8 +18,7 @@ def places(d: Diagnosis) -> str:
     if d.nominal is None or d.data is None or d.kind == "insufficient_data":
         return ""
     found = regions_of(d)
-    numbered = list(enumerate(found, start=1))
-    listed = "".join(f"<li>{html.escape(region_words(r))}</li>" for _, r in numbered)
+    numbered, listed = list(enumerate(found, start=1)), html.numbered(map(region_words, found))
     marks = "; the numbers are those of the list" if found else ""
     tiles = []
     for c, name in enumerate(d.data.names):
@@ -33,10 +32,10 @@ def places(d: Diagnosis) -> str:
                 f"Spectrum of the residual of {name} over the noise floor (dashed){marks}.",
             ),
         ]
-    ports = [html.heading("at the place that was found")] if places_of(d)[0] else []
-    for element in list(places_of(d)[0])[:PORTS]:
-        figures = port_tiles(d, element)
-        ports.append(html.tiles(*(html.figure(svg, caption) for svg, caption in figures)))
+    ports = [
+        html.tiles(*(html.figure(svg, caption) for svg, caption in port_tiles(d, element)))
+        for element in list(places_of(d)[0])[:PORTS]
+    ]
     intro = (
         "Most concentrated first; two that hold mostly the same samples are listed once. The "
         "misfit is the mean square residual over that of the noise."
@@ -44,9 +43,9 @@ def places(d: Diagnosis) -> str:
     return html.section(
         "Where in the recording the model fails",
         html.paragraph(intro) if listed else html.paragraph(_even(d)),
-        f"<ol>{listed}</ol>" if listed else "",
+        listed,
         html.tiles(*tiles),
-        *(ports if len(ports) > 1 and any(ports[1:]) else ()),
+        *([html.heading("at the place that was found"), *ports] if any(ports) else ()),
     )
 
 

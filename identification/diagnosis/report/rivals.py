@@ -9,7 +9,9 @@ import numpy as np
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.decision import Decision
 from identification.diagnosis.localisation.recording.region import multiple
-from identification.diagnosis.search.candidates import Candidate, paired_z
+from identification.diagnosis.search.candidates import Candidate
+from identification.report.words import spaced
+from identification.statistics.blocks import paired_z
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ def _why(
     if chosen is None:
         return "lost", f"explains only {100 * share:.0f} % of the misfit"
     if chosen.effect in t.insertion.simpler and t.element == chosen.element:
-        return "lost", f"richer, yet hardly better than {_words(chosen.effect)}"
+        return "lost", f"richer, yet hardly better than {spaced(chosen.effect)}"
     if t.test <= chosen.test * 1.02 and not t.home:
         return "lost", "an unusual place for it, and no clear gain over the usual one"
     if t.test <= chosen.test * 1.02:
@@ -105,11 +107,7 @@ def _why(
     return "lost", f"leaves {multiple(factor)} as much misfit above the floor"
 
 
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
 def title(t: Candidate) -> str:
     """Text such as ``dry friction at F_v``."""
-    what = "unnamed curve" if t.effect == "unknown" else _words(t.effect)
+    what = "unnamed curve" if t.effect == "unknown" else spaced(t.effect)
     return f"{what} at {t.element}"

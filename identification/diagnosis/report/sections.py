@@ -8,7 +8,7 @@ from bondgraph.drawing.svg import svg
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.report import changed, html
+from identification.diagnosis.report import changed
 from identification.diagnosis.report.fit_figures import (
     outputs_tile,
     recording_figure,
@@ -16,26 +16,36 @@ from identification.diagnosis.report.fit_figures import (
 )
 from identification.diagnosis.report.found import after_of, confidence_of, found_of, places_of
 from identification.diagnosis.report.law_figures import law_figure
-from identification.diagnosis.report.numbers import percent, quantity
-from identification.diagnosis.report.style import BADGES
 from identification.diagnosis.report.views import unit_of
-from identification.diagnosis.verdict.document import effect_parameters, normalised_error, sentence
+from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
 from identification.estimation.single_record import Fit
+from identification.report import html
+from identification.report.numbers import percent, quantity
+from identification.report.style import BAD, GOOD, SOFT
+from identification.report.words import spaced
 from identification.study.problem import Data
 
+BADGES = {
+    "explained": ("nothing is missing", GOOD),
+    "parameters_only": ("only parameter values", "#0f766e"),
+    "missing_physics": ("missing physics", BAD),
+    "unknown_physics": ("unknown physics", "#6d28d9"),
+    "insufficient_data": ("insufficient data", SOFT),
+}
 MANY = 8
 LEGIBLE = 0.6
 
 
 def answer(d: Diagnosis) -> str:
     """Badge, sentence, and what was diagnosed."""
-    word, colour = BADGES.get(d.kind, (d.kind, "#52606d"))
+    badge = BADGES.get(d.kind, (d.kind, SOFT))
+    named = d.findings if d.kind == "missing_physics" else ()
     r = d.recording
     rate = quantity(1 / r.dt, "Hz", 3) if r.n > 1 else ""
     hashes = [p["sha256"] for p in r.meta.get("parts", ())] or [r.sha256]
     pairs = [
-        ("confidence", ", ".join(percent(round(c, 3)) for c in _confidences(d))),
-        ("of the misfit explained", ", ".join(percent(c) for c in _shares(d))),
+        ("confidence", ", ".join(percent(round(s.confidence, 3)) for s in named)),
+        ("of the misfit explained", ", ".join(percent(s.share) for s in named)),
         ("model", d.model),
         ("recording", r.name),
         ("samples", f"{r.n} at {rate}" if rate else str(r.n)),
@@ -43,19 +53,7 @@ def answer(d: Diagnosis) -> str:
         ("diagnosed in", f"{d.seconds:.1f} s"),
         ("seed", str(d.seed)),
     ]
-    return (
-        '<header><p class="kicker">Diagnosis report</p>'
-        f'<span class="badge" style="background:{colour}">{html.escape(word)}</span>'
-        f"<h1>{html.escape(sentence(d))}</h1>{html.facts(pairs)}</header>"
-    )
-
-
-def _confidences(d: Diagnosis) -> list[float]:
-    return [s.confidence for s in d.findings] if d.kind == "missing_physics" else []
-
-
-def _shares(d: Diagnosis) -> list[float]:
-    return [s.share for s in d.findings] if d.kind == "missing_physics" else []
+    return html.head("Diagnosis report", badge, sentence(d), pairs)
 
 
 def raw(d: Diagnosis) -> str:
@@ -145,7 +143,7 @@ def law(d: Diagnosis) -> str:
         listed = ", ".join(f"{e.name} = {quantity(e.value, e.unit)}" for e in own[:MANY])
         more = f" and {len(own) - MANY} more (see the parameters)" if len(own) > MANY else ""
         parts += [
-            html.heading(f"{trial.effect.replace('_', ' ')} at {trial.element}"),
+            html.heading(f"{spaced(trial.effect)} at {trial.element}"),
             html.figure(svg_text, caption, "tiles"),
             html.paragraph(f"Fitted: {listed}{more}." if listed else ""),
             html.paragraph(_about(trial.effect)),
@@ -159,12 +157,12 @@ def _about(effect: str) -> str:
         e = by_name(effect)
     except (KeyError, BondsightError):
         return ""
-    alike = ", ".join(n.replace("_", " ") for n in e.confused_with)
+    alike = ", ".join(spaced(n) for n in e.confused_with)
     apart = f": {e.separated_by}" if e.separated_by else ""
     said = (
         f"It looks like this: {e.looks}." if e.looks else "",
         f"What it is easily confused with is {alike}{apart}." if alike else "",
-        f"Law: {e.law.replace('_', ' ')} ({e.source})." if e.source else "",
+        f"Law: {spaced(e.law)} ({e.source})." if e.source else "",
     )
     return " ".join(s for s in said if s)
 
@@ -196,9 +194,7 @@ def _drawn(
     except BondsightError:
         return ""
     width = re.search(r' width="([\d.]+)"', drawn)
-    # on a phone it scrolls in its own frame rather than shrink until nobody can read it
-    least = LEGIBLE * float(width.group(1)) if width else 0.0
-    return f'<div style="min-width:{least:.0f}px">{drawn}</div>'
+    return html.legible(drawn, LEGIBLE * float(width.group(1)) if width else 0.0)
 
 
 def equations(d: Diagnosis) -> str:
@@ -232,14 +228,6 @@ def _change_rows(found: tuple[changed.Change, ...], prefix: str) -> str:
         for word, tex in (("before", c.before), ("after", c.after)):
             if tex:
                 drawn = changed.math_svg(tex, f"eq-{prefix}{k}{word[0]}")
-                shown = drawn or f"<code>{html.escape(changed.words(tex))}</code>"
-                why = c.why if word == "after" or not c.after else ""
-                rows.append(
-                    f'<tr><td class="{word}">{word if tex else ""}</td><td>{shown}</td>'
-                    f'<td class="why">{html.escape(why)}</td></tr>'
-                )
-    if not rows:
-        return ""
-    return (
-        f'<div class="scroll"><table class="equations"><tbody>{"".join(rows)}</tbody></table></div>'
-    )
+                shown = html.trusted(drawn) if drawn else html.code(changed.words(tex))
+                rows.append((word, shown, c.why if word == "after" or not c.after else ""))
+    return html.equations(rows)

@@ -13,19 +13,18 @@ from identification.diagnosis.localisation.recording import MisfitAxis, axes_of
 from identification.diagnosis.localisation.recording.bands import spectrum
 from identification.diagnosis.localisation.recording.binned import HeatMap, heat_map, profile
 from identification.diagnosis.localisation.regions import Region
-from identification.diagnosis.report.canvas import TILE, drawing, label, logarithmic, plain
-from identification.diagnosis.report.fit_figures import held_out, thin_log
-from identification.diagnosis.report.numbers import axis_scale
-from identification.diagnosis.report.style import BAND, BEFORE, FLOOR
+from identification.diagnosis.report.fit_figures import held_out
 from identification.diagnosis.report.views import (
-    bounds,
     curves,
-    envelope,
     residual,
     scored,
     unit_of,
 )
 from identification.estimation.single_record import Fit
+from identification.report.canvas import TILE, drawing, label, logarithmic, plain
+from identification.report.numbers import axis_scale
+from identification.report.style import BAND, BEFORE, FLOOR
+from identification.report.traces import envelope, thin_log
 
 Array = np.ndarray
 Numbered = Sequence[tuple[int, Region]]
@@ -42,13 +41,13 @@ def time_tile(d: Diagnosis, column: int, numbered: Numbered) -> str:
     sigma = float(data.floor[column])
     factor, unit = axis_scale(unit_of(d, name), float(np.abs(r).max(initial=sigma)))
     with drawing(f"where-time-{column}", 2.3, TILE) as canvas:
-        ax = canvas.rows(1)[0, 0]
+        ax = canvas.ax
         ax.plot(t, factor * r, color=BEFORE, lw=0.7)
         ax.axhspan(-2 * factor * sigma, 2 * factor * sigma, color=BAND, lw=0, zorder=1)
         for number, region in numbered:
             if region.kind == "time" and region.channel in ("", name):
                 _shade(ax, region.low, region.high, number)
-        held_out(ax, data.time, *bounds(data.split.test, data.n))
+        held_out(ax, data)
         ax.set_xlim(t[0], t[-1])
         ax.set_ylabel(label(f"{name}: residual", unit))
         ax.set_xlabel("time (s)")
@@ -61,7 +60,7 @@ def spectrum_tile(d: Diagnosis, column: int, numbered: Numbered) -> str:
     assert data is not None
     name = data.names[column]
     with drawing(f"where-band-{column}", 2.3, TILE) as canvas:
-        ax = canvas.rows(1)[0, 0]
+        ax = canvas.ax
         for curve in curves(d):
             own = curve.fit.problem.data
             r = residual(curve.fit, column)[scored(own)]
@@ -109,25 +108,19 @@ def port_tiles(d: Diagnosis, element: str) -> list[tuple[str, str]]:
     tiles = [
         (
             _heat(f"heat-{k}-{element}", m, amplitude, velocity, _range(maps)),
-            f"{words.split(':')[0].capitalize()} model: mean square misfit of {name} over the "
+            f"{words.capitalize()} model: mean square misfit of {name} over the "
             f"floor, by {amplitude.name} and {velocity.name}. White: hardly visited.",
         )
         for k, (words, m) in enumerate(maps)
     ]
-    tiles.append(
-        (
-            _profiles(d, history, column, f"history-{element}"),
-            f"Misfit of {name} by {history.name}. A law with memory that is missing shows as a "
-            "slope here; noise alone lies at 1.",
-        )
-    )
-    tiles.append(
-        (
-            _profiles(d, amplitude, column, f"amplitude-{element}"),
-            f"Misfit of {name} by {amplitude.name}; bars are two standard errors.",
-        )
-    )
-    return tiles
+    slope = "A law with memory that is missing shows as a slope here; noise alone lies at 1."
+    bars = f"Misfit of {name} by {amplitude.name}; bars are two standard errors."
+    return [
+        *tiles,
+        (_profiles(d, history, column, f"history-{element}"),
+         f"Misfit of {name} by {history.name}. {slope}"),
+        (_profiles(d, amplitude, column, f"amplitude-{element}"), bars),
+    ]  # fmt: skip
 
 
 def _axes(d: Diagnosis, element: str) -> tuple[MisfitAxis, ...]:
@@ -166,7 +159,7 @@ def _heat(name: str, m: HeatMap, x: MisfitAxis, y: MisfitAxis, span: tuple[float
     fx, ux = axis_scale(x.unit, float(np.abs(m.x).max()))
     fy, uy = axis_scale(y.unit, float(np.abs(m.y).max()))
     with drawing(name, 2.7, TILE) as canvas:
-        ax = canvas.rows(1)[0, 0]
+        ax = canvas.ax
         drawn = ax.pcolormesh(
             fx * m.x, fy * m.y, np.ma.masked_invalid(np.maximum(m.mean, span[0])), cmap="YlOrRd",
             norm=LogNorm(*span),
@@ -183,7 +176,7 @@ def _heat(name: str, m: HeatMap, x: MisfitAxis, y: MisfitAxis, span: tuple[float
 def _profiles(d: Diagnosis, axis: MisfitAxis, column: int, name: str) -> str:
     factor, unit = axis_scale(axis.unit, float(np.nanmax(np.abs(axis.values))))
     with drawing(name, 2.4, TILE) as canvas:
-        ax = canvas.rows(1)[0, 0]
+        ax = canvas.ax
         for curve in curves(d):
             found = _square(curve.fit, d, column)
             if found is None:
@@ -192,7 +185,7 @@ def _profiles(d: Diagnosis, axis: MisfitAxis, column: int, name: str) -> str:
             p = profile(axis.values[keep], square)
             ax.errorbar(
                 factor * p.centre, p.mean, 2 * np.minimum(p.error, 0.49 * p.mean), fmt="o-", ms=3,
-                lw=1.0, elinewidth=0.8, color=curve.colour, label=plain(curve.label.split(":")[0]),
+                lw=1.0, elinewidth=0.8, color=curve.colour, label=curve.label,
             )  # fmt: skip
         ax.axhline(1.0, color=FLOOR, ls="--", lw=1.2)
         ax.set_yscale("log")
@@ -201,6 +194,3 @@ def _profiles(d: Diagnosis, axis: MisfitAxis, column: int, name: str) -> str:
         ax.set_ylabel("misfit / floor")
         ax.legend(loc="best")
     return canvas.svg
-
-
-__all__ = ["port_tiles", "spectrum_tile", "time_tile"]

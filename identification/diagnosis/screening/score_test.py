@@ -17,6 +17,7 @@ from bondgraph.graph.elements import Element
 from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import Probes
+from identification.statistics.blocks import block_index, mean_z
 from identification.study.problem import Problem
 from identification.study.residual import evaluate, weighted, windows
 
@@ -193,9 +194,7 @@ def votes(onto: Projection, x: Array) -> float:
         before = np.bincount(here, onto.residual[~inside] ** 2, BLOCKS)
         after = np.bincount(here, left**2, BLOCKS)
         gains += np.where(before > 0, np.log((before + 1e-300) / (after + 1e-300)), 0.0)
-    g = gains[np.unique(onto.blocks)]
-    spread = float(g.std(ddof=1)) if g.size > 1 else 0.0
-    return float(g.mean() * np.sqrt(g.size) / spread) if spread > 0 else 0.0
+    return mean_z(gains[np.unique(onto.blocks)])
 
 
 def _basis(x: Array) -> Array:
@@ -227,7 +226,7 @@ def _block_of_rows(problem: Problem) -> Array:
     train = problem.data.mask("train")
     count = int(train.sum())
     order = np.zeros(train.size, int)
-    order[train] = np.minimum(np.arange(count) * BLOCKS // max(count, 1), BLOCKS - 1)
+    order[train] = block_index(count, BLOCKS)
     n_y = len(problem.data.names)
     parts = [np.tile(order[w][train[w]], n_y) for w in windows(problem) if train[w].any()]
     return np.concatenate(parts) if parts else np.zeros(0, int)

@@ -17,6 +17,7 @@ from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Inser
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.estimation.single_record import Fit, FitStatus, fit, start_cost
+from identification.statistics.blocks import block_means
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate
 
@@ -66,23 +67,7 @@ def blocks_of(result: Fit, part: str = "test") -> Array:
     """Mean square weighted residual on consecutive parts of the held-out samples."""
     r = result.residuals(part) / result.problem.data.floor
     square = np.mean(r**2, axis=1)
-    count = min(BLOCKS, square.size)
-    return np.array([float(b.mean()) for b in np.array_split(square, count)])
-
-
-def paired_z(worse: Array, better: Array) -> float:
-    """How many standard errors `better` lies below `worse`, block by block.
-
-    The logarithm of each block's mean square is compared, so that a few blocks with a large misfit
-    (peaks that saturate) neither carry nor drown the comparison.
-    """
-    d = np.log(np.maximum(worse, 1e-300)) - np.log(np.maximum(better, 1e-300))
-    if d.size < 2:
-        return 0.0
-    spread = float(d.std(ddof=1)) / np.sqrt(d.size)
-    if spread > 0:
-        return float(d.mean() / spread)
-    return float(np.copysign(np.inf, d.mean())) if d.any() else 0.0
+    return block_means(square, BLOCKS)
 
 
 @dataclass(frozen=True)

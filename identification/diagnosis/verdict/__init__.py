@@ -1,1 +1,13 @@
-"""The verdict as a document, read and written, and in words."""
+"""The verdict of a diagnosis: a document, read back strictly, and its words."""
+
+from identification.diagnosis.verdict.document import KINDS as KINDS
+from identification.diagnosis.verdict.document import effect_parameters as effect_parameters
+from identification.diagnosis.verdict.document import normalised_error as normalised_error
+from identification.diagnosis.verdict.document import unresolved_place as unresolved_place
+from identification.diagnosis.verdict.document import verdict as verdict
+from identification.diagnosis.verdict.document import write_verdict as write_verdict
+from identification.diagnosis.verdict.reading import parse_verdict as parse_verdict
+from identification.diagnosis.verdict.reading import read_verdict as read_verdict
+from identification.diagnosis.verdict.text import in_words as in_words
+from identification.diagnosis.verdict.text import retold as retold
+from identification.diagnosis.verdict.text import sentence as sentence

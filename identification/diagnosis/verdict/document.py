@@ -1,4 +1,4 @@
-"""The verdict of a diagnosis in the contract's JSON, and in words."""
+"""The verdict of a diagnosis in the contract's JSON."""
 
 from __future__ import annotations
 
@@ -15,16 +15,20 @@ from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.decision import Decision, Thresholds
 from identification.diagnosis.localisation.element_kind import element_kind
+from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Estimate, Fit
 
-MOST = 3
-"""More effects than this are no set of look-alikes but nothing known."""
+KINDS = (
+    "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data"
+)  # fmt: skip
 SCHEMA = "bondsight.verdict/1"
 
 
 def verdict(d: Diagnosis) -> dict[str, Any]:
     """Return the verdict as plain data (schema ``bondsight.verdict/1``)."""
+    last = d.repaired or d.nominal
+    floor = {} if d.data is None else dict(zip(d.data.names, map(float, d.data.floor), strict=True))
     return {
         "schema": SCHEMA,
         "verdict": d.kind,
@@ -38,18 +42,12 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
         },
         "findings": _findings(d),
         "fit": {
-            "noise_floor": {}
-            if d.data is None
-            else {n: float(s) for n, s in zip(d.data.names, d.data.floor, strict=True)},
+            "noise_floor": floor,
             "nominal": _errors(d.nominal),
             "repaired": _errors(d.repaired),
         },
-        "parameters": [_estimate(e) for e in (d.repaired or d.nominal).estimates]
-        if d.nominal
-        else [],
-        "nuisances": [_nuisance(e) for e in (d.repaired or d.nominal).nuisances]
-        if d.nominal
-        else [],
+        "parameters": [_estimate(e) for e in last.estimates] if last else [],
+        "nuisances": [_nuisance(e) for e in last.nuisances] if last else [],
         "advice": list(d.advice),
         "notes": list(d.notes),
         "seconds": round(d.seconds, 3),
@@ -77,7 +75,7 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
         "location": _location(
             chosen.element, [t.element for t in step.same_place], d, chosen.effect
         ),
-        "answer": "exact",
+        "answer": step.answer,
         "effect": chosen.effect,
         "family": chosen.insertion.family,
         "law": chosen.insertion.law,
@@ -91,34 +89,21 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
 def _unknown(d: Diagnosis) -> dict[str, Any]:
     """Return an honest "unknown": what comes closest is listed, nothing is named."""
     step = d.decision
-    chosen = step.chosen if step else None
-    possible = [*([chosen] if chosen else []), *(step.rivals if step else ())]
-    families = {t.insertion.family for t in possible}
-    # a family or a set of look-alikes is an answer only if its members explain the misfit; where
-    # the exact law is another one, at most the family is
-    alike = {t.effect for t in possible}
-    kind = "unknown"
-    if step is not None and step.complete and possible:
-        kind = "family" if len(alike) == 1 else "look_alikes" if len(alike) <= MOST else "unknown"
-    elif step is not None and step.share >= d.limits.share and len(families) == 1:
-        kind = "family"
     return {
         "location": unresolved_place(d),
-        "answer": kind,
+        "answer": step.answer if step else "unknown",
         "effect": "unknown",
-        "family": families.pop() if kind != "unknown" and len(families) == 1 else "outside",
+        "family": step.family if step else "outside",
         "law": "none",
         "confidence": 0.0,
         "parameters": [],
-        "also_possible": [_rival(t) for t in possible],
+        "also_possible": [_rival(t) for t in step.possible] if step else [],
         "share_of_misfit_explained": round(step.share, 4) if step else 0.0,
     }
 
 
 def unresolved_place(d: Diagnosis) -> dict[str, Any]:
     """Place of an unnamed mismatch, with all that are as good; empty where they are too many."""
-    from identification.diagnosis.localisation.places_without_name import places_of
-
     step = d.decision
     found = places_of(step, d.structure, d.relations) if step else ()
     if not found:
@@ -160,21 +145,13 @@ def effect_parameters(trial: Candidate, d: Diagnosis) -> list[Estimate]:
 
 
 def _estimate(e: Estimate) -> dict[str, Any]:
-    return {
-        "name": e.name,
-        "value": _number(e.value),
-        "unit": e.unit,
-        "ci95": [_number(v) for v in e.ci95],
-    }
+    ends = [_number(v) for v in e.ci95]
+    return {"name": e.name, "value": _number(e.value), "unit": e.unit, "ci95": ends}
 
 
 def _nuisance(e: Estimate) -> dict[str, Any]:
-    return {
-        "name": e.name,
-        "value": _number(e.value),
-        "unit": e.unit,
-        "within_bounds": not e.at_bound,
-    }
+    value = _number(e.value)
+    return {"name": e.name, "value": value, "unit": e.unit, "within_bounds": not e.at_bound}
 
 
 def _number(v: float) -> float | None:
@@ -197,48 +174,6 @@ def normalised_error(f: Fit, part: str = "test") -> dict[str, float]:
         n: float(np.linalg.norm(r[:, c]) / max(spread[c], 1e-300))
         for c, n in enumerate(f.problem.data.names)
     }
-
-
-def sentence(d: Diagnosis) -> str:
-    """Return the answer in one sentence."""
-    if d.kind == "insufficient_data":
-        return f"There is too little to go on: {d.notes[0] if d.notes else 'no excitation'}."
-    if d.kind == "explained":
-        return (
-            f"The model {d.model} explains {d.recording.name} as far as its noise allows; "
-            "nothing is missing."
-        )
-    if d.kind == "parameters_only":
-        return (
-            f"The model {d.model} has the right structure for {d.recording.name}; only its "
-            "parameter "
-            "values were off."
-        )
-    if d.kind == "missing_physics" and d.nominal is not None and d.repaired is not None:
-        parts = []
-        for step in d.findings:
-            assert step.chosen is not None
-            where = element_kind(d.graph, step.chosen.element)
-            same = sorted({t.element for t in step.same_place} - {step.chosen.element})
-            also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
-            effect = step.chosen.effect.replace("_", " ").capitalize()
-            says = step.chosen.insertion.sentence
-            parts.append(
-                f"{effect} is missing at the {where} {step.chosen.element}{also}"
-                + (f": {says}" if says else "")
-            )
-        before, after = normalised_error(d.nominal), normalised_error(d.repaired)
-        n = max(before, key=lambda k: before[k] / max(after[k], 1e-300))
-        told = "it" if len(parts) == 1 else "them"
-        return (
-            "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
-            f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
-        )
-    chosen = d.decision.chosen if d.decision else None
-    hint = f"; closest is {chosen.label}" if chosen else ""
-    return (
-        f"Something is missing in {d.model} that the catalogue cannot name with confidence{hint}."
-    )
 
 
 def write_verdict(d: Diagnosis, folder: Path) -> Path:

@@ -1,15 +1,20 @@
-"""A checked verdict in plain words: what, where, how sure, how much better, what next."""
+"""The one place where a verdict becomes words: a sentence, the terminal, a file said again."""
 
 from __future__ import annotations
 
 import textwrap
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
+from identification.diagnosis.localisation.regions import summary
+from identification.diagnosis.verdict.document import effect_parameters, normalised_error
+from identification.report.words import listed, spaced
 
 Data = Mapping[str, Any]
 WIDTH = 96
@@ -32,6 +37,104 @@ _ANSWERS = {
     ),
     "insufficient_data": "{recording} is too little to judge {model} by.",
 }
+
+
+def sentence(d: Diagnosis) -> str:
+    """Return the answer in one sentence."""
+    if d.kind == "insufficient_data":
+        return f"There is too little to go on: {d.notes[0] if d.notes else 'no excitation'}."
+    if d.kind == "explained":
+        return (
+            f"The model {d.model} explains {d.recording.name} as far as its noise allows; "
+            "nothing is missing."
+        )
+    if d.kind == "parameters_only":
+        return (
+            f"The model {d.model} has the right structure for {d.recording.name}; only its "
+            "parameter "
+            "values were off."
+        )
+    if d.kind == "missing_physics" and d.nominal is not None and d.repaired is not None:
+        parts = []
+        for step in d.findings:
+            assert step.chosen is not None
+            where = element_kind(d.graph, step.chosen.element)
+            same = sorted({t.element for t in step.same_place} - {step.chosen.element})
+            also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
+            effect = spaced(step.chosen.effect).capitalize()
+            says = step.chosen.insertion.sentence
+            parts.append(
+                f"{effect} is missing at the {where} {step.chosen.element}{also}"
+                + (f": {says}" if says else "")
+            )
+        before, after = normalised_error(d.nominal), normalised_error(d.repaired)
+        n = max(before, key=lambda k: before[k] / max(after[k], 1e-300))
+        told = "it" if len(parts) == 1 else "them"
+        return (
+            "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
+            f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
+        )
+    chosen = d.decision.chosen if d.decision else None
+    hint = f"; closest is {chosen.label}" if chosen else ""
+    return (
+        f"Something is missing in {d.model} that the catalogue cannot name with confidence{hint}."
+    )
+
+
+def in_words(d: Diagnosis, said: Sequence[str] = ()) -> str:
+    """Answer, numbers, place in the recording, every step, rivals, advice."""
+    lines = [sentence(d), ""]
+    lines += [f"note: {s}" for s in (*said, *d.notes)]
+    lines += _error_lines(d)
+    lines += _parameter_lines(d)
+    if d.kind in ("missing_physics", "unknown_physics"):
+        lines += [f"fails at {s}" for s in summary(d.regions)[:3]]
+    lines += _reasons(d)
+    lines += [f"next: {a}" for a in d.advice]
+    lines.append(f"{d.seconds:.1f} s")
+    return "\n".join(lines)
+
+
+def _error_lines(d: Diagnosis) -> list[str]:
+    if d.nominal is None or d.data is None:
+        return []
+    before = normalised_error(d.nominal)
+    after = normalised_error(d.repaired) if d.repaired else {}
+    found = "the found effect" if len(d.findings) < 2 else f"the {len(d.findings)} found effects"
+    lines = []
+    for c, n in enumerate(d.data.names):
+        text = f"held-out error of {n}: {100 * before[n]:.3g} %"
+        if after:
+            text += f" before, {100 * after[n]:.3g} % with {found}"
+        rmse = (d.repaired or d.nominal).rmse("test")[n]
+        lines.append(f"{text} (rms {rmse:.3g}, noise floor {d.data.floor[c]:.3g}, SI)")
+    return lines
+
+
+def _parameter_lines(d: Diagnosis) -> list[str]:
+    """Parameters of every named effect, under its name where there are several."""
+    if d.repaired is None:
+        return []
+    lines = []
+    for step in d.findings:
+        if step.chosen is None:
+            continue
+        if len(d.findings) > 1:
+            lines.append(f"{step.chosen.label} (confidence {step.confidence:.2f}):")
+        for e in effect_parameters(step.chosen, d):
+            lines.append(f"  {e.name} = {e.value:.4g} {e.unit}  [{e.ci95[0]:.4g}, {e.ci95[1]:.4g}]")
+    return lines
+
+
+def _reasons(d: Diagnosis) -> list[str]:
+    """Why each step ended as it did; after the first they say which one they belong to."""
+    lines = []
+    for number, step in enumerate(d.steps, start=1):
+        word = "because" if number == 1 else f"step {number}"
+        lines += [f"{word}: {r}" for r in step.reasons]
+        if number > 1 and step.kind == "unknown_physics":
+            lines.append(f"step {number}: something more is missing that may not be named")
+    return lines
 
 
 def retold(v: Data) -> str:
@@ -78,16 +181,12 @@ def _answer(v: Data) -> str:
     count = {1: "one effect", 2: "two effects", 3: "three effects"}.get(len(named))
     return _ANSWERS[v["verdict"]].format(
         model=v["model"] or "the model", recording=v["recording"]["name"] or "the recording",
-        count=count or f"{len(named)} effects", names=_listed(named),
+        count=count or f"{len(named)} effects", names=listed(named),
     )  # fmt: skip
 
 
 def _effect(f: Data) -> str:
-    return "an unnamed effect" if f["effect"] == "unknown" else _spaced(f["effect"])
-
-
-def _spaced(name: str) -> str:
-    return name.replace("_", " ")
+    return "an unnamed effect" if f["effect"] == "unknown" else spaced(f["effect"])
 
 
 def _meaning(f: Data) -> str:
@@ -96,7 +195,7 @@ def _meaning(f: Data) -> str:
         family = f["family"]
         if family in ("", "outside", "unknown"):
             return ""
-        return f"Whatever it is, all that comes close belongs to one family: {_spaced(family)}."
+        return f"Whatever it is, all that comes close belongs to one family: {spaced(family)}."
     try:
         said = by_name(f["effect"]).sentence
     except (BondsightError, KeyError):
@@ -115,7 +214,7 @@ def _place(f: Data) -> str:
     others = place["indistinguishable_from"]
     if others:
         text += (
-            f" With these sensors {_listed(others)} cannot be told apart from it: take them as "
+            f" With these sensors {listed(others)} cannot be told apart from it: take them as "
             "one group."
         )
     return text
@@ -185,14 +284,14 @@ def _rivals(f: Data) -> list[str]:
 
 
 def _trial(p: Data) -> str:
-    what = "a curve without a name" if p["effect"] == "unknown" else _spaced(p["effect"])
+    what = "a curve without a name" if p["effect"] == "unknown" else spaced(p["effect"])
     return f"{what} at {p['element']}"
 
 
 def _basis(v: Data) -> list[str]:
     r = v["recording"]
     lines = [
-        f"{r['samples']} samples of {_listed(r['channels']) or 'no channel'} in "
+        f"{r['samples']} samples of {listed(r['channels']) or 'no channel'} in "
         f"{r['name'] or 'the recording'}, SHA-256 {_hashes(r)}; "
         f"{v['seconds']:.1f} s, seed {v['seed']}."
     ]
@@ -203,7 +302,7 @@ def _basis(v: Data) -> list[str]:
             lines.append(f"Fitted for {_effect(f)}: {'; '.join(known[:MOST])}{more}.")
     beyond = [n["name"] for n in v["nuisances"] if not n["within_bounds"]]
     if beyond:
-        lines.append(f"At the end of what a nuisance may be: {_listed(beyond)}. Look at it.")
+        lines.append(f"At the end of what a nuisance may be: {listed(beyond)}. Look at it.")
     return lines
 
 
@@ -236,8 +335,3 @@ def _nothing_to_do(v: Data) -> str:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"
-
-
-def _listed(names: Iterable[str]) -> str:
-    found = list(names)
-    return " and ".join(filter(None, [", ".join(found[:-1]), *found[-1:]]))

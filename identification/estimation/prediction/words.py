@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.prediction.model import PredictionModel
-from identification.estimation.prediction.whiteness import whiteness
+from identification.statistics.whiteness import white_p
 
 if TYPE_CHECKING:
     from identification.estimation.prediction.result import PredictionFit
@@ -82,4 +82,14 @@ def _about_the_rest(model: PredictionModel, fit: PredictionFit) -> list[str]:
                 f"the interval of {f.parameter.name} is a robust one, {times:.3g} times that of a "
                 "right noise model: the noise is not as assumed"
             )
+    return found
+
+
+def whiteness(model: PredictionModel, fit: PredictionFit, lags: int = 20) -> dict[str, float]:
+    """Return the Ljung-Box p-value of each reading's training innovations, the worst record's."""
+    found: dict[str, float] = {}
+    for j, name in enumerate(model.names):
+        pairs = zip(model.records, fit.predicted, strict=True)
+        values = [white_p(seen.innovation[d.mask("train"), j], lags) for d, seen in pairs]
+        found[name] = min(1.0, min(values) * len(values))
     return found

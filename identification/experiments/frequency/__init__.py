@@ -10,9 +10,9 @@ from identification.experiments.frequency.distortions import (
 )
 from identification.experiments.frequency.figures import plot_distortions, plot_response
 from identification.experiments.frequency.local import local_polynomial
-from identification.experiments.frequency.period_search import find_period
 from identification.experiments.frequency.periods import Periods, cut
 from identification.experiments.frequency.response import FrequencyResponse
+from identification.statistics.periods import find_period
 
 __all__ = [
     "DistortionLevel",

@@ -16,7 +16,7 @@ from scipy.fft import rfft
 
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput, unknown_name
-from identification.experiments.frequency.period_search import find_period, whole_period
+from identification.statistics.periods import find_period, whole_period
 
 __all__ = ["Periods", "cut", "period_lines", "run_in"]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.diagnosis.report.canvas import drawing, plain
-from identification.diagnosis.report.style import AFTER, BAND, FLOOR, MUTED
+from identification.report.canvas import drawing, plain
+from identification.report.picture import Picture
+from identification.report.style import AFTER, BAND, FLOOR, MUTED
 from identification.validation.compare import Comparison
-from identification.validation.figures.picture import Picture
 
 MOST = 6
 

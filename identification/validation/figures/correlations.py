@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from identification.diagnosis.report.canvas import drawing, plain
-from identification.diagnosis.report.style import AFTER, BAND, BEFORE, FLOOR
+from identification.report.canvas import drawing, plain
+from identification.report.picture import Picture
+from identification.report.style import AFTER, BAND, BEFORE, FLOOR
 from identification.validation.channel import ChannelJudgement
 from identification.validation.figures.layout import MOST_ROWS, left_out
-from identification.validation.figures.picture import Picture
 from identification.validation.judge import Judgement
 
 MOST_COLUMNS = 3

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from identification.diagnosis.report.canvas import drawing, label
-from identification.diagnosis.report.numbers import axis_scale
-from identification.diagnosis.report.style import AFTER, BEFORE, FLOOR, MEASURED
+from identification.report.canvas import drawing, label, one_legend
+from identification.report.numbers import axis_scale
+from identification.report.picture import Picture
+from identification.report.style import AFTER, BEFORE, FLOOR, MEASURED
 from identification.validation.distortion import Separated
-from identification.validation.figures.picture import Picture
 
 ODD, EVEN = BEFORE, "#6d28d9"
 MOST = 4
@@ -30,8 +30,7 @@ def distortion_figure(s: Separated, name: str = "distortion") -> Picture:
         for c, (ax, output) in enumerate(zip(axes, outputs, strict=True)):
             _lines(ax, s, c, output)
         axes[-1].set_xlabel("frequency (Hz)")
-        handles, texts = axes[0].get_legend_handles_labels()
-        canvas.figure.legend(handles, texts, loc="outside upper left", ncols=len(texts))
+        one_legend(canvas.figure, [axes[0]])
     return Picture(
         canvas.svg,
         f"{s.record}: mean over {s.reading.periods} periods. Lines the drive leaves out show noise "

@@ -1,18 +1,17 @@
-"""What the figures share: which readings are shown, legends, marks of the held-out samples."""
+"""What the figures share: which readings are shown, marks of the held-out samples."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from identification.diagnosis.report.style import MUTED
+from identification.report.canvas import mark_held_out
+from identification.report.traces import span
+from identification.statistics.correlation import stretches
 from identification.validation.judge import Judgement
-from identification.validation.stretches import stretches
 from identification.validation.validation_data import ValidationRecord
 
-Array = np.ndarray
 MOST_ROWS = 6
 
 
@@ -38,30 +37,11 @@ def title_of(j: Judgement, record: ValidationRecord, column: int) -> str:
 
 def scored(record: ValidationRecord) -> slice:
     """Stretch of the record from the first to the last scored sample."""
-    index = np.flatnonzero(record.train | record.test)
-    return slice(int(index[0]), int(index[-1]) + 1) if index.size else slice(0, record.time.size)
+    return span(record.train | record.test)
 
 
-def mark_held_out(ax: Any, record: ValidationRecord) -> None:
+def tint_held_out(ax: Any, record: ValidationRecord) -> None:
     """Tint the held-out samples of a time plot."""
     for k, s in enumerate(stretches(record.test)[:20]):
-        a, b = float(record.time[s.start]), float(record.time[s.stop - 1])
-        ax.axvspan(a, b, color="#0f6cbd", alpha=0.06, lw=0)
-        ax.axvline(a, color=MUTED, lw=0.8, ls=":")
-        if k == 0:
-            ax.annotate(
-                "held out", (a, 1.0), (2, 2), xycoords=ax.get_xaxis_transform(),
-                textcoords="offset points", va="bottom", fontsize=7.5, color="#52606d",
-            )  # fmt: skip
-
-
-def legend(figure: Any, axes: Sequence[Any]) -> None:
-    """One legend above the figure for everything labelled in some axes."""
-    found: dict[str, Any] = {}
-    for ax in axes:
-        for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
-            found.setdefault(text, handle)
-    if found:
-        figure.legend(
-            list(found.values()), list(found), loc="outside upper left", ncols=min(len(found), 5)
-        )
+        ends = float(record.time[s.start]), float(record.time[s.stop - 1])
+        mark_held_out(ax, *ends, 0.06, named=k == 0)

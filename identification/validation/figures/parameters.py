@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from identification.diagnosis.report.canvas import drawing, plain
-from identification.diagnosis.report.style import AFTER, BEFORE, FLOOR, MUTED
-from identification.validation.figures.picture import Picture
+from identification.report.canvas import drawing, plain
+from identification.report.picture import Picture
+from identification.report.style import AFTER, BEFORE, FLOOR, MUTED
 from identification.validation.judge import Judgement
 from identification.validation.validation_data import Number
 
@@ -20,7 +20,7 @@ def parameter_figure(j: Judgement) -> Picture:
     if not numbers:
         return Picture("", "")
     with drawing("parameters", 0.75 + 0.26 * len(numbers)) as canvas:
-        ax = canvas.rows(1)[0, 0]
+        ax = canvas.ax
         rows = np.arange(len(numbers))[::-1]
         ends = [_relative(n) for n in numbers]
         ratios = [v for e in ends for v in e if np.isfinite(v)]

@@ -7,21 +7,20 @@ from typing import Any
 import numpy as np
 from scipy.signal import welch
 
-from identification.diagnosis.report.canvas import drawing, label, plain
-from identification.diagnosis.report.numbers import axis_scale
-from identification.diagnosis.report.style import AFTER, BAND, BEFORE, FLOOR
-from identification.diagnosis.report.views import envelope
+from identification.report.canvas import drawing, label, noise_band, one_legend, plain
+from identification.report.numbers import axis_scale
+from identification.report.picture import Picture
+from identification.report.style import AFTER, BEFORE, FLOOR
+from identification.report.traces import envelope, thin_log
+from identification.statistics.correlation import stretches
 from identification.validation.figures.layout import (
     left_out,
-    legend,
-    mark_held_out,
     scored,
     shown,
+    tint_held_out,
     title_of,
 )
-from identification.validation.figures.picture import Picture
 from identification.validation.judge import Judgement
-from identification.validation.stretches import stretches
 from identification.validation.validation_data import ValidationRecord
 
 Array = np.ndarray
@@ -40,7 +39,7 @@ def residual_figure(j: Judgement) -> Picture:
             _spectrum(spectrum, record, c)
         axes[-1, 0].set_xlabel("time (s)")
         axes[-1, 1].set_xlabel("frequency (Hz)")
-        legend(canvas.figure, [axes[0, 0], axes[0, 1]])
+        one_legend(canvas.figure, [axes[0, 0], axes[0, 1]])
     part = "held-out" if held else "training"
     return Picture(
         canvas.svg,
@@ -56,12 +55,10 @@ def _over_time(ax: Any, record: ValidationRecord, c: int, name: str) -> None:
     size = float(np.nanmax(np.abs(r), initial=2.5 * sigma))
     factor, unit = axis_scale(record.units[c], size)
     edge = 2 * factor * sigma
-    ax.axhspan(-edge, edge, color=BAND, lw=0, zorder=1, label="noise floor, ±2σ")
     t, v = envelope(record.time[part], factor * r)
     ax.plot(t, v, color=AFTER, lw=0.6, label="residual", zorder=2)
-    for side in (-edge, edge):
-        ax.axhline(side, color=FLOOR, lw=0.9, ls="--", zorder=3)
-    mark_held_out(ax, record)
+    noise_band(ax, edge, "noise floor, ±2σ", 0.9)
+    tint_held_out(ax, record)
     ax.set_ylabel(label(f"{name}: residual", unit))
     ax.set_xlim(record.time[part][0], record.time[part][-1])
 
@@ -90,16 +87,4 @@ def density(values: Array, mask: Array, dt: float) -> tuple[Array, Array]:
     if v.size < 16:
         return np.zeros(0), np.zeros(0)
     f, p = welch(v, fs=1 / dt, nperseg=min(v.size, max(1024, v.size // 4)), detrend="constant")
-    return _thin_log(f[1:], np.sqrt(p[1:]))
-
-
-def _thin_log(f: Array, a: Array, most: int = 300) -> tuple[Array, Array]:
-    """Root mean square on even steps of the logarithm of the frequency."""
-    if f.size <= most:
-        return f, a
-    edges = np.geomspace(f[0], f[-1] * 1.0001, most + 1)
-    index = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, most - 1)
-    count = np.bincount(index, minlength=most)
-    full = count > 0
-    mean_f = np.bincount(index, f, most)[full] / count[full]
-    return mean_f, np.sqrt(np.bincount(index, a**2, most)[full] / count[full])
+    return thin_log(f[1:], np.sqrt(p[1:]))

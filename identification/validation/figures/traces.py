@@ -6,21 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from identification.diagnosis.report.canvas import drawing, label
-from identification.diagnosis.report.numbers import axis_scale
-from identification.diagnosis.report.style import AFTER, BAND, FLOOR, MEASURED
-from identification.diagnosis.report.views import envelope
+from identification.report.canvas import drawing, label, one_legend
+from identification.report.numbers import axis_scale
+from identification.report.picture import Picture
+from identification.report.style import AFTER, BAND, FLOOR, MEASURED
+from identification.report.traces import envelope, worst_stretch
+from identification.statistics.correlation import stretches
 from identification.validation.figures.layout import (
     left_out,
-    legend,
-    mark_held_out,
     scored,
     shown,
+    tint_held_out,
     title_of,
 )
-from identification.validation.figures.picture import Picture
 from identification.validation.judge import Judgement
-from identification.validation.stretches import stretches
 from identification.validation.validation_data import ValidationRecord
 
 Array = np.ndarray
@@ -39,7 +38,7 @@ def trace_figure(j: Judgement) -> Picture:
             _near(near, record, c, name)
         for ax in axes[-1]:
             ax.set_xlabel("time (s)")
-        legend(canvas.figure, [axes[0, 1], axes[0, 0]])
+        one_legend(canvas.figure, [axes[0, 1], axes[0, 0]])
     return Picture(
         canvas.svg,
         "Left: the record. Right: about six oscillations where the residual is largest, with the "
@@ -59,7 +58,7 @@ def _whole(ax: Any, record: ValidationRecord, c: int, name: str) -> None:
     t = record.time[part]
     ax.plot(*_thin(t, factor * record.measured[part, c]), color=MEASURED, lw=1.6, alpha=0.35)
     ax.plot(*_thin(t, factor * record.simulated[part, c]), color=AFTER, lw=0.7)
-    mark_held_out(ax, record)
+    tint_held_out(ax, record)
     ax.set_ylabel(label(name, unit))
     ax.set_xlim(t[0], t[-1])
 
@@ -91,18 +90,5 @@ def worst_piece(record: ValidationRecord, c: int) -> slice:
     longest = max(stretches(mask), key=lambda s: s.stop - s.start, default=scored(record))
     start, stop = longest.start, longest.stop
     y = np.nan_to_num(record.measured[start:stop, c])
-    length = int(np.clip(6 * _period(y), min(200, y.size), y.size))
-    if length > 0.6 * y.size:
-        return slice(start, stop)
-    power = np.nan_to_num(record.residual[start:stop, c]) ** 2
-    total = np.concatenate([[0.0], np.cumsum(power)])
-    first = start + int(np.argmax(total[length:] - total[:-length]))
-    return slice(first, first + length)
-
-
-def _period(y: Array) -> float:
-    """Count samples of the oscillation that carries most of the power."""
-    if y.size < 8 or np.ptp(y) == 0:
-        return float(y.size)
-    spectrum = np.abs(np.fft.rfft((y - y.mean()) * np.hanning(y.size)))
-    return y.size / max(int(np.argmax(spectrum[1:])) + 1, 1)
+    found = worst_stretch(y, record.residual[start:stop, c], 200)
+    return slice(start + found.start, start + found.stop)

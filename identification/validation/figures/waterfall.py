@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.diagnosis.report.canvas import drawing
-from identification.diagnosis.report.style import AFTER, FLOOR, MUTED
-from identification.validation.figures.picture import Picture
+from identification.report.canvas import drawing
+from identification.report.picture import Picture
+from identification.report.style import AFTER, FLOOR, MUTED
 from identification.validation.judge import Judgement
 
 SAME = 1e-3
@@ -21,7 +21,7 @@ def waterfall_figure(j: Judgement) -> Picture:
         return Picture("", "")
     best = int(np.sum(good <= good[0] * (1 + SAME)))
     with drawing("waterfall", 2.4, 6.5) as canvas:
-        ax = canvas.rows(1)[0, 0]
+        ax = canvas.ax
         order = np.arange(1, good.size + 1)
         ax.semilogy(order, good, "-", color=MUTED, lw=0.8, zorder=1)
         ax.semilogy(order[:best], good[:best], "o", color=AFTER, ms=4, label="best valley")

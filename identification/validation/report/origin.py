@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from textwrap import wrap
 
-from identification.diagnosis.report import html
 from identification.estimation.archive import provenance
 from identification.estimation.result import Estimation
+from identification.report import html
+from identification.report.words import spaced
 from identification.validation.judge import Judgement
 
 HEADS = ("recording", "samples", "rate", "channels", "SHA-256 of the file")
@@ -28,7 +29,7 @@ def origin(j: Judgement, command: str = "") -> str:
         "Provenance",
         html.table(HEADS, rows, (1, 2)),
         html.facts(pairs),
-        f'<p class="mono">{html.escape(command)}</p>' if command else "",
+        html.paragraph(command, "mono"),
     )
 
 
@@ -38,8 +39,8 @@ def _options(e: Estimation) -> list[tuple[str, str]]:
     initial = study.initial if isinstance(study.initial, str) else "some known, others fitted"
     fixed = ", ".join(f"{k} = {v:.6g}" for k, v in study.fixed.items())
     return [
-        ("method", e.method.replace("_", " ")),
-        ("optimiser", e.optimiser.replace("_", " ")),
+        ("method", spaced(e.method)),
+        ("optimiser", spaced(e.optimiser)),
         ("iterations", str(len(e.trace) - 1)),
         ("computed in", f"{e.seconds:.3g} s"),
         ("between samples", e.setting.hold),

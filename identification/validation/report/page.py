@@ -3,32 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.whole_file import replacing
-from identification.diagnosis.report.style import CSS
 from identification.estimation.result import Estimation
 from identification.estimation.single_record import Fit
 from identification.estimation.starts import Starts
+from identification.report import html
 from identification.validation.compare import Comparison
 from identification.validation.judge import Judgement, judge
 from identification.validation.report import sections
 from identification.validation.report.origin import origin
 from identification.validation.validation_data import ValidationData
-
-MORE_CSS = """
-td.w{overflow-wrap:break-word}
-ul.try{list-style:none;padding-left:0}
-ul.try li{margin:8px 0;padding-left:12px;border-left:3px solid #d97706}
-ul.try li.note{border-left-color:#9aa5b1}
-ul.try .advice{display:block;color:var(--soft)}
-@media (max-width:700px){td.w{min-width:7em}figure{overflow-x:auto}
- figure svg{min-width:620px;max-width:none}dl.facts{grid-template-columns:1fr 1fr}}
-@media print{figure svg{max-width:100%}.scroll{overflow:visible}table,th{font-size:7pt}
- th,td{padding:2px 5px 2px 0}td.n,th.n{white-space:normal}}
-"""
 
 Judged = Judgement | Estimation | Starts | Fit | ValidationData
 
@@ -66,15 +53,7 @@ def page(
         sections.others(comparison),
         origin(j, command),
     )
-    body = "\n".join(p for p in parts if p)
-    title = escape(f"Fit of {j.material.model}")
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{title}</title>\n<style>{CSS}{MORE_CSS}</style>\n</head>\n<body>\n{body}\n"
-        "<footer>Made by Bondsight from the fit alone: the same fit gives the same page."
-        "</footer>\n</body>\n</html>\n"
-    )
+    return html.page("fit", f"Fit of {j.material.model}", parts, source="fit", same="fit")
 
 
 def write_report(

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.diagnosis.report import html
-from identification.diagnosis.report.numbers import percent, quantity, short
-from identification.validation import compare_tables
+from identification.report import html
+from identification.report.numbers import percent, quantity, short
+from identification.report.style import BAD, GOOD
+from identification.report.words import ended
 from identification.validation.compare import Comparison
+from identification.validation.compare_tables import html_parts
 from identification.validation.figures import (
     Picture,
     comparison_figure,
@@ -21,17 +23,17 @@ from identification.validation.figures import (
     waterfall_figure,
 )
 from identification.validation.judge import Judgement
-from identification.validation.remark import Remark, Weight
+from identification.validation.remark import Weight
 from identification.validation.tables import (
     ERROR_HEADS,
     NUMBER_HEADS,
     criteria_text,
     ends,
     error_rows,
+    groups,
+    in_a_word,
     number_row,
 )
-
-GOOD, BAD = "#15803d", "#c2410c"
 
 
 def _drawn(p: Picture) -> str:
@@ -41,9 +43,6 @@ def _drawn(p: Picture) -> str:
 def answer(j: Judgement) -> str:
     """Headline, badge and the most important numbers."""
     m = j.material
-    faults = len(j.faults)
-    word = "nothing to object to" if j.acceptable else f"{faults} fault{'s' if faults > 1 else ''}"
-    colour = GOOD if j.acceptable else BAD
     records = len(m.records)
     over = f"{records} recordings" if records > 1 else m.records[0].name
     held = [c.test for c in j.channels if c.test.n]
@@ -57,11 +56,8 @@ def answer(j: Judgement) -> str:
         ("training mean square / floor", _mean(trained)),
         ("held-out mean square / floor", _mean(held)),
     ]
-    return (
-        f'<header><p class="kicker">Fit of {html.escape(m.model)} to {html.escape(over)}</p>'
-        f'<span class="badge" style="background:{colour}">{html.escape(word)}</span>'
-        f"<h1>{html.escape(headline(j))}</h1>{html.facts(pairs)}</header>"
-    )
+    badge = (in_a_word(j), GOOD if j.acceptable else BAD)
+    return html.head(f"Fit of {m.model} to {over}", badge, headline(j), pairs)
 
 
 def _mean(errors: Sequence[object]) -> str:
@@ -93,26 +89,18 @@ def headline(j: Judgement) -> str:
 
 def words(j: Judgement) -> str:
     """Remarks in three groups, faults with what to try."""
-    groups = (("What is not fine", j.faults), ("To know", j.notes), ("What is fine", j.fine))
     parts = []
-    for title, found in groups:
-        if found:
-            items = "".join(_remark(r) for r in found)
-            listed = f'<ul class="try">{items}</ul>' if title != "What is fine" else ""
-            parts += [html.heading(title), listed or html.bullets(_sentence(r.text) for r in found)]
+    for title, found in groups(j):
+        said = [
+            (ended(r.text), r.advice and ended(r.advice), _KINDS.get(r.weight, "")) for r in found
+        ]
+        fine = title == "What is fine"
+        listed = html.bullets(t for t, _, _ in said) if fine else html.remarks(said)
+        parts += [html.heading(title), listed]
     return html.section("In words", *parts)
 
 
-def _remark(r: Remark) -> str:
-    kind = ' class="note"' if r.weight is Weight.NOTE else ""
-    advice = (
-        f'<span class="advice">Try: {html.escape(_sentence(r.advice))}</span>' if r.advice else ""
-    )
-    return f"<li{kind}>{html.escape(_sentence(r.text))}{advice}</li>"
-
-
-def _sentence(text: str) -> str:
-    return text if text.endswith((".", "!", "?")) else f"{text}."
+_KINDS = {Weight.NOTE: "note"}
 
 
 def before(findings: Sequence[object]) -> str:
@@ -204,13 +192,5 @@ def others(c: Comparison | None) -> str:
     """Return the fit among others."""
     if c is None:
         return ""
-    names, table = compare_tables.parameter_table(c)
-    readings = len(c.best.judgement.channels)
-    numeric = tuple(range(1, 6 + readings))
-    return html.section(
-        "Beside other fits",
-        html.table(compare_tables.heads(c), compare_tables.rows(c), numeric, ("named",)),
-        _drawn(comparison_figure(c)),
-        html.table(names, table),
-        html.bullets(compare_tables.tests(c)),
-    )
+    fits, *rest = html_parts(c)
+    return html.section("Beside other fits", fits, _drawn(comparison_figure(c)), *rest)

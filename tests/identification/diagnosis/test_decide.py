@@ -15,7 +15,8 @@ from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.evidence.decision import Decision, Thresholds, decide
 from identification.diagnosis.evidence.residual_pattern import ResidualPattern
 from identification.diagnosis.localisation.structural_classes import Isolability
-from identification.diagnosis.search.candidates import Candidate, paired_z
+from identification.diagnosis.search.candidates import Candidate
+from identification.statistics.blocks import paired_z
 from identification.study.problem import Data
 
 

@@ -11,7 +11,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import verdict
+from identification.diagnosis.verdict import verdict
 
 pytestmark = pytest.mark.slow
 

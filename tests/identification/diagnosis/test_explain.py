@@ -11,7 +11,7 @@ import pytest
 
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
-from identification.diagnosis.verdict.schema import KINDS, parse_verdict, read_verdict
+from identification.diagnosis.verdict import KINDS, parse_verdict, read_verdict
 from identification.diagnosis.verdict.text import WIDTH, retold
 
 

@@ -12,7 +12,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import verdict
+from identification.diagnosis.verdict import verdict
 from tests.proof.trial.generator import draw
 from tests.proof.trial.generator.making import record
 from tests.proof.trial.models import blind_model

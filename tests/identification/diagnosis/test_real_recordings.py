@@ -13,7 +13,7 @@ from bondsight.cli.recordings import match_by_unit
 from identification import datasets as data
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import normalised_error, verdict
+from identification.diagnosis.verdict import normalised_error, verdict
 from tests.proof.real.running import run_cases
 
 pytestmark = [pytest.mark.recordings, pytest.mark.slow]

@@ -27,17 +27,18 @@ from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.decision import Thresholds
+from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.report import page, sections, write_report
 from identification.diagnosis.report.changed import changes, definition, math_svg, whole_law
 from identification.diagnosis.report.found import confidence_of
 from identification.diagnosis.report.law import law_ports
 from identification.diagnosis.report.law_figures import law_figure
-from identification.diagnosis.report.numbers import axis_scale, percent, prefixed, quantity, short
 from identification.diagnosis.report.rivals import standings, title
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
-from identification.diagnosis.verdict.schema import parse_verdict
+from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold
+from identification.report.numbers import axis_scale, percent, prefixed, quantity, short
 
 N = 400
 HOSTILE = '<script>alert("x")</script> & $\\frac{'
@@ -176,12 +177,16 @@ def test_what_was_fitted_to_held_out_samples_is_said(found: Diagnosis) -> None:
 
 
 def test_own_limits_reach_the_verdict_and_the_reading_of_it(found: Diagnosis) -> None:
-    """A family is an answer from the share on that the caller's limits ask of a name."""
+    """The decision weighs the share by the caller's limits, which the verdict repeats."""
     d = as_kind(found, "unknown_physics")
-    half = replace(d, steps=(replace(d.steps[0], share=0.6, complete=False, rivals=()),))
+    half = replace(
+        d, steps=(replace(d.steps[0], share=0.6, complete=False, rivals=(), ample=False),)
+    )
     assert "limits" not in verdict(half)
     assert verdict(half)["findings"][0]["answer"] == "unknown"
-    own = verdict(replace(half, limits=Thresholds(share=0.5)))
+    (step,) = half.steps
+    by_own = replace(half, steps=(replace(step, ample=True),), limits=Thresholds(share=0.5))
+    own = verdict(by_own)
     assert own["findings"][0]["answer"] == "family"
     assert own["limits"]["share"] == 0.5
     retold(parse_verdict(json.dumps(own)))
@@ -216,7 +221,9 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
     both = replace(d, steps=(first, replace(first, chosen=other)))
     told: dict[str, object] = {
         "relations": (SimpleNamespace(ports=("k", "d"), train=1.01, test=0.99, compatible=True),),
-        "experiments": (SimpleNamespace(words="record a slow sweep", expected_z=6.2),),
+        "experiments": (
+            Experiment("record a slow sweep", "sweep", 6.2, 1.0, 100, 1.0, ("a", "b")),
+        ),
         "traits": {
             "d": (
                 SimpleNamespace(words="it depends on the speed", explained={"sign": 0.9}),
@@ -231,7 +238,7 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
         assert f"<h3>{title(t)}</h3>" in text
     for words in (
         "the mismatch may sit here alone",
-        "record a slow sweep (expected",
+        "record a slow sweep: expected separation of a from b: z = 6.2",
         "It depends on the speed",
         "What d must have added",
     ):

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from bondgraph.signals.recording import Recording
 from identification.estimation import Estimation, estimate
-from identification.estimation.noise import autoregressive, innovations
+from identification.statistics.autoregression import innovations, whitening_filter
 from tests.identification.estimation.plants import TRUTH, force, misses, moved, record, study
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ def coloured(polynomial: list[float], n: int, seed: int) -> Array:
 @pytest.mark.parametrize("polynomial", COLOURS.values(), ids=COLOURS.keys())
 def test_polynomial_and_innovations_are_found(polynomial: list[float]) -> None:
     e = coloured(polynomial, 8000, 1)
-    found = autoregressive(e)
+    found = whitening_filter(e)
     assert found.size == len(polynomial)
     assert found == pytest.approx(polynomial, abs=0.03)
     left = innovations(e - e.mean(), found)
@@ -36,16 +36,16 @@ def test_polynomial_and_innovations_are_found(polynomial: list[float]) -> None:
 
 def test_white_constant_and_short_residuals_have_no_colour() -> None:
     rng = np.random.default_rng(0)
-    assert autoregressive(rng.standard_normal(5000)).tolist() == [1.0]
-    assert autoregressive(np.full(100, 3.0)).tolist() == [1.0]
-    assert autoregressive(np.zeros(100)).tolist() == [1.0]
+    assert whitening_filter(rng.standard_normal(5000)).tolist() == [1.0]
+    assert whitening_filter(np.full(100, 3.0)).tolist() == [1.0]
+    assert whitening_filter(np.zeros(100)).tolist() == [1.0]
     for n in (1, 2, 5, 9):
-        assert autoregressive(rng.standard_normal(n)).tolist() == [1.0]
-    assert autoregressive(coloured([1.0, -0.9], 30, 2)).size <= 4
+        assert whitening_filter(rng.standard_normal(n)).tolist() == [1.0]
+    assert whitening_filter(coloured([1.0, -0.9], 30, 2)).size <= 4
 
 
 def test_filter_is_stable_for_a_drift() -> None:
-    found = autoregressive(np.cumsum(np.random.default_rng(0).standard_normal(400)))
+    found = whitening_filter(np.cumsum(np.random.default_rng(0).standard_normal(400)))
     assert np.abs(np.roots(found)).max() < 1.0
 
 

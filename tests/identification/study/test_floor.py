@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from bondgraph.signals.recording import Recording, Split
-from identification.study.noise_floor import RELATIVE_LEAST, measured, noise_floor, repeats
+from identification.statistics.periods import repeats
+from identification.study.noise_floor import RELATIVE_LEAST, measured, noise_floor
 
 N = 4000
 T = np.asarray(1e-3 * np.arange(N), np.float64)

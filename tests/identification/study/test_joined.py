@@ -17,7 +17,7 @@ from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.report.sections import answer, before_after
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
-from identification.diagnosis.verdict.schema import parse_verdict
+from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold
 from identification.study.joined import joined, split_of
 from identification.study.noise_floor import noise_floor

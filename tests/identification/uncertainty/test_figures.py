@@ -17,7 +17,7 @@ def test_profiles_are_drawn_with_their_shape() -> None:
         width=0.1, threshold=threshold_of(), unit="N/m",
     )  # fmt: skip
     figure = profile_figure([p, p])
-    assert [a.get_title() for a in figure.axes] == ["k: two-sided"] * 2
+    assert [a.get_title("left") for a in figure.axes] == ["k: two-sided"] * 2
     assert figure.axes[0].get_xlabel() == "k (N/m)"
     with pytest.raises(UnusableInput, match="no profile"):
         profile_figure([])

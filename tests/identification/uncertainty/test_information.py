@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from bondgraph.support.errors import UnknownName, UnusableInput
-from identification.statistics.block_scores import block_rows, block_scores, blocks_for
+from identification.statistics.blocks import block_rows, block_scores, blocks_for
 from identification.uncertainty.information import Sensitivities, information
 
 

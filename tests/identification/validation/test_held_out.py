@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identification.validation.bootstrap import mean_interval
+from identification.statistics.bootstrap import mean_interval
 from identification.validation.held_out import error, errors
 
 from .made import coloured, material, record

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
+from identification.report.tables import markdown
 from tests.proof.real.case import RealCase
 
 __all__ = ["Outcome", "counts", "read_outcome", "table"]
@@ -100,9 +101,7 @@ def table(found: Sequence[Outcome]) -> str:
         "case", "seen", "documented", "place", "name", "verdict", "held-out before", "after",
         "noise floor", "best published", "s", "judged",
     )  # fmt: skip
-    rows = [head, tuple("---" for _ in head), *(_row(o) for o in found)]
-    lines = [f"| {' | '.join(r)} |" for r in rows]
-    lines += ["", counts(found)]
+    lines = [markdown(head, [_row(o) for o in found]), "", counts(found)]
     failed = [o for o in found if o.failure]
     if failed:
         lines += ["", "Not finished:", "", *(f"- {o.case}: {o.failure}" for o in failed)]

@@ -131,7 +131,7 @@ def _diagnosed(
     from identification.diagnosis.diagnose import diagnose
     from identification.diagnosis.report import write_report
     from identification.diagnosis.search.candidates import DiagnosisOptions
-    from identification.diagnosis.verdict.document import verdict, write_verdict
+    from identification.diagnosis.verdict import verdict, write_verdict
 
     recording, split = loaded
     graph = case.model()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from identification.report.style import AFTER, BAD, MUTED
+from identification.report.words import spaced
 from tests.proof.trial.scoring import Score
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["figures"]
 
-LINE, BAD, LIGHT = "#1f4e79", "#b03a2e", "#9db7d1"
+LINE, LIGHT = AFTER, MUTED
 
 
 def figures(score: Score) -> Mapping[str, str]:
@@ -23,36 +24,33 @@ def figures(score: Score) -> Mapping[str, str]:
     made = {}
     if score.names.rows:
         size = (2.6 + 0.26 * len(score.names.columns), 2.0 + 0.24 * len(score.names.rows))
-        made["names.svg"] = _drawn(lambda a: _names(a, score), size)
+        made["names.svg"] = _drawn(_names, score, size)
     if score.power:
-        made["power.svg"] = _drawn(lambda a: _power(a, score), (6.2, 3.6))
+        made["power.svg"] = _drawn(_power, score, (6.2, 3.6))
     if score.calibration.table:
-        made["calibration.svg"] = _drawn(lambda a: _calibration(a, score), (4.2, 4.0))
+        made["calibration.svg"] = _drawn(_calibration, score, (4.2, 4.0))
     return made
 
 
-def _drawn(draw: Any, size: tuple[float, float]) -> str:
-    import matplotlib
-    from matplotlib.figure import Figure
+def _drawn(draw: Any, score: Score, size: tuple[float, float]) -> str:
+    from identification.report.canvas import drawing
 
-    with matplotlib.rc_context({"svg.hashsalt": "bondsight", "font.size": 8}):
-        figure = Figure(figsize=size, layout="constrained")
-        draw(figure.add_subplot())
-        text = StringIO()
-        figure.savefig(text, format="svg", metadata={"Date": None})
-    return text.getvalue()
+    with drawing(draw.__name__.strip("_"), size[1], size[0], paper=True) as canvas:
+        draw(canvas.ax, score)
+    return canvas.svg + "\n"
 
 
 def _names(axes: Axes, score: Score) -> None:
     c = score.names
     counts = np.array([[c.counts[r].get(k, 0) for k in c.columns] for r in c.rows], float)
     share = counts / counts.sum(axis=1, keepdims=True)
+    axes.grid(False)
     axes.imshow(share, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
     for i, j in zip(*np.nonzero(counts), strict=True):
         colour = "white" if share[i, j] > 0.5 else "black"
         axes.text(j, i, f"{counts[i, j]:.0f}", ha="center", va="center", color=colour, fontsize=6)
-    axes.set_xticks(range(len(c.columns)), [k.replace("_", " ") for k in c.columns], rotation=90)
-    axes.set_yticks(range(len(c.rows)), [r.replace("_", " ") for r in c.rows])
+    axes.set_xticks(range(len(c.columns)), [*map(spaced, c.columns)], rotation=90)
+    axes.set_yticks(range(len(c.rows)), [*map(spaced, c.rows)])
     axes.set_xlabel("answer")
     axes.set_ylabel("concealed")
 
@@ -77,7 +75,7 @@ def _power(axes: Axes, score: Score) -> None:
     axes.set_xlabel("excess of the nominal misfit over the noise floor, dB")
     axes.set_ylabel("share of the recordings")
     axes.set_ylim(-0.03, 1.03)
-    axes.legend(frameon=False)
+    axes.legend()
 
 
 def _calibration(axes: Axes, score: Score) -> None:

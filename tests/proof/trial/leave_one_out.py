@@ -15,6 +15,7 @@ from typing import Any
 
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.report.tables import markdown
 from tests.proof.trial.answers import Answer
 from tests.proof.trial.gates import Gate, at_least, at_most
 from tests.proof.trial.layout import Layout
@@ -24,7 +25,7 @@ from tests.proof.trial.oracles import OracleAnswer
 from tests.proof.trial.rates import rate
 from tests.proof.trial.running import Progress, answer, run_all
 from tests.proof.trial.scoring import rate_row
-from tests.proof.trial.summary import gates_table, table
+from tests.proof.trial.summary import gates_table
 from tests.proof.trial.truths import Public, Truth
 
 __all__ = ["Withheld", "publish_withheld", "run_withheld", "score_withheld"]
@@ -142,7 +143,7 @@ def publish_withheld(found: Withheld, folder: Path) -> Path:
         "and without every law that contains it. "
         + ("All gates are met." if found.passed else "**Not all gates are met.**"),
         gates_table(found.gates),
-        table(head, listed),
+        markdown(head, listed),
     ]
     rates = [asdict(g) | {"counted": rate_row(g.counted), "passed": g.passed} for g in found.gates]
     clean = json.dumps(

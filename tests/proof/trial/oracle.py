@@ -24,8 +24,8 @@ from identification.diagnosis.search.candidates import (
     blocks_of,
     finish,
     go_on,
-    paired_z,
 )
+from identification.statistics.blocks import paired_z
 from identification.study.problem import drives
 
 Array = np.ndarray

@@ -22,7 +22,8 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.diagnose import Diagnosis, diagnose
-from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions, paired_z
+from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
+from identification.statistics.blocks import paired_z
 from tests.proof.trial.answers import Answer
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.nesting import containing

@@ -6,11 +6,12 @@ import statistics
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from identification.report.tables import markdown
 from tests.proof.trial.gates import Gate
 from tests.proof.trial.scoring import Score
 from tests.proof.trial.tables import Confusion
 
-__all__ = ["gate_lines", "gates_table", "summary", "table"]
+__all__ = ["gate_lines", "gates_table", "summary"]
 
 
 def summary(score: Score, commitment: Mapping[str, Any], title: str = "Sealed trial") -> str:
@@ -52,12 +53,6 @@ def summary(score: Score, commitment: Mapping[str, Any], title: str = "Sealed tr
     return "\n\n".join(p for p in parts if p) + "\n"
 
 
-def table(head: Sequence[str], body: Sequence[Sequence[str]]) -> str:
-    """Return a Markdown table."""
-    lines = ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
-    return "\n".join(lines + ["| " + " | ".join(r) + " |" for r in body])
-
-
 def _head(score: Score, commitment: Mapping[str, Any]) -> str:
     crashed = sum(bool(o.answer.error) for o in score.outcomes)
     seconds = sum(o.answer.seconds for o in score.outcomes)
@@ -86,7 +81,7 @@ def gates_table(gates: Sequence[Gate]) -> str:
                 said if g.gated else "",
             )
         )
-    return table(("gate", "value (95 % interval)", "limit", ""), body)
+    return markdown(("gate", "value (95 % interval)", "limit", ""), body)
 
 
 def gate_lines(gates: Sequence[Gate]) -> str:
@@ -105,7 +100,7 @@ def _cells(score: Score) -> str:
         (cell, str(sum(ends.values())), ", ".join(f"{k} {v}" for k, v in ends.most_common()))
         for cell, ends in score.cells.items()
     ]
-    return table(("kind", "recordings", "ended"), body)
+    return markdown(("kind", "recordings", "ended"), body)
 
 
 def _confusion(c: Confusion, what: str) -> str:
@@ -113,7 +108,7 @@ def _confusion(c: Confusion, what: str) -> str:
     for r in c.rows:
         said = sorted(c.counts[r].items(), key=lambda kv: (-kv[1], kv[0]))
         body.append((r, str(c.right[r]), ", ".join(f"{k} {v}" for k, v in said)))
-    return table((what, "right", "answers"), body) if body else "Nothing to count."
+    return markdown((what, "right", "answers"), body) if body else "Nothing to count."
 
 
 def _power(score: Score) -> str:
@@ -122,7 +117,7 @@ def _power(score: Score) -> str:
         for p in score.power
     ]
     head = ("excess over the floor, dB", "detected", "right name and place", "wrong name")
-    return table(head, body) if body else "Nothing to count."
+    return markdown(head, body) if body else "Nothing to count."
 
 
 def _calibration(score: Score) -> str:
@@ -130,7 +125,7 @@ def _calibration(score: Score) -> str:
     if not c.names:
         return "No exact name was given."
     body = [(f"{r.low:.2f} to {r.high:.2f}", f"{r.stated:.3f}", str(r.right)) for r in c.table]
-    return f"{c.names} names, Brier score {c.brier:.4f}.\n\n" + table(
+    return f"{c.names} names, Brier score {c.brier:.4f}.\n\n" + markdown(
         ("stated", "mean stated", "right"), body
     )
 
@@ -144,7 +139,7 @@ def _pairs(score: Score) -> str:
         )
         for p in score.pairs
     ]
-    return table(("pair", "excitation", "ended"), body) if body else "There are none."
+    return markdown(("pair", "excitation", "ended"), body) if body else "There are none."
 
 
 def _baselines(score: Score) -> str:
@@ -162,7 +157,7 @@ def _baselines(score: Score) -> str:
     ]
     head = ("rule", "answers", "false alarms", "outside named", "wrong names", "wrong places",
             "right among the distinguishable")  # fmt: skip
-    text = table(head, body)
+    text = markdown(head, body)
     if score.black_box:
         box = statistics.median(a for a, _ in score.black_box)
         tool = [b for _, b in score.black_box if b == b]

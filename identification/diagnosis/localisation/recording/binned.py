@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.diagnosis.localisation.recording.scan import bin_index
+from identification.statistics.blocks import block_index
 
 Array = np.ndarray
 BLOCKS = 50
@@ -39,7 +40,7 @@ def profile(values: Array, square: Array, bins: int = 20) -> MisfitProfile:
     index, edges = bin_index(values, bins)
     number = max(edges.size - 1, 1)
     blocks = max(2, min(BLOCKS, values.size // 8))
-    block = np.arange(values.size) * blocks // values.size
+    block = block_index(values.size, blocks)
     both = block * number + index
     s = np.bincount(both, square, blocks * number).reshape(blocks, number)
     n = np.bincount(both, minlength=blocks * number).reshape(blocks, number).astype(float)

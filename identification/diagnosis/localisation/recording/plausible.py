@@ -8,7 +8,8 @@ import numpy as np
 from scipy.special import erfc
 
 from identification.diagnosis.evidence.decision import Decision
-from identification.diagnosis.search.candidates import Candidate, paired_z
+from identification.diagnosis.search.candidates import Candidate
+from identification.statistics.blocks import paired_z
 
 UNUSUAL = 0.2
 """Weight of a place where an effect can sit but seldom does."""

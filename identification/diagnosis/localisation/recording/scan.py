@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.statistics.blocks import block_index
+
 Array = np.ndarray
 BINS = 32
 BLOCKS = 200
@@ -122,7 +124,7 @@ def contrast(square: Array, inside: Array, blocks: int = BLOCKS) -> float:
     that is correlated over less than a block (n / 200 samples) does not pretend to be certain.
     """
     number = max(2, min(blocks, square.size // 8))
-    block = np.arange(square.size) * number // square.size
+    block = block_index(square.size, number)
     means, variances = [], []
     for part in (inside, ~inside):
         s = np.bincount(block, square * part, number)

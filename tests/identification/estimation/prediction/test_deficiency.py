@@ -76,8 +76,10 @@ def test_the_boundary_halves_the_p_value() -> None:
     assert boundary_p_value(2.705543) == pytest.approx(0.05, rel=1e-5)
 
 
-@pytest.mark.parametrize("module", ["deficiency", "diffusion", "whiteness"])
+@pytest.mark.parametrize(
+    "module", ["prediction.deficiency", "prediction.diffusion", "statistics.whiteness"]
+)
 def test_examples_in_the_docstrings(module: str) -> None:
-    result = doctest.testmod(import_module(f"identification.estimation.prediction.{module}"))
+    result = doctest.testmod(import_module(f"identification.{module}"))
     assert result.attempted > 0
     assert result.failed == 0

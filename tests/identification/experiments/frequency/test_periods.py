@@ -7,8 +7,8 @@ import pytest
 
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
-from identification.experiments.frequency.period_search import find_period, whole_period
 from identification.experiments.frequency.periods import cut, period_lines
+from identification.statistics.periods import find_period, whole_period
 
 N = 400
 

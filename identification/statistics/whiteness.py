@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2, norm
 
-from identification.diagnosis.report.numbers import percent
-from identification.validation.autoregression import autoregression
-from identification.validation.stretches import autocorrelation, memory, pieces_of
+from identification.report.numbers import percent
+from identification.statistics.autoregression import autoregression
+from identification.statistics.correlation import autocorrelation, pieces_of
+from identification.statistics.memory import memory
 
 Array = np.ndarray
 LONGEST = 2000
@@ -129,16 +130,48 @@ def whiteness(
     m = lags if lags is not None else round(10 * np.log10(n))
     m = int(max(predictor_parameters + 1, min(m, n // 4)))
     r = autocorrelation(pieces, min(n - 1, max(m, min(n // 4, LONGEST))))
-    k = np.arange(1, m + 1)
-    q = float(n * (n + 2) * np.sum(r[1 : m + 1] ** 2 / (n - k)))
-    degrees = m - predictor_parameters
+    q, p = ljung_box(r, n, m, predictor_parameters)
     z = runs(pieces)
     band = 1.96 / np.sqrt(n)
     return Whiteness(
-        n, dt, r, float(band), q, degrees, float(chi2.sf(q, degrees)),
+        n, dt, r, float(band), q, m - predictor_parameters, p,
         z, float(2 * norm.sf(abs(z))), _coloured_to(r, band), memory(r, n),
         1.0 - autoregression(r, n).innovation, level,
     )  # fmt: skip
+
+
+def ljung_box(correlations: Array, n: int, lags: int, parameters: int = 0) -> tuple[float, float]:
+    """Return the Ljung-Box statistic and the chance of a larger one from white noise.
+
+    Parameters
+    ----------
+    correlations : ndarray, shape (lags + 1,) or longer
+        Autocorrelation, 1 at lag 0, of `n` samples.
+    parameters : int
+        Degrees of freedom that a fitted predictor took.
+    """
+    k = np.arange(1, lags + 1)
+    q = float(n * (n + 2) * np.sum(correlations[1 : lags + 1] ** 2 / (n - k)))
+    return q, float(chi2.sf(q, lags - parameters))
+
+
+def white_p(e: Array, lags: int = 20) -> float:
+    """p-value of the hypothesis that `e` (shape (N,), NaN where missing) is white; 1 if too short.
+
+    Examples
+    --------
+    >>> e = np.random.default_rng(1).standard_normal(2000)
+    >>> white_p(e) > 0.01, white_p(np.cumsum(e)) < 1e-6
+    (True, True)
+    """
+    seen = np.isfinite(e)
+    n = int(seen.sum())
+    lags = min(lags, n // 5)
+    if lags < 1:
+        return 1.0
+    # missing samples leave out their products
+    filled = np.where(seen, e - e[seen].mean(), 0.0)
+    return ljung_box(autocorrelation([filled], lags), n, lags)[1]
 
 
 def runs(pieces: list[Array]) -> float:

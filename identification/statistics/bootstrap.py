@@ -9,7 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.validation.stretches import autocorrelation, memory
+from identification.statistics.correlation import autocorrelation
+from identification.statistics.memory import memory
 
 Array = np.ndarray
 FEWEST_BLOCKS = 8

@@ -1,20 +1,20 @@
-"""The period of a drive, in samples."""
+"""The period of a signal, in samples: likeness, strongest line, exact repetition."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
 
+from bondgraph.signals.repeating import first_peak, likeness, refined
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["find_period", "whole_period"]
+__all__ = ["find_period", "repeats", "strongest_period", "whole_period"]
 
 FloatArray = NDArray[np.float64]
-
 LEAST_LIKENESS = 0.9
 """Autocorrelation that a drive must reach at its period."""
-
 MISCOUNT = 0.25
 """Largest drift of the period against the samples over the whole record, samples."""
 
@@ -46,15 +46,15 @@ def find_period(drive: FloatArray, where: str = "drive") -> float:
     v = np.asarray(drive, float) - np.mean(drive)
     if n < 8 or not np.ptp(v) > 0.0:
         raise UnusableInput(f"{where}: it does not move, so it has no period; name the drive")
-    lags = n // 2 + 2
-    size = next_fast_len(n + lags, real=True)
-    raw = irfft(np.abs(rfft(v, size)) ** 2, size)[:lags]
-    energy = np.concatenate(([0.0], np.cumsum(v * v)))
-    k = np.arange(min(lags, n))
-    norm = np.sqrt(energy[n - k] * (energy[n] - energy[k]))
-    r = np.divide(raw[k], norm, out=np.zeros(k.size), where=norm > 1e-12 * energy[n])
-    first = _first_peak(r, where)
-    period = _refined(r, first)
+    r = likeness(v)
+    first, highest = first_peak(r, LEAST_LIKENESS)
+    if not first:
+        said = f"; it is most like itself ({highest:.2f})" if highest > 0 else ""
+        raise UnusableInput(
+            f"{where}: it does not repeat within half of the record{said}; record at least two "
+            "periods or use local_polynomial, which needs none"
+        )
+    period = refined(r, first, 0.02)
     best = _difference(v, round(period))
     rounding = abs(period - round(period)) * float(np.sqrt(np.mean(np.diff(v) ** 2)))
     if best < 2.0 * rounding:
@@ -64,41 +64,8 @@ def find_period(drive: FloatArray, where: str = "drive") -> float:
         if lag > n // 2:
             break
         if _difference(v, lag) < 0.5 * best:
-            return _refined(r, lag)
+            return refined(r, lag, 0.02)
     return period
-
-
-def _first_peak(r: FloatArray, where: str) -> int:
-    below = np.flatnonzero(r < 0.5)
-    inner = np.arange(max(1, int(below[0])) if below.size else r.size, r.size - 1)
-    peaks = inner[(r[inner] >= r[inner - 1]) & (r[inner] >= r[inner + 1])]
-    good = peaks[r[peaks] >= LEAST_LIKENESS]
-    if not good.size:
-        best = f"; it is most like itself ({r[peaks].max():.2f})" if peaks.size else ""
-        raise UnusableInput(
-            f"{where}: it does not repeat within half of the record{best}; record at least two "
-            "periods or use local_polynomial, which needs none"
-        )
-    return int(good[r[good] >= r[good].max() - 0.005][0])
-
-
-def _refined(r: FloatArray, first: int) -> float:
-    """Vertex of the parabola at the peak, then at its multiples, which divide the error."""
-    period, multiple = _vertex(r, first), 2
-    while multiple * period < r.size - 2:
-        near, reach = round(multiple * period), max(1, int(0.02 * period))
-        low, high = max(1, near - reach), min(r.size - 1, near + reach + 1)
-        period = _vertex(r, low + int(np.argmax(r[low:high]))) / multiple
-        multiple *= 2
-    return period
-
-
-def _vertex(r: FloatArray, k: int) -> float:
-    if not 0 < k < r.size - 1:
-        return float(k)
-    a, b, c = (float(x) for x in r[k - 1 : k + 2])
-    bend = a - 2.0 * b + c
-    return k + (0.5 * (a - c) / bend if bend < 0.0 else 0.0)
 
 
 def _difference(v: FloatArray, lag: int) -> float:
@@ -123,3 +90,37 @@ def whole_period(period: float, n: int, where: str) -> int:
         f"{where}: its period of {period:.6g} samples is no whole number of samples; lock the "
         "clocks of generator and recorder, resample, or give period= and accept leakage"
     )
+
+
+def strongest_period(y: FloatArray) -> float:
+    """Count the samples of the oscillation that carries most of the power; all if none does."""
+    if y.size < 8 or np.ptp(y) == 0:
+        return float(y.size)
+    spectrum = np.abs(np.fft.rfft((y - y.mean()) * np.hanning(y.size)))
+    return y.size / max(int(np.argmax(spectrum[1:])) + 1, 1)
+
+
+def repeats(commands: Sequence[FloatArray]) -> tuple[int, list[slice]] | None:
+    """Period in samples and the stretches that a whole period later look exactly the same.
+
+    None when the commands do not repeat themselves, as with feedback or a sweep.
+    """
+    n = commands[0].size
+    v = commands[0] - commands[0].mean()
+    power = np.abs(np.fft.rfft(v, 2 * n)) ** 2
+    likeness = np.fft.irfft(power)[: n // 2 + 1] / max(float(v @ v), 1e-300)
+    size = likeness * n / np.maximum(n - np.arange(likeness.size), 1)
+    inner = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]) & (size[1:-1] > 0.5))
+    for lag in (inner + 1)[np.argsort(-size[inner + 1], kind="stable")][:12]:
+        if lag < 32:
+            continue
+        same = np.ones(n - lag, bool)
+        for u in commands:
+            same &= np.abs(u[lag:] - u[:-lag]) <= 1e-9 * np.ptp(u)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(int), [0]])))
+        runs = [slice(int(a), int(b)) for a, b in edges.reshape(-1, 2) if b - a >= 0.9 * lag]
+        # a command that stands still repeats itself too
+        runs = [s for s in runs if all(np.ptp(u[s]) > 0.1 * np.ptp(u) for u in commands)]
+        if runs:
+            return int(lag), runs
+    return None

@@ -1,4 +1,4 @@
-"""Covariance for coloured residuals: scores summed over blocks longer than their memory.
+"""Blocks of consecutive samples: comparisons and covariances that hold for coloured residuals.
 
 The covariance is ``V (sum_b g_b g_b') V`` with the scores ``g_b`` of blocks of samples that are
 long compared with the memory of the residuals (White, Econometrica 50 (1982) 1; Newey and West,
@@ -13,8 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.support.errors import UnusableInput
-
-__all__ = ["block_rows", "block_scores", "blocks_for", "student"]
 
 FloatArray = NDArray[np.float64]
 BLOCKS = 40
@@ -105,3 +103,37 @@ def block_scores(
         score = turn.T @ (seen.T @ residual[part])
         found.append(back @ (turn @ (score / np.maximum(1.0 - lever, LEAST_LEFT))))
     return np.array(found)
+
+
+def block_means(values: FloatArray, most: int = BLOCKS) -> FloatArray:
+    """Means over `most` consecutive blocks, or over the samples where there are fewer."""
+    return np.array([float(np.mean(b)) for b in np.array_split(values, min(most, values.size))])
+
+
+def paired_z(worse: FloatArray, better: FloatArray) -> float:
+    """How many standard errors `better` lies below `worse`, block by block.
+
+    The logarithm of each block's mean square is compared, so that a few blocks with a large misfit
+    (peaks that saturate) neither carry nor drown the comparison.
+    """
+    d = np.log(np.maximum(worse, 1e-300)) - np.log(np.maximum(better, 1e-300))
+    return mean_z(d, np.inf)
+
+
+def mean_z(d: FloatArray, alike: float = 0.0) -> float:
+    """Mean of `d` in standard errors; `alike`, with its sign, where all values are the same."""
+    spread = float(d.std(ddof=1)) / np.sqrt(d.size) if d.size > 1 else 0.0
+    if spread > 0:
+        return float(d.mean() / spread)
+    return float(np.copysign(alike, d.mean())) if alike and d.size > 1 and d.any() else 0.0
+
+
+def block_index(n: int, blocks: int) -> NDArray[np.intp]:
+    """Return the block of each of `n` samples."""
+    return np.asarray(np.arange(n) * blocks // max(n, 1))
+
+
+def block_sums(rows: FloatArray, blocks: int) -> FloatArray:
+    """Return the sums over consecutive blocks of the rows (N, k), shape (blocks, k)."""
+    edges = np.linspace(0, rows.shape[0], blocks + 1).astype(int)[:-1]
+    return np.asarray(np.add.reduceat(rows, edges, axis=0))

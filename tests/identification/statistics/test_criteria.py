@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnusableInput
-from identification.validation.criteria import ResidualLevel, criteria, likelihood_ratio
-from identification.validation.stretches import autocorrelation, memory, pieces_of
-
-from .made import coloured
+from identification.statistics.correlation import autocorrelation, pieces_of
+from identification.statistics.criteria import ResidualLevel, criteria, likelihood_ratio
+from identification.statistics.memory import memory
+from tests.identification.validation.made import coloured
 
 
 def test_criteria_by_hand() -> None:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identification.validation.whiteness import runs, whiteness
-
-from .made import coloured
+from identification.statistics.whiteness import runs, whiteness
+from tests.identification.validation.made import coloured
 
 TRIALS = 300
 BAND = 3.2 * np.sqrt(0.05 * 0.95 / TRIALS)

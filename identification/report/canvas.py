@@ -5,9 +5,10 @@ from __future__ import annotations
 import io
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import matplotlib as mpl
@@ -15,8 +16,8 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from identification.diagnosis.report.numbers import superscript
-from identification.diagnosis.report.style import PLOT
+from identification.report.numbers import superscript
+from identification.report.style import AFTER, BAND, FLOOR, MUTED, PLOT, SOFT
 
 WIDTH = 9.3
 TILE = 4.75
@@ -27,35 +28,52 @@ _FONT = "system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,sans-s
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 
 
-@dataclass
+@dataclass(frozen=True)
 class Canvas:
-    """A figure being drawn; `svg` is filled when the drawing context ends."""
+    """A figure being drawn, in the style of all figures."""
 
     figure: Any
-    svg: str = ""
+    name: str
 
     def rows(self, n: int, heights: tuple[float, ...] | None = None, columns: int = 1) -> Any:
         """Axes, shape (n, columns)."""
         ratios = {"height_ratios": heights} if heights else None
         return self.figure.subplots(n, columns, squeeze=False, gridspec_kw=ratios)
 
+    @cached_property
+    def ax(self) -> Any:
+        """The only axes."""
+        return self.figure.subplots()
+
+    @property
+    def svg(self) -> str:
+        """The figure as one ``<svg>`` element; the same drawing gives the same bytes."""
+        with mpl.rc_context(_settings(self.name)):
+            return inline(self.figure, self.name)
+
+
+def _settings(name: str) -> Any:
+    return {**PLOT, "svg.hashsalt": name}
+
 
 @contextmanager
-def drawing(name: str, height: float, width: float = WIDTH) -> Iterator[Canvas]:
-    """Draw a figure of `width` by `height` inches; the same drawing gives the same bytes.
+def drawing(
+    name: str, height: float, width: float = WIDTH, paper: bool = False
+) -> Iterator[Canvas]:
+    """Draw a figure of `width` by `height` inches.
 
     Parameters
     ----------
     name : str
         Prefix of all ids, so that figures do not refer into each other.
+    paper : bool
+        On white, for a picture file; figures of a page let the page shine through.
     """
-    settings: Any = {**PLOT, "svg.hashsalt": name}
-    with mpl.rc_context(settings):
-        figure = Figure(figsize=(width, height), layout="constrained")
+    with mpl.rc_context(_settings(name)):
+        colour = "white" if paper else None
+        figure = Figure(figsize=(width, height), layout="constrained", facecolor=colour)
         FigureCanvasSVG(figure)
-        canvas = Canvas(figure)
-        yield canvas
-        canvas.svg = inline(figure, name)
+        yield Canvas(figure, name)
 
 
 def inline(figure: Any, name: str, tight: bool = False) -> str:
@@ -108,3 +126,34 @@ def plain(text: str) -> str:
 def label(name: str, unit: str) -> str:
     """Axis label with its unit."""
     return plain(f"{name} ({unit})" if unit else name)
+
+
+def one_legend(figure: Any, axes: Iterable[Any], most: int = 5, **settings: Any) -> None:
+    """Draw one legend above the figure for everything labelled in some axes."""
+    found: dict[str, Any] = {}
+    for ax in axes:
+        for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
+            found.setdefault(text, handle)
+    if found:
+        figure.legend(
+            list(found.values()), list(found), loc="outside upper left",
+            ncols=min(len(found), most), **settings,
+        )  # fmt: skip
+
+
+def mark_held_out(ax: Any, start: float, stop: float, alpha: float, named: bool = True) -> None:
+    """Tint the held-out samples of a time plot."""
+    ax.axvspan(start, stop, color=AFTER, alpha=alpha, lw=0)
+    ax.axvline(start, color=MUTED, lw=0.8, ls=":")
+    if named:
+        ax.annotate(
+            "held out", (start, 1.0), (2, 2), xycoords=ax.get_xaxis_transform(),
+            textcoords="offset points", va="bottom", fontsize=7.5, color=SOFT,
+        )  # fmt: skip
+
+
+def noise_band(ax: Any, edge: float, word: str, lw: float = 0.8) -> None:
+    """Tint what lies within the noise, from -`edge` to `edge`."""
+    ax.axhspan(-edge, edge, color=BAND, lw=0, zorder=1, label=word)
+    for side in (-edge, edge):
+        ax.axhline(side, color=FLOOR, lw=lw, ls="--", zorder=4)

@@ -11,11 +11,8 @@ from bondgraph.support.bounds import Bound, NonNegative, one_of
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.json_text import plain_data
 from bondgraph.support.typed_reader import Rules, bad, record, require_object
+from identification.diagnosis.verdict.document import KINDS, SCHEMA
 
-SCHEMA = "bondsight.verdict/1"
-KINDS = (
-    "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data"
-)  # fmt: skip
 NAMED = ("missing_physics", "unknown_physics")
 
 

@@ -6,16 +6,10 @@ import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnusableInput
-from identification.validation.autoregression import autoregression
-from identification.validation.stretches import (
-    autocorrelation,
-    correlate,
-    memory,
-    pieces_of,
-    stretches,
-)
-
-from .made import coloured
+from identification.statistics.autoregression import autoregression
+from identification.statistics.correlation import autocorrelation, correlate, pieces_of, stretches
+from identification.statistics.memory import memory
+from tests.identification.validation.made import coloured
 
 
 def test_sums_are_those_of_the_definition() -> None:
