@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.support.errors import UnusableInput
+from hardware.optics.conic_kind import ConicKind, form_kind, sample_kind
 from hardware.optics.phase import quadrature_phase, unwrap
 
 __all__ = ["SHORTEST_ARC", "Ellipse", "EllipseFit", "fit_ellipse"]
@@ -151,29 +152,28 @@ def fit_ellipse(
 def _rounds(
     u1: Array, u2: Array, start: Ellipse | None
 ) -> tuple[Ellipse, tuple[float, float, float, float, float]]:
-    scale = 0.5 * max(float(np.ptp(u1)), float(np.ptp(u2)))
-    if scale == 0.0:
-        raise UnusableInput("quadrature: the signals do not move, so there is no ellipse to fit")
+    kind = sample_kind(u1, u2)
+    if kind not in (ConicKind.ELLIPSE, ConicKind.SCATTERED):
+        raise _no_ellipse(kind)
+    # each signal by its own amplitude: the fit is the same, its condition is not
+    scale = np.array([0.5 * np.ptp(u1), 0.5 * np.ptp(u2)])
+    unit = np.array([scale[0], scale[1], scale[0] / scale[1], 1.0, scale[0]])
     if start is None:
         middle = np.array([0.5 * (u1.max() + u1.min()), 0.5 * (u2.max() + u2.min())])
     else:
         middle = np.array([start.offset_1, start.offset_2])
     for _ in range(_ROUNDS):
-        x, y = (u1 - middle[0]) / scale, (u2 - middle[1]) / scale
+        x, y = (u1 - middle[0]) / scale[0], (u2 - middle[1]) / scale[1]
         theta, covariance = _conic(x, y)
-        p, q, r, skew, R = _coefficients(theta)
-        middle = middle + scale * np.array([p, q])
-    J = _slopes(theta)
+        found = _coefficients(theta)
+        middle = middle + scale * found[:2]
+    J = unit[:, None] * _slopes(theta)
     sigma = np.sqrt(np.maximum(np.diag(J @ covariance @ J.T), 0.0))
+    ratio, skew, radius = (unit * found)[2:]
+    p, q, r, a, R = map(float, sigma)
     return (
-        Ellipse(float(middle[0]), float(middle[1]), float(r), float(skew), float(scale * R)),
-        (
-            float(scale * sigma[0]),
-            float(scale * sigma[1]),
-            float(sigma[2]),
-            float(sigma[3]),
-            float(scale * sigma[4]),
-        ),
+        Ellipse(float(middle[0]), float(middle[1]), float(ratio), float(skew), float(radius)),
+        (p, q, r, a, R),
     )
 
 
@@ -181,8 +181,12 @@ def _conic(x: Array, y: Array) -> tuple[Array, Array]:
     """Coefficients A to E and their covariance."""
     columns = np.stack([x * x, y * y, x * y, x, y], axis=1)
     Q, R = np.linalg.qr(columns)
-    if np.abs(np.diag(R)).min() < 1e-12 * np.abs(np.diag(R)).max():
-        raise UnusableInput("quadrature: the samples lie on fewer than five distinct points")
+    size = np.abs(np.diag(R))
+    if size.min() < 1e-12 * size.max():
+        # the equation's constant is then zero, not one; no whole ellipse does that
+        raise UnusableInput(
+            "quadrature: the samples pass through the middle of what they span; too short an arc"
+        )
     theta = np.linalg.solve(R, Q.T @ np.ones(x.size))
     rest = columns @ theta - 1.0
     inverse = np.linalg.inv(R)
@@ -192,12 +196,10 @@ def _conic(x: Array, y: Array) -> tuple[Array, Array]:
 def _coefficients(theta: Array) -> Array:
     """p, q, r, a, R of the conic."""
     A, B, C, D, E = theta
+    kind = form_kind(A, B, C)
+    if kind is not ConicKind.ELLIPSE:
+        raise _no_ellipse(kind)
     below = C * C - 4.0 * A * B
-    if below >= 0.0:
-        raise UnusableInput(
-            "quadrature: the samples do not lie on an ellipse; too short an arc, too much noise, "
-            "or no pair of quadrature signals"
-        )
     p, q = (2.0 * B * D - E * C) / below, (2.0 * A * E - D * C) / below
     skew = np.arcsin(np.sign(A) * C / np.sqrt(4.0 * A * B))
     held = 1.0 + A * p * p + B * q * q + C * p * q
@@ -206,6 +208,15 @@ def _coefficients(theta: Array) -> Array:
             "quadrature: the fitted ellipse is imaginary; too short an arc or noise"
         )
     return np.array([p, q, np.sqrt(B / A), skew, np.sqrt(held / A) / np.cos(skew)])
+
+
+def _no_ellipse(kind: ConicKind) -> UnusableInput:
+    if kind is ConicKind.STILL:
+        return UnusableInput(f"quadrature: {kind.value}, so there is no ellipse to fit")
+    return UnusableInput(
+        f"quadrature: {kind.value}, not on an ellipse; too short an arc, too much noise, or no "
+        "pair of quadrature signals"
+    )
 
 
 def _slopes(theta: Array) -> Array:

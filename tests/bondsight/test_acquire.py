@@ -18,6 +18,7 @@ from bondsight.cli.acquire_signal import waveform
 from bondsight.cli.main import main
 from hardware.envelope import P840_1_UNIPOLAR, check_wave
 from hardware.storage import Provenance
+from tests.patience import HANGS
 
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="the stub library is C code")
 
@@ -81,14 +82,14 @@ def test_a_served_bench_writes_the_file_that_acquire_takes(tmp_path: Path) -> No
         stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     try:
-        end = time.monotonic() + 30
+        end = time.monotonic() + HANGS
         while not station.exists() and time.monotonic() < end and server.poll() is None:
             time.sleep(0.02)
         arguments = ["acquire", str(station), "--samples", "300", "--out", str(tmp_path)]
         assert main([*arguments, "--synchronise", "start"]) == 0
     finally:
         server.send_signal(signal.SIGINT)
-        said, _ = server.communicate(timeout=30)
+        said, _ = server.communicate(timeout=HANGS)
     assert "Ctrl-C ends the bench" in said
     assert "voltage at the actuator" in said
     assert "truth behind" in said

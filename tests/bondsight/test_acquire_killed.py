@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from hardware.simulators.control import ask
+from tests.patience import HANGS
 
 pytestmark = [
     pytest.mark.skipif(shutil.which("gcc") is None, reason="the stub library is C code"),
@@ -46,7 +47,7 @@ def test_no_bench_is_left_behind(tmp_path: Path) -> None:
     )  # fmt: skip
     try:
         name = "bondsight-bench-*/ready.json"
-        assert soon(lambda: any(tmp_path.glob(name)) or program.poll() is not None, 60.0)
+        assert soon(lambda: any(tmp_path.glob(name)) or program.poll() is not None, HANGS)
         (ready,) = tmp_path.glob(name)
         told = json.loads(ready.read_text())
         address = told["addresses"]["control"]
@@ -55,5 +56,5 @@ def test_no_bench_is_left_behind(tmp_path: Path) -> None:
     finally:
         program.kill()
         program.wait()
-    assert soon(lambda: not ready.exists(), 10.0)
+    assert soon(lambda: not ready.exists(), HANGS)
     assert not serves(address)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
@@ -42,6 +41,7 @@ from bondgraph.energy.ledger import ledger
 from bondgraph.energy.stores import energy_problems, positivity, store_energy
 from bondgraph.equations.derivation import system
 from bondgraph.graph.modulation import port_variables
+from tests.counted import calls
 
 FORMS: Any = "degh"
 Q, X = port_variables("q", 2)
@@ -352,12 +352,8 @@ def test_direct_drive_is_the_limit_of_a_small_resistance() -> None:
 
 
 @pytest.mark.parametrize("name", [n for n in MODELS if n.startswith("stack_")])
-def test_closed_forms_take_less_than_a_tenth_of_a_second(name: str) -> None:
+def test_closed_forms_take_no_search(name: str) -> None:
     graph = MODELS[name]()
-    seconds = []
-    for _ in range(5):
-        start = time.perf_counter()
-        rates = system(graph).rates
-        seconds.append(time.perf_counter() - start)
-        assert all(isinstance(r, sp.Expr) for r in rates)
-    assert min(seconds) < 0.1
+    assert all(isinstance(r, sp.Expr) for r in system(graph).rates)
+    # with what sympy remembers of the first time; a simplification takes a hundred times as many
+    assert calls(lambda: system(graph).rates) < 100_000

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import threading
-import time
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from hardware.contracts import Flag
 from hardware.ecosystem import BlockPlan, BlueskyBlock, BlueskyDisplacement, BlueskyVoltage
 from hardware.errors import BeamLost, LimitViolation
 from tests.hardware.ecosystem.bench import GAIN, Bench
+from tests.patience import HANGS
 
 # Bluesky and what it imports may deprecate what they like
 pytestmark = pytest.mark.filterwarnings("default")
@@ -103,9 +103,7 @@ def test_count_and_list_scan(engine: Any, bench: Bench) -> None:
     assert len(seen.events()) == 3
     seen.all.clear()
     volts = [0.0, 25.0, 100.0, 50.0]
-    began = time.perf_counter()
     engine(plans.list_scan([displacement], voltage, volts), seen)
-    took = (time.perf_counter() - began) / len(volts)
     events = [e["data"] for e in seen.events()]
     assert [e["voltage"] for e in events] == volts
     assert [e["voltage_readback"] for e in events] == volts
@@ -121,8 +119,6 @@ def test_count_and_list_scan(engine: Any, bench: Bench) -> None:
     # unstaged: parked, and never a jump on the way
     assert bench.rig.volts == 0.0
     assert bench.rig.extremes.largest_step < 1.0
-    assert took < 0.5
-    print(f"list_scan: {1e3 * took:.1f} ms a point with its ramps of virtual time")
 
 
 def test_limits_are_refused_before_motion(engine: Any, bench: Bench) -> None:
@@ -163,9 +159,7 @@ def test_a_block_is_one_event(engine: Any, bench: Bench) -> None:
     block = _block(bench)
     wave = 50.0 * (1.0 - np.cos(2.0 * np.pi * 2.0 * np.arange(4000) / 1000.0))
     seen = Documents()
-    began = time.perf_counter()
     engine(_fly(block, BlockPlan(N, 8192.0, wave, 1000.0)), seen)
-    took = time.perf_counter() - began
     pages = seen.of("event_page")
     assert Counter(name for name, _ in seen.all) == Counter(
         start=1, descriptor=2, event_page=2, stop=1
@@ -184,20 +178,15 @@ def test_a_block_is_one_event(engine: Any, bench: Bench) -> None:
     assert descriptors["block"]["block_x"]["units"] == "m"
     assert descriptors["block"]["block_x"]["shape"] == [N]
     assert descriptors["block_output"]["block_output_V"]["units"] == "V"
-    print(f"fly with {N} samples and a waveform of 4000: {took:.2f} s in all")
 
 
-def test_time_of_an_event(engine: Any, bench: Bench) -> None:
-    """A block costs milliseconds in the engine, not a second as rows would."""
+def test_a_counted_block_is_one_event_and_not_rows(engine: Any, bench: Bench) -> None:
     block = _block(bench, plan=BlockPlan(N, 1e6))
     seen = Documents()
-    began = time.perf_counter()
     engine(plans.count([block], num=10), seen)
-    took = (time.perf_counter() - began) / 10
     assert len(seen.events()) == 10
     assert all(e["data"]["block_x"].shape == (N,) for e in seen.events())
-    assert took < 0.2
-    print(f"count: {1e3 * took:.1f} ms for an event of {N} samples")
+    assert Counter(name for name, _ in seen.all) == Counter(start=1, descriptor=1, event=10, stop=1)
 
 
 def test_declared_stream(engine: Any, bench: Bench) -> None:
@@ -249,18 +238,32 @@ def test_pause_parks_and_resume_goes_on(engine: Any, bench: Bench) -> None:
     assert bench.rig.volts == 0.0
 
 
-def test_abort_in_the_middle_of_a_ramp_parks(engine: Any, bench: Bench) -> None:
+def test_abort_in_the_middle_of_a_ramp_parks(
+    engine: Any, bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     voltage = BlueskyVoltage(bench.output, rate=50.0, clock=bench.clock)
     displacement = BlueskyDisplacement(bench.sensor)
     seen = Documents()
 
-    # the ramp takes 800 steps of 0.2 ms at least, so that the pause comes on its way
-    bench.clock.real = 2e-4
+    reached, stopped = threading.Event(), threading.Event()
+    sleep, stop = bench.clock.sleep, voltage.stop
+
+    def sleeping(seconds: float) -> None:
+        sleep(seconds)
+        if bench.rig.volts >= 20.0:
+            # the ramp waits there for the pause, however late it comes
+            reached.set()
+            stopped.wait(HANGS)
+
+    def stopping(*arguments: Any, **options: Any) -> Any:
+        stopped.set()
+        return stop(*arguments, **options)
+
+    monkeypatch.setattr(bench.clock, "sleep", sleeping)
+    monkeypatch.setattr(voltage, "stop", stopping)
 
     def interrupt() -> None:
-        end = time.monotonic() + 5.0
-        while bench.rig.volts < 20.0 and time.monotonic() < end:
-            time.sleep(2e-4)
+        reached.wait(HANGS)
         engine.request_pause(defer=False)
 
     helper = threading.Thread(target=interrupt)

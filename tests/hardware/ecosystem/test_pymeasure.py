@@ -16,6 +16,7 @@ from hardware.envelope import P840_1_UNIPOLAR
 from hardware.errors import LimitViolation, LinkLost, TimedOut
 from hardware.simulators.controllers import GcsFront
 from tests.hardware.ecosystem.bench import GAIN, Bench
+from tests.patience import HANGS
 
 pytestmark = pytest.mark.filterwarnings("default")
 
@@ -134,7 +135,7 @@ class SocketAdapter(Adapter):  # type: ignore[misc]
     def __init__(self, address: str) -> None:
         super().__init__()
         host, _, port = address.rpartition(":")
-        self.connection: Any = socket.create_connection((host, int(port)), timeout=2.0)
+        self.connection: Any = socket.create_connection((host, int(port)), timeout=HANGS)
         self.connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def _write_bytes(self, content: bytes, **_: Any) -> None:
@@ -147,7 +148,7 @@ class SocketAdapter(Adapter):  # type: ignore[misc]
         self.connection.setblocking(False)
         with contextlib.suppress(BlockingIOError):
             self.connection.recv(65536)
-        self.connection.settimeout(2.0)
+        self.connection.settimeout(HANGS)
 
 
 def test_our_driver_over_an_adapter_moves_the_simulated_device() -> None:

@@ -13,24 +13,25 @@ from hardware.contracts import Chunk, Flag
 from hardware.ecosystem import ActionStatus, BlockPlan, BlueskyBlock, BlueskyVoltage, block_arrays
 from hardware.errors import HardwareError, LimitViolation, LinkLost, TimedOut
 from tests.hardware.ecosystem.bench import GAIN, Bench
+from tests.patience import HANGS
 
 
 def test_status_tells_how_it_ended() -> None:
     heard: list[ActionStatus] = []
     gate = threading.Event()
-    good = ActionStatus.run("wait", lambda: gate.wait(2.0))
+    good = ActionStatus.run("wait", lambda: gate.wait(HANGS))
     good.add_callback(heard.append)
     assert not good.done
     assert "running" in repr(good)
     with pytest.raises(TimedOut, match="wait: still running"):
         good.exception()
     gate.set()
-    good.wait(2.0)
+    good.wait(HANGS)
     assert good.success
     good.add_callback(heard.append)
     bad = ActionStatus.run("fail", lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        bad.wait(2.0)
+        bad.wait(HANGS)
     assert bad.done
     assert not bad.success
     bad.finish()
@@ -80,7 +81,7 @@ def test_a_trigger_that_never_comes_ends_and_is_aborted() -> None:
     bench = Bench("silent")
     block = _block(bench, patience=1.0)
     with pytest.raises(TimedOut, match="0 of 1000 samples"):
-        block.trigger().wait(5.0)
+        block.trigger().wait(HANGS)
     assert bench.blocks[0].aborted
     assert 1.4 < bench.rig.now < 1.6
     assert np.all(block.read()["block_flags"]["value"] == Flag.LOST_BEFORE)
@@ -91,10 +92,10 @@ def test_a_pulled_cable_keeps_what_had_arrived_and_parks() -> None:
     bench.output.power_up()
     block = _block(bench)
     wave = 40.0 * np.sin(np.pi * np.arange(400) / 400.0)
-    block.prepare(BlockPlan(1000, 2000.0, wave, 400.0)).wait(1.0)
-    block.kickoff().wait(1.0)
+    block.prepare(BlockPlan(1000, 2000.0, wave, 400.0)).wait(HANGS)
+    block.kickoff().wait(HANGS)
     with pytest.raises(LinkLost):
-        block.complete().wait(5.0)
+        block.complete().wait(HANGS)
     assert bench.blocks[0].aborted
     assert bench.rig.volts == 0.0
     values = block.read()["block_x"]["value"]
@@ -141,8 +142,8 @@ def test_voltage_refuses_before_anything_is_sent() -> None:
     voltage = BlueskyVoltage(bench.output, clock=bench.clock)
     assert np.isnan(voltage.position)
     with pytest.raises(LimitViolation, match="power_up"):
-        voltage.set(10.0).wait(5.0)
-    voltage.stage().wait(5.0)
+        voltage.set(10.0).wait(HANGS)
+    voltage.stage().wait(HANGS)
     sent = len(bench.raw.history)
     for bad in (150.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(LimitViolation):
@@ -150,8 +151,8 @@ def test_voltage_refuses_before_anything_is_sent() -> None:
         with pytest.raises(LimitViolation):
             voltage.set(bad)
     assert len(bench.raw.history) == sent
-    voltage.set(30.0).wait(5.0)
+    voltage.set(30.0).wait(HANGS)
     assert voltage.locate() == {"setpoint": 30.0, "readback": 30.0}
     assert bench.rig.extremes.largest_step < 1.0
-    voltage.unstage().wait(5.0)
+    voltage.unstage().wait(HANGS)
     assert bench.rig.volts == 0.0

@@ -15,6 +15,7 @@ from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Identity, VoltageOut
 from hardware.envelope import Converter, Dwell, Envelope, GuardedOutput, OutputState
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault
+from tests.counted import calls
 from tests.hardware.envelope.device import (
     Device,
     FedDevice,
@@ -23,6 +24,7 @@ from tests.hardware.envelope.device import (
     TrueTime,
     unsafe,
 )
+from tests.patience import HANGS
 
 LIMITS = Envelope(-20.0, 100.0, 1e4, gentle=500.0, update_period=1e-3)
 
@@ -317,15 +319,15 @@ def test_stop_overrules_a_ramp_of_another_thread() -> None:
 
     thread = threading.Thread(target=climb)
     thread.start()
-    assert reached.wait(5.0)
+    assert reached.wait(HANGS)
     output.stop()
-    thread.join(5.0)
+    thread.join(HANGS)
     assert "ended on its way" in str(caught[0])
     assert device.volts == 0.0
     assert unsafe(device, -20.0, 100.0, 10.0) == []
 
 
-def test_a_command_costs_less_than_20_us() -> None:
+def test_a_command_is_a_handful_of_calls() -> None:
     class Free:
         identity = Identity()
         has_watchdog = False
@@ -341,11 +343,9 @@ def test_a_command_costs_less_than_20_us() -> None:
     clock = TrueTime()
     output = GuardedOutput(Free(), LIMITS, clock)
     output.power_up()
-    best = math.inf
-    for _ in range(5):
-        begin = time.perf_counter()
+
+    def work() -> None:
         for k in range(400):
             output.set(5.0 * (k & 1))
-        best = min(best, (time.perf_counter() - begin) / 400)
-    # 3.5 us on a free machine
-    assert best < 20e-6
+
+    assert calls(work) < 400 * 60

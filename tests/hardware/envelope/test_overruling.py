@@ -25,6 +25,7 @@ from tests.hardware.envelope.device import (
     unsafe,
 )
 from tests.hardware.envelope.test_guard import LIMITS, bench
+from tests.patience import HANGS
 
 RISE = np.linspace(0.0, 100.0, 200)
 
@@ -68,7 +69,7 @@ class Hammer:
 
     def __exit__(self, *_: object) -> None:
         self.ends = True
-        self.thread.join(10.0)
+        self.thread.join(HANGS)
         assert not self.thread.is_alive()
 
 
@@ -134,7 +135,7 @@ def test_two_threads_may_stop_at_once() -> None:
     for t in threads:
         t.start()
     for t in threads:
-        t.join(10.0)
+        t.join(HANGS)
     assert found == [0.0] * 3
     assert unsafe(device, -20.0, 100.0, 10.0) == []
 
@@ -206,7 +207,7 @@ def test_preparing_in_another_thread_cannot_reach_a_playing_waveform() -> None:
     class Slow:
         def __array__(self, dtype: Any = None, copy: Any = None) -> np.ndarray:
             begun.set()
-            assert released.wait(5.0)
+            assert released.wait(HANGS)
             return np.zeros(200)
 
     def prepare() -> None:
@@ -217,13 +218,13 @@ def test_preparing_in_another_thread_cannot_reach_a_playing_waveform() -> None:
 
     thread = threading.Thread(target=prepare)
     thread.start()
-    assert begun.wait(5.0)
+    assert begun.wait(HANGS)
     wave.prepare(RISE, 1e3)
     playing = wave.play()
     for _ in range(6):
         next(playing)
     released.set()
-    thread.join(5.0)
+    thread.join(HANGS)
     assert list(playing)[-1].samples == 200
     assert "a waveform is playing" in refused[0]
     assert player.loads == 1
@@ -272,10 +273,10 @@ def test_a_stop_waits_for_a_player_of_another_thread() -> None:
 
     thread = threading.Thread(target=play)
     thread.start()
-    assert inside.wait(5.0)
+    assert inside.wait(HANGS)
     output.stop()
     steps = len(device.steps)
-    thread.join(5.0)
+    thread.join(HANGS)
     assert "ended by another command" in ended[0]
     assert len(device.steps) == steps
     assert device.volts == 0.0

@@ -8,27 +8,33 @@ import subprocess
 import sys
 import textwrap
 import threading
-import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 import hardware
 from bondgraph.support.errors import UnusableInput
-from hardware.envelope import OutputState, parked
+from hardware.envelope import OutputState, parked, parking
 from hardware.errors import LinkLost
 from tests.hardware.envelope.device import TrueTime
 from tests.hardware.envelope.test_guard import Bench, bench
+from tests.patience import HANGS
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @pytest.fixture(autouse=True)
 def signals_come_back() -> Any:
-    before = [signal.getsignal(s) for s in SIGNALS]
+    """Act as in a terminal, whatever the runner ignores; the guard gives that back."""
+    usual: list[Any] = [signal.default_int_handler, signal.SIG_DFL, signal.SIG_DFL]
+    before = [signal.signal(s, act) for s, act in zip(SIGNALS, usual, strict=True)]
     yield
-    assert [signal.getsignal(s) for s in SIGNALS] == before
+    after = [signal.getsignal(s) for s in SIGNALS]
+    for number, act in zip(SIGNALS, before, strict=True):
+        signal.signal(number, act)
+    assert after == usual
 
 
 def driven() -> Bench:
@@ -76,6 +82,23 @@ def test_a_signal_in_the_block(number: signal.Signals, kind: type[BaseException]
         assert caught.value.code == 128 + number  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize("number", SIGNALS)
+def test_an_ignored_signal_stays_ignored(number: signal.Signals) -> None:
+    """Whoever started the program wanted it so (nohup, a shell's background)."""
+    signal.signal(number, signal.SIG_IGN)
+    try:
+        b = driven()
+        with parked(b.output):
+            assert signal.getsignal(number) is signal.SIG_IGN
+            signal.raise_signal(number)
+            assert b.device.volts == 80.0
+        assert signal.getsignal(number) is signal.SIG_IGN
+        assert b.device.volts == 0.0
+    finally:
+        usual = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
+        signal.signal(number, usual)
+
+
 def test_more_signals_on_the_way_down_do_not_cut_it() -> None:
     b = driven()
     pressing(b, signal.SIGINT, signal.SIGINT, signal.SIGTERM)
@@ -100,13 +123,16 @@ def test_a_signal_on_the_way_down_acts_afterwards(error: type[Exception] | None)
     assert error is None or isinstance(caught.value.__context__, error)
 
 
-def test_a_bouncing_key_is_one_signal() -> None:
+def test_a_bouncing_key_is_one_signal(monkeypatch: pytest.MonkeyPatch) -> None:
     b = driven()
+    now = [100.0]
+    monkeypatch.setattr(parking, "time", SimpleNamespace(monotonic=lambda: now[0]))
     with parked(b.output):
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
+        now[0] += 0.9 * parking.BOUNCE
         signal.raise_signal(signal.SIGINT)
-        time.sleep(0.06)
+        now[0] += 1.1 * parking.BOUNCE
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
     assert b.device.volts == 0.0
@@ -190,7 +216,7 @@ guard = parked(Output())
     ("body", "code"),
     [
         ("guard.__enter__(); print('ready', flush=True)", 0),
-        ("with guard: print('ready', flush=True); time.sleep(20)", 128 + signal.SIGTERM),
+        ("with guard: print('ready', flush=True); time.sleep(600)", 128 + signal.SIGTERM),
     ],
 )
 def test_the_exit_of_the_interpreter(body: str, code: int) -> None:
@@ -208,7 +234,7 @@ def test_the_exit_of_the_interpreter(body: str, code: int) -> None:
             assert process.stdout.readline() == "ready\n"
             if code:
                 process.send_signal(signal.SIGTERM)
-            out, _ = process.communicate(timeout=10.0)
+            out, _ = process.communicate(timeout=HANGS)
         finally:
             process.kill()
     assert "parked" in out

@@ -19,6 +19,7 @@ from bondsight.cli.main import main
 from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
 from hardware.storage import Provenance, open_journal
+from tests.patience import HANGS
 
 RATE = 10e3
 WAVE = np.linspace(0.0, 50.0, 601)[:-1]
@@ -89,11 +90,11 @@ class Program:
         self.child.send_signal(number)
         if number == signal.SIGKILL:
             # the bench stands still meanwhile, so the program gets no further
-            self.child.wait(10.0)
+            self.child.wait(HANGS)
 
     def end(self) -> tuple[int, str, str]:
         assert self.child is not None
-        out, error = self.child.communicate(timeout=60.0)
+        out, error = self.child.communicate(timeout=HANGS)
         return self.child.returncode, out, error
 
     def close(self) -> None:
@@ -118,7 +119,7 @@ def program(library: str, tmp_path: Path) -> Iterator[Callable[..., Program]]:
 
 def left(program: Program) -> None:
     """Wait until the bench has seen that the program is gone."""
-    end = time.monotonic() + 5.0
+    end = time.monotonic() + HANGS
     while not program.server.departures and time.monotonic() < end:
         time.sleep(0.005)
     assert program.server.departures

@@ -20,6 +20,7 @@ from hardware.contracts import Chunk, Flag
 from hardware.errors import HardwareError
 from hardware.storage import Journal, JournalFailed, StreamGap, open_journal
 from tests.hardware.storage.samples import chunk, expected_x, written
+from tests.patience import HANGS
 
 
 def test_everything_comes_back(tmp_path: Path) -> None:
@@ -170,7 +171,7 @@ def test_a_full_disk_takes_back_what_did_not_fit(tmp_path: Path) -> None:
     pytest.importorskip("resource")
     path = tmp_path / "a.journal"
     run = subprocess.run(
-        [sys.executable, "-c", FULL, str(path)], capture_output=True, text=True, timeout=30
+        [sys.executable, "-c", FULL, str(path)], capture_output=True, text=True, timeout=HANGS
     )
     assert run.returncode == 0, run.stderr
     assert "File too large; the" in run.stdout
@@ -242,7 +243,7 @@ def test_the_disk_is_told_to_write_and_its_error_comes_out(
 
     journal = Journal.create(tmp_path / "a.journal", {}, sync=0.005)
     monkeypatch.setattr(os, "fsync", failing)
-    deadline = time.monotonic() + 5.0
+    deadline = time.monotonic() + HANGS
     while not calls and time.monotonic() < deadline:
         time.sleep(0.005)
     time.sleep(0.005)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -47,9 +46,7 @@ def test_false_width_is_made_by_a_skew(f: float) -> None:
 @pytest.mark.parametrize("wiring", [KNOWN, ClockWiring()], ids=["lag known", "lag unknown"])
 def test_a_copy_gives_ratio_delay_and_width(f: float, allowed: float, wiring: ClockWiring) -> None:
     drive, sensor = record(sine(f), CLOCK)
-    begun = time.process_time()
     found = align(drive, sensor, wiring)
-    assert time.process_time() - begun < 2.0  # 0.1 to 0.3 s alone
     assert abs(found.map.skew - 37e-6) < 0.1e-6
     assert abs(found.map.delay - 123e-6) < 1.5e-6
     assert found.delay_known

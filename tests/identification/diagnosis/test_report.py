@@ -39,6 +39,7 @@ from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold
 from identification.report.numbers import axis_scale, percent, prefixed, quantity, short
+from tests.patience import HANGS
 
 N = 400
 HOSTILE = '<script>alert("x")</script> & $\\frac{'
@@ -293,7 +294,7 @@ def test_opens_in_a_browser(missing: str, tmp_path: Path) -> None:
             "--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=5000", "--dump-dom",
             wrapper.as_uri(),
         ],
-        capture_output=True, text=True, timeout=90, check=False,
+        capture_output=True, text=True, timeout=HANGS, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-500:]
     assert "CONSOLE" not in done.stderr

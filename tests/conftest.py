@@ -1,0 +1,52 @@
+"""What all tests have in common: whoever runs them, from wherever."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Any
+
+import pytest
+from hypothesis import settings
+
+# before NumPy is there: tests share the cores already, and threads of BLAS wait by spinning
+for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_threads, "1")
+
+# with as many workers of pytest as cores, more processes only add their imports
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("LOKY_MAX_CPU_COUNT", "1")
+
+# an example may take as long as the machine needs
+settings.register_profile("any machine", deadline=None)
+settings.load_profile("any machine")
+
+Action = Callable[[int, FrameType | None], Any] | signal.Handlers
+
+USUAL: dict[str, Action] = {
+    "SIGINT": signal.default_int_handler,
+    "SIGTERM": signal.SIG_DFL,
+    "SIGHUP": signal.SIG_DFL,
+}
+
+
+@pytest.fixture(autouse=True, scope="session")
+def usual_signals() -> Iterator[None]:
+    """Act as in a terminal, also for child processes: nohup and shells ignore some signals."""
+    known = {getattr(signal, name): act for name, act in USUAL.items() if hasattr(signal, name)}
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, act) for number, act in known.items()}
+    yield
+    for number, act in before.items():
+        signal.signal(number, signal.SIG_DFL if act is None else act)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the files that hold slow tests, lest one of them be left alone at the end."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
