@@ -1,19 +1,23 @@
-"""Named public recordings (none is part of this project; see `known` and `protocols`)."""
+"""Public data sets by name (none is part of this project; see `catalogue`)."""
 
 from __future__ import annotations
 
-from identification.datasets.known import (
-    FOLDER_VARIABLE,
+from identification.datasets.catalogue import (
     KNOWN,
+    SETS,
     KnownRecording,
     LoadedRecording,
     about,
     available,
     load,
     names,
+    part,
+    protocol,
+    public_set,
+    set_available,
 )
-from identification.datasets.protocols import SETS, part, protocol, public_set, set_available
-from identification.datasets.public_set import Protocol, PublicSet
+from identification.datasets.places import FOLDER_VARIABLE
+from identification.datasets.public_set import Protocol, PublicSet, SetPart
 
 __all__ = [
     "FOLDER_VARIABLE",
@@ -23,6 +27,7 @@ __all__ = [
     "LoadedRecording",
     "Protocol",
     "PublicSet",
+    "SetPart",
     "about",
     "available",
     "load",

@@ -20,9 +20,9 @@ from tqdm import tqdm
 
 from bondgraph.signals.files import checks
 from bondgraph.support.errors import UnusableInput, unknown_name
+from identification.datasets.catalogue import public_set
 from identification.datasets.converted import open_converted, store_converted
 from identification.datasets.places import FOLDER_VARIABLE, cache_folder, recordings_folder
-from identification.datasets.protocols import public_set
 from identification.datasets.public_set import RAW_FILES, Original, Protocol, PublicSet
 
 __all__ = ["fetch"]
@@ -64,7 +64,7 @@ def fetch(
     Returns
     -------
     Protocol
-        As `identification.datasets.protocols.protocol`.
+        As `identification.datasets.protocol`.
 
     Raises
     ------

@@ -14,7 +14,7 @@ import numpy as np
 
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
-from identification.datasets.known import FOLDER_VARIABLE
+from identification.datasets import FOLDER_VARIABLE
 from identification.experiments.frequency.bla import best_linear_approximation
 
 LEVELS = (100, 200, 300)
