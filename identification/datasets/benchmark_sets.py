@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 from identification.datasets import readers as read
-from identification.datasets.public_set import (
-    Columns,
-    Original,
-    PublicSet,
-    SetPart,
-    alone,
-    sides,
-)
+from identification.datasets.public_set import Columns, Original, PublicSet, SetPart, alone, sides
 
 __all__ = ["BENCHMARK_SETS"]
 
@@ -39,8 +33,33 @@ _MIRROR_FILES = tuple(
 _EMPS_COLUMNS = {"t": "t", "F": "vir[V]", "x": "qm[m]"}
 _BOUC_WEN = ("train_multisine", "test_multisine", "test_sinesweep")
 _DRIVES = tuple(enumerate(("1V", "1.5V", "0.5V"), 1))
-_SINES, _FITTED = read.SILVERBOX_MULTISINE, read.SILVERBOX_TRAIN
+_SILVERBOX_PARTS = (
+    SetPart("train/multisine", "", *read.SILVERBOX_TRAIN),
+    SetPart("test/multisine", "", read.SILVERBOX_TRAIN[1], read.SILVERBOX_STOP),
+    SetPart("test/arrow_full", "", 100, 40_575),
+    SetPart("test/arrow_no_extrapolation", "", 100, 32_100),
+    SetPart(
+        "multisine", "whole", read.SILVERBOX_TRAIN[0], read.SILVERBOX_STOP, 0.25,
+        called="silverbox",
+        title="Silverbox: electronic Duffing oscillator, ten odd multisines (cubic stiffness)",
+    ),
+    SetPart(
+        "arrow", "whole", 0, 40_400, 1.0 / 3.0, called="silverbox/arrow",
+        title="Silverbox: noise of growing amplitude, beyond the multisines (extrapolation)",
+    ),
+)  # fmt: skip
 _PERIOD = 8192
+
+
+def _mirror_parts(**realisations: Sequence[str]) -> tuple[SetPart, ...]:
+    names = (
+        f"{side}/{level}_{number}".rstrip("_")
+        for side, numbers in realisations.items()
+        for level in read.MIRROR_LEVELS
+        for number in numbers
+    )
+    return tuple(SetPart(name, name) for name in names)
+
 
 BENCHMARK_SETS = (
     PublicSet(
@@ -59,32 +78,7 @@ BENCHMARK_SETS = (
         originals=(Original(*_SILVERBOX, "data/Silverbox/SNLS80mV.mat"),),
         inputs=("u",),
         outputs=("y",),
-        parts=(
-            SetPart("train/multisine", "", _FITTED.start, _FITTED.stop),
-            SetPart("test/multisine", "", _FITTED.stop, _SINES.stop),
-            SetPart("test/arrow_full", "", 100, 40_575),
-            SetPart("test/arrow_no_extrapolation", "", 100, 32_100),
-            SetPart(
-                "multisine",
-                "whole",
-                _SINES.start,
-                _SINES.stop,
-                held=0.25,
-                called="silverbox",
-                title=(
-                    "Silverbox: electronic Duffing oscillator, ten odd multisines (cubic stiffness)"
-                ),
-            ),
-            SetPart(
-                "arrow",
-                "whole",
-                0,
-                40_400,
-                held=1.0 / 3.0,
-                called="silverbox/arrow",
-                title="Silverbox: noise of growing amplitude, beyond the multisines (extrapolation)",
-            ),
-        ),
+        parts=_SILVERBOX_PARTS,
         init=50,
         official="samples 40650 to 127399: first 75 % train, rest test; arrow 100 to 40574",
         note=(
@@ -242,13 +236,8 @@ BENCHMARK_SETS = (
         originals=tuple(Original(*_MIRROR, f"data/{f}") for f in _MIRROR_FILES),
         inputs=("u1", "u2", "u3"),
         outputs=("y1", "y2", "y3"),
-        parts=tuple(
-            SetPart(name, name)
-            for side, count in (("train", 6), ("test", 3))
-            for name in (
-                f"{side}/{level}_{i + 1}" for level in read.MIRROR_LEVELS for i in range(count)
-            )
-        ),
+        parts=_mirror_parts(train="123456", test="123"),
+        otherwise=_mirror_parts(train="123", test=("",)),
         official="six realisations train, three test, at each level",
         note=(
             "the converted copy holds 3 of 6 training and 1 of 3 test realisations. 6400 Hz, "

@@ -30,8 +30,8 @@ __all__ = [
     "available",
     "load",
     "names",
-    "part",
     "protocol",
+    "protocol_here",
     "public_set",
     "set_available",
 ]
@@ -229,29 +229,20 @@ def protocol(name: str, folder: Folder = None, *, cache: Folder = None) -> Proto
         If no file is there: the line names the variable, the source and the files.
     """
     entry, place = public_set(name), recordings_folder(folder)
-    paths = entry.find(place) if place is not None else None
-    if paths is not None:
-        return entry.read(paths)
-    kept = open_converted(entry, cache_folder(cache))
-    if kept is not None:
-        return kept
+    found = protocol_here(entry, folder, cache)
+    if found is not None:
+        return found
     group = " + ".join(f"{entry.folder}/{f}" for f in entry.files[-1][:3])
     more = " + ..." if len(entry.files[-1]) > 3 else ""
     state = f"{FOLDER_VARIABLE} is not set" if place is None else f"its files are not in {place}"
     raise _absent(f"data set {entry.name!r}", state, entry, group + more)
 
 
-def part(
-    name: str, which: str, folder: Folder = None
-) -> tuple[Recording, ...] | Mapping[str, Recording] | Recording:
-    """Return one part of a set, as `Protocol.part` names it.
-
-    Raises
-    ------
-    UnknownName, UnusableInput
-        As `protocol` and `Protocol.part`.
-    """
-    return protocol(name, folder).part(which)
+def protocol_here(entry: PublicSet, folder: Folder, cache: Folder) -> Protocol | None:
+    """Return a set from the folder of the user, else as downloaded; None if it is in neither."""
+    place = recordings_folder(folder)
+    paths = entry.find(place) if place is not None else None
+    return entry.read(paths) if paths is not None else open_converted(entry, cache_folder(cache))
 
 
 def _absent(what: str, state: str, entry: PublicSet, files: str) -> UnusableInput:

@@ -5,14 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from identification.datasets import readers as read
-from identification.datasets.public_set import (
-    Columns,
-    Original,
-    PublicSet,
-    SetPart,
-    alone,
-    sides,
-)
+from identification.datasets.public_set import Columns, Original, PublicSet, SetPart, alone, sides
 
 __all__ = ["MACHINE_SETS"]
 

@@ -179,8 +179,8 @@ class PublicSet:
     aliases : tuple of str
         Other names.
     otherwise : tuple of SetPart
-        Our own parts if the files hold other records than `parts` cut; if empty, the records are
-        parts by their names.
+        Our own parts if the files do not hold the records of `parts`; if they do not hold those
+        of either, the records are parts by their names.
     reader : callable, optional
         Paths of one group -> records by name, in place of their columns.
     prepare : callable, optional
@@ -260,14 +260,15 @@ class PublicSet:
             A file is not what it should be.
         """
         records = self.records(paths)
-        parts, own = self.parts, {p.record for p in self.parts} != set(records)
-        if own:
-            parts = self.otherwise or tuple(SetPart(name, name) for name in records)
+        declared = (
+            p for p in (self.parts, self.otherwise) if {c.record for c in p} == set(records)
+        )
+        parts = next(declared, tuple(SetPart(name, name) for name in records))
         cut = {
             side: {p.name.removeprefix(f"{side}/"): p.cut(records) for p in parts if p.side == side}
             for side in ("train", "test")
         }
-        return self.protocol(cut["train"], cut["test"], own=own)
+        return self.protocol(cut["train"], cut["test"], own=parts is not self.parts)
 
     def protocol(self, train: Records, tests: Records, *, own: bool = False) -> Protocol:
         """Join parts and description; `own` if the parts are not the official ones."""
@@ -313,29 +314,19 @@ class Protocol:
         """Samples at the start of a test that are not scored."""
         return self.about.init
 
-    def part(self, name: str) -> tuple[Recording, ...] | Mapping[str, Recording] | Recording:
-        """Return `train` (tuple), `tests` (by name), or one record, such as ``train/NAME``.
-
-        A test also goes by its name alone.
+    def __getitem__(self, name: str) -> Recording:
+        """Return one record: ``train/NAME``, ``test/NAME``, or a test by its name alone.
 
         Raises
         ------
         UnknownName
             There is no such part.
         """
-        if name == "train":
-            return self.train
-        return self.tests if name == "tests" else self[name]
-
-    def __getitem__(self, name: str) -> Recording:
-        """Return one record, such as ``train/NAME``; a test also goes by its name alone."""
         every = {r.name.removeprefix(f"{self.about.name}/"): r for r in self.records}
-        found = self.tests.get(name) or every.get(name)
-        if found is None:
-            raise unknown_name(
-                "part", name, self.about.name, ("train", "tests", *self.tests, *every)
-            )
-        return found
+        every |= self.tests
+        if name not in every:
+            raise unknown_name("part", name, self.about.name, every)
+        return every[name]
 
     @property
     def records(self) -> tuple[Recording, ...]:

@@ -24,10 +24,8 @@ __all__ = [
 
 EMPS_FORCE_PER_VOLT = 35.15065188248547
 """Motor force per drive voltage of the EMPS benchmark, N/V."""
-SILVERBOX_MULTISINE = slice(40_650, 127_400)
-"""Samples of the odd random-phase multisines of the Silverbox record."""
-SILVERBOX_TRAIN = slice(40_650, 40_650 + 65_062)
-"""First 75 % of them."""
+SILVERBOX_TRAIN, SILVERBOX_STOP = (40_650, 40_650 + 65_062), 127_400
+"""First 75 % of the multisines of the Silverbox record, and the end of these."""
 MIRROR_RATE = 6400.0
 MIRROR_LEVELS = ("100mV", "200mV", "300mV")
 CYLINDER_RATE = 100.0
@@ -37,11 +35,11 @@ _GAP = 0.05
 def silverbox_centred(records: Records) -> Records:
     """Silverbox without the means of the training part; `whole` without those of all samples."""
     (read,) = records.values()
-    if read.n < SILVERBOX_MULTISINE.stop:
+    if read.n < SILVERBOX_STOP:
         raise UnusableInput(f"{read.source}: {read.n} samples; the whole record has 131072")
     found = {}
     for name, samples, of in (
-        ("", SILVERBOX_TRAIN, "training part"),
+        ("", slice(*SILVERBOX_TRAIN), "training part"),
         ("whole", slice(None), "whole record"),
     ):
         channels = {k: v - v[samples].mean() for k, v in read.channels.items()}
@@ -110,8 +108,8 @@ def steering_mirror(paths: tuple[Path, ...]) -> Records:
         for side in ("train", "test"):
             u, y = (_mirror_array(arrays, f"{k}_{level}_{side}") for k in "uy")
             for r in range(u.shape[2]):
-                channels = {f"u{i + 1}": _periods(u, i, r) for i in range(3)}
-                channels |= {f"y{i + 1}": _periods(y, i, r) for i in range(3)}
+                pairs = [(f"{k}{i + 1}", a, i) for k, a in (("u", u), ("y", y)) for i in range(3)]
+                channels = {name: _periods(values, i, r) for name, values, i in pairs}
                 units = {k: "V" if k[0] == "u" else "m" for k in channels}
                 name = level if u.shape[2] == 1 else f"{level}_{r + 1}"
                 time = np.arange(channels["u1"].size) / MIRROR_RATE
