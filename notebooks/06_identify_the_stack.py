@@ -38,7 +38,7 @@ from actuators.stack.conversions import polarisation_operator
 from bondgraph import Recording, simulate
 from bondgraph.hysteresis import AlJanaideh
 from bondgraph.laws import StopSum
-from identification.datasets import known
+from identification import datasets
 from identification.estimation import Study, Vary, estimate
 from identification.estimation.archive import open_fit, save
 from identification.estimation.starts import many_starts
@@ -387,10 +387,10 @@ assert all(np.array_equal(a, b) for a, b in zip(again.simulated, together.simula
 # recording may not be passed on; without it this cell only says so.
 
 # %%
-if not (os.environ.get(known.FOLDER_VARIABLE) and known.available("piezo-actuator-sine")):
-    print(f"no recording: {known.FOLDER_VARIABLE} does not name a folder with it")
+if not (os.environ.get(datasets.FOLDER_VARIABLE) and datasets.available("piezo-actuator-sine")):
+    print(f"no recording: {datasets.FOLDER_VARIABLE} does not name a folder with it")
 else:
-    recording, split = known.load("piezo-actuator-sine")
+    recording, split = datasets.load("piezo-actuator-sine")
     recording = recording.select({"V_in": "V", "x": "x"})
     sheet = stack_bond_graph()
     per_metre = sheet.parameters["l"].value / sheet.parameters["T"].value

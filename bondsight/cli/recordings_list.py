@@ -8,9 +8,15 @@ from collections.abc import Sequence
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
-from identification.datasets.known import about, available, names
-from identification.datasets.protocols import SETS, protocol, public_set, set_available
-from identification.datasets.public_set import Protocol
+from identification.datasets import (
+    KNOWN,
+    SETS,
+    Protocol,
+    available,
+    protocol,
+    public_set,
+    set_available,
+)
 
 __all__ = ["add_recordings_command", "details", "listing"]
 
@@ -53,7 +59,7 @@ def listing() -> str:
     """All public recordings, one line each: first those `diagnose` takes, then the parted sets."""
     lines = ["recordings that diagnose takes by name:"]
     lines += [
-        f"  {n:22s} {'here' if available(n) else 'absent':7s} {about(n).title}" for n in names()
+        f"  {n:22s} {'here' if available(n) else 'absent':7s} {k.title}" for n, k in KNOWN.items()
     ]
     lines.append("data sets parted in training and test records:")
     states = {"folder": "here", "cache": "fetched", "": "absent"}
@@ -82,7 +88,7 @@ def details(name: str, found: Protocol | None = None) -> str:
         return "\n".join([*lines, f"absent:   put {group} in the sub-folder {entry.folder}"])
     if entry.official and not found.official:
         lines.append("parts:    own, for the files here do not allow the published ones")
-    for record in (*found.train, *found.tests.values()):
+    for record in found.records:
         kind = record.name.removeprefix(f"{entry.name}/")
         lines.append(f"  {kind:32s} {record.n} samples at {record.fs:.6g} Hz from {record.source}")
     return "\n".join(lines)

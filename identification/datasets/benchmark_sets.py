@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from identification.datasets import benchmark_readers as read
-from identification.datasets.public_set import Original, PublicSet
+from collections.abc import Sequence
+from fractions import Fraction
+
+from identification.datasets import readers as read
+from identification.datasets.public_set import Columns, Original, PublicSet, SetPart, alone, sides
 
 __all__ = ["BENCHMARK_SETS"]
 
@@ -27,6 +30,37 @@ _MIRROR_FILES = tuple(
     for k in "uy"
 )
 
+_EMPS_COLUMNS = {"t": "t", "F": "vir[V]", "x": "qm[m]"}
+_BOUC_WEN = ("train_multisine", "test_multisine", "test_sinesweep")
+_DRIVES = tuple(enumerate(("1V", "1.5V", "0.5V"), 1))
+_SILVERBOX_PARTS = (
+    SetPart("train/multisine", "", *read.SILVERBOX_TRAIN),
+    SetPart("test/multisine", "", read.SILVERBOX_TRAIN[1], read.SILVERBOX_STOP),
+    SetPart("test/arrow_full", "", 100, 40_575),
+    SetPart("test/arrow_no_extrapolation", "", 100, 32_100),
+    SetPart(
+        "multisine", "whole", read.SILVERBOX_TRAIN[0], read.SILVERBOX_STOP, 0.25,
+        called="silverbox",
+        title="Silverbox: electronic Duffing oscillator, ten odd multisines (cubic stiffness)",
+    ),
+    SetPart(
+        "arrow", "whole", 0, 40_400, 1.0 / 3.0, called="silverbox/arrow",
+        title="Silverbox: noise of growing amplitude, beyond the multisines (extrapolation)",
+    ),
+)  # fmt: skip
+_PERIOD = 8192
+
+
+def _mirror_parts(**realisations: Sequence[str]) -> tuple[SetPart, ...]:
+    names = (
+        f"{side}/{level}_{number}".rstrip("_")
+        for side, numbers in realisations.items()
+        for level in read.MIRROR_LEVELS
+        for number in numbers
+    )
+    return tuple(SetPart(name, name) for name in names)
+
+
 BENCHMARK_SETS = (
     PublicSet(
         name="silverbox",
@@ -37,11 +71,14 @@ BENCHMARK_SETS = (
         ),
         licence=_LICENCE,
         folder="silverbox",
-        files=(("silverbox.npz",), ("SNLS80mV.mat",)),
+        layouts=(
+            alone("silverbox.npz", u="snls80mV_u_V", y="snls80mV_y_V"),
+            alone("SNLS80mV.mat", 1e7 / 2**14, u="V1[V]", y="V2[V]"),
+        ),
         originals=(Original(*_SILVERBOX, "data/Silverbox/SNLS80mV.mat"),),
-        loader=read.silverbox,
         inputs=("u",),
         outputs=("y",),
+        parts=_SILVERBOX_PARTS,
         init=50,
         official="samples 40650 to 127399: first 75 % train, rest test; arrow 100 to 40574",
         note=(
@@ -49,6 +86,7 @@ BENCHMARK_SETS = (
             "official loader leaves the means in (6.1 mV of u, 0.8 mV of y) and rounds the rate to "
             "610.35 Hz; here the means of the training part are removed"
         ),
+        prepare=read.silverbox_centred,
     ),
     PublicSet(
         name="wiener_hammerstein",
@@ -59,16 +97,22 @@ BENCHMARK_SETS = (
         ),
         licence=_LICENCE,
         folder="wiener-hammerstein-circuit",
-        files=(("wh2009.npz",), ("WienerHammerBenchMark.mat",)),
+        layouts=(
+            alone("wh2009.npz", u="u_V", y="y_V"),
+            alone("WienerHammerBenchMark.mat", 51_200.0, u="uBenchMark[V]", y="yBenchMark[V]"),
+        ),
         originals=(
             Original(
                 *_WIENER,
                 "noise_simulations/lpvcore/wiener_hammerstein/dataset/WienerHammerBenchMark.mat",
             ),
         ),
-        loader=read.wiener_hammerstein,
         inputs=("u",),
         outputs=("y",),
+        parts=(
+            SetPart("train/noise", "", 5200, 105_200),
+            SetPart("test/noise", "", 105_200, 184_000),
+        ),
         init=50,
         official="samples 5200 to 183999: first 100000 train, last 78800 test",
         note="errors in mV; means are left in",
@@ -83,14 +127,23 @@ BENCHMARK_SETS = (
         ),
         licence=_LICENCE,
         folder="bouc-wen-SIMULATED",
-        files=(("bouc_wen.npz",), ("train.h5", "test.h5")),
+        layouts=(
+            tuple(
+                Columns("bouc_wen.npz", {"F": f"{r}_u_N", "x": f"{r}_y_m"}, record=r)
+                for r in _BOUC_WEN
+            ),
+            tuple(
+                Columns(f"{file}.h5", {"F": f"{r}/u[N]", "x": f"{r}/y[m]"}, 750.0, f"{file}_{r}")
+                for file, _, r in (name.partition("_") for name in _BOUC_WEN)
+            ),
+        ),
         originals=tuple(
             Original(*_DYNONET, f"examples/BW/data/Test signals/{f}")
             for f in ("train.h5", "test.h5")
         ),
-        loader=read.bouc_wen,
         inputs=("F",),
         outputs=("x",),
+        parts=tuple(SetPart(r.replace("_", "/"), r) for r in _BOUC_WEN),
         official="the two noise-free test records; the training record is free",
         note=(
             "errors in m, all samples scored. The multisine test is one settled period of 8192 "
@@ -108,11 +161,24 @@ BENCHMARK_SETS = (
         ),
         licence=_LICENCE,
         folder="coupled-electric-drives",
-        files=(("ced_prbs.csv",), ("drive.mat",)),
+        layouts=(
+            tuple(
+                Columns("ced_prbs.csv", {"u": f"u{i}_V", "y": f"y{i}[1]"}, record=level)
+                for i, level in _DRIVES
+            ),
+            tuple(
+                Columns("drive.mat", {"u": f"u{i}[V]", "y": f"z{i}[1]"}, 50.0, level)
+                for i, level in _DRIVES
+            ),
+        ),
         originals=(Original(*_DRGP, "matlab_ip/data_raw/drive.mat"),),
-        loader=read.coupled_drives,
         inputs=("u",),
         outputs=("y",),
+        parts=tuple(
+            SetPart(f"{side}/{level}", level, *span)
+            for _, level in _DRIVES
+            for side, span in (("train", (0, 400)), ("test", (400, 500)))
+        ),
         init=4,
         note=(
             "own parts: first 400 and last 100 samples of each of three records of +-1, +-1.5 and "
@@ -130,22 +196,31 @@ BENCHMARK_SETS = (
         ),
         licence=_LICENCE,
         folder="emps",
-        files=(
-            ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"),
-            ("emps_training.csv",),
-            ("DATA_EMPS.mat",),
-            ("nlid_emps_sim_data_training.mat",),
+        layouts=(
+            (
+                Columns("DATA_EMPS.mat", _EMPS_COLUMNS),
+                Columns("DATA_EMPS_PULSES.mat", _EMPS_COLUMNS, record="pulses"),
+            ),
+            alone("emps_training.csv", F="drive_voltage_V", x="position_m"),
+            alone("DATA_EMPS.mat", **_EMPS_COLUMNS),
+            alone("nlid_emps_sim_data_training.mat", **_EMPS_COLUMNS),
         ),
         originals=(Original(*_EMPS, "nlid_emps_sim_data_training.mat"),),
-        loader=read.emps,
         inputs=("F",),
         outputs=("x",),
+        parts=(
+            SetPart("train/record"),
+            SetPart("test/pulses", "pulses"),
+            SetPart("record", held=1.0 / 3.0, called="emps"),
+        ),
+        otherwise=sides(Fraction(2, 3), test="last_third"),
         init=20,
         official="DATA_EMPS train, DATA_EMPS_PULSES test",
         note=(
             "the second record is not in the public copy named: without it the last third of the "
             "first one judges, which is not comparable with published errors"
         ),
+        prepare=read.emps_force,
     ),
     PublicSet(
         name="steering_mirror",
@@ -157,11 +232,12 @@ BENCHMARK_SETS = (
         ),
         licence="CC BY 4.0, 2025 Merijn Floren, KU Leuven",
         folder="piezo-steering-mirror",
-        files=(("fsm.npz",), _MIRROR_FILES),
+        layouts=((Columns("fsm.npz", {}),), tuple(Columns(f, {}) for f in _MIRROR_FILES)),
         originals=tuple(Original(*_MIRROR, f"data/{f}") for f in _MIRROR_FILES),
-        loader=read.steering_mirror,
         inputs=("u1", "u2", "u3"),
         outputs=("y1", "y2", "y3"),
+        parts=_mirror_parts(train="123456", test="123"),
+        otherwise=_mirror_parts(train="123", test=("",)),
         official="six realisations train, three test, at each level",
         note=(
             "the converted copy holds 3 of 6 training and 1 of 3 test realisations. 6400 Hz, "
@@ -169,6 +245,7 @@ BENCHMARK_SETS = (
             "its own repetition. The unit of y is not stated, metres fit its size"
         ),
         aliases=("piezo-steering-mirror",),
+        reader=read.steering_mirror,
     ),
     PublicSet(
         name="f16",
@@ -179,11 +256,22 @@ BENCHMARK_SETS = (
         ),
         licence=_LICENCE,
         folder="f16-ground-vibration",
-        files=(("f16_fullmsine_level1.npz",),),
+        layouts=(
+            alone(
+                "f16_fullmsine_level1.npz",
+                F="force_N",
+                a1="acc1_m_s2",
+                a2="acc2_m_s2",
+                a3="acc3_m_s2",
+            ),
+        ),
         originals=(Original(*_F16, "diagnostics/F16Data_FullMSine_Level1.csv"),),
-        loader=read.f16,
         inputs=("F",),
         outputs=("a1", "a2", "a3"),
+        parts=(  # the first period is not settled
+            SetPart("train/periods_2_to_5", "", _PERIOD, 5 * _PERIOD),
+            SetPart("test/periods_6_to_9", "", 5 * _PERIOD, 9 * _PERIOD),
+        ),
         note=(
             "own parts: periods 2 to 5 and 6 to 9 of one multisine (8192 samples each); both have "
             "the same excitation, so the test checks the noise, not extrapolation"

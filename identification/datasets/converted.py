@@ -11,7 +11,7 @@ from typing import Any
 
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import BondsightError, UnusableInput
-from identification.datasets.public_set import Parts, Protocol, PublicSet
+from identification.datasets.public_set import Protocol, PublicSet
 
 __all__ = ["is_converted", "open_converted", "store_converted"]
 
@@ -31,19 +31,21 @@ def store_converted(entry: PublicSet, paths: tuple[Path, ...], cache: Path) -> P
     UnusableInput
         The files cannot be read as this set, or the cache cannot be written.
     """
-    parts = entry.loader(paths)
+    made = entry.read(paths)
     target = _folder(entry, cache)
-    named: dict[str, Any] = {"own": parts.own}
+    named: dict[str, Any] = {"own": not made.official}
     try:
         cache.mkdir(parents=True, exist_ok=True)
         fresh = Path(tempfile.mkdtemp(dir=cache, prefix=f".{entry.name}.", suffix=".part"))
     except OSError as error:
         raise UnusableInput(f"{cache}: cannot be written ({error.strerror or error})") from error
     try:
-        for kind, records in (("train", parts.train), ("tests", parts.tests)):
-            named[kind] = {name: f"{kind}-{i}.npz" for i, name in enumerate(records)}
-            for name, record in records.items():
-                record.save(fresh / named[kind][name])
+        for kind, records in (("train", made.train), ("tests", tuple(made.tests.values()))):
+            named[kind] = {
+                r.name.split("/", 2)[2]: f"{kind}-{i}.npz" for i, r in enumerate(records)
+            }
+            for record, file in zip(records, named[kind].values(), strict=True):
+                record.save(fresh / file)
         (fresh / _LIST).write_text(json.dumps(named, indent=1) + "\n", encoding="utf-8")
         os.chmod(fresh, 0o755)
         if target.exists():
@@ -53,7 +55,7 @@ def store_converted(entry: PublicSet, paths: tuple[Path, ...], cache: Path) -> P
         raise UnusableInput(f"{target}: cannot be written ({error.strerror or error})") from error
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
-    return entry.protocol(parts)
+    return made
 
 
 def is_converted(entry: PublicSet, cache: Path) -> bool:
@@ -80,7 +82,7 @@ def open_converted(entry: PublicSet, cache: Path) -> Protocol | None:
             }
             for kind in ("train", "tests")
         }
-        return entry.protocol(Parts(found["train"], found["tests"], bool(named["own"])))
+        return entry.protocol(found["train"], found["tests"], own=bool(named["own"]))
     except (BondsightError, ValueError, KeyError, AttributeError, OSError) as error:
         raise UnusableInput(
             f"{folder}: the downloaded set cannot be opened ({error}); delete the folder and fetch "

@@ -20,9 +20,9 @@ from tqdm import tqdm
 
 from bondgraph.signals.files import checks
 from bondgraph.support.errors import UnusableInput, unknown_name
-from identification.datasets.converted import open_converted, store_converted
-from identification.datasets.places import FOLDER_VARIABLE, cache_folder, recordings_folder
-from identification.datasets.protocols import public_set
+from identification.datasets.catalogue import protocol_here, public_set
+from identification.datasets.converted import store_converted
+from identification.datasets.places import FOLDER_VARIABLE, cache_folder
 from identification.datasets.public_set import RAW_FILES, Original, Protocol, PublicSet
 
 __all__ = ["fetch"]
@@ -64,7 +64,7 @@ def fetch(
     Returns
     -------
     Protocol
-        As `identification.datasets.protocols.protocol`.
+        As `identification.datasets.protocol`.
 
     Raises
     ------
@@ -74,11 +74,8 @@ def fetch(
         One line: no checksum is known, the download failed, the file is not the one expected, the
         package `pooch` is absent, or the published files are of a form that is not read.
     """
-    entry, place, kept = public_set(name), recordings_folder(folder), cache_folder(cache)
-    paths = entry.find(place) if place is not None else None
-    if paths is not None:
-        return entry.read(paths)
-    found = open_converted(entry, kept)
+    entry, kept = public_set(name), cache_folder(cache)
+    found = protocol_here(entry, folder, cache)
     if found is not None:
         return found
     wanted = _wanted(entry)

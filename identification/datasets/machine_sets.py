@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from identification.datasets import machine_readers as read
-from identification.datasets.public_set import Original, PublicSet
+from fractions import Fraction
+
+from identification.datasets import readers as read
+from identification.datasets.public_set import Columns, Original, PublicSet, SetPart, alone, sides
 
 __all__ = ["MACHINE_SETS"]
 
@@ -25,6 +27,16 @@ _PNZT_FILES = (
     "loop09_1Hz_800V", "loop10_1Hz_800V",
 )  # fmt: skip
 _SEALS = ("O_ring_1bar", "O_ring_3bar", "O_ring_5bar", "O_ring_7bar", "X_ring257_3bar")
+_LAST_THIRD = sides(Fraction(2, 3))
+_PNZT_COLUMNS = {
+    "V": "voltage_V", "i": "current_A", "P": "polarization_uC_per_cm2", "x": "displacement_nm",
+}  # fmt: skip
+_CYLINDER_COLUMNS = {"clock": "t_s[s]", "x": "position_mm", "p": "pressure_bar", "F": "force_N"}
+
+
+def _whole_parts(records: tuple[str, ...], judged: tuple[str, ...]) -> tuple[SetPart, ...]:
+    return tuple(SetPart(f"{'test' if r in judged else 'train'}/{r}", r) for r in records)
+
 
 MACHINE_SETS = (
     PublicSet(
@@ -36,11 +48,15 @@ MACHINE_SETS = (
         ),
         licence=_NONE,
         folder="piezo-actuator-sine",
-        files=(("sine_150V_1Hz.csv",),),
+        layouts=(alone("sine_150V_1Hz.csv", V="voltage_V", x="displacement_um"),),
         originals=(Original(*_PIEZO, "Data/hysteresis_v_150_1hz.csv"),),
-        loader=read.piezo_actuator,
         inputs=("V",),
         outputs=("x",),
+        parts=(
+            SetPart("train/periods", held=1.0 / 3.0, drive="V"),
+            SetPart("test/last_periods", held=1.0 / 3.0, drive="V"),
+            SetPart("sine", held=1.0 / 3.0, drive="V", called="piezo-actuator-sine"),
+        ),
         note="own parts: whole periods, the last two judge; the rest before them is left out",
         aliases=("piezo-actuator-sine",),
     ),
@@ -53,14 +69,16 @@ MACHINE_SETS = (
         ),
         licence=_NONE,
         folder="pnzt-ceramic-creep",
-        files=(tuple(f"{f}.csv" for f in _PNZT_FILES),),
+        layouts=(tuple(Columns(f"{f}.csv", _PNZT_COLUMNS, record=f) for f in _PNZT_FILES),),
         originals=tuple(
             Original(*_PNZT, f"Remnant_Measurements_2/remnant_measurements/trap/{f}")
             for f in ("RMN_TRAP_1400V_1000V_CREEP.dat", "RMN_TRAP_SLOW.dat")
         ),
-        loader=read.pnzt_creep,
         inputs=("V",),
         outputs=("i", "P", "x"),
+        parts=_whole_parts(
+            _PNZT_FILES, tuple(f for f in _PNZT_FILES if f not in ("record1_60s", "record3_105s"))
+        ),
         note="own parts: records 1 and 3 train; record 4 holds instrument drift",
         aliases=("pnzt-ceramic-creep",),
     ),
@@ -73,11 +91,11 @@ MACHINE_SETS = (
         ),
         licence=_NONE,
         folder="piezo-shunt-beam",
-        files=(("time_short_short_new.npz",),),
+        layouts=(alone("time_short_short_new.npz", 1000.0, i="coil_current_A", v="velocity[1]"),),
         originals=(Original(*_BEAM, "FRF"),),
-        loader=read.piezo_beam,
         inputs=("i",),
         outputs=("v",),
+        parts=_LAST_THIRD,
         init=1000,
         note="own parts: the last third judges; the unit of the velocity is not stated",
         aliases=("piezo-shunt-beam",),
@@ -91,11 +109,14 @@ MACHINE_SETS = (
         ),
         licence="distributed with a commercial toolbox: internal use",
         folder="mr-damper",
-        files=(("mr_damper.csv",), ("damper.mat",)),
+        layouts=(
+            alone("mr_damper.csv", v="velocity_cm_per_s", F="force_N"),
+            alone("damper.mat", 200.0, v="X[cm/s]", F="y[N]"),
+        ),
         originals=(Original(*_DRGP, "matlab_ip/data_raw/damper.mat"),),
-        loader=read.mr_damper,
         inputs=("v",),
         outputs=("F",),
+        parts=sides(2000),
         init=10,
         note="customary parts: first 2000 samples, rest; units as the toolbox documents them",
         aliases=("mr-damper",),
@@ -109,7 +130,16 @@ MACHINE_SETS = (
         ),
         licence="MIT",
         folder="pendulum-free-swing",
-        files=(("small_swing.csv", "large_swing.csv"),),
+        layouts=(
+            (
+                Columns("small_swing.csv", {"theta": "angle_rad"}, record="small_swing"),
+                Columns(
+                    "large_swing.csv",
+                    {"theta": "angle_rad", "omega": "angular_velocity_rad_per_s"},
+                    record="large_swing",
+                ),
+            ),
+        ),
         originals=(
             Original(*_PENDULUM, "Datas/SinglePendulum/SingleDataFreeSwing_1_Dt_0_0001.mat"),
             Original(
@@ -117,12 +147,13 @@ MACHINE_SETS = (
                 "ParameterEstimation/SinglePendulum/SinglePendulumDataForParameterEstimation.mat",
             ),
         ),
-        loader=read.pendulum,
         inputs=(),
         outputs=("theta",),
+        parts=_whole_parts(("small_swing", "large_swing"), ("large_swing",)),
         init=10,
         note="own parts: the small swing trains, the large one judges; its omega is smoothed",
         aliases=("pendulum-free-swing",),
+        prepare=read.hanging_angle,
     ),
     PublicSet(
         name="rack_and_pinion",
@@ -130,11 +161,11 @@ MACHINE_SETS = (
         citation="K. Mnich, friction-identification, README of the repository",
         licence=_NONE,
         folder="rack-and-pinion-friction",
-        files=(("merged.csv",),),
+        layouts=(alone("merged.csv", v="velocity_m_per_s", F="force_N"),),
         originals=tuple(Original(*_PINION, f"input/{f}") for f in ("a3NI.csv", "a3MR.csv")),
-        loader=read.rack_and_pinion,
         inputs=("v",),
         outputs=("F",),
+        parts=_LAST_THIRD,
         init=10,
         note="own parts: the last third judges; one direction only",
         aliases=("rack-and-pinion-friction",),
@@ -145,7 +176,9 @@ MACHINE_SETS = (
         citation="E. Zillen, 3D printed pneumatic actuators, MSc thesis, TU Delft",
         licence="CC0 1.0",
         folder="pneumatic-cylinder-friction",
-        files=(tuple(f"{f}.csv" for f in _SEALS),),
+        layouts=(
+            tuple(Columns(f"{f}.csv", _CYLINDER_COLUMNS, read.CYLINDER_RATE, f) for f in _SEALS),
+        ),
         originals=tuple(
             Original(
                 *_CYLINDER,
@@ -153,15 +186,16 @@ MACHINE_SETS = (
             )
             for f in _SEALS
         ),
-        loader=read.pneumatic_cylinder,
         inputs=("x", "p"),
         outputs=("F",),
+        parts=_whole_parts(_SEALS, ("O_ring_5bar", "X_ring257_3bar")),
         init=10,
         note=(
             "own parts: O-ring at 1, 3 and 7 bar train; 5 bar and the X-ring judge. Stretches "
             "without a pause of the logger, resampled to 100 Hz; p is above ambient"
         ),
         aliases=("pneumatic-cylinder-friction",),
+        prepare=read.longest_stretches,
     ),
     PublicSet(
         name="hair_dryer",
@@ -169,11 +203,17 @@ MACHINE_SETS = (
         citation=f"{_DE_MOOR}, [96-006] hair dryer",
         licence=_DAISY,
         folder="daisy-mechatronics",
-        files=(("hair_dryer.csv",), ("dryer.mat",)),
+        layouts=(
+            alone("hair_dryer.csv", u="heater_voltage_V", y="air_temperature_V"),
+            *(
+                alone("dryer.mat", 12.5, u=f"{u}[V]", y=f"{y}[V]")
+                for u, y in (("u2", "y2"), ("u", "y"), ("X", "y"))
+            ),
+        ),
         originals=(Original(*_DRGP, "matlab_ip/data_raw/dryer.mat"),),
-        loader=read.hair_dryer,
         inputs=("u",),
         outputs=("y",),
+        parts=(*sides(500), SetPart("record", held=1.0 / 3.0, called="hair_dryer")),
         init=10,
         note="customary parts: first and last 500 samples",
         aliases=("daisy-mechatronics/hair_dryer",),
@@ -184,11 +224,14 @@ MACHINE_SETS = (
         citation=f"{_DE_MOOR}, [96-004] ball and beam",
         licence=_DAISY,
         folder="daisy-mechatronics",
-        files=(("ball_and_beam.csv",), ("ballbeam.mat",)),
+        layouts=(
+            alone("ball_and_beam.csv", angle="beam_angle_rad", x="ball_position_m"),
+            alone("ballbeam.mat", 10.0, angle="X[rad]", x="y[m]"),
+        ),
         originals=(Original(*_DRGP, "matlab_ip/data_raw/ballbeam.mat"),),
-        loader=read.ball_and_beam,
         inputs=("angle",),
         outputs=("x",),
+        parts=sides(500),
         init=10,
         note="customary parts: first and last 500 samples",
         aliases=("daisy-mechatronics/ball_and_beam",),
@@ -199,11 +242,13 @@ MACHINE_SETS = (
         citation=f"{_DE_MOOR}, [96-009] flexible robot arm",
         licence=_DAISY,
         folder="daisy-mechatronics",
-        files=(("flexible_robot_arm.csv",),),
+        layouts=(
+            alone("flexible_robot_arm.csv", 1.0, u="reaction_torque[1]", y="arm_acceleration[1]"),
+        ),
         originals=(Original(*_ARM, "src/data/robot-arm.csv"),),
-        loader=read.flexible_arm,
         inputs=("u",),
         outputs=("y",),
+        parts=_LAST_THIRD,
         init=10,
         note=(
             "own parts: the last third judges; units and sample time are not published, so the "

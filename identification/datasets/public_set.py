@@ -4,39 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bondgraph.signals.recording import Recording
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.signals.recording import Recording, Split, default_split
+from bondgraph.signals.split import whole
+from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
 
-__all__ = ["RAW_FILES", "Original", "Parts", "Protocol", "PublicSet", "changed", "cut"]
+__all__ = [
+    "RAW_FILES",
+    "Columns",
+    "Original",
+    "Protocol",
+    "PublicSet",
+    "SetPart",
+    "alone",
+    "changed",
+    "sides",
+]
+
+Records = Mapping[str, Recording]
 
 RAW_FILES = "https://raw.githubusercontent.com"
 """Server of the files of public repositories."""
-
-
-class Parts(NamedTuple):
-    """What a loader returns.
-
-    Parameters
-    ----------
-    train : mapping of str to Recording
-        Records that may be fitted.
-    tests : mapping of str to Recording
-        Records that judge.
-    own : bool
-        The files do not allow the official parts.
-    """
-
-    train: Mapping[str, Recording]
-    tests: Mapping[str, Recording]
-    own: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +63,94 @@ class Original:
 
 
 @dataclass(frozen=True, slots=True)
+class Columns:
+    """Where one record lies in a file.
+
+    Parameters
+    ----------
+    file : str
+        Its name.
+    plan : mapping of str to str
+        Channel -> column, as `Recording.read` takes it.
+    fs : float or None
+        Sampling rate if the file does not tell it, Hz.
+    record : str
+        Name of the record; empty if it is the only one.
+    """
+
+    file: str
+    plan: Mapping[str, str]
+    fs: float | None = None
+    record: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SetPart:
+    """Samples of one record of a set, by name.
+
+    Parameters
+    ----------
+    name : str
+        ``train/...`` fits and ``test/...`` judges under the set's protocol; any other name is a
+        record to be diagnosed, with a split of its own.
+    record : str
+        The record it is cut from.
+    start, stop : int or Fraction or None
+        Samples, as counts or as a share of the record; None for the end.
+    held : float
+        Share that is held out by `default_split`; a train or test part is that side of it.
+    drive : str or None
+        Input whose rest and periods set the split.
+    called : str
+        Name on the command line; empty if it has none.
+    title : str
+        One line, if the set's does not do.
+    """
+
+    name: str
+    record: str = ""
+    start: int | Fraction = 0
+    stop: int | Fraction | None = None
+    held: float = 0.0
+    drive: str | None = None
+    called: str = ""
+    title: str = ""
+
+    @property
+    def side(self) -> str:
+        """`train`, `test`, or empty for a record with a split of its own."""
+        return self.name.rpartition("/")[0]
+
+    def split(self, recording: Recording) -> Split:
+        """Split by the declared rule."""
+        return default_split(recording, self.held, drive=self.drive)
+
+    def cut(self, records: Records) -> Recording:
+        """Cut the part from its record, all of whose samples must be there.
+
+        Raises
+        ------
+        UnusableInput
+            The record is too short.
+        """
+        recording = records[self.record]
+        start, stop = (_sample(at, recording.n) for at in (self.start, self.stop))
+        if self.held and self.side:
+            samples = whole(getattr(self.split(recording), self.side))
+            start, stop = samples.start, samples.stop
+        if recording.n < stop:
+            raise UnusableInput(
+                f"{recording.name}: {recording.n} samples, {stop} are needed; get the whole record"
+            )
+        return recording.slice(start, stop)
+
+
+def _sample(at: int | Fraction | None, n: int) -> int:
+    """Return a place in a record of `n` samples; a share is rounded up."""
+    return n if at is None else at if isinstance(at, int) else n - int(n * (1 - at))
+
+
+@dataclass(frozen=True, slots=True)
 class PublicSet:
     """A public data set: what it is, where it is from, how it is read and parted.
 
@@ -78,14 +162,14 @@ class PublicSet:
         Work to cite; what is known about the licence.
     folder : str
         Sub-folder of the recordings folder.
-    files : tuple of tuple of str
-        Groups of files that will do, best first; all of a group are needed.
+    layouts : tuple of tuple of Columns
+        Groups of records that will do, best first; all files of a group are needed.
     originals : tuple of Original
         The published files.
-    loader : callable
-        Paths of one group -> `Parts`, SI, canonical channel names.
     inputs, outputs : tuple of str
         Channels that drive and that respond.
+    parts : tuple of SetPart
+        Named samples; of a set with `official` they follow it.
     init : int
         Samples at the start of a test that may set the initial state and are not scored.
     official : str
@@ -94,6 +178,13 @@ class PublicSet:
         What a user must know about the parts.
     aliases : tuple of str
         Other names.
+    otherwise : tuple of SetPart
+        Our own parts if the files do not hold the records of `parts`; if they do not hold those
+        of either, the records are parts by their names.
+    reader : callable, optional
+        Paths of one group -> records by name, in place of their columns.
+    prepare : callable, optional
+        Records as read -> records in SI under canonical channel names.
     """
 
     name: str
@@ -101,15 +192,23 @@ class PublicSet:
     citation: str
     licence: str
     folder: str
-    files: tuple[tuple[str, ...], ...]
+    layouts: tuple[tuple[Columns, ...], ...]
     originals: tuple[Original, ...]
-    loader: Callable[[tuple[Path, ...]], Parts]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    parts: tuple[SetPart, ...]
     init: int = 0
     official: str = ""
     note: str = ""
     aliases: tuple[str, ...] = ()
+    otherwise: tuple[SetPart, ...] = ()
+    reader: Callable[[tuple[Path, ...]], Records] | None = None
+    prepare: Callable[[Records], Records] | None = None
+
+    @property
+    def files(self) -> tuple[tuple[str, ...], ...]:
+        """Groups of files that will do, best first."""
+        return tuple(dict.fromkeys(_files(layout) for layout in self.layouts))
 
     @property
     def source(self) -> str:
@@ -127,28 +226,66 @@ class PublicSet:
                 return paths
         return None
 
-    def read(self, paths: tuple[Path, ...]) -> Protocol:
-        """Read the files of one group into the named parts.
+    def records(self, paths: tuple[Path, ...]) -> Records:
+        """Read the files of one group.
 
         Raises
         ------
         UnusableInput
             A file is not what it should be.
         """
-        return self.protocol(self.loader(paths))
+        found = self._columns(paths) if self.reader is None else self.reader(paths)
+        return found if self.prepare is None else self.prepare(found)
 
-    def protocol(self, parts: Parts) -> Protocol:
-        """Join parts and description."""
-        official = "" if parts.own else self.official
+    def _columns(self, paths: tuple[Path, ...]) -> Records:
+        """Read by the first layout of these files whose columns are there."""
+        places = {p.name: p for p in paths}
+        fault: UnknownName | None = None
+        for layout in self.layouts:
+            if _files(layout) == tuple(places):
+                try:
+                    return {
+                        c.record: Recording.read(places[c.file], c.plan, fs=c.fs) for c in layout
+                    }
+                except UnknownName as error:
+                    fault = fault or error
+        raise fault or UnusableInput(f"{self.name}: {', '.join(places)} are not files of this set")
+
+    def read(self, paths: tuple[Path, ...]) -> Protocol:
+        """Read the files of one group into the parts that train and test.
+
+        Raises
+        ------
+        UnusableInput
+            A file is not what it should be.
+        """
+        records = self.records(paths)
+        declared = (
+            p for p in (self.parts, self.otherwise) if {c.record for c in p} == set(records)
+        )
+        parts = next(declared, tuple(SetPart(name, name) for name in records))
+        cut = {
+            side: {p.name.removeprefix(f"{side}/"): p.cut(records) for p in parts if p.side == side}
+            for side in ("train", "test")
+        }
+        return self.protocol(cut["train"], cut["test"], own=parts is not self.parts)
+
+    def protocol(self, train: Records, tests: Records, *, own: bool = False) -> Protocol:
+        """Join parts and description; `own` if the parts are not the official ones."""
+        official = "" if own else self.official
         told = {"citation": self.citation, "origin": self.source, "licence": self.licence}
         told["split"] = f"official: {official}" if official else "own"
-        train = tuple(self._named(r, f"train/{k}", told) for k, r in parts.train.items())
-        tests = {k: self._named(r, f"test/{k}", told) for k, r in parts.tests.items()}
-        return Protocol(self, train, MappingProxyType(tests), official)
+        fitted = tuple(self._named(r, f"train/{k}", told) for k, r in train.items())
+        judged = {k: self._named(r, f"test/{k}", told) for k, r in tests.items()}
+        return Protocol(self, fitted, MappingProxyType(judged), official)
 
     def _named(self, recording: Recording, part: str, told: Mapping[str, str]) -> Recording:
         meta = {**recording.meta, **told}
         return replace(recording, name=f"{self.name}/{part}", meta=meta)
+
+
+def _files(layout: tuple[Columns, ...]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(c.file for c in layout))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,21 +314,24 @@ class Protocol:
         """Samples at the start of a test that are not scored."""
         return self.about.init
 
-    def part(self, name: str) -> tuple[Recording, ...] | Mapping[str, Recording] | Recording:
-        """Return `train` (tuple), `tests` (by name), or one test by its name.
+    def __getitem__(self, name: str) -> Recording:
+        """Return one record: ``train/NAME``, ``test/NAME``, or a test by its name alone.
 
         Raises
         ------
         UnknownName
             There is no such part.
         """
-        if name == "train":
-            return self.train
-        if name == "tests":
-            return self.tests
-        if name in self.tests:
-            return self.tests[name]
-        raise unknown_name("part", name, self.about.name, ("train", "tests", *self.tests))
+        every = {r.name.removeprefix(f"{self.about.name}/"): r for r in self.records}
+        every |= self.tests
+        if name not in every:
+            raise unknown_name("part", name, self.about.name, every)
+        return every[name]
+
+    @property
+    def records(self) -> tuple[Recording, ...]:
+        """All records, those that train first."""
+        return (*self.train, *self.tests.values())
 
     def __repr__(self) -> str:
         """Return the parts and their sizes in one line."""
@@ -200,19 +340,14 @@ class Protocol:
         return f"Protocol({self.about.name!r}, train {train}, tests {tests})"
 
 
-def cut(recording: Recording, start: int, stop: int) -> Recording:
-    """Return samples `start` to `stop`, all of which must be there.
+def alone(file: str, fs: float | None = None, /, **plan: str) -> tuple[Columns]:
+    """Return a group of one record in one file; channels by name."""
+    return (Columns(file, plan, fs),)
 
-    Raises
-    ------
-    UnusableInput
-        The record is too short.
-    """
-    if recording.n < stop:
-        raise UnusableInput(
-            f"{recording.name}: {recording.n} samples, {stop} are needed; get the whole record"
-        )
-    return recording.slice(start, stop)
+
+def sides(at: int | Fraction, train: str = "first", test: str = "last") -> tuple[SetPart, SetPart]:
+    """Return two parts that share the only record at one place."""
+    return SetPart(f"train/{train}", stop=at), SetPart(f"test/{test}", start=at)
 
 
 def changed(

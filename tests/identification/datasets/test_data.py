@@ -10,7 +10,7 @@ import pytest
 from bondgraph.signals.split import whole
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification import datasets as data
-from identification.datasets import loaders
+from identification.datasets.readers import EMPS_FORCE_PER_VOLT
 
 
 def real(name: str) -> data.LoadedRecording:
@@ -22,19 +22,21 @@ def real(name: str) -> data.LoadedRecording:
 
 def test_names_and_aliases() -> None:
     assert {"piezo-actuator-sine", "emps", "silverbox", "hair_dryer"} <= set(data.names())
-    assert data.about("daisy-mechatronics/hair_dryer").name == "hair_dryer"
+    assert data.about("daisy-mechatronics/hair_dryer") is data.KNOWN["hair_dryer"]
+    assert data.about("silverbox/multisine") is data.KNOWN["silverbox"]
     with pytest.raises(UnknownName, match="Did you mean 'emps'"):
         data.load("emsp")
 
 
 @pytest.mark.parametrize("name", data.names())
 def test_every_entry_is_documented(name: str) -> None:
-    entry = data.about(name)
-    for text in (entry.title, entry.source, entry.citation, entry.licence):
+    known = data.about(name)
+    entry = known.set
+    for text in (known.title, entry.source, entry.citation, entry.licence):
         assert text
         assert "http" not in text
     assert " @ " in entry.source
-    assert entry.files
+    assert known.files
     assert entry.outputs
 
 
@@ -48,7 +50,7 @@ def test_absent_is_one_line(name: str, tmp_path: Path, monkeypatch: pytest.Monke
         text = str(info.value)
         assert "\n" not in text
         assert data.FOLDER_VARIABLE in text
-        assert data.about(name).source in text
+        assert data.about(name).set.source in text
         assert data.about(name).files[0] in text
 
 
@@ -87,7 +89,7 @@ def test_originals_of_emps_and_hair_dryer(tmp_path: Path) -> None:
     stored = {"t": t, "vir": np.ones((9, 1)), "qm": 0.1 * t, "gtau": 35.15}
     io.savemat(tmp_path / "emps" / "DATA_EMPS.mat", stored)
     emps, _ = data.load("emps", tmp_path)
-    assert emps["F"] == pytest.approx(np.full(9, loaders.EMPS_FORCE_PER_VOLT))
+    assert emps["F"] == pytest.approx(np.full(9, EMPS_FORCE_PER_VOLT))
     assert emps.fs == pytest.approx(1000.0)
     file = tmp_path / "daisy-mechatronics" / "dryer.mat"
     io.savemat(file, {"X": np.ones((1, 6)), "y": np.arange(6.0)[None, :]})
@@ -119,7 +121,7 @@ def test_original_of_silverbox(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", data.names())
 def test_real_recording_loads(name: str) -> None:
-    entry = data.about(name)
+    entry = data.about(name).set
     recording, split = real(name)
     assert set(recording.channels) == {*entry.inputs, *entry.outputs}
     assert recording.meta["citation"] == entry.citation

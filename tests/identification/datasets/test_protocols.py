@@ -13,8 +13,7 @@ from scipy.signal import lfilter
 from bondgraph.support.errors import UnknownName, UnusableInput
 from bondsight.cli.main import main
 from bondsight.cli.recordings_list import details, listing
-from identification.datasets import SETS, Protocol, part, protocol, public_set, set_available
-from identification.datasets.benchmark_readers import SILVERBOX_TRAIN
+from identification.datasets import SETS, Protocol, protocol, public_set, set_available
 from identification.datasets.places import CACHE_VARIABLE, FOLDER_VARIABLE
 
 
@@ -81,7 +80,7 @@ def test_silverbox_split_is_the_official_one(tmp_path: Path) -> None:
         "arrow_full": (100, 40_575),
         "arrow_no_extrapolation": (100, 32_100),
     }
-    assert SILVERBOX_TRAIN == int((127_400 - 40_650) * 0.75)
+    assert p.train[0].n == int((127_400 - 40_650) * 0.75)
     assert p.train[0]["u"] == pytest.approx(v[40_650 : 40_650 + 65_062] - mean)
     for name, (start, stop) in spans.items():
         assert p.tests[name]["u"] == pytest.approx(v[start:stop] - mean)
@@ -161,7 +160,8 @@ def test_coupled_drives_and_bouc_wen_originals(tmp_path: Path) -> None:
     v = np.arange(500.0)[:, None]
     io.savemat(folder / "drive.mat", {f"{k}{i}": i * v for k in "uz" for i in (1, 2, 3)})
     p = protocol("coupled_drives", tmp_path)
-    assert p.part("1.5V") is p.tests["1.5V"]
+    assert p["1.5V"] is p["test/1.5V"] is p.tests["1.5V"]
+    assert p["train/1.5V"] is p.train[1]
     assert np.array_equal(p.tests["1.5V"]["y"], 2.0 * v[400:, 0])
     assert not p.official
     folder = tmp_path / "bouc-wen-SIMULATED"
@@ -197,11 +197,10 @@ def test_parts_and_shown(tmp_path: Path) -> None:
     (tmp_path / "silverbox").mkdir()
     original_silverbox(tmp_path / "silverbox")
     p = protocol("silverbox", tmp_path)
-    assert p.part("train") is p.train
-    assert p.part("tests") is p.tests
-    assert isinstance(part("silverbox", "train", tmp_path), tuple)
+    assert p["train/multisine"] is p.train[0]
+    assert p.records == (*p.train, *p.tests.values())
     with pytest.raises(UnknownName, match="Did you mean 'arrow_full'"):
-        p.part("arow_full")
+        _ = p["arow_full"]
     assert "arrow_full 40475" in repr(p)
     assert "test/arrow_full" in details("silverbox", p)
     for name in SETS:

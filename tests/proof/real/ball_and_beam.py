@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from bondgraph import TF, BondGraph, Dq, I, One, R, Se
-from identification.datasets import LoadedRecording, protocol
-from tests.proof.real.case import Folder, RealCase, Truth
-from tests.proof.real.preparing import boundary_split, joined
+from tests.proof.real.case import RealCase, Truth
+from tests.proof.real.preparing import at_boundary
 
 __all__ = ["CASES", "rolling_ball"]
 
@@ -25,22 +24,18 @@ def rolling_ball() -> BondGraph:
     return g
 
 
-def _load(folder: Folder) -> LoadedRecording:
-    found = protocol("ball_and_beam", folder)
-    first, last = found.train[0], found.tests["last"]
-    whole = joined("ball_and_beam", (first, last), "the whole record")
-    rule = "the customary parts: the first 500 samples train, the last 500 judge"
-    return LoadedRecording(whole, boundary_split(whole, first.n, rule))
-
-
 _ROLLING = "rolling friction of the ball, a standard textbook finding"
 
 CASES = (
     RealCase(
         name="ball_and_beam",
-        label="unseen",
         dataset="ball_and_beam",
-        load=_load,
+        parts=("train/first", "test/last"),
+        prepare=at_boundary(
+            "ball_and_beam",
+            "the whole record",
+            "the customary parts: the first 500 samples train, the last 500 judge",
+        ),
         model=rolling_ball,
         truth=(
             Truth("coulomb_friction", ("c",), _ROLLING),

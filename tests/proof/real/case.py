@@ -7,13 +7,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from bondgraph.graph.bond_graph import BondGraph
-from identification.datasets import LoadedRecording
+from identification.datasets import SETS, LoadedRecording, load, protocol
 from tests.proof.trial.vocabulary import FAMILY_OF
 
-__all__ = ["Folder", "Published", "RealCase", "Truth"]
-
-Folder = str | None
-"""Folder of the recordings; None: that of the environment."""
+__all__ = ["Published", "RealCase", "Truth"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,18 +72,20 @@ class RealCase:
     ----------
     name : str
         Key; also the folder of the results.
-    label : "unseen" or "seen before"
-        Whether the tool was ever diagnosed with this recording while it was built.
     dataset : str
         Name in `identification.datasets.SETS`.
-    load : callable
-        Folder of the recordings (None: of the environment) -> recording and split.
+    parts : tuple of str
+        Names of its parts: train and test parts, or one record with a split of its own.
+    prepare : callable
+        Those parts (a record with a split: both) -> recording and split of the case.
     model : callable
         -> impoverished graph; sources and sensors bear the names of the channels.
     truth : tuple of Truth
         Documented effects that the model lacks; each is a right answer.
     published : Published or None
         Best published value.
+    label : "unseen" or "seen before"
+        Whether the tool was ever diagnosed with this recording while it was built.
     control : bool
         Nearly nothing is missing: to find nothing is right too.
     comment : str
@@ -94,11 +93,20 @@ class RealCase:
     """
 
     name: str
-    label: Literal["unseen", "seen before"]
     dataset: str
-    load: Callable[[Folder], LoadedRecording]
+    parts: tuple[str, ...]
+    prepare: Callable[..., LoadedRecording]
     model: Callable[[], BondGraph]
     truth: tuple[Truth, ...]
     published: Published | None = None
+    label: Literal["unseen", "seen before"] = "unseen"
     control: bool = False
     comment: str = ""
+
+    def load(self, folder: str | None = None) -> LoadedRecording:
+        """Read the parts from the folder of the recordings; None: that of the environment."""
+        known = [p.called for p in SETS[self.dataset].parts if p.called and p.name in self.parts]
+        if known:
+            return self.prepare(*load(known[0], folder))
+        found = protocol(self.dataset, folder)
+        return self.prepare(*(found[name] for name in self.parts))

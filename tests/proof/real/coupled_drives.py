@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from bondgraph import TF, BondGraph, C, Df, I, One, R, Se, Zero
-from identification.datasets import LoadedRecording, protocol
-from tests.proof.real.case import Folder, Published, RealCase, Truth
-from tests.proof.real.preparing import boundary_split, joined, train_of
+from tests.proof.real.case import Published, RealCase, Truth
+from tests.proof.real.preparing import at_boundary
 
 __all__ = ["CASES", "linear_belt_drives"]
 
@@ -33,20 +30,16 @@ def linear_belt_drives() -> BondGraph:
     return g
 
 
-def _load(folder: Folder, level: str) -> LoadedRecording:
-    found = protocol("coupled_drives", folder)
-    first, last = train_of(found, level), found.tests[level]
-    whole = joined(f"coupled_drives_{level}", (first, last), "the whole record")
-    rule = "the first 400 samples train, the last 100 judge, as in the official split"
-    return LoadedRecording(whole, boundary_split(whole, first.n, rule))
-
-
 def _case(level: str, name: str) -> RealCase:
     return RealCase(
         name=f"coupled_drives_{name}",
-        label="unseen",
         dataset="coupled_drives",
-        load=partial(_load, level=level),
+        parts=(f"train/{level}", f"test/{level}"),
+        prepare=at_boundary(
+            f"coupled_drives_{level}",
+            "the whole record",
+            "the first 400 samples train, the last 100 judge, as in the official split",
+        ),
         model=linear_belt_drives,
         truth=(
             Truth(

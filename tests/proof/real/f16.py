@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from bondgraph import BondGraph, C, De, I, MSe, One, R, Se, Zero
 from bondgraph.graph.modulation import effort
-from identification.datasets import LoadedRecording, protocol
-from tests.proof.real.case import Folder, RealCase, Truth
-from tests.proof.real.preparing import boundary_split, joined
+from tests.proof.real.case import RealCase, Truth
+from tests.proof.real.preparing import at_boundary
 
 __all__ = ["CASES", "wing_with_payload"]
 
@@ -42,26 +41,22 @@ def wing_with_payload() -> BondGraph:
     return g
 
 
-def _load(folder: Folder) -> LoadedRecording:
-    found = protocol("f16", folder)
-    before, after = found.train[0], found.tests["periods_6_to_9"]
-    parts = (before.slice(before.n - PERIOD, before.n), after.slice(0, PERIOD))
-    whole = joined("f16", parts, "the fifth and the sixth of nine periods").select(
-        {k: k for k in ("F", "a2", "a3")}
-    )
-    rule = "the fifth period trains, the sixth judges: the same excitation, other noise"
-    return LoadedRecording(whole, boundary_split(whole, PERIOD, rule))
-
-
 _JOINT = ("k_j", "d_j")
 _WHY = "friction and clearance in the mounting of the payload, weak at this level"
 
 CASES = (
     RealCase(
         name="f16_level1",
-        label="unseen",
         dataset="f16",
-        load=_load,
+        parts=("train/periods_2_to_5", "test/periods_6_to_9"),
+        prepare=at_boundary(
+            "f16",
+            "the fifth and the sixth of nine periods",
+            "the fifth period trains, the sixth judges: the same excitation, other noise",
+            before=PERIOD,
+            after=PERIOD,
+            channels=("F", "a2", "a3"),
+        ),
         model=wing_with_payload,
         truth=(
             Truth(

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from bondgraph import BondGraph, De, R, Sf, Zero
-from identification.datasets import LoadedRecording, protocol
-from tests.proof.real.case import Folder, RealCase, Truth
-from tests.proof.real.preparing import boundary_split, joined
+from tests.proof.real.case import RealCase, Truth
+from tests.proof.real.preparing import at_boundary
 
 __all__ = ["CASES", "viscous_damper"]
 
@@ -23,22 +22,18 @@ def viscous_damper() -> BondGraph:
     return g
 
 
-def _load(folder: Folder) -> LoadedRecording:
-    found = protocol("mr_damper", folder)
-    first, last = found.train[0], found.tests["last"]
-    whole = joined("mr_damper", (first, last), "both customary parts, as recorded")
-    rule = "the customary parts: the first 2000 samples train, the rest judges"
-    return LoadedRecording(whole, boundary_split(whole, first.n, rule))
-
-
 _WHY = "yield force and hysteresis between force and velocity (Spencer and Bouc-Wen models)"
 
 CASES = (
     RealCase(
         name="mr_damper",
-        label="unseen",
         dataset="mr_damper",
-        load=_load,
+        parts=("train/first", "test/last"),
+        prepare=at_boundary(
+            "mr_damper",
+            "both customary parts, as recorded",
+            "the customary parts: the first 2000 samples train, the rest judges",
+        ),
         model=viscous_damper,
         truth=(
             Truth("presliding_friction", ("c",), _WHY),

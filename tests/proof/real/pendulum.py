@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from bondgraph import BondGraph, C, Dq, I, One, R
+from bondgraph.signals.recording import Recording
 from identification.datasets import LoadedRecording
-from tests.proof.real.case import Folder, RealCase, Truth
-from tests.proof.real.preparing import boundary_split, noted, part_of, thinned
+from tests.proof.real.case import RealCase, Truth
+from tests.proof.real.preparing import boundary_split, noted, thinned
 
 __all__ = ["CASES", "linear_pendulum"]
 
@@ -28,16 +29,17 @@ def linear_pendulum() -> BondGraph:
     return g
 
 
-def _small(folder: Folder) -> LoadedRecording:
-    read = part_of("pendulum", "small_swing", folder).slice(0, SWING)
-    kept = thinned(noted(read, "the first 6 s, in which the pendulum moves"), 2)
-    rule = "the first half of the swing trains, the second half judges"
-    return LoadedRecording(kept, boundary_split(kept, kept.n // 2, rule))
+def _small(swing: Recording) -> LoadedRecording:
+    return _halves(
+        thinned(noted(swing.slice(0, SWING), "the first 6 s, in which the pendulum moves"), 2)
+    )
 
 
-def _large(folder: Folder) -> LoadedRecording:
-    read = part_of("pendulum", "large_swing", folder).select({"theta": "theta"})
-    kept = thinned(read, 4)
+def _large(swing: Recording) -> LoadedRecording:
+    return _halves(thinned(swing.select({"theta": "theta"}), 4))
+
+
+def _halves(kept: Recording) -> LoadedRecording:
     rule = "the first half of the swing trains, the second half judges"
     return LoadedRecording(kept, boundary_split(kept, kept.n // 2, rule))
 
@@ -47,9 +49,9 @@ _BEARING = "straight-line envelope: exponential and Coulomb decay fits 30 times 
 CASES = (
     RealCase(
         name="pendulum_small_swing",
-        label="unseen",
         dataset="pendulum",
-        load=_small,
+        parts=("train/small_swing",),
+        prepare=_small,
         model=linear_pendulum,
         truth=(
             Truth("coulomb_friction", ("d",), _BEARING),
@@ -60,9 +62,9 @@ CASES = (
     ),
     RealCase(
         name="pendulum_large_swing",
-        label="unseen",
         dataset="pendulum",
-        load=_large,
+        parts=("test/large_swing",),
+        prepare=_large,
         model=linear_pendulum,
         truth=(
             Truth("nonlinear_stiffness", ("k",), "the period grows with amplitude (sine)"),

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-
 import numpy as np
 from scipy.signal import savgol_filter
 
 from bondgraph import TF, BondGraph, De, One, R, Se, Sf, Zero
+from bondgraph.signals.recording import Recording
 from identification.datasets import LoadedRecording
 from identification.datasets.public_set import changed
-from tests.proof.real.case import Folder, RealCase, Truth
-from tests.proof.real.preparing import boundary_split, part_of
+from tests.proof.real.case import RealCase, Truth
+from tests.proof.real.preparing import boundary_split
 
 __all__ = ["CASES", "ideal_piston"]
 
@@ -36,8 +34,7 @@ def ideal_piston() -> BondGraph:
     return g
 
 
-def _load(folder: Folder, part: str) -> LoadedRecording:
-    read = part_of("pneumatic_cylinder", part, folder)
+def _prepared(read: Recording) -> LoadedRecording:
     velocity = savgol_filter(read["x"], PARABOLA, 2, deriv=1, delta=read.dt)
     channels = {"p": read["p"], "v": np.asarray(velocity), "F": read["F"]}
     note = f"v is the slope of a parabola through {PARABOLA} positions"
@@ -50,12 +47,11 @@ _WHY = "the force of strokes out and in forms a loop with a break-away peak at e
 
 
 def _case(part: str, bar: int) -> RealCase:
-    load: Callable[[Folder], LoadedRecording] = partial(_load, part=part)
     return RealCase(
         name=f"pneumatic_cylinder_{bar}bar",
-        label="unseen",
         dataset="pneumatic_cylinder",
-        load=load,
+        parts=(f"train/{part}",),
+        prepare=_prepared,
         model=ideal_piston,
         truth=tuple(
             Truth(effect, ("seal",), _WHY)

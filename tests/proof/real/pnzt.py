@@ -7,9 +7,10 @@ from functools import partial
 
 from actuators.stack.bond_graph import stack_bond_graph
 from bondgraph import BondGraph, C, Dq, One, R, Se
+from bondgraph.signals.recording import Recording
 from identification.datasets import LoadedRecording
-from tests.proof.real.case import Folder, RealCase, Truth
-from tests.proof.real.preparing import boundary_split, part_of
+from tests.proof.real.case import RealCase, Truth
+from tests.proof.real.preparing import boundary_split
 
 __all__ = ["CASES", "linear_capacitor", "linear_disc"]
 
@@ -44,8 +45,8 @@ def linear_capacitor() -> BondGraph:
     return g
 
 
-def _load(folder: Folder, part: str, channel: str, boundary: int, rule: str) -> LoadedRecording:
-    read = part_of("pnzt_creep", part, folder).select({"V_in": "V", channel: channel})
+def _prepared(channel: str, boundary: int, rule: str, read: Recording) -> LoadedRecording:
+    read = read.select({"V_in": "V", channel: channel})
     return LoadedRecording(read, boundary_split(read, boundary, rule))
 
 
@@ -70,9 +71,9 @@ def _case(name: str, record: tuple[str, int, str], channel: str, comment: str) -
     truth = [Truth("hysteresis", places, _SWITCHING), Truth("creep", places, _DELAYED)]
     return RealCase(
         name=name,
-        label="unseen",
         dataset="pnzt_creep",
-        load=partial(_load, part=part, channel=channel, boundary=boundary, rule=rule),
+        parts=(f"test/{part}",),
+        prepare=partial(_prepared, channel, boundary, rule),
         model=model,
         truth=(*truth, _BUTTERFLY) if disc else tuple(truth),
         comment=comment,

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
-from identification.datasets import protocol
-from identification.datasets.public_set import Protocol
+from identification.datasets import LoadedRecording
 from identification.study.joined import provenance
 
-__all__ = ["boundary_split", "joined", "noted", "part_of", "thinned", "train_of"]
+__all__ = ["at_boundary", "boundary_split", "joined", "noted", "thinned"]
 
 
 def noted(recording: Recording, note: str) -> Recording:
@@ -67,27 +66,25 @@ def boundary_split(recording: Recording, boundary: int, rule: str, *, skip: int 
     return Split(slice(skip, boundary), slice(boundary + skip, recording.n), rule, score_from=skip)
 
 
-def train_of(found: Protocol, part: str) -> Recording:
-    """Return a training record by the end of its name.
+def at_boundary(
+    name: str,
+    note: str,
+    rule: str,
+    *,
+    before: int | None = None,
+    after: int | None = None,
+    skip: int = 0,
+    channels: Sequence[str] = (),
+) -> Callable[[Recording, Recording], LoadedRecording]:
+    """Return what joins a training and a test part and splits them at their boundary.
 
-    Raises
-    ------
-    UnusableInput
-        There is none.
+    Of the two, `before` and `after` samples are kept, all if not given; also all `channels`.
     """
-    for r in found.train:
-        if r.name.endswith(f"/{part}"):
-            return r
-    raise UnusableInput(f"{found.about.name}: no training record {part}; get the whole set")
 
+    def prepared(first: Recording, last: Recording) -> LoadedRecording:
+        first = first.slice(None if before is None else first.n - before)
+        whole = joined(name, (first, last.slice(0, after)), note)
+        whole = whole.select({k: k for k in channels or whole.channels})
+        return LoadedRecording(whole, boundary_split(whole, first.n, rule, skip=skip))
 
-def part_of(dataset: str, part: str, folder: str | None) -> Recording:
-    """Return one record of a public set, whichever part of its protocol it is in.
-
-    Raises
-    ------
-    UnusableInput
-        There is none, or the set is not there.
-    """
-    found = protocol(dataset, folder)
-    return found.tests[part] if part in found.tests else train_of(found, part)
+    return prepared

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from bondgraph import BondGraph, Df, I, One, R, Se
-from identification.datasets import LoadedRecording, protocol
-from tests.proof.real.case import Folder, RealCase, Truth
-from tests.proof.real.preparing import boundary_split, joined
+from tests.proof.real.case import RealCase, Truth
+from tests.proof.real.preparing import at_boundary
 
 __all__ = ["CASES", "mass_on_rack"]
 
@@ -24,22 +23,18 @@ def mass_on_rack() -> BondGraph:
     return g
 
 
-def _load(folder: Folder) -> LoadedRecording:
-    found = protocol("rack_and_pinion", folder)
-    first, last = found.train[0], found.tests["last"]
-    whole = joined("rack_and_pinion", (first, last), "the whole stroke")
-    rule = "the first two thirds of the stroke train, the last third judges"
-    return LoadedRecording(whole, boundary_split(whole, first.n, rule))
-
-
 _WHY = "dry, viscous and Stribeck friction fitted by the owner of the data"
 
 CASES = (
     RealCase(
         name="rack_and_pinion",
-        label="unseen",
         dataset="rack_and_pinion",
-        load=_load,
+        parts=("train/first", "test/last"),
+        prepare=at_boundary(
+            "rack_and_pinion",
+            "the whole stroke",
+            "the first two thirds of the stroke train, the last third judges",
+        ),
         model=mass_on_rack,
         truth=(
             Truth("coulomb_friction", ("c",), _WHY),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from actuators.models.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from actuators.stack.bond_graph import stack_bond_graph
+from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import whole
-from identification.datasets import LoadedRecording, load
-from tests.proof.real.case import Folder, Published, RealCase, Truth
+from identification.datasets import LoadedRecording
+from tests.proof.real.case import Published, RealCase, Truth
 from tests.proof.real.preparing import boundary_split, thinned
 
 __all__ = ["CASES"]
@@ -17,36 +19,25 @@ BEFORE, AFTER = 12_000, 8_000
 """Samples of the Silverbox kept on both sides of its boundary."""
 
 
-def _hair_dryer(folder: Folder) -> LoadedRecording:
-    return load("hair_dryer", folder)
+def _piezo(recording: Recording, split: Split) -> LoadedRecording:
+    return _thinned(5, recording.select({"V_in": "V", "x": "x"}), split)
 
 
-def _emps(folder: Folder) -> LoadedRecording:
-    return _thinned(load("emps", folder), 2)
-
-
-def _piezo(folder: Folder) -> LoadedRecording:
-    recording, split = load("piezo-actuator-sine", folder)
-    return _thinned(LoadedRecording(recording.select({"V_in": "V", "x": "x"}), split), 5)
-
-
-def _silverbox(folder: Folder) -> LoadedRecording:
-    recording, split = load("silverbox", folder)
+def _silverbox(recording: Recording, split: Split) -> LoadedRecording:
     boundary = whole(split.test).start
     kept = recording.slice(boundary - BEFORE, boundary + AFTER)
     rule = f"the official boundary; {BEFORE} samples before it train, {AFTER} after it judge"
     return LoadedRecording(kept, boundary_split(kept, BEFORE, rule))
 
 
-def _thinned(loaded: LoadedRecording, factor: int) -> LoadedRecording:
+def _thinned(factor: int, recording: Recording, split: Split) -> LoadedRecording:
     """Thin a recording and move its split along."""
-    split = loaded.split
 
     def moved(part: slice) -> slice:
         return slice((part.start or 0) // factor, part.stop // factor)
 
     return LoadedRecording(
-        thinned(loaded.recording, factor),
+        thinned(recording, factor),
         replace(
             split, train=moved(whole(split.train)), test=moved(whole(split.test)),
             rest=None if split.rest is None else moved(split.rest),
@@ -63,7 +54,8 @@ CASES = (
         name="piezo_sine",
         label="seen before",
         dataset="piezo_actuator",
-        load=_piezo,
+        parts=("sine",),
+        prepare=_piezo,
         model=stack_bond_graph,
         truth=(
             Truth(
@@ -81,7 +73,8 @@ CASES = (
         name="emps",
         label="seen before",
         dataset="emps",
-        load=_emps,
+        parts=("record",),
+        prepare=partial(_thinned, 2),
         model=mass_with_viscous_friction,
         truth=(
             Truth("coulomb_friction", ("F_v",), "Coulomb friction and a constant offset"),
@@ -97,7 +90,8 @@ CASES = (
         name="silverbox",
         label="seen before",
         dataset="silverbox",
-        load=_silverbox,
+        parts=("multisine",),
+        prepare=_silverbox,
         model=resonator,
         truth=(Truth("nonlinear_stiffness", ("k",), "cubic spring, small even part"),),
         published=Published(
@@ -109,7 +103,8 @@ CASES = (
         name="hair_dryer",
         label="seen before",
         dataset="hair_dryer",
-        load=_hair_dryer,
+        parts=("record",),
+        prepare=LoadedRecording,
         model=thermal_lag,
         truth=(
             Truth("delay", ("u", "y"), _DEAD_TIME),

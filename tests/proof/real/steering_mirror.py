@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -11,9 +10,9 @@ from numpy.typing import NDArray
 
 from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, Zero
 from bondgraph.signals.recording import Recording
-from identification.datasets import LoadedRecording, protocol
-from tests.proof.real.case import Folder, RealCase, Truth
-from tests.proof.real.preparing import boundary_split, joined, noted, train_of
+from identification.datasets import LoadedRecording
+from tests.proof.real.case import RealCase, Truth
+from tests.proof.real.preparing import at_boundary, noted
 
 __all__ = ["CASES", "below_resonance", "three_linear_axes"]
 
@@ -77,18 +76,18 @@ def below_resonance(recording: Recording) -> Recording:
     )
 
 
-def _load(folder: Folder, level: str) -> LoadedRecording:
-    found = protocol("steering_mirror", folder)
-    parts = tuple(below_resonance(r) for r in (train_of(found, f"{level}_1"), found.tests[level]))
-    note = "the first training and the test realisation, two settled periods each"
-    whole = joined(f"steering_mirror_{level}", parts, note)
+def _prepared(level: str, first: Recording, last: Recording) -> LoadedRecording:
     period = PERIOD // FACTOR
-    whole = replace(whole, meta={**whole.meta, "period": period})
-    rule = (
+    join = at_boundary(
+        f"steering_mirror_{level}",
+        "the first training and the test realisation, two settled periods each",
         "the second period of a training realisation trains, that of the test realisation judges; "
-        "the first period of each settles the model"
+        "the first period of each settles the model",
+        skip=period,
     )
-    return LoadedRecording(whole, boundary_split(whole, parts[0].n, rule, skip=period))
+    recording, split = join(below_resonance(first), below_resonance(last))
+    meta = {**recording.meta, "period": period}
+    return LoadedRecording(replace(recording, meta=meta), split)
 
 
 _PLACES = tuple(f"{kind}{a}" for kind in ("k_", "u", "d_", "m_") for a in AXES)
@@ -96,12 +95,11 @@ _WHY = "gain and distortion grow with level; the owners state hysteresis of the 
 
 
 def _case(level: str) -> RealCase:
-    load: Callable[[Folder], LoadedRecording] = partial(_load, level=level)
     return RealCase(
         name=f"steering_mirror_{level}",
-        label="unseen",
         dataset="steering_mirror",
-        load=load,
+        parts=(f"train/{level}_1", f"test/{level}"),
+        prepare=partial(_prepared, level),
         model=three_linear_axes,
         truth=(
             Truth("hysteresis", _PLACES, _WHY),

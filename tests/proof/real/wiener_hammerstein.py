@@ -6,9 +6,8 @@ import numpy as np
 
 from bondgraph import BondGraph, C, De, I, MSe, One, R, Se, Zero
 from bondgraph.graph.modulation import effort
-from identification.datasets import LoadedRecording, protocol
-from tests.proof.real.case import Folder, Published, RealCase, Truth
-from tests.proof.real.preparing import boundary_split, joined
+from tests.proof.real.case import Published, RealCase, Truth
+from tests.proof.real.preparing import at_boundary
 
 __all__ = ["CASES", "two_linear_filters"]
 
@@ -64,25 +63,20 @@ def _rlc(node: One, number: str, modulus: float, damping: float) -> None:
     node >> C(f"C_{number}", 1.0 / (coil * (TURN * modulus) ** 2), unit="F")
 
 
-def _load(folder: Folder) -> LoadedRecording:
-    found = protocol("wiener_hammerstein", folder)
-    before, after = found.train[0], found.tests["noise"]
-    parts = (before.slice(before.n - BEFORE, before.n), after.slice(0, AFTER))
-    note = f"{BEFORE} samples before and {AFTER} after the published boundary, without a gap"
-    whole = joined("wiener_hammerstein", parts, note)
-    rule = f"the published boundary; {BEFORE} samples before it train, {AFTER} after it judge"
-    return LoadedRecording(whole, boundary_split(whole, BEFORE, rule))
-
-
 _BETWEEN = ("R_d", "R_s", "buffer_2", "buffer_3")
 _WHY = "a diode and resistors between the two filters clip one side"
 
 CASES = (
     RealCase(
         name="wiener_hammerstein",
-        label="unseen",
         dataset="wiener_hammerstein",
-        load=_load,
+        parts=("train/noise", "test/noise"),
+        prepare=at_boundary(
+            "wiener_hammerstein",
+            f"{BEFORE} samples before and {AFTER} after the published boundary, without a gap",
+            f"the published boundary; {BEFORE} samples before it train, {AFTER} after it judge",
+            before=BEFORE, after=AFTER,
+        ),
         model=two_linear_filters,
         truth=(
             Truth("nonlinear_resistance", _BETWEEN, _WHY),

@@ -48,7 +48,9 @@ def test_registry_holds_every_set_with_a_documented_physics() -> None:
     assert by_label == {"unseen": UNSEEN, "seen before": SEEN}
     assert all(n == c.name for n, c in REAL_CASES.items())
     assert [c.dataset for c in REAL_CASES.values() if c.control] == ["f16"]
-    assert {c.dataset for c in REAL_CASES.values()} <= set(SETS)
+    for case in REAL_CASES.values():
+        entry = SETS[case.dataset]
+        assert set(case.parts) <= {p.name for p in (*entry.parts, *entry.otherwise)}, case.name
 
 
 @pytest.mark.parametrize("name", NAMES)
