@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
-from bondsight.cli.arguments import jobs, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
 from bondsight.cli.output import writable
 
 __all__ = ["add_acquire_command"]
@@ -49,15 +49,15 @@ def add_acquire_command(verbs: Any) -> None:
     p.add_argument("--synchronise", choices=("clock", "start", "none"), default="clock",
                    help="how the sensor knows when the output changes")  # fmt: skip
     p.add_argument("--name", default="take", help="of the recording and its files")
-    p.add_argument("--out", type=Path, default=Path("bondsight-out"))
+    p.add_argument("--out", type=Path, default=OUT)
     p.add_argument("--live", type=Path, default=None, metavar="PNG", help="picture of the progress")
     p.add_argument("--quiet", action="store_true", help="no view of the progress")
     p.add_argument(
         "--diagnose", default=None, metavar="MODEL", help="then diagnose with this model"
     )
-    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    add_map(p)
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
-    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    add_jobs(p)
     p.add_argument(
         "--recover", type=Path, default=None, metavar="JOURNAL",
         help="make recordings from the journal of a take that was broken off",

@@ -13,7 +13,7 @@ from bondgraph.causality.assignment import assign_causality
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.arguments import jobs, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
 from bondsight.cli.output import writable
 
 __all__ = ["add_diagnose_command", "diagnose_files", "known_effects", "load_all"]
@@ -30,7 +30,7 @@ def add_diagnose_command(verbs: Any) -> None:
     p.add_argument(
         "--model", required=True, help="catalogue name, package.module:factory or file.py"
     )
-    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    add_map(p)
     p.add_argument(
         "--without", action="append", default=[], metavar="EFFECT",
         help="an effect that may not be named; may be repeated",
@@ -39,10 +39,10 @@ def add_diagnose_command(verbs: Any) -> None:
         "--effects", type=_positive, default=None, metavar="N",
         help="look for at most N effects, one after the other",
     )  # fmt: skip
-    p.add_argument("--out", type=Path, default=Path("bondsight-out"), help="folder for the results")
+    p.add_argument("--out", type=Path, default=OUT, help="folder for the results")
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
     p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None)
-    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    add_jobs(p)
     p.add_argument("--seed", type=nonnegative, default=0)
     p.set_defaults(run=lambda options: diagnose_files(options)[0])
 

@@ -75,9 +75,7 @@ def target_of(graph: BondGraph, name: str, out: Path | None = None) -> Path:
 def add_export_command(verbs: Any) -> None:
     """Add ``export`` to the sub-parsers of ``bondsight``."""
     p = verbs.add_parser("export", help="write a model for another tool")
-    p.add_argument(
-        "model", nargs="?", help="catalogue name, package.module:factory, .json or .py file"
-    )
+    p.add_argument("model", nargs="?", help=MODEL)
     p.add_argument("--format", choices=tuple(FORMATS), default=None)
     p.add_argument("--out", type=Path, default=None, metavar="PATH", help="file (C: folder)")
     p.add_argument("--list", action="store_true", help="list the formats")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bondgraph.support.errors import UnusableInput
-from bondsight.cli.arguments import jobs, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, nonnegative
 from bondsight.cli.fit_options import add_study_options, study_from
 
 if TYPE_CHECKING:
@@ -36,8 +36,8 @@ def add_fit_command(verbs: Any) -> None:
     p.add_argument("--profiles", action="store_true", help="profile every free parameter")
     p.add_argument("--iterations", type=nonnegative, default=60)
     p.add_argument("--seed", type=nonnegative, default=0)
-    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
-    p.add_argument("--out", type=Path, default=Path("bondsight-out/fit"), help="folder")
+    add_jobs(p)
+    p.add_argument("--out", type=Path, default=OUT / "fit", help="folder")
     p.add_argument("--json", action="store_true", help="print the result as JSON")
     p.set_defaults(run=_fit)
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondsight.cli.arguments import MODEL, add_map
 from bondsight.cli.recordings import load_recording
 from identification.estimation import LogNormal, Nuisances, Study, Vary
 
@@ -18,10 +19,8 @@ __all__ = ["add_study_options", "study_from"]
 def add_study_options(p: argparse.ArgumentParser) -> None:
     """Add what says which numbers vary, and what the measuring chain may add."""
     p.add_argument("recordings", nargs="+", metavar="RECORDING", help="files or known recordings")
-    p.add_argument(
-        "--model", required=True, help="catalogue name, package.module:factory, .json or .py file"
-    )
-    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    p.add_argument("--model", required=True, help=MODEL)
+    add_map(p)
     p.add_argument(
         "--free", nargs="+", action="extend", default=None, metavar="NAME",
         help="default: all not fixed",

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from bondsight.cli.arguments import jobs
+from bondsight.cli.arguments import MODEL, add_jobs, add_map
 
 __all__ = ["add_identifiability_command"]
 
@@ -18,9 +18,9 @@ def add_identifiability_command(verbs: Any) -> None:
     p = verbs.add_parser(
         "identifiability", help="say which parameters readings determine, and which only together"
     )
-    p.add_argument("model", help="catalogue name, package.module:factory, .json or .py file")
+    p.add_argument("model", help=MODEL)
     p.add_argument("--recording", help="also fit it: a file or a known recording")
-    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    add_map(p)
     p.add_argument(
         "--free",
         nargs="+",
@@ -32,7 +32,7 @@ def add_identifiability_command(verbs: Any) -> None:
     p.add_argument("--profiles", action="store_true", help="also profile every parameter")
     p.add_argument("--noise", choices=("white", "coloured"), default="white")
     p.add_argument("--out", type=Path, default=None, help="folder for figures")
-    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    add_jobs(p)
     p.set_defaults(run=_identifiability)
 
 
