@@ -78,8 +78,8 @@ def _acquire(options: argparse.Namespace) -> int:
     writable(options.out)
     new_files(options.out / options.name)
     if options.diagnose:
+        from actuators.models.opening import load_model
         from bondgraph.causality.assignment import assign_causality
-        from bondsight.cli.models import load_model
 
         graph = load_model(options.diagnose)
         graph.require_sound()
@@ -136,8 +136,8 @@ def record_and_diagnose(options: argparse.Namespace, settings: Any) -> Any:
     path = _record(options, settings)
     if not options.diagnose:
         return None
+    from actuators.models.opening import load_model
     from bondsight.cli.diagnose import diagnose_files
-    from bondsight.cli.models import load_model
 
     graph = load_model(options.diagnose)
     maps = [*options.maps, *_source(graph, options.maps)]
@@ -180,7 +180,7 @@ def _recorded_only(graph: Any, path: Path, maps: list[str]) -> Any:
 def _record(options: argparse.Namespace, settings: Any) -> Path:
     """Record one take with a live view; returns the file."""
     from bondsight.cli.acquire_signal import waveform
-    from bondsight.cli.acquire_view import watching
+    from hardware.live.take_view import watching
     from hardware.recorder import TakePlan, record
     from hardware.station import open_station
 

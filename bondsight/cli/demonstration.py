@@ -65,7 +65,7 @@ def demo(seed: int | None, folder: Path, jobs: int, effect: str | None = None) -
     print(f"recording:      {path} (command V, displacement x, current i)")
     with Bar(quiet=not sys.stderr.isatty()) as bar:
         result = run(path, jobs, bar, seed)
-    from bondsight.cli.words import in_words
+    from identification.diagnosis.verdict.words import in_words
 
     print()
     print(in_words(result))

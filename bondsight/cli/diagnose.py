@@ -7,14 +7,15 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from bondgraph.causality.assignment import assign_causality
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, add_map, mapping_of, nonnegative
 from bondsight.cli.output import writable
+
+if TYPE_CHECKING:
+    from bondgraph.graph.bond_graph import BondGraph
+    from bondgraph.signals.recording import Recording, Split
 
 __all__ = ["add_diagnose_command", "diagnose_files", "known_effects", "load_all"]
 
@@ -64,13 +65,14 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     graph : BondGraph, optional
         In place of the model the options name.
     """
-    from bondsight.cli.models import load_model, model_name
+    from actuators.models.opening import load_model, model_name
+    from bondgraph.causality.assignment import assign_causality
     from bondsight.cli.progress import Bar
-    from bondsight.cli.words import in_words
     from identification.diagnosis.diagnose import characterised, diagnose
     from identification.diagnosis.report import write_report
     from identification.diagnosis.search.candidates import DiagnosisOptions
     from identification.diagnosis.verdict.document import verdict, write_verdict
+    from identification.diagnosis.verdict.words import in_words
 
     settings: dict[str, Any] = {"jobs": options.jobs, "without": known_effects(options.without)}
     if options.effects is not None:
@@ -121,9 +123,9 @@ def load_all(
     -------
     recording or list of them, split (a single known recording may state one), sentences
     """
-    from bondsight.cli.recordings import load_recording
+    from identification.datasets.opening import open_recording
 
-    loaded = [load_recording(text, maps, graph) for text in texts]
+    loaded = [open_recording(text, graph, mapping_of(maps)) for text in texts]
     said = tuple(dict.fromkeys(s for _, _, sentences in loaded for s in sentences))
     if len(loaded) == 1:
         return loaded[0][0], loaded[0][1], said

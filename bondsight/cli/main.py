@@ -23,7 +23,7 @@ from bondsight.cli.explain import add_explain_command
 from bondsight.cli.export import add_export_command
 from bondsight.cli.fit import add_fit_command
 from bondsight.cli.identifiability import add_identifiability_command
-from bondsight.cli.recordings_list import add_recordings_command
+from bondsight.cli.recordings import add_recordings_command
 from bondsight.cli.sizing import add_sizing_command
 from bondsight.cli.stack import add_stack_command
 from bondsight.cli.thesis import add_thesis_command
