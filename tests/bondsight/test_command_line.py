@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import subprocess
+import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -589,3 +591,19 @@ def test_no_list_forgets_what_was_given_before() -> None:
 def test_repeated_options_add_up(words: str, name: str, expected: list[str] | None) -> None:
     for _ in range(2):  # nothing is kept from one parsing to the next
         assert getattr(_parser().parse_args(words.split()), name) == expected
+
+
+def test_the_help_loads_nothing_heavy() -> None:
+    heavy = ("numpy", "scipy", "sympy", "casadi", "matplotlib", "pandas")
+    code = (
+        "import sys\nfrom bondsight.cli.main import _parser\n_parser().format_help()\n"
+        f"print([m for m in {heavy!r} if m in sys.modules])"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).resolve().parents[2],
+    )
+    assert said.stdout.strip() == "[]"
