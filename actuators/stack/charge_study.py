@@ -102,8 +102,8 @@ def drive_comparisons() -> tuple[DriveComparison, ...]:
                 "voltage": (100 * wave[last], volt["x"][last]),
                 "charge": (charge_of(time, current)[last], driven["x"][last]),
             }
-            loops = (loop_of(*curve) for curve in curves.values())
-            found.append(DriveComparison(stack, load, *loops, curves))
+            by_voltage, by_charge = (loop_of(*curve) for curve in curves.values())
+            found.append(DriveComparison(stack, load, by_voltage, by_charge, curves))
     return tuple(found)
 
 
@@ -147,10 +147,10 @@ def leaks() -> tuple[LeakyCharge, ...]:
     found = []
     for leak in (1e6, 10e6, 100e6):
         corner = corner_frequency(leak, free)
-        gains = (_gain(graph, leak, corner, free) for graph in (stack_lumped(), maxwell))
+        linear, with_loop = (_gain(g, leak, corner, free) for g in (stack_lumped(), maxwell))
         run = _from_rest(current_driven(maxwell, leak=leak), time, {"i_in": current})
         loop = loop_of(charge_of(time, current)[2000:3000], run["x"][2000:3000])
-        found.append(LeakyCharge(leak, corner, *gains, loop))
+        found.append(LeakyCharge(leak, corner, linear, with_loop, loop))
     return tuple(found)
 
 

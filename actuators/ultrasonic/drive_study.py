@@ -49,7 +49,7 @@ class CharacteristicStudy:
 
 def characteristic() -> CharacteristicStudy:
     """Voltage to force to speed, by simulation of the bond graph."""
-    time = np.arange(1201) * 1e-4
+    time = np.asarray(np.arange(1201) * 1e-4, float)
 
     def speed(volt: float) -> FloatArray:
         command = {"V_c": np.full(time.size, volt)}
@@ -97,7 +97,7 @@ class DriverStudy:
 
 def driver_steps() -> DriverStudy:
     """Settling times of the driver's output."""
-    d, time = us.fitted_driver(), np.arange(4001) * 1e-6
+    d, time = us.fitted_driver(), np.asarray(np.arange(4001) * 1e-6, float)
     steps = ((-4, 4), (4, -4), (-9, 9), (9, -9))
     commands = {(a, b): np.where(time > 0.2e-3, float(b), float(a)) for a, b in steps}
     return DriverStudy(d, time, {k: us.envelope(time, c, d) for k, c in commands.items()})
