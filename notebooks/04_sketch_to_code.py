@@ -63,12 +63,12 @@ from bondgraph import (
 )
 from bondgraph.drawing.svg import svg
 from bondgraph.equations.codegen import program
-from bondgraph.export import document
 from bondgraph.export.c_code import c_code
 from bondgraph.export.control import to_control
 from bondgraph.export.fmu import fmu2_cosimulation, fmu3_model_exchange
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
+from bondgraph.export.latex_document import document
 from bondgraph.export.modelica import modelica
 from bondgraph.export.numpy_module import numpy_module
 from bondgraph.graph.composing.components import COMPONENTS

@@ -36,7 +36,7 @@ def mine(x, v, t):
 
 RECORDING = None  # or "path/to/recording.csv", with units in its header, as in F[N]
 MODEL = None  # then also "path/to/model.py" with a function model(), see the README
-MAP = ()  # and, where the names differ, "x=displacement_um"
+MAP = {}  # and, where the names differ, {"x": "displacement_um"}
 
 # %%
 from html import escape
@@ -49,10 +49,10 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 from threadpoolctl import threadpool_limits
 
+from actuators.models.opening import load_model
 from bondgraph import BondGraph, C, Dq, I, One, R, Recording, Se, Zero
 from bondgraph.drawing.svg import svg
-from bondsight.cli.models import load_model
-from bondsight.cli.recordings import load_recording
+from identification.datasets.opening import open_recording
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.explanation.next_experiment import next_experiments
 from identification.diagnosis.localisation.recording import where, words
@@ -175,7 +175,7 @@ if RECORDING is None:
     graph, recording, split = linear(), measured(EFFECT), None
 else:
     graph = load_model(MODEL)
-    recording, split, said = load_recording(RECORDING, MAP, graph)
+    recording, split, said = open_recording(RECORDING, graph, MAP)
     say(*said)
 
 figure, rows = plt.subplots(len(recording.channels), 1, figsize=(9, 5), sharex=True)

@@ -46,7 +46,6 @@ from threadpoolctl import threadpool_limits
 
 from actuators.models.catalogue import stack_with_payload
 from bondgraph import Recording
-from bondsight.cli.acquire_signal import limits_of
 from bondsight.cli.demonstration import describe, judge
 from hardware.contracts import Flag
 from hardware.envelope import parked
@@ -206,7 +205,7 @@ if untouched:
 
 # %%
 MIDDLE, SLOW = 50.0, 2e3  # V, Hz
-LIMITS = limits_of(settings.envelope)
+LIMITS = settings.envelope.limits
 rest = np.full(40, MIDDLE)
 
 

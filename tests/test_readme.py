@@ -29,7 +29,7 @@ def test_the_first_block_alone_is_a_model_file() -> None:
 
 
 def test_the_table_of_effects_is_the_catalogue() -> None:
-    from bondsight.cli.effects import catalogue_table
+    from identification.diagnosis.catalogue.words import catalogue_table
 
     text = README.read_text(encoding="utf-8")
     found = re.findall(r"<!-- effects -->\n(.*?)\n<!-- /effects -->", text, re.S)

@@ -6,6 +6,7 @@ and drive. All are linear and small-signal: a stack at full voltage takes up to 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, pi, sqrt
 from typing import final
@@ -14,6 +15,7 @@ from bondgraph.support.errors import UnusableInput
 
 __all__ = [
     "P_840_1",
+    "STACKS",
     "OperatingPoint",
     "StackData",
     "blocking_force",
@@ -284,3 +286,5 @@ P_840_1 = StackData(
     "P-840.1", 15e-6, 100.0, 57e6, 1.5e-6, 16e-3, push_force=1000.0, pull_force=50.0
 )
 """The stack of the thesis: table 3.1; the mass of table 6.1 is the author's estimate."""
+
+STACKS: Mapping[str, StackData] = {P_840_1.name: P_840_1}

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
-from bondsight.cli.arguments import jobs, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
 from bondsight.cli.output import writable
 
 __all__ = ["add_acquire_command"]
@@ -49,15 +49,15 @@ def add_acquire_command(verbs: Any) -> None:
     p.add_argument("--synchronise", choices=("clock", "start", "none"), default="clock",
                    help="how the sensor knows when the output changes")  # fmt: skip
     p.add_argument("--name", default="take", help="of the recording and its files")
-    p.add_argument("--out", type=Path, default=Path("bondsight-out"))
+    p.add_argument("--out", type=Path, default=OUT)
     p.add_argument("--live", type=Path, default=None, metavar="PNG", help="picture of the progress")
     p.add_argument("--quiet", action="store_true", help="no view of the progress")
     p.add_argument(
         "--diagnose", default=None, metavar="MODEL", help="then diagnose with this model"
     )
-    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    add_map(p)
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
-    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    add_jobs(p)
     p.add_argument(
         "--recover", type=Path, default=None, metavar="JOURNAL",
         help="make recordings from the journal of a take that was broken off",
@@ -78,8 +78,8 @@ def _acquire(options: argparse.Namespace) -> int:
     writable(options.out)
     new_files(options.out / options.name)
     if options.diagnose:
+        from actuators.models.opening import load_model
         from bondgraph.causality.assignment import assign_causality
-        from bondsight.cli.models import load_model
 
         graph = load_model(options.diagnose)
         graph.require_sound()
@@ -136,8 +136,8 @@ def record_and_diagnose(options: argparse.Namespace, settings: Any) -> Any:
     path = _record(options, settings)
     if not options.diagnose:
         return None
+    from actuators.models.opening import load_model
     from bondsight.cli.diagnose import diagnose_files
-    from bondsight.cli.models import load_model
 
     graph = load_model(options.diagnose)
     maps = [*options.maps, *_source(graph, options.maps)]
@@ -180,7 +180,7 @@ def _recorded_only(graph: Any, path: Path, maps: list[str]) -> Any:
 def _record(options: argparse.Namespace, settings: Any) -> Path:
     """Record one take with a live view; returns the file."""
     from bondsight.cli.acquire_signal import waveform
-    from bondsight.cli.acquire_view import watching
+    from hardware.live.take_view import watching
     from hardware.recorder import TakePlan, record
     from hardware.station import open_station
 

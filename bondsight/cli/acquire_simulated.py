@@ -36,9 +36,10 @@ def simulated(
         It does not answer.
     """
     from bondsight.cli.acquire_signal import waveform
-    from bondsight.cli.bench_serve import bench_config, stub_library
+    from bondsight.cli.bench_serve import bench_config
     from hardware.envelope import P840_1_UNIPOLAR
     from hardware.simulators import effects
+    from hardware.station.virtual import stub_library
 
     if options.seed is None:
         options.seed = secrets.randbits(31)
@@ -71,8 +72,8 @@ def _session(
     record_and_diagnose: Callable[[argparse.Namespace, Any], Any],
 ) -> tuple[str, str, Any]:
     """Record and diagnose while the bench lives; return its last words, hash, the diagnosis."""
-    from bondsight.cli.bench_serve import station_table
     from hardware.station import settings_from
+    from hardware.station.virtual import station_table
 
     try:
         ready = _await(server, folder / "ready.json")

@@ -1,8 +1,37 @@
-"""Types of command-line arguments, with one-line refusals."""
+"""Command-line arguments that several verbs share: options, types with one-line refusals."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from bondgraph.support.errors import UnusableInput
+
+OUT = Path("bondsight-out")
+"""Where results go by default."""
+MODEL = "catalogue name, package.module:factory, .json or .py file"
+
+
+def add_map(p: argparse.ArgumentParser) -> None:
+    """Add ``--map``, names for the columns of a recording."""
+    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+
+
+def mapping_of(maps: Sequence[str]) -> dict[str, str]:
+    """Return name -> column from ``--map`` entries."""
+    found = {}
+    for m in maps:
+        name, _, column = (part.strip() for part in m.partition("="))
+        if not name or not column:
+            raise UnusableInput(f"--map {m} is not NAME=COLUMN; write --map x=displacement_um")
+        found[name] = column
+    return found
+
+
+def add_jobs(p: argparse.ArgumentParser) -> None:
+    """Add ``--jobs``."""
+    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
 
 
 def jobs(text: str) -> int:

@@ -15,9 +15,9 @@ def add_check_command(verbs: Any) -> None:
 
 
 def _check(options: argparse.Namespace) -> int:
+    from actuators.models.opening import load_model
     from bondgraph.causality.assignment import assign_causality
     from bondgraph.equations.derivation import system
-    from bondsight.cli.models import load_model
 
     graph = load_model(options.model)
     if lines := graph.check():

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bondsight.cli.arguments import jobs, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, nonnegative
 from bondsight.cli.output import writable
 
 
@@ -21,8 +21,8 @@ def add_demo_command(verbs: Any) -> None:
     )
     p.add_argument("--first", type=nonnegative, default=1, help="first seed of --seeds")
     p.add_argument("--effect", default=None, help="conceal this effect instead of drawing one")
-    p.add_argument("--out", type=Path, default=Path("bondsight-out/demo"))
-    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    p.add_argument("--out", type=Path, default=OUT / "demo")
+    add_jobs(p)
     p.set_defaults(run=_demo)
 
 

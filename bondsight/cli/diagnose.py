@@ -7,14 +7,15 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from bondgraph.causality.assignment import assign_causality
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.arguments import jobs, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, add_map, mapping_of, nonnegative
 from bondsight.cli.output import writable
+
+if TYPE_CHECKING:
+    from bondgraph.graph.bond_graph import BondGraph
+    from bondgraph.signals.recording import Recording, Split
 
 __all__ = ["add_diagnose_command", "diagnose_files", "known_effects", "load_all"]
 
@@ -30,7 +31,7 @@ def add_diagnose_command(verbs: Any) -> None:
     p.add_argument(
         "--model", required=True, help="catalogue name, package.module:factory or file.py"
     )
-    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    add_map(p)
     p.add_argument(
         "--without", action="append", default=[], metavar="EFFECT",
         help="an effect that may not be named; may be repeated",
@@ -39,10 +40,10 @@ def add_diagnose_command(verbs: Any) -> None:
         "--effects", type=_positive, default=None, metavar="N",
         help="look for at most N effects, one after the other",
     )  # fmt: skip
-    p.add_argument("--out", type=Path, default=Path("bondsight-out"), help="folder for the results")
+    p.add_argument("--out", type=Path, default=OUT, help="folder for the results")
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
     p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None)
-    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    add_jobs(p)
     p.add_argument("--seed", type=nonnegative, default=0)
     p.set_defaults(run=lambda options: diagnose_files(options)[0])
 
@@ -64,7 +65,8 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     graph : BondGraph, optional
         In place of the model the options name.
     """
-    from bondsight.cli.models import load_model, model_name
+    from actuators.models.opening import load_model, model_name
+    from bondgraph.causality.assignment import assign_causality
     from bondsight.cli.progress import Bar
     from identification.diagnosis.diagnose import characterised, diagnose
     from identification.diagnosis.report import write_report
@@ -120,9 +122,9 @@ def load_all(
     -------
     recording or list of them, split (a single known recording may state one), sentences
     """
-    from bondsight.cli.recordings import load_recording
+    from identification.datasets.opening import open_recording
 
-    loaded = [load_recording(text, maps, graph) for text in texts]
+    loaded = [open_recording(text, graph, mapping_of(maps)) for text in texts]
     said = tuple(dict.fromkeys(s for _, _, sentences in loaded for s in sentences))
     if len(loaded) == 1:
         return loaded[0][0], loaded[0][1], said

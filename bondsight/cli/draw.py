@@ -18,9 +18,9 @@ def add_draw_command(verbs: Any) -> None:
 
 
 def _draw(options: argparse.Namespace) -> int:
+    from actuators.models.opening import load_model
     from bondgraph.drawing.svg import svg
     from bondgraph.support.whole_file import write_atomically
-    from bondsight.cli.models import load_model
 
     graph = load_model(options.model)
     target = options.out or Path(f"{graph.name}.svg")

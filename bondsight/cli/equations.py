@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from typing import Any, Final
+from typing import Any
 
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.support.errors import unknown_name
+from bondgraph.export.notations import NOTATIONS
 
-__all__ = ["NOTATIONS", "add_equations_command", "equations"]
+__all__ = ["add_equations_command"]
 
 
 def add_equations_command(verbs: Any) -> None:
@@ -21,158 +19,8 @@ def add_equations_command(verbs: Any) -> None:
 
 
 def _equations(options: argparse.Namespace) -> int:
-    from bondsight.cli.models import load_model
+    from actuators.models.opening import FURTHER_LAWS, load_model
+    from bondgraph.export.notations import equations
 
-    print(equations(load_model(options.model), options.format))
+    print(equations(load_model(options.model), options.format, laws=FURTHER_LAWS))
     return 0
-
-
-def equations(model: BondGraph, format: str = "ordered") -> str:
-    """Return the equations of `model` as text.
-
-    Parameters
-    ----------
-    model : BondGraph
-    format : str
-        One of `NOTATIONS`: ``text`` names, units and values with the executable assignments;
-        ``ordered`` causal assignments with whole laws; ``closed`` forms; ``causality`` strokes with
-        reasons; ``latex`` closed forms; ``numpy``, ``c``, ``modelica``, ``json`` as exported.
-
-    Raises
-    ------
-    UnknownName
-        No such notation.
-    BondsightError
-        The notation cannot hold this model; the line says why.
-    """
-    if format not in NOTATIONS:
-        raise unknown_name("notation", format, "bondsight equations", NOTATIONS)
-    return NOTATIONS[format](model).rstrip("\n")
-
-
-def _program(graph: BondGraph) -> Any:
-    from bondgraph.equations.codegen import program
-
-    return program(graph)
-
-
-def _space(graph: BondGraph) -> Any:
-    """Return the state space; the exact equations of a graph that has none."""
-    from bondgraph.equations.derivation import system
-    from bondgraph.equations.state_space import (
-        AlgebraicLoop,
-        DerivativeCausality,
-        NotLinearUpToLaws,
-        derive,
-    )
-
-    try:
-        return derive(graph)
-    except (AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws):
-        return system(graph)
-
-
-def _text(graph: BondGraph) -> str:
-    p = _program(graph)
-    values = dict(zip(p.parameters, p.nominal, strict=True))
-    lines = [p.name]
-    for what, names in (
-        ("states", p.states), ("unknowns", p.algebraic), ("inputs", p.inputs),
-        ("outputs", p.outputs),
-    ):  # fmt: skip
-        if names:
-            lines.append(f"{what}: {', '.join(_with_unit(n, p.units) for n in names)}")
-    units = {n: "" if unit == "1" else unit for n, unit in p.units.items()}
-    lines += [f"{n} = {v:.9g} {units.get(n, '')}".rstrip() for n, v in values.items()]
-    lines.append("")
-    for step in p.steps:
-        shown = step.expression
-        if step.law is not None:
-            law = p.laws[step.law]
-            rest = f"; {law.law.n_memory} numbers of memory" if law.law.n_memory else ""
-            shown = f"{law.law.name}({law.argument}{rest})"
-        lines.append(
-            f"{step.target} := {shown}" + (f"    ({step.comment})" if step.comment else "")
-        )
-    lines += [f"d{n}/dt := {e}" for n, e in zip(p.states, p.rates, strict=True)]
-    lines += [f"0 = {e}    (for {n})" for n, e in zip(p.algebraic, p.residuals, strict=True)]
-    lines += [f"{n} := {e}" for n, e in zip(p.outputs, p.readings, strict=True)]
-    return "\n".join(lines)
-
-
-def _with_unit(name: str, units: Any) -> str:
-    unit = units.get(name, "")
-    return f"{name} [{unit}]" if unit else name
-
-
-def _ordered(graph: BondGraph) -> str:
-    return str(_space(graph))
-
-
-def _closed(graph: BondGraph) -> str:
-    from bondgraph.equations.system import System
-
-    space = _space(graph)
-    if isinstance(space, System):
-        lines = [f"d{n}/dt = {f}" for n, f in zip(space.states, space.rates, strict=True)]
-        lines += [f"0 = {g}" for g in space.residuals]
-        pairs = zip(space.output_names, space.outputs, strict=True)
-        return "\n".join([*lines, *(f"{n} = {y}" for n, y in pairs)])
-    lines = [f"d{s.symbol}/dt = {f}" for s, f in zip(space.states, space.dxdt, strict=True)]
-    lines += [f"{n} = {y}" for n, y in zip(space.output_names, space.y, strict=True)]
-    return "\n".join(lines)
-
-
-def _causality(graph: BondGraph) -> str:
-    from bondgraph.causality.assignment import assign_causality
-
-    return str(assign_causality(graph))
-
-
-def _latex(graph: BondGraph) -> str:
-    from bondgraph.equations.system import System
-    from bondgraph.export.latex import latex, system_latex
-
-    space = _space(graph)
-    return system_latex(space) if isinstance(space, System) else latex(space)
-
-
-def _numpy(graph: BondGraph) -> str:
-    from bondgraph.export.numpy_module import numpy_module
-
-    return numpy_module(_program(graph))
-
-
-def _c(graph: BondGraph) -> str:
-    """Return all files one after the other, each under a comment with its name."""
-    from bondgraph.export.c_code import c_code
-
-    texts = c_code(_program(graph))
-    return "\n".join(f"/* ---- {name} ---- */\n{text}" for name, text in texts.items())
-
-
-def _modelica(graph: BondGraph) -> str:
-    from bondgraph.export.modelica import modelica
-
-    return modelica(_program(graph))
-
-
-def _json(graph: BondGraph) -> str:
-    from bondgraph.export.graph_json.write_graph import to_json
-    from bondsight.cli.models import FURTHER_LAWS
-
-    return to_json(graph, laws=FURTHER_LAWS)
-
-
-NOTATIONS: Final[dict[str, Callable[[BondGraph], str]]] = {
-    "text": _text,
-    "ordered": _ordered,
-    "closed": _closed,
-    "causality": _causality,
-    "latex": _latex,
-    "numpy": _numpy,
-    "c": _c,
-    "modelica": _modelica,
-    "json": _json,
-}
-"""The notations of the command by name."""

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from bondgraph.support.errors import UnusableInput
-from bondsight.cli.arguments import jobs, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, nonnegative
 from bondsight.cli.fit_options import add_study_options, study_from
 
 if TYPE_CHECKING:
@@ -36,20 +32,23 @@ def add_fit_command(verbs: Any) -> None:
     p.add_argument("--profiles", action="store_true", help="profile every free parameter")
     p.add_argument("--iterations", type=nonnegative, default=60)
     p.add_argument("--seed", type=nonnegative, default=0)
-    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
-    p.add_argument("--out", type=Path, default=Path("bondsight-out/fit"), help="folder")
+    add_jobs(p)
+    p.add_argument("--out", type=Path, default=OUT / "fit", help="folder")
     p.add_argument("--json", action="store_true", help="print the result as JSON")
     p.set_defaults(run=_fit)
 
 
 def _fit(options: argparse.Namespace) -> int:
-    from bondsight.cli.models import load_model
+    from numpy.linalg import LinAlgError
+
+    from actuators.models.opening import load_model
     from bondsight.cli.output import writable
     from bondsight.cli.progress import Bar
     from identification.estimation import FitStatus
     from identification.estimation.archive import save
+    from identification.estimation.values import write_values
     from identification.uncertainty.postflight import postflight
-    from identification.uncertainty.preflight import preflight
+    from identification.uncertainty.preflight import preflight, require_motion
     from identification.validation import judge
     from identification.validation.report import write_report
 
@@ -57,10 +56,10 @@ def _fit(options: argparse.Namespace) -> int:
     study, said = study_from(options, graph)
     writable(options.out)
     command = "bondsight " + shlex.join(sys.argv[1:])
-    _require_motion(study)
+    require_motion(study)
     try:
         before = preflight(study)
-    except np.linalg.LinAlgError:
+    except LinAlgError:
         before = ()  # the fit says which start values have no equations
     for finding in before:
         print(f"bondsight: {finding}", file=sys.stderr)
@@ -68,7 +67,7 @@ def _fit(options: argparse.Namespace) -> int:
         found, starts = _run(options, study, bar)
         archive, values = options.out / "fit.npz", options.out / "fit.json"
         save(found, archive, command=command)  # before anything else can be stopped
-        _write(values, found)
+        write_values(found, values)
         kinds = _profiled(options, found, bar)
     after = postflight(found)
     judgement = judge(starts or found, kinds=kinds)
@@ -86,20 +85,6 @@ def _fit(options: argparse.Namespace) -> int:
         print("bondsight: cancelled; the best values so far are kept", file=sys.stderr)
         return INTERRUPTED
     return 0
-
-
-def _require_motion(study: Study) -> None:
-    """Refuse recordings in which no reading moves: there is nothing to fit."""
-    from bondgraph.graph.elements import Sensor
-
-    sensors = [s.name for s in study.graph.of_type(Sensor)]
-    readings = [(r.name, n, r[n]) for r in study.recordings for n in sensors if n in r.channels]
-    if all(float(v.max() - v.min()) == 0.0 for _, _, v in readings):
-        record, sensor, _ = readings[0]
-        raise UnusableInput(
-            f"{record}: {sensor} is constant: nothing can be fitted; excite the system and check "
-            "the sensor"
-        )
 
 
 def _run(options: argparse.Namespace, study: Study, bar: Bar) -> tuple[Estimation, Starts | None]:
@@ -135,41 +120,3 @@ def _profiled(options: argparse.Namespace, found: Estimation, bar: Bar) -> dict[
     return {
         p.name: p.shape for p in profiles(from_estimation(found), jobs=options.jobs, progress=say)
     }
-
-
-def _write(path: Path, found: Estimation) -> None:
-    """Values and errors as JSON, for other programs."""
-    from bondgraph.support.whole_file import write_atomically
-
-    def number(v: float) -> float | None:
-        return float(v) if abs(v) < float("inf") else None
-
-    def row(e: Any) -> dict[str, Any]:
-        return {
-            "name": e.name, "value": number(e.value), "unit": e.unit,
-            "ci95": [number(v) for v in e.ci95], "at_bound": bool(e.at_bound),
-        }  # fmt: skip
-
-    document = {
-        "schema": "bondsight.fit/1",
-        "model": found.study.graph.name,
-        "method": found.method,
-        "optimiser": found.optimiser,
-        "status": found.status.name.lower(),
-        "parameters": [row(e) for e in found.estimates],
-        "nuisances": [row(e) for e in found.nuisances],
-        "cost": number(found.cost),
-        "recordings": [
-            {
-                "name": name,
-                "sha256": found.study.records[r].sha256,
-                "samples": found.study.records[r].n,
-                "train_rmse": {n: number(v) for n, v in found.rmse("train", r).items()},
-                "test_rmse": {n: number(v) for n, v in found.rmse("test", r).items()},
-            }
-            for r, name in enumerate(found.record_names)
-        ],
-        "notes": list(found.notes),
-        "seconds": found.seconds,
-    }
-    write_atomically(path, json.dumps(document, indent=2, allow_nan=False) + "\n")

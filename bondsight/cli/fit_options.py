@@ -5,12 +5,15 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.recordings import load_recording
-from identification.estimation import LogNormal, Nuisances, Study, Vary
+from bondsight.cli.arguments import MODEL, add_map, mapping_of
+
+if TYPE_CHECKING:
+    from bondgraph.graph.bond_graph import BondGraph
+    from identification.study.specification import Vary
+    from identification.study.study import Study
 
 __all__ = ["add_study_options", "study_from"]
 
@@ -18,10 +21,8 @@ __all__ = ["add_study_options", "study_from"]
 def add_study_options(p: argparse.ArgumentParser) -> None:
     """Add what says which numbers vary, and what the measuring chain may add."""
     p.add_argument("recordings", nargs="+", metavar="RECORDING", help="files or known recordings")
-    p.add_argument(
-        "--model", required=True, help="catalogue name, package.module:factory, .json or .py file"
-    )
-    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    p.add_argument("--model", required=True, help=MODEL)
+    add_map(p)
     p.add_argument(
         "--free", nargs="+", action="extend", default=None, metavar="NAME",
         help="default: all not fixed",
@@ -69,18 +70,17 @@ def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tu
     UnusableInput, UnknownName
         One line that says which option, and what to write instead.
     """
-    records: list[Recording] = []
-    splits: list[Split | None] = []
-    said: list[str] = []
-    for text in options.recordings:
-        recording, split, words = load_recording(text, options.maps, graph)
-        records.append(recording)
-        splits.append(split)
-        said += words
-    judged = [load_recording(text, options.maps, graph)[0] for text in options.validate]
+    from identification.datasets.opening import open_recording
+    from identification.study.specification import Nuisances
+    from identification.study.study import Study
+
+    maps = mapping_of(options.maps)
+    opened = [open_recording(text, graph, maps) for text in options.recordings]
+    splits = [split for _, split, _ in opened]
+    judged = [open_recording(text, graph, maps)[0] for text in options.validate]
     study = Study(
         graph,
-        records,
+        [record for record, _, _ in opened],
         _free(options, graph),
         {n: _number("--fix", n, v) for n, v in _pairs("--fix", options.fix)},
         initial="rest" if options.rest else "free",
@@ -92,30 +92,21 @@ def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tu
             commands=options.command_offsets,
             clock=1e-6 * options.clock,
         ),
-        splits=_splits(splits),
+        splits=None if None in splits else [s for s in splits if s is not None],
         validation=judged,
         init=options.init,
         window=options.window,
     )
-    return _with_splits(study, splits, records), tuple(said)
-
-
-def _splits(splits: Sequence[Split | None]) -> list[Split] | None:
-    known = [s for s in splits if s is not None]
-    return known if len(known) == len(splits) else None
-
-
-def _with_splits(
-    study: Study, splits: Sequence[Split | None], records: Sequence[Recording]
-) -> Study:
-    """Keep the stated splits of known recordings beside the default ones of files."""
-    if all(s is None for s in splits) or all(s is not None for s in splits):
-        return study
-    mixed = [s or d for s, d in zip(splits, study.splits, strict=True)]
-    return study.changed(splits=mixed)
+    if any(splits) and None in splits:
+        # the stated splits of known recordings, beside the default ones of files
+        mixed = [s or d for s, d in zip(splits, study.splits, strict=True)]
+        study = study.changed(splits=mixed)
+    return study, tuple(s for _, _, sentences in opened for s in sentences)
 
 
 def _free(options: argparse.Namespace, graph: BondGraph) -> list[Vary] | None:
+    from identification.study.specification import LogNormal, Vary
+
     known = graph.parameters
     starts = {n: _number("--start", n, v) for n, v in _pairs("--start", options.start)}
     bounds = dict(_pairs("--bound", options.bound))

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from bondsight.cli.arguments import jobs
+from bondsight.cli.arguments import MODEL, add_jobs, add_map, mapping_of
 
 __all__ = ["add_identifiability_command"]
 
@@ -18,9 +18,9 @@ def add_identifiability_command(verbs: Any) -> None:
     p = verbs.add_parser(
         "identifiability", help="say which parameters readings determine, and which only together"
     )
-    p.add_argument("model", help="catalogue name, package.module:factory, .json or .py file")
+    p.add_argument("model", help=MODEL)
     p.add_argument("--recording", help="also fit it: a file or a known recording")
-    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    add_map(p)
     p.add_argument(
         "--free",
         nargs="+",
@@ -32,13 +32,13 @@ def add_identifiability_command(verbs: Any) -> None:
     p.add_argument("--profiles", action="store_true", help="also profile every parameter")
     p.add_argument("--noise", choices=("white", "coloured"), default="white")
     p.add_argument("--out", type=Path, default=None, help="folder for figures")
-    p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
+    add_jobs(p)
     p.set_defaults(run=_identifiability)
 
 
 def _identifiability(options: argparse.Namespace) -> int:
+    from actuators.models.opening import load_model
     from bondgraph.support.errors import UnusableInput
-    from bondsight.cli.models import load_model
     from identification.uncertainty.extra_sensor import helpful_sensors
     from identification.uncertainty.structural import identifiability
     from identification.uncertainty.words import report
@@ -58,7 +58,7 @@ def _with_recording(
     options: argparse.Namespace, graph: Any, structure: Any, sensors: Sequence[Any]
 ) -> int:
     from bondsight.cli.progress import Bar
-    from bondsight.cli.recordings import load_recording
+    from identification.datasets.opening import open_recording
     from identification.estimation import Study, estimate
     from identification.uncertainty.fitted import from_estimation
     from identification.uncertainty.postflight import postflight, practical_of
@@ -66,7 +66,7 @@ def _with_recording(
     from identification.uncertainty.profiles import profiles
     from identification.uncertainty.words import report
 
-    recording, split, said = load_recording(options.recording, options.maps, graph)
+    recording, split, said = open_recording(options.recording, graph, mapping_of(options.maps))
     study = Study(graph, recording, options.free, noise=options.noise, splits=split)
     before = preflight(study)
     with Bar(quiet=not sys.stderr.isatty()) as bar:

@@ -6,13 +6,14 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Final, NoReturn
 
 from bondgraph.support.errors import BondsightError
 from bondsight.cli.acquire import add_acquire_command
 from bondsight.cli.bench import add_bench_command
 from bondsight.cli.check import add_check_command
 from bondsight.cli.checkout import add_developer_commands
+from bondsight.cli.compensate import add_compensate_command
 from bondsight.cli.demo import add_demo_command
 from bondsight.cli.diagnose import add_diagnose_command
 from bondsight.cli.draw import add_draw_command
@@ -22,8 +23,20 @@ from bondsight.cli.explain import add_explain_command
 from bondsight.cli.export import add_export_command
 from bondsight.cli.fit import add_fit_command
 from bondsight.cli.identifiability import add_identifiability_command
-from bondsight.cli.machines import add_machine_commands
-from bondsight.cli.recordings_list import add_recordings_command
+from bondsight.cli.recordings import add_recordings_command
+from bondsight.cli.sizing import add_sizing_command
+from bondsight.cli.stack import add_stack_command
+from bondsight.cli.thesis import add_thesis_command
+from bondsight.cli.ultrasonic import add_ultrasonic_command
+
+COMMANDS: Final = (
+    add_diagnose_command, add_demo_command, add_check_command, add_equations_command,
+    add_draw_command, add_bench_command, add_acquire_command, add_explain_command,
+    add_effects_command, add_export_command, add_thesis_command, add_compensate_command,
+    add_stack_command, add_ultrasonic_command, add_sizing_command, add_fit_command,
+    add_identifiability_command, add_recordings_command, add_developer_commands,
+)  # fmt: skip
+"""In the order of the help."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -69,22 +82,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     verbs = parser.add_subparsers(title="commands", metavar="COMMAND")
 
-    add_diagnose_command(verbs)
-
-    add_demo_command(verbs)
-    add_check_command(verbs)
-    add_equations_command(verbs)
-    add_draw_command(verbs)
-    add_bench_command(verbs)
-    add_acquire_command(verbs)
-    add_explain_command(verbs)
-    add_effects_command(verbs)
-    add_export_command(verbs)
-    add_machine_commands(verbs)
-    add_fit_command(verbs)
-    add_identifiability_command(verbs)
-    add_recordings_command(verbs)
-    add_developer_commands(verbs)
+    for add in COMMANDS:
+        add(verbs)
     return parser
 
 

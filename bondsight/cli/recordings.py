@@ -1,91 +1,48 @@
-"""From the text a user types to a recording whose channels fit the model."""
+"""``bondsight recordings``: the public recordings, where they are, how they are parted."""
 
 from __future__ import annotations
 
+import argparse
+import sys
 from collections.abc import Sequence
-from pathlib import Path
+from typing import Any
 
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Source
-from bondgraph.signals.files.columns import OTHERS
-from bondgraph.signals.recording import Recording, Split
-from bondgraph.signals.units import parse_unit
-from bondgraph.support.errors import UnusableInput, unknown_name
-from identification.datasets import KNOWN, load, names
+from bondgraph.support.errors import UnusableInput
+
+__all__ = ["add_recordings_command"]
 
 
-def load_recording(
-    text: str, maps: Sequence[str], graph: BondGraph
-) -> tuple[Recording, Split | None, tuple[str, ...]]:
-    """Read a file or a known recording and match its channels to the model.
-
-    Channels are matched by name, then by ``--map NAME=COLUMN``, then by unit where exactly one
-    channel with that unit is left.
-
-    Returns
-    -------
-    recording, split (None for the default rule), sentences about automatic matches
-    """
-    mapping = _mapping(maps)
-    split = None
-    if text and (Path(text).exists() or Path(text).suffix):
-        recording = _read(Path(text), mapping)
-    elif text in names() or any(text in k.aliases for k in KNOWN.values()):
-        recording, split = load(text)
-        if mapping:
-            recording = recording.select({OTHERS: OTHERS, **mapping})
-    else:
-        error = unknown_name("recording", text, "the known ones", names())
-        raise UnusableInput(f"{error}; nor is there a file of that name")
-    recording, said = match_by_unit(recording, graph)
-    return recording, split, said
+def add_recordings_command(verbs: Any) -> None:
+    """Add ``recordings [NAME] [--fetch] [--sha256 FILE=HEX]`` to the sub-commands."""
+    p = verbs.add_parser("recordings", help="list the known public recordings, or fetch one")
+    p.add_argument("name", nargs="?", default=None, help="a data set: its parts and its origin")
+    p.add_argument("--fetch", action="store_true", help="download it if it is not here")
+    p.add_argument(
+        "--sha256", action="append", default=[], metavar="FILE=HEX", help="checksum of a file"
+    )
+    p.set_defaults(run=_run)
 
 
-def _read(path: Path, mapping: dict[str, str]) -> Recording:
-    """Read a file with all its channels, those of `mapping` under their new names.
+def _run(options: argparse.Namespace) -> int:
+    from identification.datasets.listing import details, listing
 
-    Where some other column cannot be read (no unit, no number), only the mapped ones are taken.
-    """
-    if not mapping:
-        return Recording.read(path)
-    try:
-        return Recording.read(path, map={**mapping, OTHERS: OTHERS})
-    except UnusableInput:
-        return Recording.read(path, map=mapping)
+    if options.name is None:
+        if options.fetch:
+            raise UnusableInput("--fetch needs the name of a data set; see bondsight recordings")
+        print(listing())
+        return 0
+    found = None
+    if options.fetch:
+        from identification.datasets.download import fetch
 
-
-def _mapping(maps: Sequence[str]) -> dict[str, str]:
-    found = {}
-    for m in maps:
-        name, _, column = (part.strip() for part in m.partition("="))
-        if not name or not column:
-            raise UnusableInput(f"--map {m} is not NAME=COLUMN; write --map x=displacement_um")
-        found[name] = column
-    return found
+        found = fetch(options.name, sha256=_digests(options.sha256), progress=sys.stderr.isatty())
+    print(details(options.name, found))
+    return 0
 
 
-def match_by_unit(recording: Recording, graph: BondGraph) -> tuple[Recording, tuple[str, ...]]:
-    """Give channels the names the model uses where their unit leaves one possibility."""
-    wanted = [e for e in graph.of_type(Source, Sensor)]
-    open_names = [e for e in wanted if e.name not in recording.channels]
-    free = [n for n in recording.channels if n not in {e.name for e in wanted}]
-    said, renamed = [], {}
-    for e in open_names:
-        if not e.unit:
-            continue
-        same = [n for n in free if _same_unit(recording.units[n], e.unit)]
-        rivals = [o for o in open_names if o.unit and _same_unit(o.unit, e.unit)]
-        if len(same) == 1 and len(rivals) == 1:
-            renamed[same[0]] = e.name
-            said.append(f"channel {same[0]} is taken as {e.name} (the only one in {e.unit})")
-    if not renamed:
-        return recording, ()
-    table = {renamed.get(n, n): n for n in recording.channels}
-    return recording.select(table), tuple(said)
-
-
-def _same_unit(a: str, b: str) -> bool:
-    try:
-        return parse_unit(a).same_dimension(parse_unit(b))
-    except UnusableInput:
-        return a == b
+def _digests(entries: Sequence[str]) -> dict[str, str]:
+    pairs = [e.partition("=") for e in entries]
+    for file, sign, digest in pairs:
+        if not (file and sign and digest):
+            raise UnusableInput(f"--sha256 {file} is not FILE=HEX; write --sha256 data.mat=0123...")
+    return {file: digest for file, _, digest in pairs}

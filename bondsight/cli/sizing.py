@@ -5,15 +5,16 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from actuators.stack.sizing import P_840_1, StackData
-from actuators.stack.sizing_sheet import SizingSheet, sizing_sheet
-from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-STACKS: Mapping[str, StackData] = {P_840_1.name: P_840_1}
+if TYPE_CHECKING:
+    from actuators.stack.sizing_sheet import SizingSheet
 
+__all__ = ["add_sizing_command", "sheet"]
+
+_STACK = "P-840.1"
 _STACK_UNITS = {
     "free_displacement": "m", "voltage": "V", "stiffness": "N/m", "capacitance": "F",
     "mass": "kg", "push_force": "N", "pull_force": "N", "tan_delta": "1",
@@ -29,21 +30,20 @@ _OPTIONS = {
 }
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command; numbers may carry units, such as ``47uF`` or ``0.2 A``."""
-    parser.add_argument(
-        "stack", nargs="?", default=P_840_1.name, help=f"known: {', '.join(STACKS)}"
-    )
+def add_sizing_command(verbs: Any) -> None:
+    """Add ``sizing``; numbers may carry units, such as ``47uF`` or ``0.2 A``."""
+    p = verbs.add_parser("sizing", help="data sheet of a stack drive: force, current, resonance")
+    p.add_argument("stack", nargs="?", default=_STACK, help=f"known: {_STACK}")
     for name, (unit, what) in _OPTIONS.items():
-        parser.add_argument(f"--{name}", default=None, metavar=unit, help=what)
-    parser.add_argument(
+        p.add_argument(f"--{name}", default=None, metavar=unit, help=what)
+    p.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE", dest="changes",
         help=f"change a value of the stack: {', '.join(_STACK_UNITS)}",
     )  # fmt: skip
+    p.set_defaults(run=_sizing)
 
 
-def sizing(options: argparse.Namespace) -> int:
-    """Print the sheet; returns the exit code."""
+def _sizing(options: argparse.Namespace) -> int:
     given = {n: getattr(options, n.replace("-", "_")) for n in _OPTIONS}
     print(sheet(options.stack, {n: v for n, v in given.items() if v is not None}, options.changes))
     return 0
@@ -55,7 +55,7 @@ def sheet(name: str, drive: Mapping[str, str], changes: Sequence[str] = ()) -> S
     Parameters
     ----------
     name : str
-        A stack of `STACKS`.
+        A stack of `actuators.stack.sizing.STACKS`.
     drive : dict of str to str
         Options such as ``{"frequency": "1 kHz"}``.
     changes : sequence of str
@@ -68,6 +68,10 @@ def sheet(name: str, drive: Mapping[str, str], changes: Sequence[str] = ()) -> S
     UnusableInput
         A quantity cannot be read, or is out of its domain.
     """
+    from actuators.stack.sizing import STACKS
+    from actuators.stack.sizing_sheet import sizing_sheet
+    from bondgraph.signals.quantity import quantity
+
     if name not in STACKS:
         raise unknown_name("stack", name, "the sizing sheet", STACKS)
     stack = STACKS[name]
@@ -86,35 +90,3 @@ def sheet(name: str, drive: Mapping[str, str], changes: Sequence[str] = ()) -> S
         keyword = "voltage_pp" if option == "voltage" else option.replace("-", "_")
         values[keyword] = quantity(text, _OPTIONS[option][0], f"--{option}")
     return sizing_sheet(stack, **values)
-
-
-def quantity(text: str, unit: str, where: str) -> float:
-    """Return a number with an optional unit in SI; without one it is taken to be in `unit`.
-
-    Examples
-    --------
-    >>> quantity("200 mA", "A", "--current"), quantity("1e3", "Hz", "--frequency")
-    (0.2, 1000.0)
-    """
-    number = text.strip()
-    cut = len(number)
-    while cut and not _is_number(number[:cut]):
-        cut -= 1
-    if not cut:
-        raise UnusableInput(f"{where}: {text!r} does not start with a number; write 1.5 {unit}")
-    symbol = number[cut:].strip()
-    if not symbol:
-        return float(number)
-    found, wanted = parse_unit(symbol), parse_unit(unit)
-    if not found.same_dimension(wanted):
-        raise UnusableInput(f"{where}: {symbol} is not a unit of this quantity; give {unit}")
-    if unit == "Hz" and symbol.lower() in ("rad/s", "rpm"):
-        raise UnusableInput(f"{where}: {symbol} is an angular unit; give cycles per second, {unit}")
-    return float(number[:cut]) * found.scale / wanted.scale
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return float(text) == float(text)
-    except ValueError:
-        return False

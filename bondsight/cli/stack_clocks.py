@@ -1,22 +1,15 @@
-"""Drive and sensor with clocks of their own, on simulated stacks (section 6.6 of the thesis)."""
+"""Drive and sensor with clocks of their own: what synchronisation mends on simulated stacks."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from actuators import stack_lumped
+from actuators.stack.clock_study import NOISE, PLANTS, RATE, SAMPLES, cosine, sensed
 from actuators.stack.loop_width import HysteresisLoop, loop_of
-from bondgraph import simulate
-from bondgraph.hysteresis import AlJanaideh, MaxwellResistiveCapacitor
-from bondgraph.laws import Hysteretic
-from bondsight.cli.stack_figures import clock_figure
+from bondgraph.support.ops import FloatArray
 from hardware.synchrony import (
-    Alignment,
     ClockWiring,
     Stream,
     TimeMap,
@@ -29,14 +22,8 @@ from hardware.synchrony import (
 
 __all__ = ["clock_skew"]
 
-FloatArray = NDArray[np.float64]
-Plant = Callable[[FloatArray, FloatArray], FloatArray]
-"""Displacement from even times (s) and voltages (V)."""
-
-RATE, SAMPLES = 3125.0, 32768
+Curves = dict[str, tuple[FloatArray, FloatArray]]
 FREQUENCIES = (2.0, 10.0, 100.0)
-NOISE = 2e-9
-RESISTANCE = 190.0
 END = (SAMPLES - 1) / RATE - 0.02
 """Where the last loop ends (s)."""
 KNOTS = (0.0, 5.0, 10.5)
@@ -48,18 +35,25 @@ CLOCKS = {
     # -60, 20 and 90 ppm at the knots
     "-60 .. 90 ppm, drifting": TimeMap(0.0, -60e-6, 16e-6, ((5.0, 70e-6 / 5.5 - 16e-6),)),
 }
+LATE = TimeMap(160e-6, 100e-6)
 SMOOTH = ClockWiring(hold="linear", lag=0.0)
 """A command that is smooth between its samples."""
 BENDING = ClockWiring(hold="linear", lag=0.0, drifting=True, knots=KNOTS[1:2])
 
 
-def clock_skew(figure: Path | None = None) -> int:
-    """Show the false width that two clocks make, the estimates, and what is left."""
+def clock_skew() -> dict[str, Curves]:
+    """Print the false width that two clocks make, the estimates, and what is left.
+
+    Returns
+    -------
+    dict
+        Frequency -> loops seen and corrected, of the plant without rate at 100 ppm.
+    """
     print(
         f"{SAMPLES} samples at {RATE:g} Hz, 0..100 V, {1e9 * NOISE:g} nm noise; thickness of the "
         "last period in nm"
     )
-    loops: dict[str, dict[str, tuple[FloatArray, FloatArray]]] = {}
+    loops: dict[str, Curves] = {}
     for plant in PLANTS:
         for label, clock in CLOCKS.items():
             print(f"Plant {plant}, {label}")
@@ -69,27 +63,7 @@ def clock_skew(figure: Path | None = None) -> int:
                     loops[f"{f:g} Hz"] = curves
     _delays()
     _free_command()
-    if figure is not None:
-        clock_figure(loops, figure)
-    return 0
-
-
-def _operator(time: FloatArray, volt: FloatArray) -> FloatArray:
-    return AlJanaideh.stack_2hz().run(volt)[0]
-
-
-def _rate_dependent(time: FloatArray, volt: FloatArray) -> FloatArray:
-    """Return the lumped stack behind a resistance that widens the loop with frequency."""
-    law = Hysteretic(MaxwellResistiveCapacitor.stack_2hz())
-    return simulate(stack_lumped(law, resistance=RESISTANCE), time, {"V_in": volt})["x"]
-
-
-PLANTS: dict[str, Plant] = {"without rate": _operator, "with rate": _rate_dependent}
-
-
-def _volt(time: FloatArray, f: float) -> FloatArray:
-    """0 to 100 V; at rest before the start."""
-    return np.asarray(50 - 50 * np.cos(2 * np.pi * f * np.maximum(time, 0.0)))
+    return loops
 
 
 def _record(plant: str, f: float, clock: TimeMap) -> tuple[Stream, Stream]:
@@ -98,16 +72,16 @@ def _record(plant: str, f: float, clock: TimeMap) -> tuple[Stream, Stream]:
     at = clock.to_drive(time)
     # the simulation wants even times: run it on the drive's clock, finer where that one bends
     fine = np.linspace(at[0], at[-1], 8 * SAMPLES if clock.bends else SAMPLES)
-    x = PLANTS[plant](fine, _volt(fine, f))
-    if clock.bends:
-        x = np.interp(at, fine, x)
-    x = x + NOISE * np.random.default_rng(round(f)).standard_normal(SAMPLES)
-    return Stream.of(RATE, V=_volt(time, f)), Stream.of(RATE, x=x)
+    x = sensed(
+        plant, lambda t: cosine(t, f), at if clock.bends else fine,
+        fine=fine if clock.bends else None, seed=round(f),
+    )  # fmt: skip
+    return Stream.of(RATE, V=cosine(time, f)), Stream.of(RATE, x=x)
 
 
 def _last(
     at: FloatArray, values: FloatArray, f: float
-) -> tuple[HysteresisLoop, FloatArray, FloatArray]:
+) -> tuple[HysteresisLoop, tuple[FloatArray, FloatArray]]:
     """Mean of the loops of the last tenth of a second, at least one period."""
     count = max(1, round(0.1 * f))
     phase = np.arange(1000) / 1000
@@ -116,16 +90,8 @@ def _last(
     if f > 20:  # few samples a period: between them by band limitation
         position = (time.ravel() - at[0]) * (at.size - 1) / (at[-1] - at[0])
         x = between(values, np.zeros(at.size, np.uint16), position).values
-    mean, volt = x.reshape(count, -1).mean(axis=0), _volt(time[-1], f)
-    return loop_of(volt, mean), volt, mean
-
-
-def _corrected(
-    drive: Stream, sensor: Stream, found: Alignment, f: float
-) -> tuple[HysteresisLoop, FloatArray, FloatArray]:
-    """Mean of the last loops by the drive's clock."""
-    together = merged(drive, sensor, found)
-    return _last(together.time, together.channels["x"], f)
+    curve = cosine(time[-1], f), x.reshape(count, -1).mean(axis=0)
+    return loop_of(*curve), curve
 
 
 @lru_cache(maxsize=8)
@@ -135,15 +101,15 @@ def _true(plant: str, f: float) -> HysteresisLoop:
     return _last(sensor.time, sensor.channels["x"], f)[0]
 
 
-def _row(plant: str, f: float, clock: TimeMap) -> dict[str, tuple[FloatArray, FloatArray]]:
+def _row(plant: str, f: float, clock: TimeMap) -> Curves:
     drive, sensor = _record(plant, f, clock)
     true = _true(plant, f)
-    before, volt, raw = _last(sensor.time, sensor.channels["x"], f)
+    before, seen = _last(sensor.time, sensor.channels["x"], f)
     found = align(drive, sensor, BENDING if clock.bends else SMOOTH)
-    after, volt_after, mended = _corrected(drive, sensor, found, f)
+    together = merged(drive, sensor, found)
+    after, mended = _last(together.time, together.channels["x"], f)
     middle = END - 0.5 / f
     misfit = float(clock.to_drive(middle)) - middle
-    formula = false_width(true.stroke, f, misfit)
     knots = np.array(KNOTS if clock.bends else KNOTS[:1])
     ratios = ", ".join(
         f"{1e6 * r:.2f} +- {1e6 * half:.2f}"
@@ -151,27 +117,28 @@ def _row(plant: str, f: float, clock: TimeMap) -> dict[str, tuple[FloatArray, Fl
     )
     print(
         f"  {f:5g} Hz: true {1e9 * true.thickness:7.1f}, seen {1e9 * before.thickness:8.1f} (a "
-        f"misfit of {1e6 * misfit:7.1f} us alone makes {1e9 * formula:6.1f}), corrected "
+        f"misfit of {1e6 * misfit:7.1f} us alone makes "
+        f"{1e9 * false_width(true.stroke, f, misfit):6.1f}), corrected "
         f"{1e9 * after.thickness:7.1f}; ppm {ratios}"
     )
-    return {"two clocks": (volt, raw), "corrected": (volt_after, mended)}
+    return {"two clocks": seen, "corrected": mended}
 
 
 def _delays() -> None:
     """Start the sensor late: what one frequency tells, and what three do."""
-    late = TimeMap(160e-6, 100e-6)
-    print(f"Sensor 100 ppm and {1e6 * late.delay:g} us late (half a sample)")
+    print(f"Sensor 100 ppm and {1e6 * LATE.delay:g} us late (half a sample)")
     for plant in PLANTS:
         lags = []
         for f in FREQUENCIES:
-            drive, sensor = _record(plant, f, late)
+            drive, sensor = _record(plant, f, LATE)
             found = align(drive, sensor, SMOOTH)
             lags.append(found.answer_lag)
-            after, *_ = _corrected(drive, sensor, found, f)
-            true = _true(plant, f)
+            together = merged(drive, sensor, found)
+            after, _ = _last(together.time, together.channels["x"], f)
             print(
-                f"  {plant}, {f:5g} Hz: true {1e9 * true.thickness:7.1f}, ratio corrected "
-                f"{1e9 * after.thickness:7.1f}; lag less delay {1e6 * found.answer_lag:.1f} us"
+                f"  {plant}, {f:5g} Hz: true {1e9 * _true(plant, f).thickness:7.1f}, ratio "
+                f"corrected {1e9 * after.thickness:7.1f}; lag less delay "
+                f"{1e6 * found.answer_lag:.1f} us"
             )
         delay, phase = delay_from_lags(FREQUENCIES, lags)
         print(
@@ -182,19 +149,18 @@ def _delays() -> None:
 
 def _free_command() -> None:
     """Fit ratio and delay of a command without a period."""
-    clock = TimeMap(160e-6, 100e-6)
-    time = np.arange(SAMPLES) / RATE
 
     def volt(t: FloatArray) -> FloatArray:
         s = np.maximum(t, 0.0)[:, None]
         f, size = np.array([1.37, 5.11, 13.7, 31.3]), np.array([20.0, 14.0, 8.0, 6.0])
         return np.asarray(50 + np.sin(2 * np.pi * f * s) @ size)
 
-    fine = np.linspace(-0.01, float(clock.to_drive(time[-1])) + 0.01, 8 * SAMPLES)
+    time = np.arange(SAMPLES) / RATE
+    at = LATE.to_drive(time)
+    fine = np.linspace(-0.01, float(at[-1]) + 0.01, 8 * SAMPLES)
     print("Command of four incommensurate sines, 100 ppm and 160 us, fit with plays")
-    for plant, run in PLANTS.items():
-        x = np.interp(clock.to_drive(time), fine, run(fine, volt(fine)))
-        x = x + NOISE * np.random.default_rng(5).standard_normal(SAMPLES)
+    for plant in PLANTS:
+        x = sensed(plant, volt, at, fine=fine, seed=5)
         # the plant is taken to answer at once: a lag of its own counts as delay
         wiring = ClockWiring(hold="linear", lag=0.0, plant_lag_error=0.0)
         found = align(Stream.of(RATE, V=volt(time)), Stream.of(RATE, x=x), wiring)

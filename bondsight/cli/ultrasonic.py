@@ -1,51 +1,40 @@
-"""The ultrasonic plate actuator: its numbers printed, its figures written, topic by topic."""
+"""``bondsight ultrasonic``: the numbers of the plate actuator printed, its figures written."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import argparse
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.ultrasonic_drive import characteristic, driver, resonance, wires
-from bondsight.cli.ultrasonic_figure import Draw, save_figure
-from bondsight.cli.ultrasonic_motion import closed_loop, open_loop
+from bondsight.cli.arguments import OUT
 
-TOPICS: dict[str, Callable[[], tuple[int, Draw]]] = {
-    "characteristic": characteristic,
-    "driver": driver,
-    "wires": wires,
-    "open_loop": open_loop,
-    "closed_loop": closed_loop,
-    "resonance": resonance,
-}
-"""Each prints its numbers and returns how many panels its figure has and what draws them."""
+__all__ = ["add_ultrasonic_command"]
 
 
-def ultrasonic(folder: Path, topics: Sequence[str] = ()) -> int:
-    """Print the numbers of the named topics, or of all, and write one figure each.
+def add_ultrasonic_command(verbs: Any) -> None:
+    """Add ``ultrasonic`` to the sub-parsers of ``bondsight``."""
+    p = verbs.add_parser("ultrasonic", help="the ultrasonic plate actuator, with numbers")
+    p.add_argument("topics", nargs="*", help="default: all")
+    p.add_argument("--out", type=Path, default=OUT / "ultrasonic", help="folder for the figures")
+    p.set_defaults(run=_ultrasonic)
 
-    Parameters
-    ----------
-    folder : Path
-        Made if absent; gets ``ultrasonic_<topic>.png``.
-    topics : sequence of str
-        Of `TOPICS`.
 
-    Raises
-    ------
-    UnknownName
-        A topic does not exist.
-    UnusableInput
-        The folder is a file.
-    """
-    for t in topics:
+def _ultrasonic(options: argparse.Namespace) -> int:
+    from actuators.ultrasonic.figures import TOPICS
+    from bondgraph.support.errors import UnusableInput, unknown_name
+    from bondsight.cli.figures import save_figure
+
+    for t in options.topics:
         if t not in TOPICS:
             raise unknown_name("topic", t, "ultrasonic", TOPICS)
+    folder = options.out
     if folder.exists() and not folder.is_dir():
         raise UnusableInput(f"{folder} is a file; give a folder for the figures")
-    folder.mkdir(parents=True, exist_ok=True)
-    for t in topics or TOPICS:
+    for t in options.topics or TOPICS:
+        study, draw = TOPICS[t]
         print(f"== {t}")
-        panels, draw = TOPICS[t]()
-        print(f"figure: {save_figure(folder / f'ultrasonic_{t}.png', panels, draw)}")
+        found = study()
+        print(found)
+        print(f"figure: {save_figure(folder / f'ultrasonic_{t}.png', partial(draw, found))}")
     return 0

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.graph.elements import Sensor
+from bondgraph.support.errors import UnusableInput
 from identification.statistics.blocks import block_means
 from identification.study.problem import Problem
 from identification.study.study import Study
@@ -15,7 +17,7 @@ from identification.uncertainty.fitted import fitted
 from identification.uncertainty.information import Sensitivities
 from identification.uncertainty.linear_speeds import speeds
 
-__all__ = ["preflight", "thousand"]
+__all__ = ["preflight", "require_motion", "thousand"]
 
 FloatArray = NDArray[np.float64]
 INVISIBLE = 2.0
@@ -59,6 +61,24 @@ def preflight(study: Study) -> tuple[Finding, ...]:
             change = _change(s)
         found += _unexcited(s.names, change)
     return tuple(found)
+
+
+def require_motion(study: Study) -> None:
+    """Refuse recordings in which no reading moves: there is nothing to fit.
+
+    Raises
+    ------
+    UnusableInput
+        Names the first such reading.
+    """
+    sensors = [s.name for s in study.graph.of_type(Sensor)]
+    readings = [(r.name, n, r[n]) for r in study.recordings for n in sensors if n in r.channels]
+    if all(float(v.max() - v.min()) == 0.0 for _, _, v in readings):
+        record, sensor, _ = readings[0]
+        raise UnusableInput(
+            f"{record}: {sensor} is constant: nothing can be fitted; excite the system and check "
+            "the sensor"
+        )
 
 
 def _change(s: Sensitivities) -> FloatArray:

@@ -108,8 +108,8 @@ def demonstration() -> None:
 
 def piezo() -> None:
     """Diagnose the 50,001-sample piezo recording when it is here."""
-    from bondsight.cli.recordings import match_by_unit
     from identification.datasets import available, load
+    from identification.datasets.opening import match_by_unit
     from identification.diagnosis.diagnose import diagnose
 
     if not available("piezo-actuator-sine"):

@@ -46,11 +46,11 @@ def _storing(folder: Path, say: Callable[[str], object]) -> None:
 
 
 def _take(folder: Path, samples: int, say: Callable[[str], object]) -> None:
-    from bondsight.cli.bench_serve import station_table, stub_library
     from hardware.recorder import TakePlan, record
     from hardware.simulators.bench_server import BenchServer
     from hardware.simulators.bench_server.config import config_from
     from hardware.station import open_station, settings_from
+    from hardware.station.virtual import station_table, stub_library
 
     config = config_from({"plant": {"effect": "none", "seed": 1}})
     volts = 30.0 + 20.0 * np.sin(np.linspace(0.0, 12.0, samples))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import subprocess
+import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,13 +15,13 @@ import numpy as np
 import pytest
 
 from actuators.models.catalogue import MODELS
+from actuators.models.opening import load_model, model_name
 from bondgraph import BondGraph
 from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.signals.files.any_file import read_table
 from bondsight.cli.main import _parser, main
-from bondsight.cli.models import load_model, model_name
-from bondsight.cli.recordings import load_recording
 from identification import datasets as data
+from identification.datasets.opening import open_recording
 
 VERDICTS = {
     "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data",
@@ -371,11 +373,11 @@ def test_too_little_to_go_on(
 def test_a_map_keeps_the_channels_that_need_none(model: Path, tmp_path: Path) -> None:
     graph = load_model(str(model))
     run = table(tmp_path, (HEAD + ROWS).replace("x[mm]", "place_mm"))
-    recording, _, said = load_recording(str(run), ["x=place_mm"], graph)
+    recording, _, said = open_recording(str(run), graph, {"x": "place_mm"})
     assert sorted(recording.channels) == ["F", "x"]
     assert said == ()
     without_unit = table(tmp_path, (HEAD + ROWS).replace("F[N],x[mm]", "F,place_mm"), "bare.csv")
-    recording, _, _ = load_recording(str(without_unit), ["x=place_mm"], graph)
+    recording, _, _ = open_recording(str(without_unit), graph, {"x": "place_mm"})
     assert sorted(recording.channels) == ["x"]
 
 
@@ -392,16 +394,16 @@ def test_a_map_reads_the_file_once_and_keeps_equal_columns(
         return read_table(file, *more)
 
     monkeypatch.setattr("bondgraph.signals.recording.read_table", counted)
-    recording, _, _ = load_recording(str(run), ["x=place"], graph)
+    recording, _, _ = open_recording(str(run), graph, {"x": "place"})
     assert read == [run]
     assert list(recording.channels) == ["x", "F", "copy"]
     kept = recording.save(tmp_path / "kept.npz")
-    again, _, _ = load_recording(str(kept), ["x=copy"], graph)
+    again, _, _ = open_recording(str(kept), graph, {"x": "copy"})
     assert list(again.channels) == ["x", "F"]
     broken = table(
         tmp_path, "t_s,F[N],place[m],copy[m]\n" + rows.replace(",7\n", ",nan\n"), "b.csv"
     )
-    recording, _, _ = load_recording(str(broken), ["x=place"], graph)
+    recording, _, _ = open_recording(str(broken), graph, {"x": "place"})
     assert list(recording.channels) == ["x"]
 
 
@@ -589,3 +591,19 @@ def test_no_list_forgets_what_was_given_before() -> None:
 def test_repeated_options_add_up(words: str, name: str, expected: list[str] | None) -> None:
     for _ in range(2):  # nothing is kept from one parsing to the next
         assert getattr(_parser().parse_args(words.split()), name) == expected
+
+
+def test_the_help_loads_nothing_heavy() -> None:
+    heavy = ("numpy", "scipy", "sympy", "casadi", "matplotlib", "pandas")
+    code = (
+        "import sys\nfrom bondsight.cli.main import _parser\n_parser().format_help()\n"
+        f"print([m for m in {heavy!r} if m in sys.modules])"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).resolve().parents[2],
+    )
+    assert said.stdout.strip() == "[]"

@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 
 from actuators.models.catalogue import MODELS
+from actuators.models.opening import load_model
 from bondgraph import BondGraph, C, Dq, I, One, R, Se, UnknownName, UnusableInput, simulate
-from bondsight.cli.equations import NOTATIONS, equations
-from bondsight.cli.export import FORMATS, add_export_command, export
-from bondsight.cli.models import load_model
+from bondgraph.export.formats import FORMATS, export
+from bondgraph.export.notations import NOTATIONS, equations
+from bondsight.cli.export import add_export_command
 
 LINEAR, MEMORY = "stack_with_payload", "stack_ang"
 ALL = tuple(FORMATS)

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from actuators.models.opening import load_model
 from bondgraph.simulation.simulate import simulate
 from bondsight.cli.main import main
-from bondsight.cli.models import load_model
 from bondsight.cli.progress import Bar
 from identification.estimation import FitStatus
 from identification.estimation.archive import open_fit

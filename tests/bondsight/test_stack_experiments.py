@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bondsight.cli.stack_experiments import charge_drive, clock_skew, mechanical
+from bondsight.cli.main import main
 
 
 def drawn(path: Path) -> bool:
@@ -15,7 +15,7 @@ def drawn(path: Path) -> bool:
 
 
 def test_mechanical(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert mechanical(tmp_path / "loading.svg") == 0
+    assert main(["stack", "mechanical", "--out", str(tmp_path / "loading.svg")]) == 0
     text = capsys.readouterr().out
     assert drawn(tmp_path / "loading.svg")
     left = [float(v) for v in re.findall(r"then eq\. \(6\.1\) +([\d.]+)   by", text)]
@@ -29,7 +29,7 @@ def test_mechanical(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
 
 
 def test_charge_drive(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert charge_drive(tmp_path / "charge.svg") == 0
+    assert main(["stack", "charge", "--out", str(tmp_path / "charge.svg")]) == 0
     text = capsys.readouterr().out
     assert drawn(tmp_path / "charge.svg")
     rows = re.findall(r"(free|spring|slipping).* ([\d.]+) % +[\d.e-]+ nm, ([\d.]+) %", text)
@@ -43,7 +43,7 @@ def test_charge_drive(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_clock_skew(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert clock_skew(tmp_path / "clock.svg") == 0
+    assert main(["stack", "clocks", "--out", str(tmp_path / "clock.svg")]) == 0
     text = capsys.readouterr().out
     assert drawn(tmp_path / "clock.svg")
     rows = re.findall(r"true +(\S+), seen +(\S+) .*corrected +(\S+); ppm", text)

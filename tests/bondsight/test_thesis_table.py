@@ -6,7 +6,8 @@ import pytest
 
 from actuators.thesis import ComparisonRow, constant_rows, error_rows, loop_rows, spacing_rows
 from actuators.thesis.comparison import LABELS
-from bondsight.cli.thesis import SECTIONS, pairing_deviation, table, thesis
+from actuators.thesis.report import SECTIONS, pairing_deviation, table
+from bondsight.cli.main import main
 
 
 def by_name(rows: tuple[ComparisonRow, ...]) -> dict[str, ComparisonRow]:
@@ -165,7 +166,7 @@ def test_table_is_aligned_and_loses_nothing() -> None:
 
 
 def test_command_prints(capsys: pytest.CaptureFixture[str]) -> None:
-    assert thesis() == 0
+    assert main(["thesis"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     for words in ("stands in for the measured", "What cannot be reproduced", "4511.6", "167.31"):
         assert words in out
@@ -173,7 +174,7 @@ def test_command_prints(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_command_prints_inconsistencies(capsys: pytest.CaptureFixture[str]) -> None:
-    assert thesis(inconsistencies=True) == 0
+    assert main(["thesis", "--inconsistencies"]) == 0
     out = capsys.readouterr().out
     assert "E_2 = -F T/l" in out
     assert all(len(line) <= 132 for line in out.splitlines())

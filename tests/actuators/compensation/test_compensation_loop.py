@@ -23,9 +23,11 @@ from actuators.compensation import (
     thesis_reference,
     tracking,
 )
+from actuators.compensation.study import compensation_study
 from bondgraph.hysteresis import AlJanaideh, Ang
 from bondgraph.support.errors import UnusableInput
-from bondsight.cli.compensate import bench_response, compensate
+from bondsight.cli.compensate import bench_response
+from bondsight.cli.main import main
 
 MODEL, OTHER = AlJanaideh.stack_2hz(), Ang.stack_2hz()
 RATE = 20_000.0
@@ -140,7 +142,7 @@ def test_bad_records() -> None:
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     figure = tmp_path / "compensation.svg"
-    assert compensate(figure, frequencies=(100.0,)) == 0
+    assert main(["compensate", "--frequency", "100", "--out", str(figure)]) == 0
     text = capsys.readouterr().out
     rows = {line[:20].strip(): line[20:].split() for line in text.splitlines() if "/" in line[20:]}
     best, worst = (
@@ -150,12 +152,9 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert all(0.0 < b < 0.7 * w for b, w in zip(best, worst, strict=True))
     assert "gain margin" in text
     assert figure.read_text(encoding="utf-8").count("<path") > 10
-    for bad in (
-        {"out": tmp_path / "x.gif"},
-        {"out": tmp_path / "missing" / "x.svg"},
-        {"frequencies": (5000.0,)},
-        {"spread": 0.9},
-    ):
-        options: dict[str, Any] = {"out": figure, **bad}
+    assert main(["compensate", "--out", str(tmp_path / "x.gif")]) == 2
+    assert "compensate" in capsys.readouterr().err
+    bad: tuple[dict[str, Any], ...] = ({"frequencies": (5000.0,)}, {"spread": 0.9}, {"noise": -1.0})
+    for options in bad:
         with pytest.raises(UnusableInput, match="compensate"):
-            compensate(**options)
+            compensation_study(**options)

@@ -13,6 +13,7 @@ import pytest
 from actuators import stack_lumped
 from actuators.stack.sizing import (
     P_840_1,
+    STACKS,
     blocking_force,
     ceramic_stiffness,
     current_per_frequency,
@@ -32,12 +33,13 @@ from actuators.stack.sizing import (
 )
 from actuators.stack.sizing_sheet import engineering, sizing_sheet
 from bondgraph import UnknownName, UnusableInput, derive, simulate
-from bondsight.cli.sizing import add_arguments, quantity, sheet, sizing
+from bondgraph.signals.quantity import quantity
+from bondsight.cli.sizing import add_sizing_command, sheet
 
 
 @pytest.mark.parametrize(
     "module",
-    ["actuators.stack.sizing", "actuators.stack.sizing_sheet", "bondsight.cli.sizing"],
+    ["actuators.stack.sizing", "actuators.stack.sizing_sheet", "bondgraph.signals.quantity"],
 )
 def test_examples_run(module: str) -> None:
     assert doctest.testmod(import_module(module)).failed == 0
@@ -179,13 +181,15 @@ def test_refusals(call: Any, words: str) -> None:
 
 def test_command(capsys: pytest.CaptureFixture[str]) -> None:
     parser = argparse.ArgumentParser()
-    add_arguments(parser)
-    words = ["--frequency", "1kHz", "--current=300 mA", "--load-mass", "100 g"]
-    assert sizing(parser.parse_args([*words, "--set", "tan_delta=1.5%"])) == 0
+    add_sizing_command(parser.add_subparsers())
+    words = ["sizing", "--frequency", "1kHz", "--current=300 mA", "--load-mass", "100 g"]
+    options = parser.parse_args([*words, "--set", "tan_delta=1.5%"])
+    assert options.run(options) == 0
     printed = capsys.readouterr().out
     assert "at 1 kHz, amplifier 300 mA" in printed
     assert "warning: the drive needs 471.2 mA" in printed
     assert "176.7 mW" in printed
     with pytest.raises(UnknownName, match=r"Did you mean 'P-840\.1'"):
-        sizing(parser.parse_args(["P-841"]))
+        options.run(parser.parse_args(["sizing", "P-841"]))
+    assert parser.parse_args(["sizing"]).stack in STACKS
     assert sheet("P-840.1", {"voltage": "50V"})["free displacement"] == pytest.approx(7.5e-6)

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from bondgraph import UnknownName, UnusableInput
-from bondsight.cli.ultrasonic import TOPICS, ultrasonic
+from actuators.ultrasonic.figures import TOPICS
+from bondsight.cli.main import main
 
 
 def test_prints_numbers_and_writes_figures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "new" / "folder"
-    assert ultrasonic(folder, ["driver", "wires"]) == 0
+    assert main(["ultrasonic", "driver", "wires", "--out", str(folder)]) == 0
     said = capsys.readouterr().out
     assert "ratio 2.000" in said
     assert "0.100 ms longer" in said
@@ -25,17 +25,17 @@ def test_prints_numbers_and_writes_figures(
 
 
 def test_characteristic(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert ultrasonic(tmp_path, ["characteristic"]) == 0
+    assert main(["ultrasonic", "characteristic", "--out", str(tmp_path)]) == 0
     said = capsys.readouterr().out
     assert "speed   500.0 mm/s, F/b   500.0 mm/s" in said
     assert "not digitised" in said
 
 
-def test_refusals(tmp_path: Path) -> None:
-    with pytest.raises(UnknownName, match="'open_loop'"):
-        ultrasonic(tmp_path, ["openloop"])
+def test_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["ultrasonic", "openloop", "--out", str(tmp_path)]) == 2
+    assert "'open_loop'" in capsys.readouterr().err
     file = tmp_path / "file"
     file.write_text("x")
-    with pytest.raises(UnusableInput, match="is a file"):
-        ultrasonic(file)
+    assert main(["ultrasonic", "--out", str(file)]) == 2
+    assert "is a file" in capsys.readouterr().err
     assert set(TOPICS) >= {"open_loop", "closed_loop", "resonance"}

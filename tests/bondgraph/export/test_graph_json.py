@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 import bondgraph.laws as all_laws
 from actuators.models.catalogue import MODELS
+from actuators.models.opening import load_model
 from bondgraph import BondGraph, simulate
 from bondgraph.export.graph_json import read_graph as graph_json
 from bondgraph.export.graph_json.element_forms import ELEMENTS, LAWS, NAMED
@@ -62,7 +63,6 @@ from bondgraph.laws import (
 )
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import Rules, hints_of
-from bondsight.cli.models import load_model
 from tests.bondgraph.hysteresis.examples import EXAMPLES
 from tests.counted import calls
 

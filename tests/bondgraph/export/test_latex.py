@@ -6,8 +6,7 @@ import pytest
 
 from actuators import stack_bond_graph
 from bondgraph import BondGraph, C, De, Df, I, One, R, Se, StateSpace, Zero, derive
-from bondgraph.export import latex, ordered_latex
-from bondgraph.export.latex import pretty
+from bondgraph.export.latex import latex, ordered_latex, pretty
 
 
 @pytest.fixture

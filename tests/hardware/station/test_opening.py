@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bondsight.cli.acquire import add_acquire_command
-from bondsight.cli.bench_serve import station_table, station_writer
+from bondsight.cli.bench_serve import station_writer
 from hardware.contracts import Clock
 from hardware.errors import LinkLost, ProtocolFault
 from hardware.recorder import TakePlan, record
@@ -18,6 +18,7 @@ from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
 from hardware.simulators.siosifm import build
 from hardware.station import open_station, read_settings, settings_from
+from hardware.station.virtual import station_table
 from hardware.storage import Provenance
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the stub library is C code")

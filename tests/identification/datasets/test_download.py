@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnknownName, UnusableInput
-from bondsight.cli.recordings_list import details
 from identification.datasets import SETS, protocol, public_set, set_available
 from identification.datasets.download import fetch
+from identification.datasets.listing import details
 from identification.datasets.places import CACHE_VARIABLE, FOLDER_VARIABLE, cache_folder
 
 pytest.importorskip("pooch")

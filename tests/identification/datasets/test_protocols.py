@@ -12,8 +12,8 @@ from scipy.signal import lfilter
 
 from bondgraph.support.errors import UnknownName, UnusableInput
 from bondsight.cli.main import main
-from bondsight.cli.recordings_list import details, listing
 from identification.datasets import SETS, Protocol, protocol, public_set, set_available
+from identification.datasets.listing import details, listing
 from identification.datasets.places import CACHE_VARIABLE, FOLDER_VARIABLE
 
 

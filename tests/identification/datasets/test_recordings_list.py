@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnknownName, UnusableInput
-from bondsight.cli.recordings_list import add_recordings_command
+from bondsight.cli.recordings import add_recordings_command
 from identification.datasets.places import CACHE_VARIABLE, FOLDER_VARIABLE
 
 

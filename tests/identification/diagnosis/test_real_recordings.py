@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from actuators.models.catalogue import MODELS
-from bondsight.cli.recordings import match_by_unit
 from identification import datasets as data
+from identification.datasets.opening import match_by_unit
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import normalised_error, verdict

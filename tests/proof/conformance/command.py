@@ -7,10 +7,11 @@ import json
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from tests.proof.conformance.case import Case
-from tests.proof.conformance.check import RIGHT, VERDICTS, Judgement
+if TYPE_CHECKING:
+    from tests.proof.conformance.case import Case
+    from tests.proof.conformance.check import Judgement
 
 __all__ = ["add_conformance_command"]
 
@@ -53,6 +54,7 @@ def add_conformance_command(verbs: Any) -> None:
 def _conformance(options: argparse.Namespace) -> int:
     """Exit code 0 if every case of Bondsight is right, 1 if not."""
     from tests.proof.conformance.case import case, cases
+    from tests.proof.conformance.check import RIGHT
     from tests.proof.conformance.ours import judge_bondsight
 
     chosen = tuple(case(n) for n in options.names) or cases()
@@ -86,6 +88,8 @@ def _column(tool: str, run: Callable[[Case], Judgement], chosen: Sequence[Case])
 
 def table(columns: Sequence[Column]) -> str:
     """Return the verdicts of the tools side by side, then every case that is not right."""
+    from tests.proof.conformance.check import RIGHT, VERDICTS
+
     width = max(len(v) for v in VERDICTS)
     widths = [max(len(c.tool), 6) for c in columns]
     lines = [
@@ -104,6 +108,8 @@ def table(columns: Sequence[Column]) -> str:
 
 
 def _as_json(chosen: Sequence[Case], columns: Sequence[Column]) -> dict[str, Any]:
+    from tests.proof.conformance.check import VERDICTS
+
     return {
         "cases": {
             c.identity: {

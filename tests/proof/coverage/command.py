@@ -46,8 +46,8 @@ def _positive(text: str) -> int:
 
 
 def _coverage(options: argparse.Namespace) -> int:
+    from actuators.models.opening import load_model
     from bondgraph.support.errors import UnusableInput
-    from bondsight.cli.models import load_model
     from bondsight.cli.progress import Bar
     from identification.uncertainty.cases import SAMPLES, case_of, demo_cases
     from identification.uncertainty.coverage import coverage

@@ -29,7 +29,9 @@ def add_published_command(verbs: Any) -> None:
 def _published(options: argparse.Namespace) -> int:
     """Exit code 0 if every target is reached, 1 if not."""
     from bondgraph.support.errors import UnusableInput, unknown_name
-    from tests.proof.published import PROTOCOLS, Outcome, run_protocol, table
+    from tests.proof.published.catalogue import PROTOCOLS, run_protocol
+    from tests.proof.published.outcome import Outcome
+    from tests.proof.published.table import table
 
     if options.list:
         print("\n".join(PROTOCOLS))

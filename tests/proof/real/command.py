@@ -73,13 +73,13 @@ def real(
 
 
 def _names() -> tuple[str, ...]:
-    from tests.proof.real import REAL_CASES
+    from tests.proof.real.registry import REAL_CASES
 
     return tuple(REAL_CASES)
 
 
 def _real(options: argparse.Namespace) -> int:
-    from tests.proof.real import chosen_cases
+    from tests.proof.real.registry import chosen_cases
 
     cases = chosen_cases(options.names)
     if options.list:

@@ -12,10 +12,11 @@ import pytest
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.datasets.places import CACHE_VARIABLE
-from tests.proof.published import PROTOCOLS, Compared, Outcome, Reached, run_protocol, table
+from tests.proof.published.catalogue import PROTOCOLS, run_protocol
 from tests.proof.published.command import add_published_command
-from tests.proof.published.outcome import split_hash
+from tests.proof.published.outcome import Compared, Outcome, Reached, split_hash
 from tests.proof.published.staging import joined, scaled, settled
+from tests.proof.published.table import table
 
 
 @pytest.fixture(autouse=True)

@@ -8,8 +8,9 @@ from __future__ import annotations
 import pytest
 
 from identification.datasets import FOLDER_VARIABLE, set_available
-from tests.proof.published import Outcome, run_protocol
+from tests.proof.published.catalogue import run_protocol
 from tests.proof.published.emps import PUBLISHED, TOLERANCE
+from tests.proof.published.outcome import Outcome
 
 pytestmark = pytest.mark.recordings
 

@@ -22,10 +22,10 @@ from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.datasets import FOLDER_VARIABLE, SETS, set_available
 from identification.study.noise_floor import noise_floor
 from identification.study.problem import data_for, drives
-from tests.proof.real import REAL_CASES, chosen_cases
 from tests.proof.real.judging import OUTCOMES, judge
 from tests.proof.real.outcome import Outcome, read_outcome, table
 from tests.proof.real.preparing import boundary_split, joined, thinned
+from tests.proof.real.registry import REAL_CASES, chosen_cases
 from tests.proof.real.running import run_cases
 from tests.proof.real.steering_mirror import BAND, PERIOD, below_resonance
 

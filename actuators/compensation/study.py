@@ -1,0 +1,341 @@
+"""Hysteresis compensation of the stack, measured: exact inverses, robustness, closed loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from actuators.compensation import (
+    P840_1,
+    AnalyticMotion,
+    BondGraphStack,
+    ControlLoop,
+    DriveLimits,
+    LumpedStack,
+    Margins,
+    ProportionalIntegral,
+    SampledPlant,
+    Tracking,
+    VirtualActuator,
+    actuator_like,
+    bond_graph_residual,
+    choose_gains,
+    deviating,
+    feedforward,
+    field_law,
+    lumped_residual,
+    margins,
+    model_voltages,
+    operator_residual,
+    run_loop,
+    smooth_reference,
+    strategies,
+    thesis_reference,
+    tracking,
+    voltage_steps,
+)
+from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "CompensationStudy", "InverseModel", "InverseOperator", "LoopMargins", "TrackingTable",
+    "compensation_study", "inverse_models", "inverse_operators", "model_table", "operator_table",
+]  # fmt: skip
+
+MODEL, OTHER = AlJanaideh.stack_2hz(), Ang.stack_2hz()
+"""Eq. (6.2) and (6.3): one stack; the virtual actuators are drawn around the first."""
+NANO = 1e9
+Response = Callable[[VirtualActuator, FloatArray, float], FloatArray]
+"""Displacement (m) of an actuator under voltages (V) at a sample rate (Hz)."""
+
+
+@dataclass(frozen=True, slots=True)
+class InverseOperator:
+    """Voltages (V) and largest error (m) of the inverse of an operator, starting from `memory`."""
+
+    operator: str
+    memory: str
+    low: float
+    high: float
+    largest: float
+
+
+@dataclass(frozen=True, slots=True)
+class InverseModel:
+    """Errors (m) of the inverse of a whole model at `frequency` (Hz); steps of the voltage (V)."""
+
+    name: str
+    frequency: float
+    rms: float
+    largest: float
+    steps: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LoopMargins:
+    """Margins of a loop while all plays slip, or none."""
+
+    loop: str
+    state: str
+    margins: Margins
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingTable:
+    """Tracking of every strategy (rows) on every actuator (columns); samples held at a limit."""
+
+    what: str
+    frequency: float
+    columns: tuple[str, ...]
+    rows: Mapping[str, tuple[Tracking, ...]]
+    held: int = 0
+
+    def __str__(self) -> str:
+        """Return the table."""
+        title = f"{self.what}, reference (7.3) at {self.frequency:g} Hz: rms/largest error/loop"
+        lines = [f"== {title} (nm)", f"{'':20s}" + "".join(f"{c:>14s}" for c in self.columns)]
+        lines += [f"{n:20s}" + "".join(map(_cell, row)) for n, row in self.rows.items()]
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True, slots=True)
+class CompensationStudy:
+    """What all runs on the virtual actuators share.
+
+    Attributes
+    ----------
+    actuator : VirtualActuator
+        The nominal one.
+    scenarios : mapping of str to VirtualActuator
+        Those that deviate from it, the nominal one first.
+    linear_gain, noise : float
+        Secant gain of `MODEL` (m/V); standard deviation of the displacement sensor (m).
+    """
+
+    actuator: VirtualActuator
+    scenarios: Mapping[str, VirtualActuator]
+    loops: Mapping[str, ControlLoop]
+    controller: ProportionalIntegral
+    envelope: DriveLimits
+    sample_rate: float
+    linear_gain: float
+    noise: float
+    seed: int
+
+    def margins(self) -> tuple[LoopMargins, ...]:
+        """Return the margins behind the inverse, behind a gain, and of the worst actuator."""
+        found = []
+        for name, real, by in (
+            ("behind the inverse", self.actuator, 0.0),
+            ("behind a plain gain", self.actuator, self.linear_gain),
+            ("all deviations, inverse", self.scenarios["all"], 0.0),
+        ):
+            for slipping, word in ((True, "within a stroke"), (False, "after a reversal")):
+                plant = _sampled(real, slipping, self.sample_rate)
+                # the inverse divides by the slope of the model, the plain gain by the same always
+                own = by or _sampled(self.actuator, slipping, self.sample_rate).static_gain
+                m = margins(plant.scaled(1.0 / own), self.controller)
+                found.append(LoopMargins(name, word, m))
+        return tuple(found)
+
+    def margin_table(self) -> str:
+        """Return `margins` as text."""
+        c = self.controller
+        lines = [
+            f"== closed loop at {self.sample_rate:g} Hz: kp {c.proportional:.4g}, "
+            f"ki {c.integral:.4g} 1/s",
+            "gain margin, phase margin, delay margin, crossover, loop gain at the resonance, poles",
+        ]
+        for row in self.margins():
+            m = row.margins
+            lines.append(
+                f"{row.loop:24s} {row.state:17s} {m.gain:5.2f}  {m.phase:5.1f} deg  "
+                f"{1e6 * m.delay:6.0f} us {m.crossover:6.0f} Hz  {m.resonance:5.2f}  {m.radius:.4f}"
+            )
+        return "\n".join(lines)
+
+    def tracked(self, frequency: float) -> TrackingTable:
+        """Run every strategy on every actuator, two periods at `frequency` (Hz)."""
+        wanted, ahead, noise = self._motions(frequency)
+        actuators = tuple(self.scenarios.values())
+        rows, held = {}, 0
+        for name, loop in self.loops.items():
+            runs = [run_loop(loop, a, wanted.x, noise, preview=ahead.x) for a in actuators]
+            held += sum(int(run.clipped.sum()) for run in runs)
+            rows[name] = tuple(tracking(wanted.x, run.x) for run in runs)
+        voltages = model_voltages(MODEL, self.actuator, ahead, envelope=self.envelope)
+        for name, v in voltages.items():
+            rows[name] = tuple(tracking(wanted.x, a.run(v, self.sample_rate)) for a in actuators)
+        return TrackingTable("virtual actuator", frequency, tuple(self.scenarios), rows, held)
+
+    def open_loop(self, what: str, frequency: float, respond: Response) -> TrackingTable:
+        """Run the feedforwards on another plant, `what`, for the first two actuators."""
+        wanted, _, _ = self._motions(frequency)
+        first = dict(list(self.scenarios.items())[:2])
+        rows = {}
+        for name, loop in list(self.loops.items())[:3]:
+            v = feedforward(loop.model, wanted.x, envelope=self.envelope)
+            found = (respond(a, v, self.sample_rate) for a in first.values())
+            rows[name] = tuple(tracking(wanted.x, x) for x in found)
+        return TrackingTable(what, frequency, tuple(first), rows)
+
+    def figure(self, frequency: float) -> Figure:
+        """Draw paths over the reference, errors and voltages in time, with all deviations."""
+        from matplotlib.figure import Figure
+
+        wanted, ahead, noise = self._motions(frequency)
+        figure = Figure(figsize=(9.3, 6.2), layout="constrained", dpi=150)
+        axes = figure.subplot_mosaic([["path", "error"], ["path", "voltage"]])
+        worst = self.scenarios["all"]
+        for name in ("linear feedforward", "Al Janaideh inverse", "PI + inverse"):
+            run = run_loop(self.loops[name], worst, wanted.x, noise, preview=ahead.x)
+            axes["path"].plot(1e6 * wanted.x, 1e6 * run.x, lw=1.0, label=name)
+            axes["error"].plot(wanted.time, NANO * (wanted.x - run.x), lw=0.8)
+            axes["voltage"].plot(wanted.time, run.voltage, lw=0.8)
+        ends = 1e6 * np.array([wanted.x.min(), wanted.x.max()])
+        axes["path"].plot(ends, ends, "k:", lw=0.8, label="wanted")
+        axes["path"].set(xlabel="reference (um)", ylabel="displacement (um)")
+        axes["path"].legend(frameon=False)
+        axes["error"].set(xlabel="time (s)", ylabel="error (nm)")
+        axes["voltage"].set(xlabel="time (s)", ylabel="voltage (V)")
+        return figure
+
+    def _motions(self, frequency: float) -> tuple[AnalyticMotion, AnalyticMotion, FloatArray]:
+        """Return the reference at the samples, half a sample later, and the sensor's noise."""
+        time = np.arange(round(2.0 * self.sample_rate / frequency) + 1) / self.sample_rate
+        noise = self.noise * np.random.default_rng(self.seed).standard_normal(time.size)
+        ahead = thesis_reference(time + 0.5 / self.sample_rate, frequency)
+        return thesis_reference(time, frequency), ahead, noise
+
+
+def compensation_study(
+    *,
+    frequencies: Iterable[float] = (),
+    sample_rate: float = 20_000.0,
+    limits: tuple[float, float] = (0.0, 100.0),
+    spread: float = 0.1,
+    noise: float = 2e-9,
+    gain_margin: float = 2.0,
+    phase_margin: float = 60.0,
+    seed: int = 1,
+) -> CompensationStudy:
+    """Draw virtual actuators and design the loops that compensate them.
+
+    Parameters
+    ----------
+    frequencies, sample_rate : iterable of float, float
+        Of the references that will be asked for (checked here) and of the loop, Hz.
+    limits : tuple of float
+        Voltages the actuator may see, V.
+    spread, noise, seed : float, float, int
+        Relative spread of the actuator's weights and thresholds, standard deviation of the
+        displacement sensor (m), and the seed of both.
+    gain_margin, phase_margin : float
+        Least margins of the loop, factor and degrees.
+
+    Raises
+    ------
+    UnusableInput, VoltageLimit
+        If an option cannot be used, or the reference does not fit into the limits.
+    """
+    rates = tuple(frequencies)
+    if not all(0.0 < f <= sample_rate / 40 for f in rates):
+        raise UnusableInput(
+            f"compensate: frequencies {rates} Hz must lie above 0 and up to 1/40 of the sample "
+            f"rate {sample_rate:g} Hz"
+        )
+    if not (0.0 <= spread < 0.5 and noise >= 0.0):
+        raise UnusableInput(
+            f"compensate: needs 0 <= spread {spread:g} < 0.5 and noise {noise:g} >= 0"
+        )
+    envelope = DriveLimits(*limits)
+    x = thesis_reference(np.linspace(0.0, 2.0, 20_001)).x
+    gain = float(x.max() / feedforward(MODEL, x, envelope=envelope).max())
+    actuator = actuator_like(MODEL)
+    plants = [_sampled(actuator, slipping, sample_rate) for slipping in (True, False)]
+    controller = choose_gains(
+        [p.scaled(1.0 / p.static_gain) for p in plants], gain=gain_margin, phase=phase_margin
+    )
+    loops = strategies(MODEL, OTHER, gain, controller, envelope=envelope, sample_rate=sample_rate)
+    return CompensationStudy(
+        actuator, deviating(actuator, seed, spread), loops, controller, envelope, sample_rate,
+        gain, noise, seed,
+    )  # fmt: skip
+
+
+def inverse_operators(envelope: DriveLimits, seed: int) -> tuple[InverseOperator, ...]:
+    """Return how exact the operator inverses are on the reference (7.3)."""
+    x_ref = thesis_reference(np.linspace(0.0, 2.0, 20_001)).x
+    history = np.append(np.random.default_rng(seed).uniform(0.0, 100.0, 40), 0.0)
+    found = []
+    for operator in (MODEL, OTHER):
+        virgin, used = operator.initial_memory(0.0), operator.run(history)[1]
+        for word, memory, believed, limits in (
+            ("virgin", virgin, virgin, envelope),
+            ("used, memory known", used, used, P840_1),
+            ("used, taken for virgin", used, virgin, envelope),
+        ):
+            v, e = operator_residual(operator, operator, x_ref, memory, believed, envelope=limits)
+            numbers = (float(n) for n in (v.min(), v.max(), np.abs(e).max()))
+            found.append(InverseOperator(operator.kind, word, *numbers))
+    return tuple(found)
+
+
+def operator_table(rows: Iterable[InverseOperator]) -> str:
+    """Return the table of `inverse_operators`."""
+    lines = ["== inverse operators, reference (7.3), simulated: V range, largest error (nm)"]
+    lines += [
+        f"{r.operator:12s} {r.memory:23s} {r.low:6.2f} .. {r.high:5.2f} V  {NANO * r.largest:9.2e}"
+        for r in rows
+    ]
+    return "\n".join(lines)
+
+
+def inverse_models(envelope: DriveLimits) -> tuple[InverseModel, ...]:
+    """Return how exact the inverses of whole models are."""
+    maxwell, lumped, stack = MaxwellResistiveCapacitor.stack_2hz(), LumpedStack(), BondGraphStack()
+    law = field_law(OTHER, stack)
+    found = []
+
+    def add(name: str, f: float, e: FloatArray, steps: tuple[float, ...] = ()) -> None:
+        rms, largest = float(np.sqrt(np.mean(e**2))), float(np.abs(e).max())
+        found.append(InverseModel(name, f, rms, largest, steps))
+
+    for f in (1.0, 50.0, 500.0):
+        time = np.linspace(0.0, 2.0 / f, 20_001)
+        for name, reference in (("(7.3)", thesis_reference), ("smooth", smooth_reference)):
+            e = lumped_residual(reference(time, f), maxwell, lumped, envelope=envelope)
+            add(f"lumped, {name}", f, e, tuple(voltage_steps(reference, f, maxwell, lumped)))
+        smooth = smooth_reference(time, f)
+        add("bond graph, smooth", f, bond_graph_residual(smooth, law, stack, envelope=envelope))
+    return tuple(found)
+
+
+def model_table(rows: Iterable[InverseModel]) -> str:
+    """Return the table of `inverse_models`."""
+    lines = [
+        "== inverse models, simulated: rms, largest error (nm); steps of V at 0 and half a period"
+    ]
+    lines += [
+        f"{r.name:20s} {r.frequency:5g} Hz  {NANO * r.rms:8.1e} {NANO * r.largest:8.1e}"
+        + "".join(f"  {s:8.1e} V" for s in r.steps)
+        for r in rows
+    ]
+    return "\n".join(lines)
+
+
+def _sampled(actuator: VirtualActuator, slipping: bool, sample_rate: float) -> SampledPlant:
+    a, b = actuator.linear_model(slipping=slipping)
+    return SampledPlant.from_continuous(a, b, np.eye(b.size)[1], 1.0 / sample_rate)
+
+
+def _cell(t: Tracking) -> str:
+    values = (NANO * v for v in (t.rms, t.largest, t.thickness))
+    return f"{'/'.join(f'{v:.0f}' if v >= 9.95 else f'{v:.1f}' for v in values):>14s}"

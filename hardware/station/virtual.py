@@ -1,0 +1,81 @@
+"""The station of a virtual bench, as plain values and as the text of its file."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bondgraph.support.errors import UnusableInput
+
+__all__ = ["station_table", "station_text", "stub_library"]
+
+
+def station_table(
+    addresses: Mapping[str, str], config: Any, library: str, ppm: float = 0.0
+) -> dict[str, Any]:
+    """Return the station of a virtual bench as plain values.
+
+    Parameters
+    ----------
+    addresses : mapping
+        Address of each device by name.
+    config : BenchConfig
+        What it is made of.
+    library : str
+        Path of the stub library of the interferometer.
+    ppm : float
+        Error of the program's clock.
+    """
+    table: dict[str, Any] = {
+        "name": "virtual bench",
+        "envelope": {"preset": "P-840.1-unipolar"},
+        "clock": {"bench": addresses["control"], "ppm": ppm},
+    }
+    if "card" in addresses:
+        table["output"] = {
+            "kind": config.card_model.lower(), "address": addresses["card"],
+            "trigger": 0, "clock": 0,
+        }  # fmt: skip
+        table["amplifier"] = {
+            "name": "simulated amplifier", "gain": config.gain, "offset": config.offset,
+            "voltage_monitor": 0.05,
+        }  # fmt: skip
+    elif "gcs" in addresses:
+        table["output"] = {"kind": "gcs", "address": addresses["gcs"], "trigger": 1}
+    else:
+        raise UnusableInput("bench serve: only a card or a GCS controller gets a station file")
+    if "interferometer" in addresses:
+        host, _, port = addresses["interferometer"].rpartition(":")
+        table["interferometer"] = {
+            "connection": f"net:{host}:{port}", "library": library,
+            "dead_path": config.air.dead_path,
+        }  # fmt: skip
+    return table
+
+
+def station_text(table: Mapping[str, Any]) -> str:
+    """Return a station as the TOML of its file."""
+    lines = [f"{k} = {_toml(v)}" for k, v in table.items() if not isinstance(v, Mapping)]
+    for name, inner in table.items():
+        if isinstance(inner, Mapping):
+            lines += ["", f"[{name}]", *(f"{k} = {_toml(v)}" for k, v in inner.items())]
+    return "\n".join([*lines, ""])
+
+
+def _toml(value: Any) -> str:
+    # a JSON text is a TOML text too, and numbers are written alike
+    return json.dumps(value)
+
+
+def stub_library() -> str:
+    """Compile the stub of the vendor's library into the user's cache; returns its path."""
+    from hardware.simulators.siosifm import build
+
+    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    try:
+        return str(build(Path(root) / "bondsight" / "bench"))
+    except OSError as error:
+        raise UnusableInput(f"bench: {error}") from None
