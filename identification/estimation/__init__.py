@@ -2,35 +2,18 @@
 
 from __future__ import annotations
 
-from identification.estimation.estimate import estimate
-from identification.estimation.guess import Guess, explained_guess, guess
-from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.result import Estimation
-from identification.estimation.single_record import Estimate
-from identification.study.specification import (
-    NO_NUISANCES,
-    LogNormal,
-    Normal,
-    Nuisances,
-    Prior,
-    Vary,
-)
-from identification.study.study import SettledSetting, Study
-
-__all__ = [
-    "NO_NUISANCES",
-    "Estimate",
-    "Estimation",
-    "FitStatus",
-    "Guess",
-    "LogNormal",
-    "Normal",
-    "Nuisances",
-    "Prior",
-    "SettledSetting",
-    "Study",
-    "Vary",
-    "estimate",
-    "explained_guess",
-    "guess",
-]
+from identification.estimation.estimate import estimate as estimate
+from identification.estimation.guess import Guess as Guess
+from identification.estimation.guess import explained_guess as explained_guess
+from identification.estimation.guess import guess as guess
+from identification.estimation.levenberg_marquardt import FitStatus as FitStatus
+from identification.estimation.result import Estimation as Estimation
+from identification.estimation.single_record import Estimate as Estimate
+from identification.study.specification import NO_NUISANCES as NO_NUISANCES
+from identification.study.specification import LogNormal as LogNormal
+from identification.study.specification import Normal as Normal
+from identification.study.specification import Nuisances as Nuisances
+from identification.study.specification import Prior as Prior
+from identification.study.specification import Vary as Vary
+from identification.study.study import SettledSetting as SettledSetting
+from identification.study.study import Study as Study

@@ -2,55 +2,39 @@
 
 from __future__ import annotations
 
-from identification.uncertainty.combinations import Combination, FlatBlock, flat_blocks
-from identification.uncertainty.coverage import Case, Coverage, coverage, wilson
-from identification.uncertainty.extra_sensor import SensorGain, helpful_sensors
-from identification.uncertainty.finding import Finding
-from identification.uncertainty.fitted import FitView, fitted, from_estimation
-from identification.uncertainty.information import Information, Sensitivities, information
-from identification.uncertainty.postflight import postflight, practical_of
-from identification.uncertainty.practical import Limits, Practical, practical
-from identification.uncertainty.preflight import preflight
-from identification.uncertainty.profile import Profile, profile, threshold_of
-from identification.uncertainty.profiles import profile_one, profiles
-from identification.uncertainty.sampling import Sample, sample, split_rhat
-from identification.uncertainty.statements import Statement
-from identification.uncertainty.structural import StructuralIdentifiability, identifiability
-from identification.uncertainty.words import report
-
-__all__ = [
-    "Case",
-    "Combination",
-    "Coverage",
-    "Finding",
-    "FitView",
-    "FlatBlock",
-    "Information",
-    "Limits",
-    "Practical",
-    "Profile",
-    "Sample",
-    "Sensitivities",
-    "SensorGain",
-    "Statement",
-    "StructuralIdentifiability",
-    "coverage",
-    "fitted",
-    "flat_blocks",
-    "from_estimation",
-    "helpful_sensors",
-    "identifiability",
-    "information",
-    "postflight",
-    "practical",
-    "practical_of",
-    "preflight",
-    "profile",
-    "profile_one",
-    "profiles",
-    "report",
-    "sample",
-    "split_rhat",
-    "threshold_of",
-    "wilson",
-]
+from identification.uncertainty.combinations import Combination as Combination
+from identification.uncertainty.combinations import FlatBlock as FlatBlock
+from identification.uncertainty.combinations import flat_blocks as flat_blocks
+from identification.uncertainty.coverage import Case as Case
+from identification.uncertainty.coverage import Coverage as Coverage
+from identification.uncertainty.coverage import coverage as coverage
+from identification.uncertainty.coverage import wilson as wilson
+from identification.uncertainty.extra_sensor import SensorGain as SensorGain
+from identification.uncertainty.extra_sensor import helpful_sensors as helpful_sensors
+from identification.uncertainty.finding import Finding as Finding
+from identification.uncertainty.fitted import FitView as FitView
+from identification.uncertainty.fitted import fitted as fitted
+from identification.uncertainty.fitted import from_estimation as from_estimation
+from identification.uncertainty.information import Information as Information
+from identification.uncertainty.information import Sensitivities as Sensitivities
+from identification.uncertainty.information import information as information
+from identification.uncertainty.postflight import postflight as postflight
+from identification.uncertainty.postflight import practical_of as practical_of
+from identification.uncertainty.practical import Limits as Limits
+from identification.uncertainty.practical import Practical as Practical
+from identification.uncertainty.practical import practical as practical
+from identification.uncertainty.preflight import preflight as preflight
+from identification.uncertainty.profile import Profile as Profile
+from identification.uncertainty.profile import profile as profile
+from identification.uncertainty.profile import threshold_of as threshold_of
+from identification.uncertainty.profiles import profile_one as profile_one
+from identification.uncertainty.profiles import profiles as profiles
+from identification.uncertainty.sampling import Sample as Sample
+from identification.uncertainty.sampling import sample as sample
+from identification.uncertainty.sampling import split_rhat as split_rhat
+from identification.uncertainty.statements import Statement as Statement
+from identification.uncertainty.structural import (
+    StructuralIdentifiability as StructuralIdentifiability,
+)
+from identification.uncertainty.structural import identifiability as identifiability
+from identification.uncertainty.words import report as report

@@ -7,12 +7,12 @@ from types import MappingProxyType
 
 from identification.estimation.methods.collocation import Collocation
 from identification.estimation.methods.frequency_domain import FrequencyDomain
-from identification.estimation.methods.method import FitOptions, Method, MethodSolution
+from identification.estimation.methods.method import FitOptions as FitOptions
+from identification.estimation.methods.method import Method as Method
+from identification.estimation.methods.method import MethodSolution as MethodSolution
 from identification.estimation.methods.multiple_shooting import MultipleShooting
 from identification.estimation.methods.prediction_error import PredictionError
 from identification.estimation.methods.single_shooting import SingleShooting
-
-__all__ = ["METHODS", "FitOptions", "Method", "MethodSolution"]
 
 _ALL: tuple[Method, ...] = (
     SingleShooting(),

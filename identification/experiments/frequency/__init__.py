@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-from identification.experiments.frequency.bla import best_linear_approximation, response_of_periods
-from identification.experiments.frequency.distortions import (
-    DistortionLevel,
-    Distortions,
-    distortions,
+from identification.experiments.frequency.bla import (
+    best_linear_approximation as best_linear_approximation,
 )
-from identification.experiments.frequency.figures import plot_distortions, plot_response
-from identification.experiments.frequency.local import local_polynomial
-from identification.experiments.frequency.periods import Periods, cut
-from identification.experiments.frequency.response import FrequencyResponse
-from identification.statistics.periods import find_period
-
-__all__ = [
-    "DistortionLevel",
-    "Distortions",
-    "FrequencyResponse",
-    "Periods",
-    "best_linear_approximation",
-    "cut",
-    "distortions",
-    "find_period",
-    "local_polynomial",
-    "plot_distortions",
-    "plot_response",
-    "response_of_periods",
-]
+from identification.experiments.frequency.bla import response_of_periods as response_of_periods
+from identification.experiments.frequency.distortions import DistortionLevel as DistortionLevel
+from identification.experiments.frequency.distortions import Distortions as Distortions
+from identification.experiments.frequency.distortions import distortions as distortions
+from identification.experiments.frequency.figures import plot_distortions as plot_distortions
+from identification.experiments.frequency.figures import plot_response as plot_response
+from identification.experiments.frequency.local import local_polynomial as local_polynomial
+from identification.experiments.frequency.periods import Periods as Periods
+from identification.experiments.frequency.periods import cut as cut
+from identification.experiments.frequency.response import FrequencyResponse as FrequencyResponse
+from identification.statistics.periods import find_period as find_period
