@@ -8,8 +8,6 @@ from fractions import Fraction
 from identification.datasets import readers as read
 from identification.datasets.public_set import Columns, Original, PublicSet, SetPart, alone, sides
 
-__all__ = ["BENCHMARK_SETS"]
-
 _LICENCE = (
     "public nonlinearbenchmark.org benchmark; licence of the data not found, cite the authors"
 )

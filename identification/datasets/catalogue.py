@@ -21,21 +21,6 @@ from identification.datasets.machine_sets import MACHINE_SETS
 from identification.datasets.places import FOLDER_VARIABLE, cache_folder, recordings_folder
 from identification.datasets.public_set import Protocol, PublicSet, SetPart
 
-__all__ = [
-    "KNOWN",
-    "SETS",
-    "KnownRecording",
-    "LoadedRecording",
-    "about",
-    "available",
-    "load",
-    "names",
-    "protocol",
-    "protocol_here",
-    "public_set",
-    "set_available",
-]
-
 Folder = str | os.PathLike[str] | None
 
 

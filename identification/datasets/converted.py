@@ -13,8 +13,6 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.datasets.public_set import Protocol, PublicSet
 
-__all__ = ["is_converted", "open_converted", "store_converted"]
-
 _VERSION = 1
 _LIST = "parts.json"
 

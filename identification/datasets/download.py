@@ -25,8 +25,6 @@ from identification.datasets.converted import store_converted
 from identification.datasets.places import FOLDER_VARIABLE, cache_folder
 from identification.datasets.public_set import RAW_FILES, Original, Protocol, PublicSet
 
-__all__ = ["fetch"]
-
 _TIMEOUT = 30.0
 
 

@@ -12,8 +12,6 @@ from identification.datasets import (
     set_available,
 )
 
-__all__ = ["details", "listing"]
-
 
 def listing() -> str:
     """All public recordings, one line each: first those `diagnose` takes, then the parted sets."""

@@ -7,8 +7,6 @@ from fractions import Fraction
 from identification.datasets import readers as read
 from identification.datasets.public_set import Columns, Original, PublicSet, SetPart, alone, sides
 
-__all__ = ["MACHINE_SETS"]
-
 _DRGP = ("RomanFoell/DRGP-VSS", "457f35ffd321cdfe9359d1df707fde9a32041c9c")
 _ARM = ("Rafa7046/Non_Linear_Identification", "e5c9b006b0a2ec1650bc018a5fb38d2f4363d4c7")
 _PENDULUM = ("dynamicslab/MultiArm-Pendulum", "e99a7e13fe2adc8fc647321a156b6cb59a48a698")

@@ -13,8 +13,6 @@ from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.datasets.catalogue import KNOWN, load, names
 
-__all__ = ["match_by_unit", "open_recording"]
-
 
 def open_recording(
     text: str, graph: BondGraph, mapping: Mapping[str, str] | None = None

@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-__all__ = ["CACHE_VARIABLE", "FOLDER_VARIABLE", "cache_folder", "recordings_folder"]
-
 FOLDER_VARIABLE = "BONDSIGHT_RECORDINGS"
 """Environment variable with the folder of the recordings."""
 CACHE_VARIABLE = "BONDSIGHT_CACHE"

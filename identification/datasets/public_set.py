@@ -17,18 +17,6 @@ from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import whole
 from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
 
-__all__ = [
-    "RAW_FILES",
-    "Columns",
-    "Original",
-    "Protocol",
-    "PublicSet",
-    "SetPart",
-    "alone",
-    "changed",
-    "sides",
-]
-
 Records = Mapping[str, Recording]
 
 RAW_FILES = "https://raw.githubusercontent.com"

@@ -14,14 +14,6 @@ from bondgraph.signals.recording_file import sha256_of
 from bondgraph.support.errors import UnusableInput
 from identification.datasets.public_set import Records, changed
 
-__all__ = [
-    "emps_force",
-    "hanging_angle",
-    "longest_stretches",
-    "silverbox_centred",
-    "steering_mirror",
-]
-
 EMPS_FORCE_PER_VOLT = 35.15065188248547
 """Motor force per drive voltage of the EMPS benchmark, N/V."""
 SILVERBOX_TRAIN, SILVERBOX_STOP = (40_650, 40_650 + 65_062), 127_400

@@ -31,8 +31,6 @@ from identification.study.joint import JointPoint
 from identification.study.specification import LogNormal, Normal, Nuisances, Prior, Vary
 from identification.study.study import SettledSetting, Study
 
-__all__ = ["SCHEMA", "open_fit", "provenance", "save"]
-
 Array = np.ndarray
 SCHEMA = "bondsight-fit/1"
 """Name and version of the document."""

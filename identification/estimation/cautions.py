@@ -14,8 +14,6 @@ from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 from identification.study.study import SettledSetting, Study
 
-__all__ = ["cautions", "coarse_steps", "doubts", "final_cost", "runs_away", "widened"]
-
 Array = np.ndarray
 FAR = 100.0
 STRAINED = 4.0

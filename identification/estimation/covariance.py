@@ -10,8 +10,6 @@ from identification.statistics.blocks import block_rows, block_scores, blocks_fo
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 
-__all__ = ["information_root", "sandwich"]
-
 Array = np.ndarray
 
 

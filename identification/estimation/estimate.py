@@ -30,8 +30,6 @@ from identification.study.joint import JointPoint, JointProblem, held_out_states
 from identification.study.residual import ResidualEvaluation, evaluate
 from identification.study.study import ESTIMATED, SettledSetting, Study
 
-__all__ = ["estimate"]
-
 Array = np.ndarray
 Progress = Callable[[str, float], None]
 ROUNDS = 8

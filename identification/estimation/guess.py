@@ -27,8 +27,6 @@ from identification.study.engine import ExactEngine
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.study import Study
 
-__all__ = ["Guess", "explained_guess", "guess"]
-
 Array = np.ndarray
 Progress = Callable[[str, float], None]
 SAMPLES = 4000

@@ -12,8 +12,6 @@ from identification.statistics.whiteness import ljung_box
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 
-__all__ = ["interval_covariance"]
-
 Array = np.ndarray
 
 

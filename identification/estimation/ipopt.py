@@ -13,8 +13,6 @@ from identification.estimation.methods.method import FitOptions
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 
-__all__ = ["minimise_with_ipopt"]
-
 Array = np.ndarray
 LARGE = 1e19
 

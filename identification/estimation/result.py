@@ -27,8 +27,6 @@ from identification.study.residual import (
 )
 from identification.study.study import SettledSetting, Study
 
-__all__ = ["Estimation"]
-
 Array = np.ndarray
 
 

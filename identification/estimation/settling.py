@@ -15,16 +15,6 @@ from identification.study.problem import Problem
 from identification.study.residual import Point, ResidualEvaluation, evaluate
 from identification.study.study import SettledSetting, Study
 
-__all__ = [
-    "BIAS",
-    "FINEST",
-    "Refined",
-    "corrected_steps",
-    "same_setting",
-    "settled_setting",
-    "sizes",
-]
-
 Array = np.ndarray
 FINEST = 64
 AGAIN = 10.0

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.estimation.covariance import information_root, sandwich
-from identification.estimation.levenberg_marquardt import Descent, FitStatus, minimise
-from identification.study.joint import NUISANCE_LAG, JointProblem, held_out_states, stack_of
+from identification.estimation.levenberg_marquardt import Descent, minimise
+from identification.estimation.levenberg_marquardt import FitStatus as FitStatus
+from identification.study.joint import NUISANCE_LAG as NUISANCE_LAG
+from identification.study.joint import JointProblem, held_out_states, stack_of
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
@@ -18,8 +20,6 @@ from identification.study.residual import (
     slots,
     start_point,
 )
-
-__all__ = ["NUISANCE_LAG", "Estimate", "Fit", "FitStatus", "best", "fit", "start_cost"]
 
 Array = np.ndarray
 

@@ -22,8 +22,6 @@ from identification.estimation.result import Estimation
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.study import Study
 
-__all__ = ["Arrival", "Starts", "many_starts"]
-
 Array = np.ndarray
 WIDE = float(np.log(10.0))
 """Reach of a logarithmic parameter without bounds: a decade either way."""

@@ -8,8 +8,6 @@ from typing import ParamSpec, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-__all__ = ["single_threaded"]
-
 P = ParamSpec("P")
 T = TypeVar("T")
 

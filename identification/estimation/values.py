@@ -9,8 +9,6 @@ from typing import Any
 from bondgraph.support.whole_file import write_atomically
 from identification.estimation.result import Estimation
 
-__all__ = ["write_values"]
-
 
 def write_values(found: Estimation, path: Path) -> None:
     """Write values and errors as JSON, for other programs; `archive.save` keeps everything."""

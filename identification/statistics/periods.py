@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from bondgraph.signals.repeating import first_peak, likeness, refined
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["find_period", "repeats", "strongest_period", "whole_period"]
-
 FloatArray = NDArray[np.float64]
 LEAST_LIKENESS = 0.9
 """Autocorrelation that a drive must reach at its period."""

@@ -11,15 +11,6 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
 
-__all__ = [
-    "admit_counts",
-    "admit_noise",
-    "admit_recordings",
-    "admit_sign",
-    "admit_split",
-    "distinct_names",
-]
-
 SHORTEST_WINDOW = 3
 
 

@@ -31,8 +31,6 @@ from bondgraph.simulation.simulate import (
 )
 from bondgraph.support.errors import BondsightError
 
-__all__ = ["Engine", "ExactEngine", "GeneralEngine", "engine_of"]
-
 Array = np.ndarray
 STRETCHES = 200
 

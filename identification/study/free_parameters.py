@@ -10,8 +10,6 @@ from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.study.problem import drives
 from identification.study.specification import Vary
 
-__all__ = ["dead_times", "idle", "varied"]
-
 _VALUES = ("value", "stiffness", "ratio")
 
 

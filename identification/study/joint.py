@@ -24,8 +24,6 @@ from identification.study.residual import (
     windows,
 )
 
-__all__ = ["NUISANCE_LAG", "JointPoint", "JointProblem", "NormalEquations", "stack_of"]
-
 Array = np.ndarray
 NUISANCE_LAG = 0.25
 # a quarter of a sample: filters and multiplexers; more is a finding

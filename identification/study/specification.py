@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from bondgraph.support.errors import UnusableInput, real_number
 from identification.study.problem import Free
 
-__all__ = ["LogNormal", "Normal", "Nuisances", "Prior", "Vary"]
-
 
 @dataclass(frozen=True)
 class Prior(ABC):

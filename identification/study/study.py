@@ -28,8 +28,6 @@ from identification.study.noise_floor import noise_floor
 from identification.study.problem import Free, Problem, data_for, drives, free_parameter
 from identification.study.specification import Nuisances, Vary
 
-__all__ = ["NOISES", "SettledSetting", "Study"]
-
 Array = np.ndarray
 NOISES = ("white", "coloured")
 INITIALS = ("free", "rest")

@@ -15,8 +15,6 @@ from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.simulate import simulate
 from identification.uncertainty.coverage import Case
 
-__all__ = ["case_of", "demo_cases", "multisine"]
-
 FloatArray = NDArray[np.float64]
 SAMPLES = 800
 

@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 
 from identification.uncertainty.integer_vectors import HOLDS, integer_vectors
 
-__all__ = ["FORMS", "Combination", "FlatBlock", "flat_blocks", "monomial", "null_space"]
-
 FloatArray = NDArray[np.float64]
 FORMS = ("product", "sum", "sum of reciprocals")
 NULL = 1e-7

@@ -29,8 +29,6 @@ from identification.study.study import Study
 from identification.uncertainty.fitted import from_estimation
 from identification.uncertainty.profiles import profile_one, rise_at
 
-__all__ = ["KINDS", "Case", "Count", "Coverage", "coverage", "trial", "wilson"]
-
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 KINDS = ("fisher", "sandwich", "profile")

@@ -14,8 +14,6 @@ from identification.uncertainty.structural import (
     structural_rank,
 )
 
-__all__ = ["SensorGain", "helpful_sensors"]
-
 
 @dataclass(frozen=True, slots=True)
 class SensorGain:

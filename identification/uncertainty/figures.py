@@ -14,8 +14,6 @@ from identification.uncertainty.information import Information
 from identification.uncertainty.profile import Profile
 from identification.uncertainty.sampling import Sample
 
-__all__ = ["correlation_figure", "profile_figure", "sample_figure"]
-
 INK, MARK, PALE = MEASURED, BAD, FLOOR
 
 

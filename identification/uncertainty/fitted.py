@@ -17,8 +17,6 @@ from identification.study.problem import Problem
 from identification.study.residual import ResidualEvaluation, slots
 from identification.uncertainty.information import Information, Sensitivities, information
 
-__all__ = ["FitView", "Unknown", "fitted", "from_estimation", "sum_of_squares", "unknowns"]
-
 FloatArray = NDArray[np.float64]
 SIMULATED = ("single_shooting", "multiple_shooting", "collocation")
 EARLY = 11.5

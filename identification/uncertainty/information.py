@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.statistics.blocks import block_rows, block_scores, blocks_for, student
 
-__all__ = ["Information", "Sensitivities", "information"]
-
 FloatArray = NDArray[np.float64]
 NULL = 1e-7
 """Singular values below this share of the largest count as zero (columns of unit length)."""

@@ -10,8 +10,6 @@ from math import gcd, lcm
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HOLDS", "integer_vectors"]
-
 FloatArray = NDArray[np.float64]
 HOLDS = 1e-5
 """Largest share of a combination that may lie along a flat direction."""

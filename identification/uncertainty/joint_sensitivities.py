@@ -20,8 +20,6 @@ from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.study.engine import Engine, ExactEngine, GeneralEngine, engine_of
 
-__all__ = ["rich_jacobian", "rich_nulls"]
-
 FloatArray = NDArray[np.float64]
 SAMPLES = 160
 SIZES = tuple(10.0**k for k in range(-3, 4))

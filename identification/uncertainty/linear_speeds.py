@@ -12,8 +12,6 @@ from bondgraph.simulation.first_order_hold import blocks
 from identification.study.engine import ExactEngine
 from identification.study.problem import Problem
 
-__all__ = ["Speed", "speeds"]
-
 FloatArray = NDArray[np.float64]
 MOVES = 0.05
 

@@ -16,8 +16,6 @@ from identification.uncertainty.information import Sensitivities
 from identification.uncertainty.practical import Practical, practical
 from identification.uncertainty.preflight import thousand
 
-__all__ = ["postflight", "practical_of"]
-
 BEYOND_NOISE = 4.0
 WHY = {
     "dead": "the fit picked any value of it",

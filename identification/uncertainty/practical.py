@@ -28,8 +28,6 @@ from identification.uncertainty.statements import (
     trade_offs,
 )
 
-__all__ = ["Limits", "Practical", "practical"]
-
 FloatArray = NDArray[np.float64]
 
 

@@ -17,8 +17,6 @@ from identification.uncertainty.fitted import fitted
 from identification.uncertainty.information import Sensitivities
 from identification.uncertainty.linear_speeds import speeds
 
-__all__ = ["preflight", "require_motion", "thousand"]
-
 FloatArray = NDArray[np.float64]
 INVISIBLE = 2.0
 """Total change of the readings, in noise, for a factor of ten of a parameter."""

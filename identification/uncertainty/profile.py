@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.uncertainty.profile_shape import SHAPES, Side, read_shape
-
-__all__ = ["SHAPES", "Profile", "Refit", "profile", "threshold_of"]
+from identification.uncertainty.profile_shape import SHAPES as SHAPES
+from identification.uncertainty.profile_shape import Side, read_shape
 
 FloatArray = NDArray[np.float64]
 Refit = Callable[[float, Any], tuple[float, Any]]

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SHAPES", "Side", "read_shape"]
-
 FloatArray = NDArray[np.float64]
 SHAPES = ("two-sided", "open below", "open above", "flat", "multimodal", "at a bound")
 

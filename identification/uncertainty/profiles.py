@@ -18,8 +18,6 @@ from identification.study.residual import ResidualEvaluation
 from identification.uncertainty.fitted import FitView, sum_of_squares
 from identification.uncertainty.profile import Profile, profile, threshold_of
 
-__all__ = ["HeldStack", "profile_one", "profiles", "rise_at"]
-
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 """Called with what is done, how many there are, and the name just finished."""

@@ -23,8 +23,6 @@ from identification.study.joint import JointPoint
 from identification.study.residual import windows
 from identification.uncertainty.fitted import FitView, sum_of_squares
 
-__all__ = ["Sample", "draw", "sample", "split_rhat"]
-
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 MOST_PARAMETERS = 20

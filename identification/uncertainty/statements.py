@@ -13,17 +13,6 @@ from numpy.typing import NDArray
 from identification.uncertainty.combinations import Combination, FlatBlock
 from identification.uncertainty.information import Information, Sensitivities
 
-__all__ = [
-    "KINDS",
-    "Statement",
-    "bound_words",
-    "dead_words",
-    "flat_words",
-    "is_loose",
-    "not_pinned_words",
-    "trade_offs",
-]
-
 FloatArray = NDArray[np.float64]
 KINDS = ("dead", "flat direction", "trade-off pair", "not pinned", "at bound")
 

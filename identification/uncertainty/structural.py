@@ -28,8 +28,6 @@ from identification.uncertainty.transfer_jacobian import (
     transfer_jacobian,
 )
 
-__all__ = ["StructuralIdentifiability", "identifiability", "structural_rank"]
-
 FloatArray = NDArray[np.float64]
 
 

@@ -24,8 +24,6 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["delays_of", "random_integers", "reconstructed", "transfer_jacobian"]
-
 SQUARE = PRIME * PRIME
 RATES = ("", "d_", "d2_", "d3_")
 Rows: TypeAlias = list[list[int]]

@@ -12,9 +12,6 @@ from identification.uncertainty.profile import Profile
 from identification.uncertainty.sampling import Sample
 from identification.uncertainty.structural import StructuralIdentifiability
 
-__all__ = ["intervals", "report"]
-
-
 DOUBT = " (if the model were right: it leaves out more than noise)"
 
 

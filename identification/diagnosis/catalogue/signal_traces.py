@@ -14,8 +14,6 @@ from identification.study.residual import offset_scale, slots
 
 Array = np.ndarray
 
-__all__ = ["lagged", "reading_without_offset", "unit_of", "weighed", "weight_of"]
-
 
 def lagged(u: Array, dt: float, tau: float) -> Array:
     """Return `u` behind a first-order lag, exact for a signal that is linear between its samples.

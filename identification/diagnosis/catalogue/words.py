@@ -5,8 +5,6 @@ from __future__ import annotations
 from identification.diagnosis.catalogue import CATALOGUE, by_name
 from identification.report.tables import markdown
 
-__all__ = ["catalogue_table", "described"]
-
 
 def catalogue_table() -> str:
     """Return the catalogue as a Markdown table, one row an effect, in its own order."""

@@ -16,8 +16,6 @@ from identification.experiments.design.steps import staircase
 from identification.experiments.design.sweep import sweep
 from identification.study.problem import Data
 
-__all__ = ["CandidateInput", "candidate_inputs"]
-
 Array = np.ndarray
 LOOPS = 3
 SINES = 4

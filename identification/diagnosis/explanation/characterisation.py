@@ -17,8 +17,6 @@ from identification.diagnosis.catalogue.outside.generic import generic_columns
 from identification.diagnosis.explanation.loops import Loops, loops
 from identification.diagnosis.screening.port_history import PortHistory
 
-__all__ = ["Character", "characterise"]
-
 Array = np.ndarray
 
 LINEAR = ("linear",)

@@ -16,8 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-__all__ = ["Latent", "Respond", "latent"]
-
 Array = np.ndarray
 Respond = Callable[[Array], Array]
 """Additions at a port, shape (N, k), to changes of the readings, shape (N, n_y, k)."""

@@ -9,8 +9,6 @@ import numpy as np
 
 from identification.diagnosis.screening.port_history import PortHistory
 
-__all__ = ["Loops", "cycles", "loops"]
-
 Array = np.ndarray
 
 BINS = 24

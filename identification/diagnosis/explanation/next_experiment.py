@@ -28,8 +28,6 @@ from identification.study.joint import NUISANCE_LAG
 from identification.study.problem import Problem, drives
 from identification.study.residual import parameters_at, read_out, slots, weighted, windows
 
-__all__ = ["Experiment", "next_experiments"]
-
 Array = np.ndarray
 EXTRA = "extra_"
 LAG = NUISANCE_LAG

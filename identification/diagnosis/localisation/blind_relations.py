@@ -32,8 +32,6 @@ from identification.estimation.threads import single_threaded
 from identification.study.engine import ExactEngine
 from identification.study.residual import ResidualEvaluation, evaluate, start_point
 
-__all__ = ["BlindRelation", "blind_relations", "more_than_one_site", "no_relation"]
-
 Array = np.ndarray
 FLOOR_ERROR = 0.03
 """Relative standard deviation of the square of a floor that was itself estimated."""

@@ -9,8 +9,6 @@ from identification.diagnosis.localisation.recording import where
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.estimation.single_record import Fit
 
-__all__ = ["Region", "regions", "summary"]
-
 
 def regions(
     fit: Fit, scene: FittedModel | None = None, places: Iterable[str] = ()

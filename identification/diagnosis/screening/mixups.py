@@ -23,8 +23,6 @@ from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import Fit, FitStatus
 from identification.study.problem import Data, drives
 
-__all__ = ["FACTORS", "Mixup", "gross", "mixups", "moved", "relative_errors", "stuck", "undone"]
-
 Array = np.ndarray
 Fitter = Callable[[BondGraph, Data], Fit]
 

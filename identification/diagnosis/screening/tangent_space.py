@@ -10,8 +10,6 @@ from bondgraph.signals.recording import Split
 from identification.estimation.single_record import Fit
 from identification.study.residual import evaluate, windows
 
-__all__ = ["freedom"]
-
 Array = np.ndarray
 
 

@@ -13,8 +13,6 @@ from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Free
 from identification.study.residual import start_point
 
-__all__ = ["law_trials"]
-
 Array = NDArray[np.float64]
 DECADES = 2.0
 SCALES = 3.0

@@ -20,8 +20,6 @@ from identification.study.joint import JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import output_delays, slots
 
-__all__ = ["Matching", "matched"]
-
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 FAR = 1e6

@@ -16,8 +16,6 @@ from identification.experiments.frequency.local import local_fit
 from identification.experiments.frequency.periods import cut
 from identification.study.problem import Problem
 
-__all__ = ["Measured", "measured_response"]
-
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.intp]

@@ -16,8 +16,6 @@ from identification.study.joint import JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import offset_scale, parameters_at, slots
 
-__all__ = ["STAGES", "CollocatedRecord", "misfit", "readings_of", "record_of"]
-
 Array = np.ndarray
 STAGES = 3
 TAPS = 4

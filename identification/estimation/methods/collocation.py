@@ -33,8 +33,6 @@ from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import offset_scale, parameters_at, slots
 from identification.study.study import SettledSetting, Study
 
-__all__ = ["Collocation"]
-
 Array = np.ndarray
 MOST_STEPS = 16
 """Largest number of steps a sample."""

@@ -31,8 +31,6 @@ from identification.study.problem import Problem
 from identification.study.residual import ResidualEvaluation, offset_scale, slots
 from identification.study.study import SettledSetting, Study
 
-__all__ = ["FrequencyDomain"]
-
 Array = np.ndarray
 
 

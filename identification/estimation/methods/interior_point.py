@@ -14,8 +14,6 @@ from identification.estimation.methods.collocated import STAGES
 from identification.estimation.methods.method import FitOptions
 from identification.estimation.methods.transcription import Programme
 
-__all__ = ["Found", "Runner"]
-
 Array = np.ndarray
 LARGE = 1e19
 FEASIBLE = 1e-6

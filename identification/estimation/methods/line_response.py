@@ -32,8 +32,6 @@ from identification.study.residual import (
     slots,
 )
 
-__all__ = ["line_evaluation", "line_rows"]
-
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 

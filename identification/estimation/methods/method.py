@@ -13,8 +13,6 @@ from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 from identification.study.study import SettledSetting, Study
 
-__all__ = ["FitOptions", "Method", "MethodSolution"]
-
 Array = np.ndarray
 
 

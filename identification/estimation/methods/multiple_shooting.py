@@ -32,8 +32,6 @@ from identification.study.residual import (
 )
 from identification.study.study import SettledSetting, Study
 
-__all__ = ["MultipleShooting"]
-
 Array = np.ndarray
 WINDOWS = 40
 SHORTEST = 12

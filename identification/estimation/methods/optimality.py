@@ -14,8 +14,6 @@ from identification.estimation.methods.interior_point import Found, Runner
 from identification.estimation.methods.radau import march
 from identification.estimation.methods.transcription import Programme
 
-__all__ = ["OptimalitySystem", "defects_of", "optimality", "shifted"]
-
 Array = np.ndarray
 FINER = 4
 """Steps of the reference for one step of the programme."""

@@ -16,8 +16,6 @@ from identification.experiments.frequency.periods import Periods, cut, run_in
 from identification.study.engine import ExactEngine
 from identification.study.problem import Problem
 
-__all__ = ["Lines", "has_laws", "lines_of", "require_lines"]
-
 Array = NDArray[np.float64]
 EXCITED = 1e-3
 """Lines count from this share of the largest amplitude of a command on."""

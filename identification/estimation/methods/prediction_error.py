@@ -22,8 +22,6 @@ from identification.study.problem import Data
 from identification.study.residual import offset_scale, slots
 from identification.study.study import SettledSetting, Study
 
-__all__ = ["PredictionError", "prediction_model"]
-
 Array = np.ndarray
 FINEST = 32
 MOVED = 0.3

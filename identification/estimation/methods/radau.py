@@ -17,8 +17,6 @@ from bondgraph.equations.program import Program
 from bondgraph.signals.band_limited import between_samples
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["CollocationStep", "Scales", "march", "stage_inputs", "step_of", "tableau"]
-
 Array = np.ndarray
 NEWTON = 30
 SETTLED = 1e-11

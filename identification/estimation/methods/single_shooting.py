@@ -11,8 +11,6 @@ from identification.study.free_parameters import dead_times
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.study import SettledSetting, Study
 
-__all__ = ["SingleShooting"]
-
 
 @final
 class SingleShooting(Method):

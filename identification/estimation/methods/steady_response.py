@@ -20,8 +20,6 @@ from identification.study.residual import (
     slots,
 )
 
-__all__ = ["Course", "settled_course", "steady_evaluation"]
-
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 REPEATS = (2, 3, 5, 9, 17, 33)

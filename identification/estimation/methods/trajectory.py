@@ -14,8 +14,6 @@ from identification.study.joint import JointPoint, JointProblem, refine_states
 from identification.study.problem import Problem
 from identification.study.residual import windows
 
-__all__ = ["followed", "observed", "rescaled", "scales_along", "windows_of"]
-
 Array = np.ndarray
 WINDOWS = 40
 SHORTEST = 12

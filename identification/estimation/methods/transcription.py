@@ -17,8 +17,6 @@ from identification.estimation.methods.collocated import (
 from identification.study.joint import STATE_WEIGHT, JointProblem
 from identification.study.residual import parameters_at
 
-__all__ = ["Programme", "programme"]
-
 Array = np.ndarray
 
 

@@ -12,8 +12,6 @@ from identification.estimation.prediction.diffusion import added_covariance
 from identification.estimation.prediction.model import PredictionModel
 from identification.estimation.prediction.places import Places, places
 
-__all__ = ["Numbers", "assemble"]
-
 Array = np.ndarray
 
 

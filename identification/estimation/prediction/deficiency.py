@@ -15,8 +15,6 @@ from dataclasses import dataclass, replace
 from identification.estimation.prediction.model import PredictionModel
 from identification.estimation.prediction.result import PredictionFit, fit_prediction
 
-__all__ = ["Deficiency", "DeficiencyReport", "boundary_p_value", "deficient_equations"]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Deficiency:

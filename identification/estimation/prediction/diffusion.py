@@ -15,8 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["AddedCovariance", "added_covariance"]
-
 Array = np.ndarray
 
 LONGEST = 0.25

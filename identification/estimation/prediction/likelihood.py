@@ -19,8 +19,6 @@ from identification.estimation.prediction.assembly import assemble
 from identification.estimation.prediction.loop import Passed, filter_runner
 from identification.estimation.prediction.model import PredictionModel
 
-__all__ = ["LikelihoodEvaluation", "evaluate", "pass_over"]
-
 Array = np.ndarray
 BLOCKS = 40
 """Runs of samples over which scores are summed for the robust covariance."""

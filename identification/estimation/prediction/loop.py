@@ -17,8 +17,6 @@ from bondgraph.support.native import build
 from identification.estimation.prediction.machine import run_in_machine
 from identification.estimation.prediction.steps import Steps, make_steps
 
-__all__ = ["Passed", "filter_runner"]
-
 Array = np.ndarray
 
 

@@ -13,8 +13,6 @@ import numpy as np
 
 from identification.estimation.prediction.steps import Steps
 
-__all__ = ["run_in_machine"]
-
 Array = np.ndarray
 
 

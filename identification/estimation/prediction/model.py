@@ -18,8 +18,6 @@ from identification.estimation.prediction.scaling import state_scale
 from identification.estimation.prediction.slots import Diffusion, FilterSlots
 from identification.study.problem import Data, Free, free_parameter
 
-__all__ = ["PredictionModel"]
-
 Array = np.ndarray
 SMALLEST = 1e-7
 """Diffusion, against the one that alone explains the spread of its state, that counts as none."""

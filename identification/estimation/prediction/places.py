@@ -8,8 +8,6 @@ from itertools import accumulate
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.lure_kernel import KernelLayout, layout
 
-__all__ = ["Places", "places"]
-
 
 @dataclass(frozen=True, slots=True)
 class Places:

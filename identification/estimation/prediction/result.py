@@ -17,8 +17,6 @@ from identification.estimation.prediction.scoring import Maximum, maximise, prio
 from identification.estimation.prediction.words import remarks
 from identification.estimation.single_record import Estimate
 
-__all__ = ["Predicted", "PredictionFit", "fit_prediction"]
-
 Array = np.ndarray
 QUIET = 0.05
 """Noise of a sensor where a fit begins without process noise, in spreads of the reading."""

@@ -14,8 +14,6 @@ from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.simulate import equilibrium, run_record
 from identification.study.problem import Data
 
-__all__ = ["state_scale"]
-
 Array = np.ndarray
 ESCAPED = 100.0
 """Simulated readings beyond this many measured spreads say that the simulation ran away."""

@@ -11,8 +11,6 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, evaluate
 from identification.estimation.prediction.model import PredictionModel
 
-__all__ = ["GaussianRows", "Maximum", "maximise", "prior"]
-
 Array = np.ndarray
 ENOUGH = 1e-5
 """Expected gain of the log-likelihood below which a step is not worth taking."""

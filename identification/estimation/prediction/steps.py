@@ -22,8 +22,6 @@ from bondgraph.simulation.lure import Compiled, advance_laws, law_arguments, law
 from bondgraph.support.ops import CASADI
 from identification.estimation.prediction.places import Places, places
 
-__all__ = ["Steps", "make_steps"]
-
 
 @dataclass(frozen=True)
 class Steps:

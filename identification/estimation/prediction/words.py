@@ -13,8 +13,6 @@ from identification.statistics.whiteness import white_p
 if TYPE_CHECKING:
     from identification.estimation.prediction.result import PredictionFit
 
-__all__ = ["remarks"]
-
 
 def remarks(model: PredictionModel, fit: PredictionFit) -> tuple[str, ...]:
     """Return the sentences that apply."""

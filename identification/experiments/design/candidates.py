@@ -30,8 +30,6 @@ from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import CRITERIA, Weights, optimal_weights
 
-__all__ = ["Ranking", "flat_like", "rank_signals", "record_information"]
-
 FloatArray = NDArray[np.float64]
 
 

@@ -15,8 +15,6 @@ from scipy.optimize import minimize
 
 from bondgraph.support.errors import unknown_name
 
-__all__ = ["PHASES", "course", "crest_factor", "phases_of"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 PHASES = ("random", "schroeder", "low_crest")

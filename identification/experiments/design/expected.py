@@ -13,8 +13,6 @@ from bondgraph.signals.files.checks import optional
 from bondgraph.simulation.lure import Compiled
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["Expected", "ExpectedTable", "prior_samples", "wanted"]
-
 FloatArray = NDArray[np.float64]
 
 

@@ -20,8 +20,6 @@ from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.signal import Signal
 
-__all__ = ["Check", "FittedSignal", "extremes", "fitted", "within"]
-
 FloatArray = NDArray[np.float64]
 SLACK = 1e-9
 

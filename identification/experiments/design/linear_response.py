@@ -11,8 +11,6 @@ from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import Compiled
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["response_and_sensitivity"]
-
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 

@@ -14,8 +14,6 @@ from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.signal import Signal
 
-__all__ = ["demagnetise", "reversal_curves", "through"]
-
 FloatArray = NDArray[np.float64]
 
 

@@ -13,8 +13,6 @@ from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.crest import course, crest_factor, phases_of
 from identification.experiments.design.signal import Signal
 
-__all__ = ["KINDS", "multisine", "orthogonal_multisines"]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 KINDS = ("full", "odd", "random_odd")

@@ -30,8 +30,6 @@ from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import Weights, optimal_weights
 
-__all__ = ["Proposal", "information_of_signal", "line_information", "optimal_multisine"]
-
 FloatArray = NDArray[np.float64]
 Noise = float | Callable[[FloatArray], FloatArray]
 

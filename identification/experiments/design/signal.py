@@ -12,8 +12,6 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["Signal", "join"]
-
 FloatArray = NDArray[np.float64]
 BETWEEN = ("band-limited", "linear", "hold")
 

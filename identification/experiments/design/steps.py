@@ -11,8 +11,6 @@ from scipy.signal import max_len_seq
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.design.signal import Signal
 
-__all__ = ["prbs", "staircase"]
-
 FloatArray = NDArray[np.float64]
 
 

@@ -7,8 +7,6 @@ import numpy as np
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.signal import Signal
 
-__all__ = ["sweep"]
-
 
 def sweep(
     rate: float,

@@ -10,8 +10,6 @@ from bondgraph.support.errors import UnusableInput
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 
-__all__ = ["session_signal"]
-
 FloatArray = NDArray[np.float64]
 REST = 0.03
 """Share of the record before anything moves; the noise is read there."""

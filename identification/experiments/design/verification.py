@@ -17,8 +17,6 @@ from bondgraph.support.errors import UnusableInput
 from identification.experiments.design.expected import ExpectedTable
 from identification.experiments.design.signal import Signal
 
-__all__ = ["VerifiedIntervals", "verify"]
-
 FloatArray = NDArray[np.float64]
 
 ACCURACY = 1e-6

@@ -19,8 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["CRITERIA", "Weights", "optimal_weights"]
-
 FloatArray = NDArray[np.float64]
 CRITERIA = ("D", "A")
 

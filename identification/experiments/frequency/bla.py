@@ -24,8 +24,6 @@ from identification.experiments.frequency.local import LocalFit, half_width, loc
 from identification.experiments.frequency.periods import Periods, cut, period_lines
 from identification.experiments.frequency.response import FrequencyResponse
 
-__all__ = ["best_linear_approximation", "response_of_periods"]
-
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 

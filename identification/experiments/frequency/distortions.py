@@ -21,8 +21,6 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.frequency.periods import Periods, cut, period_lines
 
-__all__ = ["DistortionLevel", "Distortions", "distortions"]
-
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 KINDS = ("excited", "odd", "even")

@@ -13,8 +13,6 @@ from identification.report.style import AFTER, BAD, BEFORE, FLOOR, GOOD
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["plot_distortions", "plot_response"]
-
 
 def plot_response(response: FrequencyResponse) -> Figure:
     """Draw magnitude and phase of every path, with noise and total standard deviation.

@@ -22,8 +22,6 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.frequency.response import FrequencyResponse
 
-__all__ = ["LocalFit", "local_fit", "local_polynomial"]
-
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.intp]

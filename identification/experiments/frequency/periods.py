@@ -18,8 +18,6 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.statistics.periods import find_period, whole_period
 
-__all__ = ["Periods", "cut", "period_lines", "run_in"]
-
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 

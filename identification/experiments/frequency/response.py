@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from bondgraph.signals.files.checks import optional
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["FrequencyResponse"]
-
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 

@@ -12,8 +12,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.signal_traces import unit_of, weighed, weight_of
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
-__all__ = ["DeadZoneEffect"]
-
 WIDTHS = (0.01, 0.03, 0.08, 0.2)
 """Half widths to try, in spans of the command."""
 

@@ -9,8 +9,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.signal_traces import lagged, weighed, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["LAGS", "LowPass", "lag_parameter", "lag_starts"]
-
 LAGS = (0.4, 2.0, 6.0, 20.0, 100.0)
 """Time constants to try, in samples."""
 

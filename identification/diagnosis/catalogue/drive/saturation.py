@@ -14,8 +14,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.signal_traces import unit_of, weighed
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
-__all__ = ["SaturationEffect"]
-
 Array = np.ndarray
 INSIDE = (0.02, 0.05, 0.1, 0.18, 0.27, 0.36)
 """Limits to try, in spans of the command inside its ends."""

@@ -12,8 +12,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.signal_traces import unit_of, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["SlewLimitEffect"]
-
 Array = np.ndarray
 RATES = (0.95, 0.85, 0.7, 0.5, 0.35, 0.2)
 """Slew rates to try, in fastest changes of the command."""

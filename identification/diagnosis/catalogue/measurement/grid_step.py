@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["quantisation_step", "rounding_explains"]
-
 Array = np.ndarray
 FLOAT32 = 2.4e-7
 """Rounding of single precision, four times over, relative to the largest value."""

@@ -16,8 +16,6 @@ from identification.diagnosis.catalogue.signal_traces import (
 )
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
-__all__ = ["PeriodicError", "promising_cycles"]
-
 Array = np.ndarray
 TRIED = 10
 """Periods that become signatures."""

@@ -17,8 +17,6 @@ from identification.diagnosis.catalogue.signal_traces import (
 )
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["Quantisation"]
-
 Array = np.ndarray
 
 

@@ -10,8 +10,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.signal_traces import unit_of, weighed
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["SensorDrift"]
-
 
 class SensorDrift(Effect):
     """The reading wanders with time."""

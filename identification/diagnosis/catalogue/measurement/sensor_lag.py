@@ -9,8 +9,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.signal_traces import lagged, weighed
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["SensorLag"]
-
 
 class SensorLag(Effect):
     """The reading follows with a first-order lag."""

@@ -13,8 +13,6 @@ from identification.diagnosis.catalogue.signal_traces import (
 )
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
-__all__ = ["SensorNonlinearity"]
-
 
 class SensorNonlinearity(Effect):
     """The reading bends away from the true value."""

@@ -11,8 +11,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.signal_traces import unit_of, weighed
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["SensorOffset", "changes_of_mean"]
-
 Array = np.ndarray
 
 EVENLY = 8

@@ -15,8 +15,6 @@ from identification.diagnosis.catalogue.signal_traces import (
 )
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["SensorRectification"]
-
 
 class SensorRectification(Effect):
     """The sensor gives the size of the signal without its sign, wholly or in part.

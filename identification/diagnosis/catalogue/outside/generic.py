@@ -8,8 +8,6 @@ from bondgraph.hysteresis import play_record
 from identification.diagnosis.catalogue.memory.creep import lagged
 from identification.diagnosis.screening.port_history import PortHistory
 
-__all__ = ["GROUPS", "generic_columns"]
-
 Array = np.ndarray
 
 GROUPS = (

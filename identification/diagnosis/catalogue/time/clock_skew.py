@@ -11,8 +11,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.signal_traces import weighed
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["ClockSkewEffect"]
-
 Array = np.ndarray
 MISFITS = (0.3, 2.0, -2.0, 8.0, -8.0, 30.0, -30.0)
 """Lateness at the end of the record to try, in samples; the first is taken with either sign."""

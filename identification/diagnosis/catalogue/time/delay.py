@@ -21,8 +21,6 @@ from identification.diagnosis.catalogue.effect import (
 from identification.diagnosis.catalogue.signal_traces import weighed, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["Delay"]
-
 DELAYS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Dead times to try, in samples."""
 

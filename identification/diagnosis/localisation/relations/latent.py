@@ -17,8 +17,6 @@ from identification.study.engine import ExactEngine
 from identification.study.problem import drives
 from identification.study.residual import parameters_at
 
-__all__ = ["LatentModel", "Sampled", "latent_model"]
-
 Array = np.ndarray
 
 

@@ -28,8 +28,6 @@ from identification.study.residual import (
     windows,
 )
 
-__all__ = ["BlindProblem", "Refitted", "blind_refit"]
-
 Array = np.ndarray
 DIFFERENCE = 1e-4
 LATE = 1e-3

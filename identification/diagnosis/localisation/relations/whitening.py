@@ -18,8 +18,6 @@ from scipy.signal import lfilter
 
 from identification.diagnosis.localisation.relations.latent import Sampled
 
-__all__ = ["Blind", "blind_filter"]
-
 Array = np.ndarray
 DOUBLINGS = 40
 DRIFT = 1e-9
