@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Element, R, Sensor, Source
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Element, Source
+from bondgraph.laws import Law
 from identification.diagnosis.screening.port_history import FittedModel
 
 Array = np.ndarray
@@ -71,6 +73,11 @@ class Signature:
     flow: Array | None = None
     shape: Mapping[str, float] | None = None
 
+    @classmethod
+    def of(cls, columns: Sequence[Array], **shape: float) -> Signature:
+        """Return a signature of some columns, shape (N,) each."""
+        return cls(np.stack(columns, axis=1), shape=shape)
+
 
 @dataclass(frozen=True, eq=False)
 class Hint:
@@ -86,6 +93,10 @@ class Hint:
 
     shape: Mapping[str, float]
     weights: Array
+
+    def by_name(self, names: Iterable[str]) -> dict[str, float]:
+        """Return the weights as start values of as many parameters."""
+        return dict(zip(names, map(float, self.weights), strict=True))
 
 
 class Effect(ABC):
@@ -110,9 +121,12 @@ class Effect(ABC):
     costly: ClassVar[bool] = False
     """Leaves the exact engine: fitted only where the screening puts it among the first."""
 
-    @abstractmethod
+    where: Callable[[BondGraph], tuple[Element, ...]]
+    """Finds its places, one of `places.py`; effects with a rule of their own override `places`."""
+
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """Elements where the effect makes sense."""
+        return self.where(graph)
 
     def home(self, element: Element) -> bool:
         """Whether `element` is a usual place of this effect."""
@@ -129,6 +143,18 @@ class Effect(ABC):
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Rewrite the graph of `scene` with the effect at `element`; start values from `hint`."""
 
+    def with_law(
+        self, scene: FittedModel, element: Element, law: Law
+    ) -> tuple[BondGraph, tuple[str, ...]]:
+        """Return the graph with a law at an element, and the parameters of the law a fit may move.
+
+        At a source it becomes the law of its drive.
+        """
+        names = tuple(p.name for p in law.parameters(element.name) if not p.fixed)
+        if isinstance(element, Source):
+            return scene.graph.with_element(element.name, drive=Drive(law=law)), names
+        return scene.graph.with_element(element.name, law=law), names
+
     def inserted(
         self,
         element: Element,
@@ -141,34 +167,3 @@ class Effect(ABC):
             self.name, self.family, self.law, element.name, graph, starts, strengths,
             self.simpler, self.confused_with, self.sentence,
         )  # fmt: skip
-
-
-def storages(graph: BondGraph) -> tuple[Element, ...]:
-    """All C without a law of their own."""
-    return tuple(e for e in graph.of_type(C) if e.law is None)
-
-
-def mechanical_resistors(graph: BondGraph) -> tuple[Element, ...]:
-    """Resistors that can rub: all whose unit is not electrical, thermal or hydraulic."""
-    other = ("ohm", "S", "K/W", "W/K", "Pa*s/m3", "Pa*s/m^3")
-    return tuple(e for e in graph.of_type(R) if e.law is None and e.unit not in other)
-
-
-def other_resistors(graph: BondGraph) -> tuple[Element, ...]:
-    """Electrical, thermal and hydraulic resistors."""
-    rubbing = {e.name for e in mechanical_resistors(graph)}
-    return tuple(e for e in graph.of_type(R) if e.law is None and e.name not in rubbing)
-
-
-def sources(graph: BondGraph) -> tuple[Element, ...]:
-    """Return sources without a drive."""
-    return tuple(e for e in graph.of_type(Source) if e.drive is None)
-
-
-def sensors(graph: BondGraph) -> tuple[Element, ...]:
-    """Sensors without a law, lag, delay, drift or clock of their own."""
-    return tuple(
-        e
-        for e in graph.of_type(Sensor)
-        if e.law is None and e.lag is None and e.delay is None and e.clock is None and not e.drift
-    )

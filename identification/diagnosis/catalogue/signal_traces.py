@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy.signal import lfilter
 
 from bondgraph.graph.elements import Element
-from identification.diagnosis.catalogue.effect import Hint, Signature
+from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.study.residual import offset_scale, slots
 
@@ -55,8 +53,3 @@ def weight_of(hint: Hint | None, at: int = 0, low: float = 0.3, high: float = 3.
     if hint is None or at >= hint.weights.size:
         return 1.0
     return float(np.clip(hint.weights[at], low, high))
-
-
-def weighed(columns: Sequence[Array], **shape: float) -> Signature:
-    """Return a signature of some columns, shape (N,) each."""
-    return Signature(np.stack(columns, axis=1), shape=shape)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element
 from bondgraph.laws import DeadZone
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sources
-from identification.diagnosis.catalogue.signal_traces import unit_of, weighed, weight_of
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sources
+from identification.diagnosis.catalogue.signal_traces import unit_of, weight_of
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 WIDTHS = (0.01, 0.03, 0.08, 0.2)
@@ -29,17 +28,14 @@ class DeadZoneEffect(Effect):
         "a slow sweep through the band and back: a dead zone retraces, play and friction do not"
     )
     source = "describing-function texts, e.g. Gelb and Vander Velde 1968"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Return sources."""
-        return sources(graph)
+    where = staticmethod(sources)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return what the band swallows, for several widths and centres."""
         past = scene.of(element)
         u, span = past.argument, 2 * past.half
         return tuple(
-            weighed((-np.clip(u - c, -w * span, w * span),), width=w * span, centre=c)
+            Signature.of((-np.clip(u - c, -w * span, w * span),), width=w * span, centre=c)
             for c in _centres(past)
             for w in WIDTHS
         )
@@ -49,7 +45,7 @@ class DeadZoneEffect(Effect):
         past = scene.of(element)
         span = 2 * past.half
         law = DeadZone(past.centre, 0.02 * span, span, unit_of(element))
-        width, centre = (p.name for p in law.parameters(element.name))
+        graph, (width, centre) = self.with_law(scene, element, law)
         starts: list[dict[str, float]]
         if hint is not None:
             w, c = hint.shape["width"], hint.shape["centre"]
@@ -59,7 +55,6 @@ class DeadZoneEffect(Effect):
             starts = [
                 {width: w * span, centre: c} for c in _centres(past) for w in (0.002, 0.02, 0.06)
             ]
-        graph = scene.graph.with_element(element.name, drive=Drive(law=law))
         return self.inserted(element, graph, tuple(starts), (width,))
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element, Parameter
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sources
-from identification.diagnosis.catalogue.signal_traces import lagged, weighed, weight_of
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sources
+from identification.diagnosis.catalogue.signal_traces import lagged, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
 LAGS = (0.4, 2.0, 6.0, 20.0, 100.0)
@@ -27,16 +27,13 @@ class LowPass(Effect):
         "sensor tells the drive's lag from a sensor's"
     )
     source = "single-pole amplifier"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Return sources."""
-        return sources(graph)
+    where = staticmethod(sources)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """How far the command stays behind, for several time constants."""
         u, dt = scene.of(element).argument, scene.data.dt
         return tuple(
-            weighed((lagged(u, dt, k * dt) - u,), tau=k * dt)
+            Signature.of((lagged(u, dt, k * dt) - u,), tau=k * dt)
             for k in LAGS
             if k < 0.1 * scene.data.n
         )

@@ -6,12 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Saturation
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sources
-from identification.diagnosis.catalogue.signal_traces import unit_of, weighed
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sources
+from identification.diagnosis.catalogue.signal_traces import unit_of
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 Array = np.ndarray
@@ -38,10 +37,7 @@ class SaturationEffect(Effect):
         "sensor behind the drive"
     )
     source = "hyperbolic corner, common in describing-function texts"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Return sources."""
-        return sources(graph)
+    where = staticmethod(sources)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return what is cut off at the upper and the lower end, for several limits."""
@@ -49,7 +45,7 @@ class SaturationEffect(Effect):
         u, (low, high) = past.argument, _ends(past)
         span = high - low
         return tuple(
-            weighed(
+            Signature.of(
                 (
                     -_excess(u - high + a * span, KNEE * span),
                     _excess(low + a * span - u, KNEE * span),
@@ -64,7 +60,7 @@ class SaturationEffect(Effect):
         low, high = _ends(scene.of(element))
         span = high - low
         law = Saturation(low + 0.08 * span, high - 0.08 * span, KNEE * span, unit_of(element))
-        names = tuple(p.name for p in law.parameters(element.name))
+        graph, names = self.with_law(scene, element, law)
 
         def start(below: float, above: float, knee: float) -> Mapping[str, float]:
             return dict(
@@ -72,7 +68,6 @@ class SaturationEffect(Effect):
             )
 
         starts = tuple(start(*s) for s in (_everywhere() if hint is None else _hinted(hint)))
-        graph = scene.graph.with_element(element.name, drive=Drive(law=law))
         return self.inserted(element, graph, starts, names[:2])
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element
 from bondgraph.laws.slew_limit import SlewLimit, slew_limited
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sources
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sources
 from identification.diagnosis.catalogue.signal_traces import unit_of, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -33,10 +32,7 @@ class SlewLimitEffect(Effect):
         "slow command of full amplitude, which a saturation cuts and a rate limit does not"
     )
     source = "large-signal bandwidth of operational amplifiers and valves"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Return sources."""
-        return sources(graph)
+    where = staticmethod(sources)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """How far the output stays behind, for several rates."""
@@ -59,8 +55,7 @@ class SlewLimitEffect(Effect):
             shape = float(hint.shape["slowness"])
             starts = [shape, shape * weight_of(hint, 0, 0.8, 1.25)]
         law = SlewLimit(starts[0], starts[0], f"s/({unit_of(element)})")
-        (name,) = (p.name for p in law.parameters(element.name))
-        graph = scene.graph.with_element(element.name, drive=Drive(law=law))
+        graph, (name,) = self.with_law(scene, element, law)
         found = tuple({name: s} for s in dict.fromkeys(starts))
         return self.inserted(element, graph, found, (name,))
 

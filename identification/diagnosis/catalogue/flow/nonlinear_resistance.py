@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import NonlinearResistance
-from identification.diagnosis.catalogue.by_domain import (
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import (
     electrical_resistors,
     hydraulic_resistors,
-    rebalanced,
-    tamed,
-)
-from identification.diagnosis.catalogue.effect import (
-    Effect,
-    Hint,
-    Insertion,
-    Signature,
     other_resistors,
 )
+from identification.diagnosis.catalogue.starts import rebalanced, tamed
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 
@@ -37,10 +30,7 @@ class NonlinearResistanceEffect(Effect):
         "at once, heat takes its time"
     )
     source = "series of a characteristic through the origin; Chua, IEEE Trans. Circuit Theory 1969"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Electrical, thermal and hydraulic resistors."""
-        return other_resistors(graph)
+    where = staticmethod(other_resistors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Square and cube of the scaled flow."""
@@ -58,8 +48,7 @@ class NonlinearResistanceEffect(Effect):
             effort, flow = "Pa", "m3/s"
         size = float(np.abs(past.output).max()) or 1.0
         law = NonlinearResistance(0.1 * size, _level(past), effort, flow)
-        names = tuple(p.name for p in law.parameters(element.name) if not p.fixed)
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, names = self.with_law(scene, element, law)
         starts: tuple[dict[str, float], ...] = ({},)
         if hint is not None:
             weights = tamed(hint.weights, size)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import QuadraticDrag
-from identification.diagnosis.catalogue.by_domain import at_least, hydraulic_resistors, rebalanced
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import hydraulic_resistors
+from identification.diagnosis.catalogue.starts import at_least, rebalanced
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -23,10 +23,7 @@ class SquareRootFlow(Effect):
     confused_with = ("nonlinear_resistance", "nonlinear_stiffness")
     separated_by = "steady flow at four times the pressure: twice the flow, not four times"
     source = "Torricelli 1643; Merritt, Hydraulic Control Systems, 1967 (orifice)"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Hydraulic resistors."""
-        return hydraulic_resistors(graph)
+    where = staticmethod(hydraulic_resistors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """``|f| f``; the linear part belongs to the resistor itself."""
@@ -39,15 +36,14 @@ class SquareRootFlow(Effect):
         largest = float(np.abs(past.argument).max()) or 1.0
         full = float(np.abs(past.output).max() or past.swing) / largest**2
         law = QuadraticDrag(0.5 * full, "Pa*s2/m6")
-        (p,) = law.parameters(element.name)
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (name,) = self.with_law(scene, element, law)
         tried = [0.5 * full, 0.9 * full]
         if hint is not None:
             tried = [at_least(hint.weights[0], 0.02 * full), 0.8 * full]
         f = past.argument
         starts = tuple(
-            {p.name: v, **share}
+            {name: v, **share}
             for v in tried
             for share in (rebalanced(element, past, v * np.abs(f) * f), {})
         )
-        return self.inserted(element, graph, starts, (p.name,))
+        return self.inserted(element, graph, starts, (name,))

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import AsymmetricDamping
-from identification.diagnosis.catalogue.effect import (
-    Effect,
-    Hint,
-    Insertion,
-    Signature,
-    mechanical_resistors,
-)
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import mechanical_resistors
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -31,10 +25,7 @@ class AsymmetricDampingEffect(Effect):
         "damper and stays if it is the spring"
     )
     source = "Dixon, The Shock Absorber Handbook, 2nd ed. 2007 (rebound and compression)"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Mechanical resistors."""
-        return mechanical_resistors(graph)
+    where = staticmethod(mechanical_resistors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """``|f|``."""
@@ -45,9 +36,8 @@ class AsymmetricDampingEffect(Effect):
         past = scene.of(element)
         size = past.slope
         law = AsymmetricDamping(0.0, 0.3 * size, getattr(element, "unit", "") or "N*s/m")
-        (p,) = law.parameters(element.name)
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (name,) = self.with_law(scene, element, law)
         tried = [0.2 * size, -0.2 * size]
         if hint is not None:  # beyond the mean one of the two coefficients would be negative
             tried = [float(np.clip(hint.weights[0], -0.9 * size, 0.9 * size))]
-        return self.inserted(element, graph, tuple({p.name: v} for v in tried), (p.name,))
+        return self.inserted(element, graph, tuple({name: v} for v in tried), (name,))

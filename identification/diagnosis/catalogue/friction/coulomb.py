@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Coulomb
-from identification.diagnosis.catalogue.by_domain import at_least, rebalanced, rubbing_units
-from identification.diagnosis.catalogue.effect import (
-    Effect,
-    Hint,
-    Insertion,
-    Signature,
-    mechanical_resistors,
-)
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import mechanical_resistors
+from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -35,10 +29,7 @@ class CoulombFriction(Effect):
         "friction has one level and no spring before it slides"
     )
     source = "Coulomb 1785; Moreau 1988 for the implicit step"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Mechanical resistors."""
-        return mechanical_resistors(graph)
+    where = staticmethod(mechanical_resistors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Direction of the flow."""
@@ -48,13 +39,12 @@ class CoulombFriction(Effect):
         """Coulomb law beside the viscous one."""
         force = at_least(scene.of(element).swing, 1e-12)
         law = Coulomb(0.3 * force, unit=rubbing_units(element)[0])
-        (p,) = law.parameters(element.name)
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (name,) = self.with_law(scene, element, law)
         levels = (0.3, 0.05) if hint is None else (at_least(hint.weights[0] / force, 0.02),)
         direction = np.sign(scene.of(element).argument)
         starts = tuple(
-            {p.name: level * force, **share}
+            {name: level * force, **share}
             for level in levels
             for share in (rebalanced(element, scene.of(element), level * force * direction), {})
         )
-        return self.inserted(element, graph, starts, (p.name,))
+        return self.inserted(element, graph, starts, (name,))

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import DahlFriction
-from identification.diagnosis.catalogue.by_domain import at_least, rebalanced, rubbing_units
-from identification.diagnosis.catalogue.effect import (
-    Effect,
-    Hint,
-    Insertion,
-    Signature,
-    mechanical_resistors,
-)
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import mechanical_resistors
+from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 Array = np.ndarray
@@ -42,18 +36,15 @@ class PreslidingFriction(Effect):
     )
     simpler = ("coulomb_friction",)
     source = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Mechanical resistors."""
-        return mechanical_resistors(graph)
+    where = staticmethod(mechanical_resistors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Bend of a bristle along the motion, for several slip lengths."""
         way = _way(scene.of(element))
         half = 0.5 * float(np.ptp(way)) or 1.0
         return tuple(
-            Signature(bend(way, share * half)[:, None], shape={"way": share * half})
-            for share in WAYS
+            Signature.of((bend(way, length),), way=length)
+            for length in (share * half for share in WAYS)
         )
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
@@ -67,8 +58,7 @@ class PreslidingFriction(Effect):
             level, way = at_least(hint.weights[0], 0.02 * force), float(hint.shape["way"])
             tried = ((level, way), (level, 0.3 * way))
         law = DahlFriction(0.2 * force, 0.03 * half, unit=effort, way_unit=length)
-        names = tuple(p.name for p in law.parameters(element.name))
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, names = self.with_law(scene, element, law)
         starts = []
         for level, way in tried:
             values = dict(zip(names, (level, way), strict=True))

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import QuadraticDrag
-from identification.diagnosis.catalogue.by_domain import at_least, rebalanced
-from identification.diagnosis.catalogue.effect import (
-    Effect,
-    Hint,
-    Insertion,
-    Signature,
-    mechanical_resistors,
-)
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import mechanical_resistors
+from identification.diagnosis.catalogue.starts import at_least, rebalanced
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -29,10 +23,7 @@ class Drag(Effect):
     confused_with = ("coulomb_friction", "asymmetric_damping")
     separated_by = "free decay or steady speeds from slow to fast: damping grows with the speed"
     source = "Newton's drag law; Batchelor, An Introduction to Fluid Dynamics, section 5.11"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Mechanical resistors."""
-        return mechanical_resistors(graph)
+    where = staticmethod(mechanical_resistors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """``|f| f``."""
@@ -44,9 +35,8 @@ class Drag(Effect):
         past = scene.of(element)
         full = past.swing / past.half**2
         law = QuadraticDrag(0.2 * full)
-        (p,) = law.parameters(element.name)
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (name,) = self.with_law(scene, element, law)
         start = 0.2 * full if hint is None else at_least(hint.weights[0], 0.02 * full)
         added = start * np.abs(past.argument) * past.argument
-        starts = ({p.name: start, **rebalanced(element, past, added)}, {p.name: start})
-        return self.inserted(element, graph, starts, (p.name,))
+        starts = ({name: start, **rebalanced(element, past, added)}, {name: start})
+        return self.inserted(element, graph, starts, (name,))

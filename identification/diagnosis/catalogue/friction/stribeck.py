@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Stribeck
-from identification.diagnosis.catalogue.by_domain import at_least, rebalanced, rubbing_units
-from identification.diagnosis.catalogue.effect import (
-    Effect,
-    Hint,
-    Insertion,
-    Signature,
-    mechanical_resistors,
-)
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import mechanical_resistors
+from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
 
 SPEEDS = (0.04, 0.1, 0.3, 1.0)
@@ -36,20 +30,14 @@ class StribeckFriction(Effect):
     )
     simpler = ("coulomb_friction",)
     source = "Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Mechanical resistors."""
-        return mechanical_resistors(graph)
+    where = staticmethod(mechanical_resistors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Direction of the flow, and the same near rest, for several speeds."""
         past = scene.of(element)
         f, direction = past.argument, np.sign(past.argument)
         return tuple(
-            Signature(
-                np.stack([direction, direction * np.exp(-((f / v) ** 2))], axis=1),
-                shape={"speed": v},
-            )
+            Signature.of((direction, direction * np.exp(-((f / v) ** 2))), speed=v)
             for v in (share * past.rms for share in SPEEDS)
         )
 
@@ -69,8 +57,7 @@ class StribeckFriction(Effect):
             slower = max(0.8 * v, 0.04 * past.rms)
             tried = ((level, drop, v), (level, level, 0.3 * past.rms), (level, level, slower))
         law = Stribeck(0.2 * force, 0.1 * force, speed, unit=effort, flow_unit=flow)
-        names = tuple(p.name for p in law.parameters(element.name))
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, names = self.with_law(scene, element, law)
         starts = []
         for level, drop, v in tried:
             values = dict(zip(names, (level, drop, v), strict=True))

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws.periodic import Periodic
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.measurement.grid_step import quantisation_step
-from identification.diagnosis.catalogue.signal_traces import (
-    reading_without_offset,
-    unit_of,
-    weighed,
-)
+from identification.diagnosis.catalogue.places import sensors
+from identification.diagnosis.catalogue.signal_traces import reading_without_offset, unit_of
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 Array = np.ndarray
@@ -47,10 +43,7 @@ class PeriodicError(Effect):
         "by the mass"
     )
     source = "interpolation error of encoders and resolvers, first harmonic"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sensors."""
-        return sensors(graph)
+    where = staticmethod(sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Sine and cosine along the reading, for the most promising periods."""
@@ -65,7 +58,7 @@ class PeriodicError(Effect):
             if span / float(cycles) < GRIDS * grid:
                 continue
             turn = 2 * np.pi * cycles / span * y
-            found.append(weighed((np.sin(turn), np.cos(turn)), period=span / float(cycles)))
+            found.append(Signature.of((np.sin(turn), np.cos(turn)), period=span / float(cycles)))
         return tuple(found) or (Signature(np.zeros((y.size, 2)), shape={"period": span}),)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
@@ -79,13 +72,12 @@ class PeriodicError(Effect):
         else:
             period = float(hint.shape["period"])
         law = Periodic(period, 0.02 * half, half, unit_of(element), unit_of(element))
-        sine, cosine, length = (p.name for p in law.parameters(element.name))
+        graph, (sine, cosine, length) = self.with_law(scene, element, law)
         start = {length: period}
         if hint is None:
             start[sine] = start[cosine] = 0.01 * half
         else:
-            start |= dict(zip((sine, cosine), map(float, hint.weights), strict=True))
-        graph = scene.graph.with_element(element.name, law=law)
+            start |= hint.by_name((sine, cosine))
         return self.inserted(element, graph, (start,), (sine, cosine))
 
 

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws.rounding import Rounding
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.measurement.grid_step import quantisation_step
 from identification.diagnosis.catalogue.measurement.periodic_error import promising_cycles
-from identification.diagnosis.catalogue.signal_traces import (
-    reading_without_offset,
-    unit_of,
-    weighed,
-)
+from identification.diagnosis.catalogue.places import sensors
+from identification.diagnosis.catalogue.signal_traces import reading_without_offset, unit_of
 from identification.diagnosis.screening.port_history import FittedModel
 
 Array = np.ndarray
@@ -36,10 +32,7 @@ class Quantisation(Effect):
     confused_with = ("periodic_error", "dead_zone", "coulomb_friction", "sensor_nonlinearity")
     separated_by = "count the distinct values of the reading; a finer range of the converter"
     source = "uniform quantiser, Widrow 1956"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sensors."""
-        return sensors(graph)
+    where = staticmethod(sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return the rounding error of the simulated reading, on its grid or on the likeliest one.
@@ -50,13 +43,13 @@ class Quantisation(Effect):
         y = reading_without_offset(scene, element)
         found = _grid(scene, element)
         if found is not None:
-            return (weighed((_rounded(y, *found) - y,), step=found[0], origin=found[1]),)
+            return (Signature.of((_rounded(y, *found) - y,), step=found[0], origin=found[1]),)
         if scene.data.resolution.get(element.name, 0.0) > 0:
-            return (weighed((np.zeros(y.size),)),)
+            return (Signature.of((np.zeros(y.size),)),)
         left = scene.residual[:, scene.data.names.index(element.name)]
         steps = [_sharpened(y, left, step) for step in _repeating(y, left)]
-        made = tuple(weighed((_rounded(y, h, 0.0) - y,), step=h, origin=0.0) for h in steps)
-        return made or (weighed((np.zeros(y.size),)),)
+        made = tuple(Signature.of((_rounded(y, h, 0.0) - y,), step=h, origin=0.0) for h in steps)
+        return made or (Signature.of((np.zeros(y.size),)),)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Round to the grid of the recording; to one too fine to matter where there is none."""
@@ -67,8 +60,7 @@ class Quantisation(Effect):
         elif (found := _grid(scene, element)) is not None:
             step, origin = found
         law = Rounding(step, origin, unit=unit_of(element))
-        amount, *_ = (p.name for p in law.parameters(element.name))
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (amount, *_) = self.with_law(scene, element, law)
         return self.inserted(element, graph, ({amount: 1.0},), (amount,))
 
 

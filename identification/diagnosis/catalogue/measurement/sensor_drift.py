@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element, Parameter
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
-from identification.diagnosis.catalogue.signal_traces import unit_of, weighed
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sensors
+from identification.diagnosis.catalogue.signal_traces import unit_of
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -24,15 +24,12 @@ class SensorDrift(Effect):
         "a long rest: drift goes on, creep dies out; and a second sensor of the same motion"
     )
     source = "second-order polynomial of time"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sensors."""
-        return sensors(graph)
+    where = staticmethod(sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return a line and a parabola over the record."""
         ramp = np.linspace(0.0, 1.0, scene.data.n)
-        return (weighed((ramp, ramp**2)),)
+        return (Signature.of((ramp, ramp**2)),)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Linear and quadratic drift."""
@@ -46,5 +43,5 @@ class SensorDrift(Effect):
         )  # fmt: skip
         names = tuple(p.name for p in drift)
         graph = scene.graph.with_parameters(drift).with_element(element.name, drift=names)
-        start = {} if hint is None else dict(zip(names, map(float, hint.weights), strict=True))
+        start = {} if hint is None else hint.by_name(names)
         return self.inserted(element, graph, (start,), names)

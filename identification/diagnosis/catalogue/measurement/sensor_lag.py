@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from identification.diagnosis.catalogue.drive.low_pass import LAGS, lag_parameter, lag_starts
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
-from identification.diagnosis.catalogue.signal_traces import lagged, weighed
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sensors
+from identification.diagnosis.catalogue.signal_traces import lagged
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -21,16 +21,13 @@ class SensorLag(Effect):
     confused_with = ("low_pass", "delay")
     separated_by = "a second sensor: a lag of the drive shows in both readings, this one in one"
     source = "single-pole sensor"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sensors."""
-        return sensors(graph)
+    where = staticmethod(sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """How far the reading stays behind, for several time constants."""
         y, dt = scene.of(element).argument, scene.data.dt
         return tuple(
-            weighed((lagged(y, dt, k * dt) - y,), tau=k * dt)
+            Signature.of((lagged(y, dt, k * dt) - y,), tau=k * dt)
             for k in LAGS
             if k < 0.1 * scene.data.n
         )

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Parametrised, Polynomial
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
-from identification.diagnosis.catalogue.signal_traces import (
-    reading_without_offset,
-    unit_of,
-    weighed,
-)
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sensors
+from identification.diagnosis.catalogue.signal_traces import reading_without_offset, unit_of
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 
@@ -28,25 +24,20 @@ class SensorNonlinearity(Effect):
         "moves it with the amplitude"
     )
     source = "calibration polynomial"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sensors."""
-        return sensors(graph)
+    where = staticmethod(sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Quadratic and cubic term."""
         past = _past(scene, element)
         z = (past.argument - past.centre) / past.half
-        return (weighed((z**2, z**3)),)
+        return (Signature.of((z**2, z**3)),)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Quadratic and cubic term about the centre of the readings."""
         past = _past(scene, element)
         curve = Polynomial(past.centre, past.half, 0.05 * past.half, unit=unit_of(element))
-        names = tuple(p.name for p in curve.parameters(element.name))
-        law = Parametrised(curve, ("centre", "half"))
-        graph = scene.graph.with_element(element.name, law=law)
-        start = {} if hint is None else dict(zip(names, map(float, hint.weights), strict=True))
+        graph, names = self.with_law(scene, element, Parametrised(curve, ("centre", "half")))
+        start = {} if hint is None else hint.by_name(names)
         return self.inserted(element, graph, (start,), names)
 
 

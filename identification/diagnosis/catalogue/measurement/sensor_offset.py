@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws.onset import Onset
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
-from identification.diagnosis.catalogue.signal_traces import unit_of, weighed
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sensors
+from identification.diagnosis.catalogue.signal_traces import unit_of
 from identification.diagnosis.screening.port_history import FittedModel
 
 Array = np.ndarray
@@ -42,16 +42,13 @@ class SensorOffset(Effect):
         "nothing swinging"
     )
     source = "step in time with a finite rise"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sensors."""
-        return sensors(graph)
+    where = staticmethod(sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return unit steps at several times."""
         past, rise = scene.of(element), SHARP * scene.data.dt
         return tuple(
-            weighed((0.5 * (1 + np.tanh((past.time - t) / rise)),), time=t)
+            Signature.of((0.5 * (1 + np.tanh((past.time - t) / rise)),), time=t)
             for t in _times(scene, element)
         )
 
@@ -63,8 +60,7 @@ class SensorOffset(Effect):
         law = Onset(
             times[0], SHARP * dt, margin, 0.05 * half, unit_of(element), free_standing=False
         )
-        height, begin, _ = (p.name for p in law.parameters(element.name))
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (height, begin, _) = self.with_law(scene, element, law)
         size = 0.0 if hint is None else float(hint.weights[0])
         starts = tuple({height: size, begin: t} for t in times[: 2 * OF_EACH])
         return self.inserted(element, graph, starts, (height,))

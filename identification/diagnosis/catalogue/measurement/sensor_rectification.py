@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws.rectifier import Rectifier
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sensors
-from identification.diagnosis.catalogue.signal_traces import (
-    reading_without_offset,
-    weighed,
-    weight_of,
-)
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sensors
+from identification.diagnosis.catalogue.signal_traces import reading_without_offset, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -31,21 +27,17 @@ class SensorRectification(Effect):
     confused_with = ("sensor_nonlinearity", "asymmetric_damping", "bilinear_stiffness")
     separated_by = "a slow motion through zero: a rectified reading turns back there"
     source = "full-wave rectifier, |s|"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Sensors."""
-        return sensors(graph)
+    where = staticmethod(sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return what is turned over; nothing where the reading keeps its sign."""
         y = reading_without_offset(scene, element)
-        return (weighed((np.abs(y) - y,)),)
+        return (Signature.of((np.abs(y) - y,)),)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Rectification in full and as the signature weighs it."""
         law = Rectifier()
-        (amount,) = (p.name for p in law.parameters(element.name))
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (amount,) = self.with_law(scene, element, law)
         found = [0.5, 1.0] if hint is None else [weight_of(hint, 0, 0.02, 1.0), 1.0]
         starts = tuple({amount: a} for a in dict.fromkeys(found))
         return self.inserted(element, graph, starts, (amount,))

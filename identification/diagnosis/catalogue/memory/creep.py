@@ -7,9 +7,9 @@ from itertools import combinations
 import numpy as np
 from scipy.signal import lfilter, lfiltic
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, One, Parameter, R, Zero, symbol
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, storages
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import storages
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 Array = np.ndarray
@@ -37,10 +37,7 @@ class Creep(Effect):
         "the step down, hysteresis stays where it is, drift goes on as before"
     )
     source = "Kuhnen and Janocha, Creep and hysteresis compensation, 1998; Kelvin-Voigt chain"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Storages."""
-        return storages(graph)
+    where = staticmethod(storages)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Effort lost to two lagged parts of the displacement, for pairs of time constants."""

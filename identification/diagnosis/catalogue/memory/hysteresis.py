@@ -5,19 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import C, Element, Sensor, Source
 from bondgraph.hysteresis import play_record
 from bondgraph.laws import Parametrised, StopSum
-from identification.diagnosis.catalogue.effect import (
-    Effect,
-    Hint,
-    Insertion,
-    Signature,
-    sensors,
-    sources,
-    storages,
-)
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sensors, sources, storages
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 Array = np.ndarray
@@ -71,11 +63,7 @@ class Hysteresis(Effect):
             ),
             ("thresholds",),
         )  # fmt: skip
-        if isinstance(element, Source):
-            graph = scene.graph.with_element(element.name, drive=Drive(law=law))
-        else:
-            graph = scene.graph.with_element(element.name, law=law)
-        names = tuple(p.name for p in law.inner.parameters(element.name))
+        graph, names = self.with_law(scene, element, law)
         starts: dict[str, float] = {}
         if hint is not None:
             # a height at its lower bound of zero would stay there

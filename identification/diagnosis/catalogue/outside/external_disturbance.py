@@ -55,8 +55,7 @@ class ExternalDisturbance(Effect):
         found = []
         for f in spectral_peaks(scene.residual / scene.data.floor, past.dt, PEAKS):
             turn = 2 * np.pi * f * past.time
-            columns = np.stack([np.sin(turn), np.cos(turn)], axis=1)
-            found.append(Signature(columns, shape={"frequency": f}))
+            found.append(Signature.of((np.sin(turn), np.cos(turn)), frequency=f))
         spacing = past.dt * past.n / ONSETS
         gradual = [(j * spacing, 0.2 * spacing) for j in range(1, ONSETS)]
         sudden = [
@@ -88,9 +87,7 @@ class ExternalDisturbance(Effect):
             graph = g.with_branch(g.neighbour(element.name), [R(name, law=law)])
         names = tuple(p.name for p in law.parameters(name))
         strengths = names[:2] if isinstance(law, Tone) else names[:1]
-        starts: dict[str, float] = {}
-        if hint is not None:
-            starts = dict(zip(strengths, map(float, hint.weights), strict=True))
+        starts = {} if hint is None else hint.by_name(strengths)
         return self.inserted(element, graph, (starts,), strengths)
 
 

@@ -7,7 +7,8 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, R
 from bondgraph.laws import Ageing
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, storages
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import storages
 from identification.diagnosis.screening.port_history import FittedModel
 
 Array = np.ndarray
@@ -45,11 +46,8 @@ class TimeVaryingParameter(Effect):
         """Give the element a law whose slope drifts."""
         past = scene.of(element)
         law = Ageing(_duration(scene), 0.1 * past.slope, _slope_unit(element))
-        graph = scene.graph.with_element(element.name, law=law)
-        names = tuple(p.name for p in law.parameters(element.name))[:2]
-        starts: dict[str, float] = {}
-        if hint is not None:
-            starts = dict(zip(names, map(float, hint.weights), strict=True))
+        graph, names = self.with_law(scene, element, law)
+        starts = {} if hint is None else hint.by_name(names)
         return self.inserted(element, graph, (starts,), names)
 
 

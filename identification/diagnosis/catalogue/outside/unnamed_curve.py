@@ -5,19 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Element, R, Source
+from bondgraph.graph.elements import Element, R
 from bondgraph.laws import Parametrised, PiecewiseLinear
 from bondgraph.support.ops import NUMPY
-from identification.diagnosis.catalogue.effect import (
-    Effect,
-    Hint,
-    Insertion,
-    Signature,
-    sensors,
-    sources,
-    storages,
-)
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sensors, sources, storages
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 Array = np.ndarray
@@ -43,22 +35,13 @@ class UnnamedCurve(Effect):
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """One hat a free knot."""
-        past = scene.of(element)
-        return (Signature(hats(past)),)
+        return (Signature(hats(scene.of(element))),)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Seven knots over the range of the record."""
-        past = scene.of(element)
-        curve = _curve(past)
-        law = Parametrised(curve, ("knots",))
-        names = tuple(p.name for p in curve.parameters(element.name))
-        if isinstance(element, Source):
-            graph = scene.graph.with_element(element.name, drive=Drive(law=law))
-        else:
-            graph = scene.graph.with_element(element.name, law=law)
-        starts: dict[str, float] = {}
-        if hint is not None:
-            starts = dict(zip(names, map(float, hint.weights), strict=True))
+        law = Parametrised(_curve(scene.of(element)), ("knots",))
+        graph, names = self.with_law(scene, element, law)
+        starts = {} if hint is None else hint.by_name(names)
         return self.inserted(element, graph, (starts,), names)
 
 

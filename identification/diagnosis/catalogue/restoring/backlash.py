@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Backlash
-from identification.diagnosis.catalogue.by_domain import (
-    rebalanced,
-    rubbing_units,
-    shared_slope,
-    springs,
-)
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import springs
+from identification.diagnosis.catalogue.starts import rebalanced, rubbing_units, shared_slope
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 Array = np.ndarray
@@ -36,19 +31,13 @@ class BacklashEffect(Effect):
         "preload; a smooth curve and a stop do not"
     )
     source = "Nordin and Gutman, Automatica 38 (2002) 1633"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Springs."""
-        return springs(graph)
+    where = staticmethod(springs)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Force that a gap would take away, for several widths and centres."""
         past = scene.of(element)
         return tuple(
-            Signature(
-                _taken(past, centre, width)[:, None],
-                shape={"centre": centre, "width": width},
-            )
+            Signature.of((_taken(past, centre, width),), centre=centre, width=width)
             for centre in _centres(past)
             for width in (share * past.half for share in SHARES)
         )
@@ -62,8 +51,7 @@ class BacklashEffect(Effect):
             stiffness_unit=getattr(element, "unit", "") or "N/m", width=0.05 * past.half,
             centre=past.centre, size=past.half, unit=rubbing_units(element)[2],
         )  # fmt: skip
-        width, centre = (p.name for p in law.parameters(element.name)[1:])
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (_, width, centre) = self.with_law(scene, element, law)
         tried = [(share * past.half, at) for at in _centres(past) for share in (0.03, 0.25)]
         if hint is not None:
             at, gap = float(hint.shape["centre"]), float(hint.shape["width"])

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Bilinear
-from identification.diagnosis.catalogue.by_domain import reach, rebalanced, rubbing_units, springs
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import springs
+from identification.diagnosis.catalogue.starts import reach, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 SHARES = (-0.7, -0.4, -0.15, 0.0, 0.15, 0.4, 0.7)
@@ -30,10 +30,7 @@ class BilinearStiffness(Effect):
     )
     source = "Shaw and Holmes, J. Sound and Vibration 90 (1983) 129"
     simpler = ("contact_loss",)
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Springs."""
-        return springs(graph)
+    where = staticmethod(springs)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Displacement above the knee, for several knees."""
@@ -51,8 +48,7 @@ class BilinearStiffness(Effect):
             0.0, past.centre, k, past.half, rubbing_units(element)[2],
             getattr(element, "unit", "") or "N/m",
         )  # fmt: skip
-        change, knee = (p.name for p in law.parameters(element.name))
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (change, knee) = self.with_law(scene, element, law)
         tried = [(0.3 * k, past.centre), (-0.3 * k, past.centre)]
         if hint is not None:
             at, size = float(hint.shape["knee"]), float(np.clip(hint.weights[0], -0.8 * k, 3 * k))

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import ContactLoss
-from identification.diagnosis.catalogue.by_domain import (
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import springs
+from identification.diagnosis.catalogue.starts import (
     at_least,
     reach,
     rebalanced,
     rubbing_units,
     shared_slope,
-    springs,
 )
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.screening.port_history import FittedModel
 
 SHARES = (0.85, 0.6, 0.3, 0.0, -0.4)
@@ -38,10 +37,7 @@ class ContactLossEffect(Effect):
         "knee of a bilinear spring keeps its place and its second slope"
     )
     source = "Brogliato, Nonsmooth Mechanics, 3rd ed. 2016 (unilateral contact)"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Springs."""
-        return springs(graph)
+    where = staticmethod(springs)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Pull that does not come, on either side, for several preloads."""
@@ -71,8 +67,7 @@ class ContactLossEffect(Effect):
             stiffness_unit=getattr(element, "unit", "") or "N/m", depth=tried[0], size=past.half,
             edge=edge, side=side, unit=rubbing_units(element)[2],
         )  # fmt: skip
-        depth_name = law.parameters(element.name)[1].name
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (_, depth_name) = self.with_law(scene, element, law)
         starts = []
         for depth in tried:
             pull = np.maximum(side * (edge - past.argument) + depth, 0.0)

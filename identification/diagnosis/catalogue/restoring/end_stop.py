@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import EndStop
-from identification.diagnosis.catalogue.by_domain import reach, rebalanced, rubbing_units, springs
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import springs
+from identification.diagnosis.catalogue.starts import reach, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
 
 Array = np.ndarray
@@ -37,10 +37,7 @@ class EndStopEffect(Effect):
         "displacement hardly grows while the force does"
     )
     source = "Shaw, Forced vibrations of a beam with one-sided amplitude constraint, 1985"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Springs."""
-        return springs(graph)
+    where = staticmethod(springs)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Displacement beyond the gap, above, below and on both sides, for several gaps."""
@@ -51,8 +48,7 @@ class EndStopEffect(Effect):
             above = np.maximum(past.argument - high, 0.0)
             below = -np.maximum(low - past.argument, 0.0)
             for side, column in ((HIGH, above), (LOW, below), (BOTH, above + below)):
-                shape = {"side": side, "share": share}
-                found.append(Signature(column[:, None], shape=shape))
+                found.append(Signature.of((column,), side=side, share=share))
         return tuple(found)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
@@ -63,8 +59,7 @@ class EndStopEffect(Effect):
             10 * k, reach(past, -0.7), reach(past, 0.7), "both", past.half,
             rubbing_units(element)[2], getattr(element, "unit", "") or "N/m",
         )  # fmt: skip
-        names = tuple(p.name for p in law.parameters(element.name))
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, names = self.with_law(scene, element, law)
         # the fitted linear model runs through a stiff stop, so that its force seems weak and early
         tried = [(10 * k, -0.7, 0.7), (10 * k, -0.4, 0.4)]
         if hint is not None:

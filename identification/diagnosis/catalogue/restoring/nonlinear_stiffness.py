@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element
 from bondgraph.laws import Parametrised, Polynomial
-from identification.diagnosis.catalogue.by_domain import rebalanced, tamed
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, storages
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import storages
+from identification.diagnosis.catalogue.starts import rebalanced, tamed
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -29,10 +29,7 @@ class NonlinearStiffness(Effect):
         "the look-alikes have corners at one or two places"
     )
     source = "Duffing 1918; series of the stored energy"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Storages."""
-        return storages(graph)
+    where = staticmethod(storages)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Square and cube of the scaled displacement."""
@@ -45,8 +42,7 @@ class NonlinearStiffness(Effect):
         assert isinstance(element, C)
         past = scene.of(element)
         law = Parametrised(Polynomial(past.centre, past.half, 0.1 * past.swing), ("centre", "half"))
-        names = tuple(p.name for p in law.parameters(element.name) if not p.fixed)
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, names = self.with_law(scene, element, law)
         starts: tuple[dict[str, float], ...] = ({},)
         if hint is not None:
             weights = tamed(hint.weights, past.swing)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, One, Parameter, R, Zero, symbol
-from identification.diagnosis.catalogue.by_domain import masses
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import masses
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 Array = np.ndarray
@@ -31,20 +30,14 @@ class AddedMode(Effect):
         "frequencies that do not depend on the amplitude"
     )
     source = "Den Hartog, Mechanical Vibrations, chapter 3 (attached oscillator)"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Masses."""
-        return masses(graph)
+    where = staticmethod(masses)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Force of a light oscillator on the mass over the mass ratio, for several frequencies."""
         past = scene.of(element)
         inertia = _inertia(past)
         return tuple(
-            Signature(
-                inertia * pull(past.argument, omega, DAMPING, past.dt)[:, None],
-                shape={"omega": omega},
-            )
+            Signature.of((inertia * pull(past.argument, omega, DAMPING, past.dt),), omega=omega)
             for omega in frequencies(scene, past)
         )
 

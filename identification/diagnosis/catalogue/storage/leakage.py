@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element, Parameter, R, Zero, symbol
-from identification.diagnosis.catalogue.by_domain import at_least, vessels
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import vessels
+from identification.diagnosis.catalogue.starts import at_least
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -25,10 +25,7 @@ class Leakage(Effect):
         "rate in proportion to the level; creep ends, drift does not care about the level"
     )
     source = "self-discharge resistor of a capacitor; linear outflow of a tank"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Capacitors, tanks and heat stores."""
-        return vessels(graph)
+    where = staticmethod(vessels)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Effort lost with what has seeped away."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Overflow
-from identification.diagnosis.catalogue.by_domain import at_least, reach, shared_slope, tanks
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import tanks
+from identification.diagnosis.catalogue.starts import at_least, reach, shared_slope
 from identification.diagnosis.screening.port_history import FittedModel
 
 SHARES = (0.9, 0.75, 0.5, 0.2)
@@ -30,10 +30,7 @@ class OverflowEffect(Effect):
         "the balance says, after a saturated reading it is right again"
     )
     source = "weir of a tank: Wigren and Schoukens, cascaded tanks benchmark, 2013"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Tanks."""
-        return tanks(graph)
+    where = staticmethod(tanks)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Effort of the largest excess so far, for several rims."""
@@ -59,6 +56,5 @@ class OverflowEffect(Effect):
             stiffness_unit=getattr(element, "unit", "") or "m3/Pa", depth=tried[0], size=past.half,
             top=top,
         )  # fmt: skip
-        depth_name = law.parameters(element.name)[1].name
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (_, depth_name) = self.with_law(scene, element, law)
         return self.inserted(element, graph, tuple({depth_name: d} for d in tried), (depth_name,))

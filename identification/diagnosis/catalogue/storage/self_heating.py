@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import lfilter
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.laws import SelfHeating
-from identification.diagnosis.catalogue.by_domain import at_least, electrical_resistors
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import electrical_resistors
+from identification.diagnosis.catalogue.starts import at_least
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 Array = np.ndarray
@@ -32,19 +32,13 @@ class SelfHeatingEffect(Effect):
         "the load and comes back in the pause"
     )
     source = "lumped thermal body; Incropera et al., Fundamentals of Heat and Mass Transfer, ch. 5"
-
-    def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Electrical resistors."""
-        return electrical_resistors(graph)
+    where = staticmethod(electrical_resistors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Temperature rise times flow, for several time constants."""
         past = scene.of(element)
         return tuple(
-            Signature(
-                (warmth(past.argument / past.rms, tau, past.dt) * past.argument)[:, None],
-                shape={"tau": tau},
-            )
+            Signature.of((warmth(past.argument / past.rms, tau, past.dt) * past.argument,), tau=tau)
             for tau in _time_constants(past)
         )
 
@@ -56,8 +50,7 @@ class SelfHeatingEffect(Effect):
         if hint is not None:
             tried = [(at_least(hint.weights[0], 0.01 * size), float(hint.shape["tau"]))]
         law = SelfHeating(0.1 * size, tried[0][1], past.rms)
-        rise, tau = (p.name for p in law.parameters(element.name)[:2])
-        graph = scene.graph.with_element(element.name, law=law)
+        graph, (rise, tau) = self.with_law(scene, element, law)
         starts = tuple({rise: r, tau: t} for r, t in tried)
         return self.inserted(element, graph, starts, (rise,))
 

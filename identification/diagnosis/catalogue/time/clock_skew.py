@@ -7,8 +7,8 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element, Parameter, Sensor, Source
 from bondgraph.signals.varying_delay import at_clock
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature, sources
-from identification.diagnosis.catalogue.signal_traces import weighed
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sources
 from identification.diagnosis.screening.port_history import FittedModel
 
 Array = np.ndarray
@@ -48,7 +48,7 @@ class ClockSkewEffect(Effect):
         y, parts = scene.of(element).argument, _parts(scene, element)
         longest = max(p.size for p in parts)
         return tuple(
-            weighed((np.concatenate([at_clock(p, r) for p in parts]) - y,), ratio=r)
+            Signature.of((np.concatenate([at_clock(p, r) for p in parts]) - y,), ratio=r)
             for r in _ratios(longest)
         )
 

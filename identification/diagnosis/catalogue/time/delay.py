@@ -10,15 +10,9 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element, Parameter, Source
 from bondgraph.signals.fractional_delay import delayed_values
-from identification.diagnosis.catalogue.effect import (
-    Effect,
-    Hint,
-    Insertion,
-    Signature,
-    sensors,
-    sources,
-)
-from identification.diagnosis.catalogue.signal_traces import weighed, weight_of
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sensors, sources
+from identification.diagnosis.catalogue.signal_traces import weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
 DELAYS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
@@ -51,7 +45,7 @@ class Delay(Effect):
         """Return what lateness changes, for several dead times."""
         s, dt = scene.of(element).argument, scene.data.dt
         return tuple(
-            weighed((delayed_values(s, k) - s,), tau=k * dt)
+            Signature.of((delayed_values(s, k) - s,), tau=k * dt)
             for k in DELAYS
             if k < 0.1 * scene.data.n
         )

@@ -50,8 +50,7 @@ class PositionPeriodicForce(Effect):
         found = []
         for p in periods(way):
             turn = 2 * np.pi * way / p
-            columns = np.stack([np.sin(turn), np.cos(turn)], axis=1)
-            found.append(Signature(columns, shape={"period": float(p)}))
+            found.append(Signature.of((np.sin(turn), np.cos(turn)), period=float(p)))
         return tuple(found)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:

@@ -1,4 +1,4 @@
-"""Elements of a physical domain, told by their units, and numbers that several effects need."""
+"""Units, slopes and start values that several effects need."""
 
 from __future__ import annotations
 
@@ -6,67 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Element, I, R
-from bondgraph.signals.units import parse_unit
-from bondgraph.support.errors import BondsightError
-from identification.diagnosis.catalogue.effect import other_resistors, storages
+from bondgraph.graph.elements import C, Element, R
 from identification.diagnosis.screening.port_history import PortHistory
 
 Array = np.ndarray
-
-SPRINGS = ("N/m", "m/N", "N*m/rad", "rad/(N*m)", "N*m", "1/(N*m)")
-TANKS = ("m3/Pa", "Pa/m3")
-CAPACITORS = ("F", "1/F", "F*m2")  # the last one between field and dipole moment
-HEAT_STORES = ("J/K", "K/J")
-MASSES = ("kg", "kg*m2")
-
-
-def has_unit(element: Element, units: tuple[str, ...]) -> bool:
-    """Whether the unit of `element` has the dimension of one of `units`."""
-    text = getattr(element, "unit", "")
-    if not text:
-        return False
-    try:
-        unit = parse_unit(text)
-    except BondsightError:
-        return False
-    return any(unit.same_dimension(parse_unit(u)) for u in units)
-
-
-def springs(graph: BondGraph) -> tuple[Element, ...]:
-    """Mechanical storages without a law; without a unit those that are given a stiffness."""
-    return tuple(
-        e
-        for e in storages(graph)
-        if has_unit(e, SPRINGS)
-        or (isinstance(e, C) and not e.unit and e.stiffness is not None)
-    )  # fmt: skip
-
-
-def vessels(graph: BondGraph) -> tuple[Element, ...]:
-    """Capacitors, tanks and heat stores without a law."""
-    return tuple(e for e in storages(graph) if has_unit(e, (*TANKS, *CAPACITORS, *HEAT_STORES)))
-
-
-def tanks(graph: BondGraph) -> tuple[Element, ...]:
-    """Hydraulic storages without a law."""
-    return tuple(e for e in storages(graph) if has_unit(e, TANKS))
-
-
-def masses(graph: BondGraph) -> tuple[Element, ...]:
-    """Mechanical inertias: all with the unit of a mass, or without a unit."""
-    return tuple(e for e in graph.of_type(I) if not e.unit or has_unit(e, MASSES))
-
-
-def electrical_resistors(graph: BondGraph) -> tuple[Element, ...]:
-    """Resistors in ohm without a law."""
-    return tuple(e for e in other_resistors(graph) if has_unit(e, ("ohm",)))
-
-
-def hydraulic_resistors(graph: BondGraph) -> tuple[Element, ...]:
-    """Resistors of a fluid's flow without a law."""
-    return tuple(e for e in other_resistors(graph) if has_unit(e, ("Pa*s/m3",)))
 
 
 def rubbing_units(element: Element) -> tuple[str, str, str]:

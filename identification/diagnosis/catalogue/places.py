@@ -1,0 +1,92 @@
+"""Elements where effects make sense: of one kind, of one physical domain."""
+
+from __future__ import annotations
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Element, I, R, Sensor, Source
+from bondgraph.signals.units import parse_unit
+from bondgraph.support.errors import BondsightError
+
+SPRINGS = ("N/m", "m/N", "N*m/rad", "rad/(N*m)", "N*m", "1/(N*m)")
+TANKS = ("m3/Pa", "Pa/m3")
+CAPACITORS = ("F", "1/F", "F*m2")  # the last one between field and dipole moment
+HEAT_STORES = ("J/K", "K/J")
+MASSES = ("kg", "kg*m2")
+
+
+def storages(graph: BondGraph) -> tuple[Element, ...]:
+    """All C without a law of their own."""
+    return tuple(e for e in graph.of_type(C) if e.law is None)
+
+
+def mechanical_resistors(graph: BondGraph) -> tuple[Element, ...]:
+    """Resistors that can rub: all whose unit is not electrical, thermal or hydraulic."""
+    other = ("ohm", "S", "K/W", "W/K", "Pa*s/m3", "Pa*s/m^3")
+    return tuple(e for e in graph.of_type(R) if e.law is None and e.unit not in other)
+
+
+def other_resistors(graph: BondGraph) -> tuple[Element, ...]:
+    """Electrical, thermal and hydraulic resistors."""
+    rubbing = {e.name for e in mechanical_resistors(graph)}
+    return tuple(e for e in graph.of_type(R) if e.law is None and e.name not in rubbing)
+
+
+def sources(graph: BondGraph) -> tuple[Element, ...]:
+    """Return sources without a drive."""
+    return tuple(e for e in graph.of_type(Source) if e.drive is None)
+
+
+def sensors(graph: BondGraph) -> tuple[Element, ...]:
+    """Sensors without a law, lag, delay, drift or clock of their own."""
+    return tuple(
+        e
+        for e in graph.of_type(Sensor)
+        if e.law is None and e.lag is None and e.delay is None and e.clock is None and not e.drift
+    )
+
+
+def has_unit(element: Element, units: tuple[str, ...]) -> bool:
+    """Whether the unit of `element` has the dimension of one of `units`."""
+    text = getattr(element, "unit", "")
+    if not text:
+        return False
+    try:
+        unit = parse_unit(text)
+    except BondsightError:
+        return False
+    return any(unit.same_dimension(parse_unit(u)) for u in units)
+
+
+def springs(graph: BondGraph) -> tuple[Element, ...]:
+    """Mechanical storages without a law; without a unit those that are given a stiffness."""
+    return tuple(
+        e
+        for e in storages(graph)
+        if has_unit(e, SPRINGS)
+        or (isinstance(e, C) and not e.unit and e.stiffness is not None)
+    )  # fmt: skip
+
+
+def vessels(graph: BondGraph) -> tuple[Element, ...]:
+    """Capacitors, tanks and heat stores without a law."""
+    return tuple(e for e in storages(graph) if has_unit(e, (*TANKS, *CAPACITORS, *HEAT_STORES)))
+
+
+def tanks(graph: BondGraph) -> tuple[Element, ...]:
+    """Hydraulic storages without a law."""
+    return tuple(e for e in storages(graph) if has_unit(e, TANKS))
+
+
+def masses(graph: BondGraph) -> tuple[Element, ...]:
+    """Mechanical inertias: all with the unit of a mass, or without a unit."""
+    return tuple(e for e in graph.of_type(I) if not e.unit or has_unit(e, MASSES))
+
+
+def electrical_resistors(graph: BondGraph) -> tuple[Element, ...]:
+    """Resistors in ohm without a law."""
+    return tuple(e for e in other_resistors(graph) if has_unit(e, ("ohm",)))
+
+
+def hydraulic_resistors(graph: BondGraph) -> tuple[Element, ...]:
+    """Resistors of a fluid's flow without a law."""
+    return tuple(e for e in other_resistors(graph) if has_unit(e, ("Pa*s/m3",)))
