@@ -43,7 +43,6 @@ from identification.study.noise_floor import measured, noise_floor
 from identification.study.problem import Data, Problem, data_for, drives
 from identification.study.residual import windows
 
-Array = np.ndarray
 Progress = Callable[[str, float], None]
 
 

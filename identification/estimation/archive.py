@@ -23,6 +23,7 @@ from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.laws import Law
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.archive import read_archive, software, write_archive
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
@@ -31,7 +32,6 @@ from identification.study.joint import JointPoint
 from identification.study.specification import LogNormal, Normal, Nuisances, Prior, Vary
 from identification.study.study import SettledSetting, Study
 
-Array = np.ndarray
 SCHEMA = "bondsight-fit/1"
 """Name and version of the document."""
 _PRIORS: Mapping[str, Callable[..., Prior]] = {"normal": Normal, "log-normal": LogNormal}

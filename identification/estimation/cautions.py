@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.method import MethodSolution
@@ -14,7 +15,6 @@ from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 from identification.study.study import SettledSetting, Study
 
-Array = np.ndarray
 FAR = 100.0
 STRAINED = 4.0
 """Cost from which residuals or priors contradict what was said of them."""

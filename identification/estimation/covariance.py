@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.statistics.blocks import block_rows, block_scores, blocks_for, student
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
-
-Array = np.ndarray
 
 
 def information_root(stack: JointProblem, factor: Array) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from bondgraph.simulation.simulate import HOLDS
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.estimation.cautions import (
     cautions,
@@ -30,7 +31,6 @@ from identification.study.joint import JointPoint, JointProblem, held_out_states
 from identification.study.residual import ResidualEvaluation, evaluate
 from identification.study.study import ESTIMATED, SettledSetting, Study
 
-Array = np.ndarray
 Progress = Callable[[str, float], None]
 ROUNDS = 8
 FAR_OFF, PATIENT = 10.0, 1e-6

@@ -19,6 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from bondgraph.signals.recording import Split
 from bondgraph.signals.split import whole
+from bondgraph.support.arrays import Array
 from identification.estimation.guessing.law_trials import law_trials
 from identification.estimation.guessing.matching import Matching, matched
 from identification.estimation.guessing.measured import measured_response
@@ -27,7 +28,6 @@ from identification.study.engine import ExactEngine
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.study import Study
 
-Array = np.ndarray
 Progress = Callable[[str, float], None]
 SAMPLES = 4000
 """Samples of each record that trials run over."""

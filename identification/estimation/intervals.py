@@ -6,13 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root, sandwich
 from identification.statistics.correlation import autocorrelation
 from identification.statistics.whiteness import ljung_box
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
-
-Array = np.ndarray
 
 
 def interval_covariance(

@@ -8,12 +8,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import Descent, FitStatus
 from identification.estimation.methods.method import FitOptions
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 
-Array = np.ndarray
 LARGE = 1e19
 
 

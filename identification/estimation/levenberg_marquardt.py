@@ -11,7 +11,6 @@ import numpy as np
 from identification.study.joint import JointPoint, JointProblem, refine_states
 from identification.study.residual import ResidualEvaluation
 
-Array = np.ndarray
 Report = Callable[[int, float], None]
 """Called after every iteration with its number and the cost."""
 

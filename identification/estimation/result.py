@@ -12,6 +12,7 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.recording import Recording
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, unknown_name
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Estimate
@@ -26,8 +27,6 @@ from identification.study.residual import (
     start_point,
 )
 from identification.study.study import SettledSetting, Study
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root
 from identification.estimation.methods.method import MethodSolution
 from identification.statistics.autoregression import innovations, whitening_filter
@@ -15,7 +16,6 @@ from identification.study.problem import Problem
 from identification.study.residual import Point, ResidualEvaluation, evaluate
 from identification.study.study import SettledSetting, Study
 
-Array = np.ndarray
 FINEST = 64
 AGAIN = 10.0
 NEAR = 1.0

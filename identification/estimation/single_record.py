@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root, sandwich
 from identification.estimation.levenberg_marquardt import Descent, minimise
 from identification.estimation.levenberg_marquardt import FitStatus as FitStatus
@@ -20,8 +21,6 @@ from identification.study.residual import (
     slots,
     start_point,
 )
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

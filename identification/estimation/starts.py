@@ -14,6 +14,7 @@ from joblib.parallel import get_active_backend
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.estimation.estimate import Progress, estimate
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -22,7 +23,6 @@ from identification.estimation.result import Estimation
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.study import Study
 
-Array = np.ndarray
 WIDE = float(np.log(10.0))
 """Reach of a logarithmic parameter without bounds: a decade either way."""
 WIDE_SCALES = 2.0

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.statistics.periods import strongest_period
 
-Array = np.ndarray
 MOST = 1500
 
 

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.statistics.correlation import autocorrelation
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
-FloatArray = NDArray[np.float64]
 BLOCKS = 40
 LEAST_LEFT = 0.1
 """Share of a direction that a block leaves to the others, at least."""

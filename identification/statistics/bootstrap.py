@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.statistics.correlation import autocorrelation
 from identification.statistics.memory import memory
 
-Array = np.ndarray
 FEWEST_BLOCKS = 8
 
 

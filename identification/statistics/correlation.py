@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-
-Array = np.ndarray
 
 
 def stretches(usable: Array) -> tuple[slice, ...]:

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.statistics.autoregression import autoregression
-
-Array = np.ndarray
 
 
 def memory(correlations: Array, n: int) -> float:

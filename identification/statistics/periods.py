@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.signals.repeating import first_peak, likeness, refined
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
-FloatArray = NDArray[np.float64]
 LEAST_LIKENESS = 0.9
 """Autocorrelation that a drive must reach at its period."""
 MISCOUNT = 0.25

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2, norm
 
+from bondgraph.support.arrays import Array
 from identification.report.numbers import percent
 from identification.statistics.autoregression import autoregression
 from identification.statistics.correlation import autocorrelation, pieces_of
 from identification.statistics.memory import memory
 
-Array = np.ndarray
 LONGEST = 2000
 
 

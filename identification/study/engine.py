@@ -29,9 +29,9 @@ from bondgraph.simulation.simulate import (
     prepare,
     run_prepared,
 )
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 
-Array = np.ndarray
 STRETCHES = 200
 
 

@@ -12,8 +12,6 @@ import numpy as np
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
 
-Array = np.ndarray
-
 
 def joined(recordings: Sequence[Recording]) -> tuple[Recording, tuple[int, ...]]:
     """Put recordings behind one another; returns them and where the further ones begin.

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from bondgraph.support.arrays import Array
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
@@ -24,7 +25,6 @@ from identification.study.residual import (
     windows,
 )
 
-Array = np.ndarray
 NUISANCE_LAG = 0.25
 # a quarter of a sample: filters and multiplexers; more is a finding
 LARGEST_STEP = 1.5

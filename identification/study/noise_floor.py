@@ -9,9 +9,9 @@ import numpy as np
 from scipy.signal import welch
 
 from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.arrays import Array
 from identification.statistics.periods import repeats
 
-Array = np.ndarray
 RELATIVE_LEAST = 1e-5
 
 

@@ -14,10 +14,10 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import stretches
 from bondgraph.signals.units import parse_unit
 from bondgraph.simulation.lure import Compiled, compile_model
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.study.engine import Engine, ExactEngine, engine_of
 
-Array = np.ndarray
 READABLE = 2000
 """Samples within which an initial state shows in the readings."""
 

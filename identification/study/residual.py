@@ -20,9 +20,8 @@ from bondgraph.signals.fractional_delay import delayed, delayed_values, delayed_
 from bondgraph.signals.split import stretches
 from bondgraph.signals.varying_delay import warped_within
 from bondgraph.simulation.simulate import KernelRun
+from bondgraph.support.arrays import Array
 from identification.study.problem import Problem
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter, Sensor, Source
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.simulation.simulate import HOLDS
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, real_number, unknown_name
 from identification.study.admission import (
     admit_counts,
@@ -28,7 +29,6 @@ from identification.study.noise_floor import noise_floor
 from identification.study.problem import Free, Problem, data_for, drives, free_parameter
 from identification.study.specification import Nuisances, Vary
 
-Array = np.ndarray
 NOISES = ("white", "coloured")
 INITIALS = ("free", "rest")
 ESTIMATED = "estimate"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Dq, I, One, R, Se, Sensor, Source
@@ -13,9 +12,9 @@ from bondgraph.laws import StopSum
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import FloatArray
 from identification.uncertainty.coverage import Case
 
-FloatArray = NDArray[np.float64]
 SAMPLES = 800
 
 

@@ -16,11 +16,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray
 from identification.uncertainty.integer_vectors import HOLDS, integer_vectors
 
-FloatArray = NDArray[np.float64]
 FORMS = ("product", "sum", "sum of reciprocals")
 NULL = 1e-7
 

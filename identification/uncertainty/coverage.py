@@ -13,13 +13,13 @@ from functools import cached_property
 from zlib import crc32
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 from identification.estimation.estimate import estimate
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -29,7 +29,6 @@ from identification.study.study import Study
 from identification.uncertainty.fitted import from_estimation
 from identification.uncertainty.profiles import profile_one, rise_at
 
-FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 KINDS = ("fisher", "sandwich", "profile")
 WIDTHS = 3

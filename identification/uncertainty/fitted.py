@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.result import Estimation
 from identification.study.joint import JointPoint, JointProblem
@@ -17,7 +17,6 @@ from identification.study.problem import Problem
 from identification.study.residual import ResidualEvaluation, slots
 from identification.uncertainty.information import Information, Sensitivities, information
 
-FloatArray = NDArray[np.float64]
 SIMULATED = ("single_shooting", "multiple_shooting", "collocation")
 EARLY = 11.5
 """Logarithmic bounds beyond this distance are those that only keep numbers finite."""

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.statistics.blocks import block_rows, block_scores, blocks_for, student
 
-FloatArray = NDArray[np.float64]
 NULL = 1e-7
 """Singular values below this share of the largest count as zero (columns of unit length)."""
 

@@ -8,9 +8,9 @@ from itertools import combinations, islice
 from math import gcd, lcm
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray
+
 HOLDS = 1e-5
 """Largest share of a combination that may lie along a flat direction."""
 LARGEST_EXPONENT = 6

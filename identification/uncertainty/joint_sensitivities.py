@@ -10,17 +10,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.analysis.kalman import SET_ASIDE
 from bondgraph.analysis.linear import eigenvalues
 from bondgraph.equations.derivation import system
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.first_order_hold import blocks
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.study.engine import Engine, ExactEngine, GeneralEngine, engine_of
 
-FloatArray = NDArray[np.float64]
 SAMPLES = 160
 SIZES = tuple(10.0**k for k in range(-3, 4))
 SPEEDS = 4

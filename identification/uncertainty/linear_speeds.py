@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
 from bondgraph.simulation.first_order_hold import blocks
+from bondgraph.support.arrays import FloatArray
 from identification.study.engine import ExactEngine
 from identification.study.problem import Problem
 
-FloatArray = NDArray[np.float64]
 MOVES = 0.05
 
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray
 from identification.uncertainty.combinations import FlatBlock, flat_blocks, null_space
 from identification.uncertainty.information import Information, Sensitivities, information
 from identification.uncertainty.statements import (
@@ -27,8 +27,6 @@ from identification.uncertainty.statements import (
     not_pinned_words,
     trade_offs,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.graph.elements import Sensor
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.statistics.blocks import block_means
 from identification.study.problem import Problem
@@ -17,7 +17,6 @@ from identification.uncertainty.fitted import fitted
 from identification.uncertainty.information import Sensitivities
 from identification.uncertainty.linear_speeds import speeds
 
-FloatArray = NDArray[np.float64]
 INVISIBLE = 2.0
 """Total change of the readings, in noise, for a factor of ten of a parameter."""
 GROWTH = 100.0

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray
 from identification.uncertainty.profile_shape import SHAPES as SHAPES
 from identification.uncertainty.profile_shape import Side, read_shape
 
-FloatArray = NDArray[np.float64]
 Refit = Callable[[float, Any], tuple[float, Any]]
 """``(held coordinate, warm start) -> (sum of squares, next warm start)``; infinite if it failed."""
 

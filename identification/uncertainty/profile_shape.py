@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray
+
 SHAPES = ("two-sided", "open below", "open above", "flat", "multimodal", "at a bound")
 
 

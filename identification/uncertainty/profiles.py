@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.threads import single_threaded
@@ -18,7 +18,6 @@ from identification.study.residual import ResidualEvaluation
 from identification.uncertainty.fitted import FitView, sum_of_squares
 from identification.uncertainty.profile import Profile, profile, threshold_of
 
-FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 """Called with what is done, how many there are, and the name just finished."""
 TIGHT = 100.0

@@ -15,15 +15,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 from identification.estimation.threads import single_threaded
 from identification.study.joint import JointPoint
 from identification.study.residual import windows
 from identification.uncertainty.fitted import FitView, sum_of_squares
 
-FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 MOST_PARAMETERS = 20
 LEAST_TIMES = 50.0

@@ -8,12 +8,11 @@ from itertools import combinations, product
 from math import gcd, log
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray
 from identification.uncertainty.combinations import Combination, FlatBlock
 from identification.uncertainty.information import Information, Sensitivities
 
-FloatArray = NDArray[np.float64]
 KINDS = ("dead", "flat direction", "trade-off pair", "not pinned", "at bound")
 
 

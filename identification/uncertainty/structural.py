@@ -28,8 +28,6 @@ from identification.uncertainty.transfer_jacobian import (
     transfer_jacobian,
 )
 
-FloatArray = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class StructuralIdentifiability:

@@ -14,8 +14,6 @@ from identification.validation.held_out import Error, error
 from identification.validation.timing import SimulationTiming, timing
 from identification.validation.validation_data import ValidationData, ValidationRecord
 
-Array = np.ndarray
-
 
 @dataclass(frozen=True, eq=False)
 class ChannelJudgement:

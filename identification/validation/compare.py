@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.statistics.blocks import paired_z
 from identification.statistics.bootstrap import block_length
@@ -23,7 +24,6 @@ from identification.statistics.criteria import (
 from identification.validation.judge import Judgement, judge
 from identification.validation.validation_data import ValidationData, ValidationRecord
 
-Array = np.ndarray
 FEWEST_BLOCKS, MOST_BLOCKS = 10, 40
 
 

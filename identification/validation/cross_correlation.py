@@ -15,11 +15,11 @@ import numpy as np
 from scipy.linalg import solve_toeplitz, toeplitz
 from scipy.stats import chi2
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.statistics.correlation import autocorrelation, correlate, stretches
 from identification.statistics.memory import memory
 
-Array = np.ndarray
 REGULAR = 0.5
 # an input whose whitened self still correlates this much has no lags to tell apart
 

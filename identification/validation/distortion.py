@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.signals.recording import Recording
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.experiments.frequency import Distortions, distortions
 from identification.validation.validation_data import ValidationRecord
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.statistics.bootstrap import mean_interval
 from identification.validation.validation_data import ValidationData, ValidationRecord
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.statistics.blocks import block_sums
 from identification.statistics.correlation import autocorrelation, pieces_of, stretches
 from identification.statistics.memory import memory
 
-Array = np.ndarray
 SURE = 3.5
 
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.statistics.autoregression import innovations
 
-Array = np.ndarray
 FREE_RUN = "free run: one initial state for the record, then the inputs alone"
 
 

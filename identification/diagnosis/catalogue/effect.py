@@ -13,9 +13,8 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element, Source
 from bondgraph.laws import Law
+from bondgraph.support.arrays import Array
 from identification.diagnosis.screening.port_history import FittedModel
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,10 @@ import numpy as np
 from scipy.signal import lfilter
 
 from bondgraph.graph.elements import Element
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.study.residual import offset_scale, slots
-
-Array = np.ndarray
 
 
 def lagged(u: Array, dt: float, tau: float) -> Array:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.graph.elements import C, Element, R
+from bondgraph.support.arrays import Array
 from identification.diagnosis.screening.port_history import PortHistory
-
-Array = np.ndarray
 
 
 def rubbing_units(element: Element) -> tuple[str, str, str]:

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import spearmanr
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.evidence.residual_pattern import ResidualPattern
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Fit
 from identification.statistics.blocks import paired_z
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

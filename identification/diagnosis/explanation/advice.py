@@ -8,12 +8,11 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import I, Source
+from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.structural_classes import splitting_signals
 
 if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
-
-Array = np.ndarray
 
 
 def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from bondgraph.signals.drive_limits import DriveLimits
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.experiments.design.loops import through
 from identification.experiments.design.signal import Signal
@@ -16,7 +17,6 @@ from identification.experiments.design.steps import staircase
 from identification.experiments.design.sweep import sweep
 from identification.study.problem import Data
 
-Array = np.ndarray
 LOOPS = 3
 SINES = 4
 

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.outside.generic import generic_columns
 from identification.diagnosis.explanation.loops import Loops, loops
 from identification.diagnosis.screening.port_history import PortHistory
-
-Array = np.ndarray
 
 LINEAR = ("linear",)
 GROUPS: Mapping[str, tuple[str, ...]] = {

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-Array = np.ndarray
+from bondgraph.support.arrays import Array
+
 Respond = Callable[[Array], Array]
 """Additions at a port, shape (N, k), to changes of the readings, shape (N, n_y, k)."""
 

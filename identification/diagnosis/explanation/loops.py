@@ -7,9 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.screening.port_history import PortHistory
-
-Array = np.ndarray
 
 BINS = 24
 FEWEST = 5

@@ -19,6 +19,7 @@ from scipy.optimize import lsq_linear
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import De, Df, One, Sensor, Zero
 from bondgraph.signals.drive_limits import DriveLimits
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.explanation.candidate_inputs import CandidateInput, candidate_inputs
 from identification.estimation.single_record import Fit
@@ -28,7 +29,6 @@ from identification.study.joint import NUISANCE_LAG
 from identification.study.problem import Problem, drives
 from identification.study.residual import parameters_at, read_out, slots, weighted, windows
 
-Array = np.ndarray
 EXTRA = "extra_"
 LAG = NUISANCE_LAG
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.localisation.relations.latent import (
     LatentModel,
@@ -32,7 +33,6 @@ from identification.estimation.threads import single_threaded
 from identification.study.engine import ExactEngine
 from identification.study.residual import ResidualEvaluation, evaluate, start_point
 
-Array = np.ndarray
 FLOOR_ERROR = 0.03
 """Relative standard deviation of the square of a floor that was itself estimated."""
 LIMIT = 5.0

@@ -19,10 +19,10 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import De, Df, One, Sensor, Source, Zero
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.simulate import exact_form
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.screening.latent_input import probed_graph
 
-Array = np.ndarray
 PARALLEL = 1e-6
 
 

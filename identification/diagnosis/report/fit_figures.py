@@ -30,8 +30,6 @@ from identification.report.style import MEASURED
 from identification.report.traces import envelope, sampled
 from identification.study.problem import Data
 
-Array = np.ndarray
-
 
 def outputs_tile(d: Diagnosis, column: int) -> str:
     """Measured against simulated reading on a readable piece of the held-out samples."""

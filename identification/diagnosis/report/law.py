@@ -10,13 +10,12 @@ import sympy as sp
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, R, Sensor, Source
 from bondgraph.simulation.simulate import prepare, run_prepared
+from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Fit
 from identification.study.engine import ExactEngine
 from identification.study.residual import parameters_at, windows
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

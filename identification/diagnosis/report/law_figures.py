@@ -7,6 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report.law import LawPath, path
 from identification.diagnosis.report.views import unit_of
@@ -16,7 +17,6 @@ from identification.report.numbers import axis_scale
 from identification.report.style import AFTER, BEFORE, FLOOR, MUTED
 from identification.report.traces import sampled
 
-Array = np.ndarray
 Draw: TypeAlias = Callable[[Any, float, float], None]
 MOST = 1500
 HEIGHT = 2.7

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording import axes_of
 from identification.diagnosis.screening.port_history import PortHistory
@@ -15,7 +16,6 @@ from identification.report.numbers import axis_scale
 from identification.report.style import AFTER, BEFORE
 from identification.report.words import stopped
 
-Array = np.ndarray
 MOST = 900
 PORTS = 3
 DEPENDENCES = {

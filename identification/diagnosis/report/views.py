@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.signals.split import stretches
+from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report.found import after_of
 from identification.estimation.single_record import Fit
 from identification.report.style import AFTER, BEFORE
 from identification.report.traces import span, worst_stretch
 from identification.study.problem import Data
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

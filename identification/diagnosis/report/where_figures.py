@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import LogNorm
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording import MisfitAxis, axes_of
 from identification.diagnosis.localisation.recording.bands import spectrum
@@ -26,7 +27,6 @@ from identification.report.numbers import axis_scale
 from identification.report.style import BAND, BEFORE, FLOOR
 from identification.report.traces import envelope, thin_log
 
-Array = np.ndarray
 Numbered = Sequence[tuple[int, Region]]
 SHADE = "#c2410c"
 

@@ -17,13 +17,13 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.signals.units import parse_unit
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.search.base import declared_fit
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import Fit, FitStatus
 from identification.study.problem import Data, drives
 
-Array = np.ndarray
 Fitter = Callable[[BondGraph, Data], Fit]
 
 GROSS = 0.2

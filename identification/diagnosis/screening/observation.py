@@ -24,13 +24,12 @@ from bondgraph.graph.elements import (
 )
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.simulate import prepare, run_prepared
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.estimation.single_record import Fit
 from identification.study.engine import ExactEngine, engine_of
 from identification.study.residual import parameters_at, windows
-
-Array = np.ndarray
 
 
 def scene(nominal: Fit) -> FittedModel:

@@ -9,10 +9,9 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
+from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
 from identification.study.problem import Data
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

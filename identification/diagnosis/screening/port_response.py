@@ -19,13 +19,13 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.fractional_delay import delayed_values
 from bondgraph.simulation.simulate import KernelRun
+from bondgraph.support.arrays import Array
 from identification.diagnosis.screening.latent_input import probed_graph
 from identification.estimation.single_record import Fit
 from identification.study.engine import Engine, engine_of
 from identification.study.problem import Problem, drives
 from identification.study.residual import output_delays, parameters_at, read_out, windows
 
-Array = np.ndarray
 EARLY = 32
 """Samples before the one input of a linear model's answer: what lags of sensors may reach."""
 SMALL = 1e-3

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.graph.elements import Element
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import Probes
@@ -21,7 +22,6 @@ from identification.statistics.blocks import block_index, mean_z
 from identification.study.problem import Problem
 from identification.study.residual import evaluate, weighted, windows
 
-Array = np.ndarray
 BLOCKS = 24
 """Stretches of the training part that vote on whether an improvement is real."""
 WEAKEST = 1e-7

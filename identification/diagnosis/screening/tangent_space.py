@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from bondgraph.signals.recording import Split
+from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
 from identification.study.residual import evaluate, windows
-
-Array = np.ndarray
 
 
 def freedom(fit: Fit) -> Array:

@@ -19,8 +19,6 @@ from identification.estimation.single_record import Fit, FitStatus, fit
 from identification.study.problem import Problem
 from identification.study.residual import Point, slots, start_point, windows
 
-Array = np.ndarray
-
 
 @dataclass(frozen=True, eq=False)
 class Base:

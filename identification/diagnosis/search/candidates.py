@@ -12,6 +12,7 @@ from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
 from bondgraph.simulation.simulate import HOLDS
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
 from identification.diagnosis.screening.port_history import FittedModel
@@ -21,7 +22,6 @@ from identification.statistics.blocks import block_means
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate
 
-Array = np.ndarray
 BLOCKS = 40
 Progress = Callable[[str, float], None]
 

@@ -11,12 +11,11 @@ from scipy.linalg import eig
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.simulate import HOLDS, exact_form
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.estimation.single_record import Fit, FitStatus, best, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
-
-Array = np.ndarray
 
 
 def integrates(graph: BondGraph) -> bool:

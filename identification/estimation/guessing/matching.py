@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from bondgraph.support.arrays import ComplexArray
 from identification.estimation.guessing.measured import Measured
 from identification.study.engine import ExactEngine
 from identification.study.joint import JointProblem
@@ -21,7 +22,6 @@ from identification.study.problem import Problem
 from identification.study.residual import output_delays, slots
 
 Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 FAR = 1e6
 """Misfit of what cannot be evaluated."""
 DECADES = 2.5 * np.log(10.0)

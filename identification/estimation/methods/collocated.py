@@ -11,12 +11,12 @@ import numpy as np
 from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program
 from bondgraph.simulation.radau.start import inputs_of
+from bondgraph.support.arrays import Array
 from identification.estimation.methods.radau import CollocationStep, Scales, stage_inputs, step_of
 from identification.study.joint import JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import offset_scale, parameters_at, slots
 
-Array = np.ndarray
 STAGES = 3
 TAPS = 4
 """Samples on either side of a late reading that its interpolation may take."""

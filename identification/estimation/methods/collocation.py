@@ -13,6 +13,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.collocated import STAGES, CollocatedRecord, record_of
@@ -33,7 +34,6 @@ from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import offset_scale, parameters_at, slots
 from identification.study.study import SettledSetting, Study
 
-Array = np.ndarray
 MOST_STEPS = 16
 """Largest number of steps a sample."""
 COARSE = 0.3

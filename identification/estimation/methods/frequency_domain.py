@@ -12,6 +12,7 @@ from typing import ClassVar, final
 import numpy as np
 from scipy import stats
 
+from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import Descent, minimise
 from identification.estimation.methods.line_response import line_evaluation
 from identification.estimation.methods.method import FitOptions, Method, MethodSolution
@@ -30,8 +31,6 @@ from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import ResidualEvaluation, offset_scale, slots
 from identification.study.study import SettledSetting, Study
-
-Array = np.ndarray
 
 
 @final

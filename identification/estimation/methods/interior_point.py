@@ -8,13 +8,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.interrupts import Interrupts, interrupts
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.collocated import STAGES
 from identification.estimation.methods.method import FitOptions
 from identification.estimation.methods.transcription import Programme
 
-Array = np.ndarray
 LARGE = 1e19
 FEASIBLE = 1e-6
 """Gap of the constraints below which the cost alone decides which point is best."""

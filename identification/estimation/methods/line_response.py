@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from bondgraph.simulation.first_order_hold import blocks, discretise
 from bondgraph.simulation.lure import Compiled
+from bondgraph.support.arrays import ComplexArray
 from identification.estimation.methods.periodic_lines import Lines
 from identification.study.engine import ExactEngine
 from identification.study.problem import Problem
@@ -33,7 +34,6 @@ from identification.study.residual import (
 )
 
 Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

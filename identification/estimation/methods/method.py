@@ -6,14 +6,11 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
+from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import FitStatus, Report
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 from identification.study.study import SettledSetting, Study
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from bondgraph.simulation.simulate import KernelRun
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus, minimise
 from identification.estimation.methods.method import FitOptions, Method, MethodSolution
@@ -32,7 +33,6 @@ from identification.study.residual import (
 )
 from identification.study.study import SettledSetting, Study
 
-Array = np.ndarray
 WINDOWS = 40
 SHORTEST = 12
 CLOSED = 1e-7

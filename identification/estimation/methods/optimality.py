@@ -9,12 +9,12 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from bondgraph.support.arrays import Array
 from identification.estimation.methods.collocated import STAGES
 from identification.estimation.methods.interior_point import Found, Runner
 from identification.estimation.methods.radau import march
 from identification.estimation.methods.transcription import Programme
 
-Array = np.ndarray
 FINER = 4
 """Steps of the reference for one step of the programme."""
 EDGE = 1e-9

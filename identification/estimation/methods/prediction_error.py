@@ -12,6 +12,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from bondgraph.graph.elements import Sensor
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.methods.method import FitOptions, Method, MethodSolution
 from identification.estimation.prediction.model import PredictionModel
@@ -22,7 +23,6 @@ from identification.study.problem import Data
 from identification.study.residual import offset_scale, slots
 from identification.study.study import SettledSetting, Study
 
-Array = np.ndarray
 FINEST = 32
 MOVED = 0.3
 """Standard errors by which twice as many sub-steps may move an unknown."""

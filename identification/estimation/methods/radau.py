@@ -15,9 +15,9 @@ from scipy.interpolate import CubicSpline
 
 from bondgraph.equations.program import Program
 from bondgraph.signals.band_limited import between_samples
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 
-Array = np.ndarray
 NEWTON = 30
 SETTLED = 1e-11
 FINER = 8

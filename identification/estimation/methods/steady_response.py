@@ -21,7 +21,6 @@ from identification.study.residual import (
 )
 
 Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 REPEATS = (2, 3, 5, 9, 17, 33)
 SETTLED = 0.1
 """Largest change of a line from period to period, in its standard deviations (rms)."""

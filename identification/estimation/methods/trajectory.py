@@ -8,13 +8,13 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.methods.collocated import STAGES, CollocatedRecord
 from identification.estimation.methods.radau import Scales, march
 from identification.study.joint import JointPoint, JointProblem, refine_states
 from identification.study.problem import Problem
 from identification.study.residual import windows
 
-Array = np.ndarray
 WINDOWS = 40
 SHORTEST = 12
 """Samples of the shortest window."""

@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.methods.collocated import (
     STAGES,
     CollocatedRecord,
@@ -16,8 +17,6 @@ from identification.estimation.methods.collocated import (
 )
 from identification.study.joint import STATE_WEIGHT, JointProblem
 from identification.study.residual import parameters_at
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,11 +8,10 @@ import numpy as np
 
 from bondgraph.simulation.first_order_hold import blocks, discretise
 from bondgraph.simulation.lure import law_slices
+from bondgraph.support.arrays import Array
 from identification.estimation.prediction.diffusion import added_covariance
 from identification.estimation.prediction.model import PredictionModel
 from identification.estimation.prediction.places import Places, places
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-Array = np.ndarray
+from bondgraph.support.arrays import Array
 
 LONGEST = 0.25
 """Norm of ``A h`` up to which the series is used."""

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.prediction.assembly import assemble
 from identification.estimation.prediction.loop import Passed, filter_runner
 from identification.estimation.prediction.model import PredictionModel
 
-Array = np.ndarray
 BLOCKS = 40
 """Runs of samples over which scores are summed for the robust covariance."""
 

@@ -13,11 +13,10 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.simulation.lure import Compiled
+from bondgraph.support.arrays import Array
 from bondgraph.support.native import build
 from identification.estimation.prediction.machine import run_in_machine
 from identification.estimation.prediction.steps import Steps, make_steps
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, slots=True)

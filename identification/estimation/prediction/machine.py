@@ -11,9 +11,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.prediction.steps import Steps
-
-Array = np.ndarray
 
 
 def run_in_machine(

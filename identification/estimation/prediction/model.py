@@ -13,12 +13,12 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.simulation.simulate import equilibrium, fine_inputs, inputs_of
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.estimation.prediction.scaling import state_scale
 from identification.estimation.prediction.slots import Diffusion, FilterSlots
 from identification.study.problem import Data, Free, free_parameter
 
-Array = np.ndarray
 SMALLEST = 1e-7
 """Diffusion, against the one that alone explains the spread of its state, that counts as none."""
 

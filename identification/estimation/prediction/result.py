@@ -10,6 +10,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from bondgraph.simulation.simulate import run_record
+from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, pass_over
 from identification.estimation.prediction.model import PredictionModel
@@ -17,7 +18,6 @@ from identification.estimation.prediction.scoring import Maximum, maximise, prio
 from identification.estimation.prediction.words import remarks
 from identification.estimation.single_record import Estimate
 
-Array = np.ndarray
 QUIET = 0.05
 """Noise of a sensor where a fit begins without process noise, in spreads of the reading."""
 

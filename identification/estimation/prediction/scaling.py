@@ -12,9 +12,9 @@ import numpy as np
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.simulate import equilibrium, run_record
+from bondgraph.support.arrays import Array
 from identification.study.problem import Data
 
-Array = np.ndarray
 ESCAPED = 100.0
 """Simulated readings beyond this many measured spreads say that the simulation ran away."""
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, evaluate
 from identification.estimation.prediction.model import PredictionModel
 
-Array = np.ndarray
 ENOUGH = 1e-5
 """Expected gain of the log-likelihood below which a step is not worth taking."""
 

@@ -13,11 +13,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.simulation.simulate import equilibrium, inputs_of, run_record, settle
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.expected import (
     ExpectedTable,
@@ -29,8 +29,6 @@ from identification.experiments.design.expected import (
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import CRITERIA, Weights, optimal_weights
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,14 +9,12 @@ tops off, take the phases of what is left, restore the amplitudes. The L_p norms
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.optimize import minimize
 
+from bondgraph.support.arrays import FloatArray, IntArray
 from bondgraph.support.errors import unknown_name
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 PHASES = ("random", "schroeder", "low_crest")
 
 

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.signals.files.checks import optional
 from bondgraph.simulation.lure import Compiled
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

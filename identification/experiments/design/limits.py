@@ -13,14 +13,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.signal import Signal
 
-FloatArray = NDArray[np.float64]
 SLACK = 1e-9
 
 

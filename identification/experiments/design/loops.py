@@ -7,14 +7,12 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from actuators.stack.excitation import demagnetisation
 from bondgraph.signals.drive_limits import DriveLimits
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.signal import Signal
-
-FloatArray = NDArray[np.float64]
 
 
 def demagnetise(

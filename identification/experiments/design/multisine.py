@@ -7,14 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bondgraph.support.arrays import FloatArray, IntArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.crest import course, crest_factor, phases_of
 from identification.experiments.design.signal import Signal
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 KINDS = ("full", "odd", "random_odd")
 
 

@@ -17,11 +17,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.simulation.lure import Compiled, compile_model
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.design.expected import ExpectedTable, prior_samples, table, wanted
 from identification.experiments.design.limits import fitted
@@ -30,7 +30,6 @@ from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import Weights, optimal_weights
 
-FloatArray = NDArray[np.float64]
 Noise = float | Callable[[FloatArray], FloatArray]
 
 

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.units import parse_unit
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-FloatArray = NDArray[np.float64]
 BETWEEN = ("band-limited", "linear", "hold")
 
 

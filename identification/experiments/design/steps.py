@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import max_len_seq
 
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.design.signal import Signal
-
-FloatArray = NDArray[np.float64]
 
 
 def prbs(

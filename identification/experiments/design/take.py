@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.signals.drive_limits import DriveLimits
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 
-FloatArray = NDArray[np.float64]
 REST = 0.03
 """Share of the record before anything moves; the noise is read there."""
 RISE = 0.02

@@ -6,18 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import binom, chi2
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.design.expected import ExpectedTable
 from identification.experiments.design.signal import Signal
-
-FloatArray = NDArray[np.float64]
 
 ACCURACY = 1e-6
 """Of the simulated truth: its error is the same at every fit, so it must stay far below the noise

@@ -19,13 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.signals.recording import Recording
+from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.frequency.local import LocalFit, half_width, local_fit
 from identification.experiments.frequency.periods import Periods, cut, period_lines
 from identification.experiments.frequency.response import FrequencyResponse
-
-ComplexArray = NDArray[np.complex128]
-FloatArray = NDArray[np.float64]
 
 
 def best_linear_approximation(

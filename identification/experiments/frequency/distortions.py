@@ -18,11 +18,10 @@ from scipy.stats import f as fisher
 
 from bondgraph.signals.files.checks import optional
 from bondgraph.signals.recording import Recording
+from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.frequency.periods import Periods, cut, period_lines
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 KINDS = ("excited", "odd", "even")
 
 

@@ -15,16 +15,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import rfft
 
 from bondgraph.signals.recording import Recording
+from bondgraph.support.arrays import ComplexArray, FloatArray, IntArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.frequency.response import FrequencyResponse
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-IntArray = NDArray[np.intp]
 
 CHUNK = 512
 """Lines solved at once; bounds the memory."""

@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 from scipy.fft import rfft
 
 from bondgraph.signals.recording import Recording
+from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.statistics.periods import find_period, whole_period
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 LARGEST_CHANGE = 0.6
 """Largest difference of neighbouring periods of the drive over its spread."""

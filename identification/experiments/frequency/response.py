@@ -8,13 +8,10 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.signals.files.checks import optional
+from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

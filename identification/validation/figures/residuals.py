@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import welch
 
+from bondgraph.support.arrays import Array
 from identification.report.canvas import drawing, label, noise_band, one_legend, plain
 from identification.report.numbers import axis_scale
 from identification.report.picture import Picture
@@ -22,8 +23,6 @@ from identification.validation.figures.layout import (
 )
 from identification.validation.judge import Judgement
 from identification.validation.validation_data import ValidationRecord
-
-Array = np.ndarray
 
 
 def residual_figure(j: Judgement) -> Picture:

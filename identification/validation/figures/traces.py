@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.report.canvas import drawing, label, one_legend
 from identification.report.numbers import axis_scale
 from identification.report.picture import Picture
@@ -21,8 +22,6 @@ from identification.validation.figures.layout import (
 )
 from identification.validation.judge import Judgement
 from identification.validation.validation_data import ValidationRecord
-
-Array = np.ndarray
 
 
 def trace_figure(j: Judgement) -> Picture:

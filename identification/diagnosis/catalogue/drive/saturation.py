@@ -8,12 +8,12 @@ import numpy as np
 
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Saturation
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import sources
 from identification.diagnosis.catalogue.signal_traces import unit_of
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
-Array = np.ndarray
 INSIDE = (0.02, 0.05, 0.1, 0.18, 0.27, 0.36)
 """Limits to try, in spans of the command inside its ends."""
 KNEE = 0.02

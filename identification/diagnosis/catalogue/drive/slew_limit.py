@@ -6,12 +6,12 @@ import numpy as np
 
 from bondgraph.graph.elements import Element
 from bondgraph.laws.slew_limit import SlewLimit, slew_limited
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import sources
 from identification.diagnosis.catalogue.signal_traces import unit_of, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
-Array = np.ndarray
 RATES = (0.95, 0.85, 0.7, 0.5, 0.35, 0.2)
 """Slew rates to try, in fastest changes of the command."""
 JUMPS = (1.0, 4.0, 16.0)

@@ -6,12 +6,11 @@ import numpy as np
 
 from bondgraph.graph.elements import Element
 from bondgraph.laws import DahlFriction
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import mechanical_resistors
 from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-
-Array = np.ndarray
 
 WAYS = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Slip lengths tried, over half the range of the motion."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-Array = np.ndarray
+from bondgraph.support.arrays import Array
+
 FLOAT32 = 2.4e-7
 """Rounding of single precision, four times over, relative to the largest value."""
 EVEN = 0.12

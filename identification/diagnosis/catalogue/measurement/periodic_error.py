@@ -6,13 +6,13 @@ import numpy as np
 
 from bondgraph.graph.elements import Element
 from bondgraph.laws.periodic import Periodic
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.measurement.grid_step import quantisation_step
 from identification.diagnosis.catalogue.places import sensors
 from identification.diagnosis.catalogue.signal_traces import reading_without_offset, unit_of
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
-Array = np.ndarray
 TRIED = 10
 """Periods that become signatures."""
 FEWEST, MOST = 1.5, 400.0

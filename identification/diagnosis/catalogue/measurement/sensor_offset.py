@@ -6,12 +6,11 @@ import numpy as np
 
 from bondgraph.graph.elements import Element
 from bondgraph.laws.onset import Onset
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import sensors
 from identification.diagnosis.catalogue.signal_traces import unit_of
 from identification.diagnosis.screening.port_history import FittedModel
-
-Array = np.ndarray
 
 EVENLY = 8
 """Times of a jump tried wherever the residual has none."""

@@ -8,11 +8,10 @@ import numpy as np
 from scipy.signal import lfilter, lfiltic
 
 from bondgraph.graph.elements import C, Element, One, Parameter, R, Zero, symbol
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import storages
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-
-Array = np.ndarray
 
 SHARES = (0.003, 0.012, 0.05, 0.2, 0.7)
 """Time constants tried, over the duration of the record."""

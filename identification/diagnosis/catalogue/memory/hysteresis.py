@@ -8,11 +8,10 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, Sensor, Source
 from bondgraph.hysteresis import play_record
 from bondgraph.laws import Parametrised, StopSum
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import sensors, sources, storages
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-
-Array = np.ndarray
 
 SHARES = (0.03, 0.09, 0.18, 0.3, 0.45, 0.65, 0.9)
 """Thresholds over half of the argument's range; seven stops draw loops of all sizes."""

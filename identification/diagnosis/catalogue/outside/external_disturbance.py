@@ -7,11 +7,10 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, One, R, Zero
 from bondgraph.laws import Onset, Tone
+from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-
-Array = np.ndarray
 
 PEAKS = 4
 """Frequencies tried: the strongest lines of the residual."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.hysteresis import play_record
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.memory.creep import lagged
 from identification.diagnosis.screening.port_history import PortHistory
-
-Array = np.ndarray
 
 GROUPS = (
     "linear",

@@ -11,8 +11,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.places import storages
 from identification.diagnosis.screening.port_history import FittedModel
 
-Array = np.ndarray
-
 
 class TimeVaryingParameter(Effect):
     """Slope of a storage or a resistor that drifts, linearly and with the square of time."""

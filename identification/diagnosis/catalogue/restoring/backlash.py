@@ -6,12 +6,11 @@ import numpy as np
 
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Backlash
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import springs
 from identification.diagnosis.catalogue.starts import rebalanced, rubbing_units, shared_slope
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-
-Array = np.ndarray
 
 SHARES = (0.02, 0.08, 0.25, 0.5)
 """Half widths tried, over half the range."""

@@ -11,8 +11,6 @@ from identification.diagnosis.catalogue.places import springs
 from identification.diagnosis.catalogue.starts import reach, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
 
-Array = np.ndarray
-
 SHARES = (0.3, 0.5, 0.7, 0.85, 0.95)
 """Gaps tried, over half the range from its middle."""
 LOW, HIGH, BOTH = -1.0, 1.0, 0.0

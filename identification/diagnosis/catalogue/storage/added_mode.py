@@ -6,11 +6,10 @@ import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
 from bondgraph.graph.elements import C, Element, I, One, Parameter, R, Zero, symbol
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import masses
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-
-Array = np.ndarray
 
 DAMPING = 0.03
 PEAKS, GRID = 4, 8

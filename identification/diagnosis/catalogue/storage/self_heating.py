@@ -7,12 +7,11 @@ from scipy.signal import lfilter
 
 from bondgraph.graph.elements import Element
 from bondgraph.laws import SelfHeating
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import electrical_resistors
 from identification.diagnosis.catalogue.starts import at_least
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-
-Array = np.ndarray
 
 SHARES = (0.003, 0.02, 0.1, 0.5)
 """Thermal time constants tried, over the duration of the record."""

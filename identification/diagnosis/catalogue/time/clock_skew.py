@@ -7,11 +7,11 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element, Parameter, Sensor, Source
 from bondgraph.signals.varying_delay import at_clock
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import sources
 from identification.diagnosis.screening.port_history import FittedModel
 
-Array = np.ndarray
 MISFITS = (0.3, 2.0, -2.0, 8.0, -8.0, 30.0, -30.0)
 """Lateness at the end of the record to try, in samples; the first is taken with either sign."""
 LARGEST = 0.02

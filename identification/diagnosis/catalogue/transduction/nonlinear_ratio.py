@@ -11,10 +11,9 @@ from bondgraph.graph.composing.renaming import assemble
 from bondgraph.graph.elements import GY, MGY, MTF, TF, C, Element, One, Parameter, TwoPort
 from bondgraph.graph.modulation import displacement, flow
 from bondgraph.laws import Odometer
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-
-Array = np.ndarray
 
 BY_WAY, BY_FLOW = 0.0, 1.0
 

@@ -7,10 +7,9 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, One
 from bondgraph.laws import Periodic
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-
-Array = np.ndarray
 
 PERIODS = 40
 NOT_MOVING = ("H", "kg/m4", "kg/m^4")

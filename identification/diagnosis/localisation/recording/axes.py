@@ -9,11 +9,10 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Sensor, Source, TwoPort
+from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.history import since_turning
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.screening.port_history import PortHistory
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.scan import densest
 
-Array = np.ndarray
 BANDS = 24
 HANN_FREEDOM = 1.5
 

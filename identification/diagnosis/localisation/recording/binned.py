@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.scan import bin_index
 from identification.statistics.blocks import block_index
 
-Array = np.ndarray
 BLOCKS = 50
 FEWEST = 8
 

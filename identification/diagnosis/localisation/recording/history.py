@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import find_peaks
 
-Array = np.ndarray
+from bondgraph.support.arrays import Array
+
 SWING = 0.02
 
 

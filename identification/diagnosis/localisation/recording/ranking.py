@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.axes import MisfitAxis, port_axes, time_axis
 from identification.diagnosis.localisation.recording.bands import bands
 from identification.diagnosis.localisation.recording.region import Region
@@ -14,7 +15,6 @@ from identification.diagnosis.localisation.recording.scan import stretches
 from identification.diagnosis.screening.port_history import PortHistory
 from identification.estimation.single_record import Fit
 
-Array = np.ndarray
 MOST = 12
 CERTAIN = 4.0
 DENSE = 1.2

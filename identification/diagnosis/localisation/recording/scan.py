@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.statistics.blocks import block_index
 
-Array = np.ndarray
 BINS = 32
 BLOCKS = 200
 WIDEST = 0.6

@@ -11,13 +11,12 @@ from scipy.linalg import expm, matrix_balance
 
 from bondgraph.graph.elements import TwoPort
 from bondgraph.simulation.first_order_hold import blocks
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.screening.port_response import Probes
 from identification.study.engine import ExactEngine
 from identification.study.problem import drives
 from identification.study.residual import parameters_at
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

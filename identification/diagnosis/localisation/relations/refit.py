@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from bondgraph.signals.fractional_delay import delayed_values
+from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.relations.whitening import Blind
 from identification.estimation.single_record import Fit
 from identification.study.joint import JointProblem, stack_of
@@ -28,7 +29,6 @@ from identification.study.residual import (
     windows,
 )
 
-Array = np.ndarray
 DIFFERENCE = 1e-4
 LATE = 1e-3
 TRIES = 5

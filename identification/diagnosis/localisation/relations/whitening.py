@@ -16,9 +16,9 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.signal import lfilter
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.relations.latent import Sampled
 
-Array = np.ndarray
 DOUBLINGS = 40
 DRIFT = 1e-9
 """Variance of a state's own drift, for modes at the unit circle that the latent signal leaves."""
