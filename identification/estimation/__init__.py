@@ -1,7 +1,5 @@
 """Fit any model to any recordings: `Study` says what, `estimate` does it."""
 
-from __future__ import annotations
-
 from identification.estimation.estimate import estimate as estimate
 from identification.estimation.guess import Guess as Guess
 from identification.estimation.guess import explained_guess as explained_guess

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi as ca
@@ -28,7 +28,7 @@ def minimise_with_ipopt(stack: JointProblem, start: JointPoint, options: FitOpti
         return Descent(watch.point, watch.found, FitStatus.BROKEN, np.inf, (np.inf,))
     n = stack.n
     objective = _Objective(watch, n)
-    hessian = _Hessian(watch, n)
+    hessian = _hessian(watch, n)
     x = ca.MX.sym("x", n)
     lower, upper = stack.bounds
     settings: dict[str, Any] = {
@@ -125,87 +125,66 @@ def _followed(
     return tuple(states)
 
 
-class _Callback(ca.Callback):
-    """A function of theta that CasADi calls back."""
+class _Called(ca.Callback):
+    """A function of theta, its first argument, that CasADi calls back."""
 
-    def __init__(self, watch: _Watch, n: int, name: str) -> None:
+    def __init__(
+        self,
+        watch: _Watch,
+        name: str,
+        takes: Sequence[Any],
+        gives: Any,
+        value: Callable[[Any], Any],
+    ) -> None:
         super().__init__()
-        self.watch, self.n = watch, n
+        self.watch, self.takes, self.gives, self.value = watch, takes, gives, value
         self.construct(name, {})
 
-
-class _Objective(_Callback):
-    def __init__(self, watch: _Watch, n: int) -> None:
-        super().__init__(watch, n, "objective")
-
     def get_n_in(self) -> int:
-        return 1
+        return len(self.takes)
 
     def get_n_out(self) -> int:
         return 1
 
     def get_sparsity_in(self, i: int) -> Any:
-        return ca.Sparsity.dense(self.n, 1)
+        return self.takes[i]
 
     def get_sparsity_out(self, i: int) -> Any:
-        return ca.Sparsity.dense(1, 1)
+        return self.gives
 
     def eval(self, arguments: Any) -> Any:
         self.watch.at(np.asarray(arguments[0]).ravel())
-        cost = self.watch.stack.cost(self.watch.found, self.watch.point)
-        return [0.5 * cost]
+        return [self.value(arguments)]
+
+
+class _Objective(_Called):
+    def __init__(self, watch: _Watch, n: int) -> None:
+        self.column, self.row = ca.Sparsity.dense(n, 1), ca.Sparsity.dense(1, n)
+
+        def cost(_: Any) -> float:
+            return 0.5 * watch.stack.cost(watch.found, watch.point)
+
+        super().__init__(watch, "objective", [self.column], ca.Sparsity.dense(1, 1), cost)
 
     def has_jacobian(self) -> bool:
         return True
 
     def get_jacobian(self, name: str, *_: Any) -> Any:
-        self.slope = _Gradient(self.watch, self.n, name)  # CasADi keeps no reference
+        """Return ``(x, f) -> df/dx``, one row."""
+        watch, takes = self.watch, [self.column, ca.Sparsity(1, 1)]
+        # CasADi keeps no reference
+        self.slope = _Called(
+            watch, name, takes, self.row, lambda _: watch.derivatives()[0][None, :]
+        )
         return self.slope
 
 
-class _Gradient(_Callback):
-    """``(x, f) -> df/dx``, one row."""
+def _hessian(watch: _Watch, n: int) -> _Called:
+    """Return ``(x, p, lam_f, lam_g) -> upper triangle``, as nlpsol asks for."""
+    dense, empty = ca.Sparsity.dense, ca.Sparsity
+    takes = [dense(n, 1), empty(0, 0), dense(1, 1), empty(0, 1)]
 
-    def __init__(self, watch: _Watch, n: int, name: str) -> None:
-        super().__init__(watch, n, name)
+    def whole(arguments: Any) -> Any:
+        return ca.triu(ca.DM(float(arguments[2]) * watch.derivatives()[1]))
 
-    def get_n_in(self) -> int:
-        return 2
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_sparsity_in(self, i: int) -> Any:
-        return ca.Sparsity.dense(self.n, 1) if i == 0 else ca.Sparsity(1, 1)
-
-    def get_sparsity_out(self, i: int) -> Any:
-        return ca.Sparsity.dense(1, self.n)
-
-    def eval(self, arguments: Any) -> Any:
-        self.watch.at(np.asarray(arguments[0]).ravel())
-        return [self.watch.derivatives()[0][None, :]]
-
-
-class _Hessian(_Callback):
-    """``(x, p, lam_f, lam_g) -> upper triangle``, as nlpsol asks for."""
-
-    def __init__(self, watch: _Watch, n: int) -> None:
-        super().__init__(watch, n, "hessian")
-
-    def get_n_in(self) -> int:
-        return 4
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_sparsity_in(self, i: int) -> Any:
-        shapes = {0: ca.Sparsity.dense(self.n, 1), 2: ca.Sparsity.dense(1, 1)}
-        return shapes.get(i, ca.Sparsity(0, 1) if i == 3 else ca.Sparsity(0, 0))
-
-    def get_sparsity_out(self, i: int) -> Any:
-        return ca.Sparsity.upper(self.n)
-
-    def eval(self, arguments: Any) -> Any:
-        self.watch.at(np.asarray(arguments[0]).ravel())
-        whole = float(arguments[2]) * self.watch.derivatives()[1]
-        return [ca.triu(ca.DM(whole))]
+    return _Called(watch, "hessian", takes, ca.Sparsity.upper(n), whole)

@@ -13,9 +13,10 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError, unknown_name
+from bondgraph.support.errors import unknown_name
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Estimate
+from identification.report.tables import library
 from identification.study.joint import JointPoint, JointProblem, refine_states
 from identification.study.problem import Free, Problem
 from identification.study.residual import (
@@ -194,12 +195,7 @@ class Estimation:
 
     def to_pandas(self) -> Any:
         """Return estimates and nuisances as a data frame (needs pandas)."""
-        try:
-            import pandas as pd
-        except ImportError as error:
-            raise BondsightError(
-                "to_pandas needs pandas: pip install 'bondsight[tables]'"
-            ) from error
+        pd = library("pandas", "to_pandas")
         rows = [
             (e.name, e.value, e.unit, *e.ci95, e.at_bound, kind)
             for kind, group in (("parameter", self.estimates), ("nuisance", self.nuisances))

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
+from typing import Any
+
+from bondgraph.support.errors import UnusableInput
 
 
 def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
@@ -15,3 +19,18 @@ def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 def markdown(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table in Markdown."""
     return "\n".join(f"| {' | '.join(r)} |" for r in (heads, ["---"] * len(heads), *rows))
+
+
+def library(name: str, method: str) -> Any:
+    """Import what only tables for other programs need.
+
+    Raises
+    ------
+    UnusableInput
+        It is not installed.
+    """
+    try:
+        return import_module(name)
+    except ImportError as error:
+        need = f"{method} needs {name}: pip install 'bondsight[tables]'"
+        raise UnusableInput(need) from error

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -412,7 +412,7 @@ class Study:
     def fixing(self, values: Mapping[str, float]) -> Study:
         """Return the study with some parameters held at given values, SI."""
         free = [v for v in self.free if v.name not in values]
-        return self._changed(free=free, fixed={**self.fixed, **values})
+        return self.changed(free=free, fixed={**self.fixed, **values})
 
     def starting(self, values: Mapping[str, float]) -> Study:
         """Return the study with other start values (SI); clipped to the bounds."""
@@ -429,31 +429,15 @@ class Study:
                 ))  # fmt: skip
                 v = replace(v, start=start)
             free.append(v)
-        return self._changed(free=free)
-
-    def _changed(self, **changes: object) -> Study:
-        """Return the study with other fields, checked again."""
-        fields = {
-            "free": self.free, "fixed": self.fixed, "initial": self.initial, "hold": self.hold,
-            "noise": self.noise, "nuisances": self.nuisances, "splits": self.splits,
-            "validation": self.validation, "init": self.init, "silent": self.silent,
-            "window": self.window, "n_sub": self.n_sub,
-        } | changes  # fmt: skip
-        graph = fields.pop("graph", self.graph)
-        recordings = fields.pop("recordings", self.recordings)
-        return Study(graph, recordings, **fields)  # type: ignore[arg-type]
+        return self.changed(free=free)
 
     def changed(self, **changes: object) -> Study:
-        """Return the study with other arguments, as `Study` takes them."""
-        return self._changed(**changes)
+        """Return the study with other arguments, as `Study` takes them, checked again."""
+        return _rebuilt({f.name: getattr(self, f.name) for f in fields(self)} | changes)
 
     def __reduce__(self) -> tuple[object, ...]:
         """Travel to worker processes by what was declared; compiled functions are rebuilt there."""
-        return _rebuilt, (
-            self.graph, self.recordings, self.free, self.fixed, self.initial, self.hold,
-            self.noise, self.nuisances, self.splits, self.validation, self.init, self.silent,
-            self.window, self.n_sub,
-        )  # fmt: skip
+        return _rebuilt, ({f.name: getattr(self, f.name) for f in fields(self)},)
 
     def __repr__(self) -> str:
         """Short text."""
@@ -461,12 +445,8 @@ class Study:
         return f"Study({self.graph.name!r}, {len(self.recordings)} recordings, free: {names})"
 
 
-def _rebuilt(graph: BondGraph, recordings: tuple[Recording, ...], *rest: object) -> Study:
-    names = (
-        "free", "fixed", "initial", "hold", "noise", "nuisances", "splits", "validation", "init",
-        "silent", "window", "n_sub",
-    )  # fmt: skip
-    return Study(graph, recordings, **dict(zip(names, rest, strict=True)))  # type: ignore[arg-type]
+def _rebuilt(declared: Mapping[str, object]) -> Study:
+    return Study(**declared)  # type: ignore[arg-type]
 
 
 def _nth(levels: float | Sequence[float], i: int) -> float:

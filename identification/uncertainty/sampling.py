@@ -19,6 +19,7 @@ import numpy as np
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 from identification.estimation.threads import single_threaded
+from identification.report.tables import library
 from identification.study.joint import JointPoint
 from identification.study.residual import windows
 from identification.uncertainty.fitted import FitView, sum_of_squares
@@ -73,22 +74,12 @@ class Sample:
 
     def to_pandas(self) -> Any:
         """Return a data frame of all draws (needs pandas)."""
-        try:
-            import pandas as pd
-        except ImportError as error:
-            raise BondsightError(
-                "to_pandas needs pandas: pip install 'bondsight[tables]'"
-            ) from error
+        pd = library("pandas", "to_pandas")
         return pd.DataFrame(self.flat, columns=list(self.names))
 
     def to_xarray(self) -> Any:
         """Return a data set with dimensions walker and step (needs xarray)."""
-        try:
-            import xarray as xr
-        except ImportError as error:
-            raise BondsightError(
-                "to_xarray needs xarray: pip install 'bondsight[tables]'"
-            ) from error
+        xr = library("xarray", "to_xarray")
         return xr.Dataset(
             {
                 n: (("walker", "step"), self.draws[:, :, i].T, {"units": u})

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bondgraph.support.errors import UnusableInput
 from identification.report import html
 from identification.report.numbers import quantity, short
-from identification.report.tables import aligned
+from identification.report.tables import aligned, library
 from identification.validation.tables import ends, value
 
 if TYPE_CHECKING:
@@ -104,10 +103,7 @@ def html_parts(c: Comparison) -> tuple[str, str, str]:
 
 def frame(c: Comparison) -> Any:
     """Return a DataFrame: one row a fit; errors, criteria and parameters as columns, SI."""
-    try:
-        import pandas as pd
-    except ImportError as error:
-        raise UnusableInput("to_pandas needs pandas: pip install 'bondsight[tables]'") from error
+    pd = library("pandas", "to_pandas")
     records = []
     for x in c.contestants:
         row: dict[str, Any] = {"fit": x.name, "chi2": x.held_out, "behind": x.behind, "p": x.p}

@@ -56,7 +56,7 @@ def line_evaluation(
     ``point.states`` less the rest is the state at the first sample less the steady course there;
     it counts only if ``lines.transient``.
     """
-    at, names = slots(problem), problem.engine.parameter_names
+    names = problem.engine.parameter_names
     wanted = [names.index(f.parameter.name) for f in problem.free] if derivatives else []
     system, tangents = _systems(problem, parameters_at(problem, point.theta), wanted)
     z = np.exp(1j * lines.omega)
@@ -68,20 +68,39 @@ def line_evaluation(
         away = point.states[0] - problem.rest_state
         values, changes, by_state = _transients(lines, system, tangents, z, away)
         shown, slopes = shown + values, slopes + changes
-    lags = output_delays(problem, point.theta)
-    turn = np.exp(-1j * lines.omega[:, None] * lags)
-    shown = shown * turn
-    scale = offset_scale(problem)
-    offsets = point.theta[at.offsets] * scale * lines.period
+    turn = np.exp(-1j * lines.omega[:, None] * output_delays(problem, point.theta))
+    return line_residuals(problem, lines, point, shown * turn, slopes * turn[:, :, None],
+                          by_state * turn[:, :, None], derivatives=derivatives)  # fmt: skip
+
+
+def line_residuals(
+    problem: Problem,
+    lines: Lines,
+    point: Point,
+    shown: ComplexArray,
+    by_free: ComplexArray,
+    by_state: ComplexArray,
+    *,
+    derivatives: bool,
+) -> ResidualEvaluation:
+    """Return the residuals of the lines at `point` from what the sensors show.
+
+    Parameters
+    ----------
+    shown : ndarray, shape (Q, F, n_y)
+        Spectra of the readings, late as they are; offsets apart.
+    by_free, by_state : ndarray, shape (Q, F, n_y, ...)
+        Their derivatives by the values of the free parameters and by a fitted initial state.
+    """
+    at, n_y, scale = slots(problem), shown.shape[2], offset_scale(problem)
     mean = lines.omega == 0.0
+    offsets = point.theta[at.offsets] * scale * lines.period
     residual = line_rows(lines, lines.y - shown - mean[:, None] * offsets)
     if not derivatives:
         return ResidualEvaluation(np.zeros((0, n_y)), residual, np.zeros((residual.size, 0)), [])
-    block = np.zeros((periods, z.size, n_y, at.size), complex)
-    by_theta = np.array(
-        [f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)]
-    )
-    block[..., at.free] = slopes * turn[:, :, None] * by_theta
+    block = np.zeros((*shown.shape, at.size), complex)
+    by_theta = [f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)]
+    block[..., at.free] = by_free * np.array(by_theta)
     by_lag = -1j * lines.omega[:, None] * shown
     for c in range(n_y):
         block[:, :, c, at.lags.start + c] = by_lag[:, :, c]
@@ -89,12 +108,9 @@ def line_evaluation(
     for j, outputs in enumerate(problem.delays.values()):
         for c in outputs:
             block[:, :, c, at.delays.start + j] = by_lag[:, :, c]
-    states = np.zeros((residual.size, 0))
-    if lines.transient:
-        states = line_rows(lines, by_state * turn[:, :, None])
-    return ResidualEvaluation(
-        np.zeros((0, n_y)), residual, line_rows(lines, block), [(slice(0, residual.size), states)]
-    )
+    states = line_rows(lines, by_state) if by_state.size else np.zeros((residual.size, 0))
+    local = [(slice(0, residual.size), states)]
+    return ResidualEvaluation(np.zeros((0, n_y)), residual, line_rows(lines, block), local)
 
 
 def line_rows(lines: Lines, values: ComplexArray) -> Array:

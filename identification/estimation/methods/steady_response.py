@@ -8,16 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.support.errors import UnusableInput
-from identification.estimation.methods.line_response import line_rows
+from identification.estimation.methods.line_response import line_residuals
 from identification.estimation.methods.periodic_lines import Lines
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
     ResidualEvaluation,
-    offset_scale,
     output_delays,
     parameters_at,
-    slots,
 )
 
 Array = NDArray[np.float64]
@@ -88,30 +86,14 @@ def steady_evaluation(
     problem: Problem, lines: Lines, course: Course, point: Point, *, derivatives: bool = True
 ) -> ResidualEvaluation:
     """Return the residuals of the lines at `point`, as `line_evaluation` does for linear models."""
-    at, n, n_y = slots(problem), lines.period, len(problem.data.names)
+    n = lines.period
     y, dy = _run(problem, course, point, derivatives=derivatives)
     bins = np.round(lines.omega * n / (2.0 * np.pi)).astype(int)
     # the last period runs from its second sample to the first of the next one
     turn = np.exp(-1j * lines.omega[:, None] * (1.0 + output_delays(problem, point.theta)))
     shown = np.fft.rfft(y[-n:], axis=0)[bins] * turn
-    scale = offset_scale(problem)
-    mean = lines.omega == 0.0
-    offsets = point.theta[at.offsets] * scale * n
-    residual = line_rows(lines, lines.y - (shown + mean[:, None] * offsets)[None])
-    if not derivatives:
-        return ResidualEvaluation(np.zeros((0, n_y)), residual, np.zeros((residual.size, 0)), [])
-    slopes = np.array([f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)])
-    block = np.zeros((1, bins.size, n_y, at.size), complex)
-    tangent = np.fft.rfft(dy[-n:], axis=0)[bins]
-    block[0, :, :, at.free] = tangent * turn[:, :, None] * slopes
-    by_lag = -1j * lines.omega[:, None] * shown
-    for c in range(n_y):
-        block[0, :, c, at.lags.start + c] = by_lag[:, c]
-        block[0, mean, c, at.offsets.start + c] = scale[c] * n
-    for j, outputs in enumerate(problem.delays.values()):
-        for c in outputs:
-            block[0, :, c, at.delays.start + j] = by_lag[:, c]
-    states = np.zeros((residual.size, 0))
-    return ResidualEvaluation(
-        np.zeros((0, n_y)), residual, line_rows(lines, block), [(slice(0, residual.size), states)]
+    by_free = np.fft.rfft(dy[-n:], axis=0)[bins] * turn[:, :, None]
+    by_state = np.zeros((1, *shown.shape, 0), complex)
+    return line_residuals(
+        problem, lines, point, shown[None], by_free[None], by_state, derivatives=derivatives
     )

@@ -1,7 +1,5 @@
 """Inputs worth measuring with: signals, what an amplifier stands, and what tells most."""
 
-from __future__ import annotations
-
 from identification.experiments.design.candidates import Ranking as Ranking
 from identification.experiments.design.candidates import flat_like as flat_like
 from identification.experiments.design.candidates import rank_signals as rank_signals

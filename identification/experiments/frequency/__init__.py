@@ -1,7 +1,5 @@
 """What periodic and arbitrary records say before any model: response, noise, distortion."""
 
-from __future__ import annotations
-
 from identification.experiments.frequency.bla import (
     best_linear_approximation as best_linear_approximation,
 )

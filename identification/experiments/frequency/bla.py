@@ -22,7 +22,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.frequency.local import LocalFit, half_width, local_fit
-from identification.experiments.frequency.periods import Periods, cut, period_lines
+from identification.experiments.frequency.periods import Periods, cut, excited_lines
 from identification.experiments.frequency.response import FrequencyResponse
 
 
@@ -79,7 +79,7 @@ def response_of_periods(
     spectra = [(p.spectra(inputs), p.spectra(outputs)) for p in parts]
     u = np.stack([s.mean(axis=0) for s, _ in spectra])
     y = np.stack([s.mean(axis=0) for _, s in spectra])
-    at = _lines(u, lines, inputs)
+    at = excited_lines(u, lines, inputs)
     u, y = u[:, at], y[:, at]
     response, gain, factor, total, how = _solve(u, y, at)
     noise = _noise([(a[:, at], b[:, at]) for a, b in spectra], response)
@@ -90,20 +90,6 @@ def response_of_periods(
         {c: first.units[c] for c in (*inputs, *outputs)}, how, len(parts),
         min(p.count for p in parts),
     )  # fmt: skip
-
-
-def _lines(u: ComplexArray, lines: Sequence[int] | None, inputs: Sequence[str]) -> NDArray[np.intp]:
-    if lines is not None:
-        at = np.unique(np.asarray(lines, np.intp))
-        if at.size == 0 or at[0] < 1 or at[-1] >= u.shape[1]:
-            raise UnusableInput(
-                f"lines must lie within 1 .. {u.shape[1] - 1}; mind the Nyquist rate"
-            )
-        return at
-    power = np.sqrt(np.mean(np.abs(u) ** 2, axis=0))
-    found = [period_lines(power[:, j], name) for j, name in enumerate(inputs)]
-    at = np.unique(np.concatenate(found))
-    return np.asarray(at[at < u.shape[1] - 1])
 
 
 def _solve(

@@ -20,7 +20,7 @@ from bondgraph.signals.files.checks import optional
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
-from identification.experiments.frequency.periods import Periods, cut, period_lines
+from identification.experiments.frequency.periods import Periods, cut, excited_lines
 
 KINDS = ("excited", "odd", "even")
 
@@ -198,7 +198,7 @@ def distortions(
     if len({p.period for p in parts}) > 1:
         raise UnusableInput("distortions: the recordings differ in their period; group them")
     u = np.stack([p.spectra(inputs).mean(axis=0) for p in parts])
-    excited = _excited(u, lines, inputs)
+    excited = excited_lines(u, lines, inputs)
     last = min(highest or 3 * int(excited[-1]), (parts[0].period - 1) // 2)
     y = np.stack([p.spectra(outputs).mean(axis=0) for p in parts])[:, 1 : last + 1]
     noise = _noise(parts, outputs)[1 : last + 1]
@@ -216,19 +216,6 @@ def distortions(
         parts[0].name, number * parts[0].rate / parts[0].period, kind, y, noise, spread,
         tuple(outputs), tuple(parts[0].units[o] for o in outputs), min(p.count for p in parts),
     )  # fmt: skip
-
-
-def _excited(
-    u: ComplexArray, lines: Sequence[int] | None, inputs: Sequence[str]
-) -> NDArray[np.intp]:
-    if lines is not None:
-        at = np.unique(np.asarray(lines, np.intp))
-        if at.size == 0 or at[0] < 1 or at[-1] >= u.shape[1]:
-            raise UnusableInput(f"lines must lie within 1 .. {u.shape[1] - 1}")
-        return at
-    power = np.sqrt(np.mean(np.abs(u) ** 2, axis=0))
-    at = np.unique(np.concatenate([period_lines(power[:, j], n) for j, n in enumerate(inputs)]))
-    return np.asarray(at[at < u.shape[1] - 1])
 
 
 def _noise(parts: Sequence[Periods], outputs: Sequence[str]) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,11 +10,8 @@ from identification.experiments.frequency.distortions import Distortions
 from identification.experiments.frequency.response import FrequencyResponse
 from identification.report.style import AFTER, BAD, BEFORE, FLOOR, GOOD
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-
-def plot_response(response: FrequencyResponse) -> Figure:
+def plot_response(response: FrequencyResponse) -> Any:
     """Draw magnitude and phase of every path, with noise and total standard deviation.
 
     Returns
@@ -37,8 +34,7 @@ def plot_response(response: FrequencyResponse) -> Figure:
         for axis in axes[-1]:
             axis.set(xlabel="f (Hz)")
         axes[0, 0].legend()
-    figure: Figure = canvas.figure
-    return figure
+    return canvas.figure
 
 
 def _path(top: Any, low: Any, response: FrequencyResponse, y: str, u: str) -> None:
@@ -54,7 +50,7 @@ def _path(top: Any, low: Any, response: FrequencyResponse, y: str, u: str) -> No
     low.set(ylabel="phase (deg)")
 
 
-def plot_distortions(found: Distortions, output: str | None = None) -> Figure:
+def plot_distortions(found: Distortions, output: str | None = None) -> Any:
     """Draw the output spectrum: excited, odd and even lines over the noise.
 
     Returns
@@ -71,8 +67,7 @@ def plot_distortions(found: Distortions, output: str | None = None) -> Figure:
         canvas.ax.set(xlabel="f (Hz)", ylabel=f"{name} (dB re 1 {found.units[c]})")
         canvas.ax.set_title(str(level), fontsize=8)
         canvas.ax.legend()
-    figure: Figure = canvas.figure
-    return figure
+    return canvas.figure
 
 
 def _lines(axis: Any, found: Distortions, c: int) -> None:

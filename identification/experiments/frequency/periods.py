@@ -196,3 +196,24 @@ def period_lines(spectrum: ComplexArray, where: str = "drive") -> NDArray[np.int
         if ratio[widest] > 3.0:
             limit = float(np.sqrt(order[widest] * order[widest + 1]))
     return np.flatnonzero(size >= limit)
+
+
+def excited_lines(
+    spectra: ComplexArray, lines: Sequence[int] | None, inputs: Sequence[str]
+) -> NDArray[np.intp]:
+    """Return the lines below Nyquist that any of `inputs` excites, or check those given.
+
+    Parameters
+    ----------
+    spectra : ndarray, shape (R, F, n_u)
+    """
+    if lines is not None:
+        at = np.unique(np.asarray(lines, np.intp))
+        if at.size == 0 or at[0] < 1 or at[-1] >= spectra.shape[1]:
+            raise UnusableInput(
+                f"lines must lie within 1 .. {spectra.shape[1] - 1}; mind the Nyquist rate"
+            )
+        return at
+    power = np.sqrt(np.mean(np.abs(spectra) ** 2, axis=0))
+    at = np.unique(np.concatenate([period_lines(power[:, j], n) for j, n in enumerate(inputs)]))
+    return np.asarray(at[at < spectra.shape[1] - 1])

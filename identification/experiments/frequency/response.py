@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -91,11 +91,8 @@ class FrequencyResponse:
                 f"{self.name}: no line between {low:g} and {high:g} Hz; it has "
                 f"{self.frequency[0]:.4g} .. {self.frequency[-1]:.4g} Hz"
             )
-        return FrequencyResponse(
-            self.name, self.frequency[kept], self.response[kept], self.noise_variance[kept],
-            self.total_variance[kept], self.output_noise[kept], self.output_total[kept],
-            self.inputs, self.outputs, self.units, self.method, self.realisations, self.periods,
-        )  # fmt: skip
+        along = ("frequency", "response", "noise_variance", "total_variance", "output_noise")
+        return replace(self, **{n: getattr(self, n)[kept] for n in (*along, "output_total")})
 
     def spread(self, kind: str = "total") -> FloatArray:
         """Return the relative standard deviation of the response over all lines, (n_y, n_u).

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.diagnosis.localisation.recording.scan import densest
+from identification.diagnosis.localisation.recording.scan import gathered
 
 BANDS = 24
 HANN_FREEDOM = 1.5
@@ -65,11 +65,7 @@ def bands(residual: Array, floor: float, dt: float, most: int = 2) -> tuple[Band
     count = np.bincount(index, minlength=BANDS).astype(float)
     everything = float(power.sum())
     found = []
-    for _ in range(most):
-        ends = densest(total, count)
-        if ends is None:
-            break
-        a, b = ends
+    for a, b in gathered(total, count, most):
         inside = (index >= a) & (index <= b)
         n = int(inside.sum())
         if n:
@@ -78,6 +74,4 @@ def bands(residual: Array, floor: float, dt: float, most: int = 2) -> tuple[Band
             z = (times - 1.0) * float(np.sqrt(n / HANN_FREEDOM))
             ends_of = (float(f[inside][0]), float(f[inside][-1]))
             found.append(Band(*ends_of, share, n / f.size, times, z))
-        total[a : b + 1] = 0.0
-        count[a : b + 1] = 0.0
     return tuple(found)

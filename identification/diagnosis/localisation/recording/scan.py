@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,6 +74,16 @@ def densest(total: Array, count: Array) -> tuple[int, int] | None:
     return (int(first), int(after) - 1) if gain[first, after] > 0 else None
 
 
+def gathered(total: Array, count: Array, most: int) -> Iterator[tuple[int, int]]:
+    """Yield up to `most` runs of bins as `densest` finds them; each is emptied for the next."""
+    for _ in range(most):
+        if (ends := densest(total, count)) is None:
+            return
+        yield ends
+        total[ends[0] : ends[1] + 1] = 0.0
+        count[ends[0] : ends[1] + 1] = 0.0
+
+
 def stretches(
     values: Array, square: Array, most: int = 2, *, even: bool = False, bins: int = BINS
 ) -> tuple[Stretch, ...]:
@@ -98,15 +109,9 @@ def stretches(
     total = np.bincount(index, square, edges.size - 1)
     count = np.bincount(index, minlength=edges.size - 1).astype(float)
     found = []
-    for _ in range(most):
-        ends = densest(total, count)
-        if ends is None:
-            break
-        a, b = ends
+    for a, b in gathered(total, count, most):
         inside = (index >= a) & (index <= b)
         found.append(_stretch(float(edges[a]), float(edges[b + 1]), inside, square))
-        total[a : b + 1] = 0.0
-        count[a : b + 1] = 0.0
     return tuple(found)
 
 
