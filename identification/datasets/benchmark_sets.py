@@ -114,7 +114,6 @@ BENCHMARK_SETS = (
         init=50,
         official="samples 5200 to 183999: first 100000 train, last 78800 test",
         note="errors in mV; means are left in",
-        aliases=("wiener-hammerstein-circuit",),
     ),
     PublicSet(
         name="bouc_wen",
@@ -148,7 +147,6 @@ BENCHMARK_SETS = (
             "samples: run it on its own repetition; the sweep starts from rest. The training "
             "record (five periods, with noise) is by the author of the repository"
         ),
-        aliases=("bouc-wen-SIMULATED",),
     ),
     PublicSet(
         name="coupled_drives",
@@ -183,7 +181,6 @@ BENCHMARK_SETS = (
             "+-0.5 V, as the official split does with the uniform records, which are not here; not "
             "comparable with published errors"
         ),
-        aliases=("coupled-electric-drives",),
     ),
     PublicSet(
         name="emps",
@@ -242,7 +239,6 @@ BENCHMARK_SETS = (
             "settled: each record is two periods of 8192 samples, excited to 3 kHz; run a test on "
             "its own repetition. The unit of y is not stated, metres fit its size"
         ),
-        aliases=("piezo-steering-mirror",),
         reader=read.steering_mirror,
     ),
     PublicSet(
@@ -274,6 +270,5 @@ BENCHMARK_SETS = (
             "own parts: periods 2 to 5 and 6 to 9 of one multisine (8192 samples each); both have "
             "the same excitation, so the test checks the noise, not extrapolation"
         ),
-        aliases=("f16-ground-vibration",),
     ),
 )

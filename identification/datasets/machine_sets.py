@@ -56,7 +56,6 @@ MACHINE_SETS = (
             SetPart("sine", held=1.0 / 3.0, drive="V", called="piezo-actuator-sine"),
         ),
         note="own parts: whole periods, the last two judge; the rest before them is left out",
-        aliases=("piezo-actuator-sine",),
     ),
     PublicSet(
         name="pnzt_creep",
@@ -78,7 +77,6 @@ MACHINE_SETS = (
             _PNZT_FILES, tuple(f for f in _PNZT_FILES if f not in ("record1_60s", "record3_105s"))
         ),
         note="own parts: records 1 and 3 train; record 4 holds instrument drift",
-        aliases=("pnzt-ceramic-creep",),
     ),
     PublicSet(
         name="piezo_beam",
@@ -96,7 +94,6 @@ MACHINE_SETS = (
         parts=_LAST_THIRD,
         init=1000,
         note="own parts: the last third judges; the unit of the velocity is not stated",
-        aliases=("piezo-shunt-beam",),
     ),
     PublicSet(
         name="mr_damper",
@@ -117,7 +114,6 @@ MACHINE_SETS = (
         parts=sides(2000),
         init=10,
         note="customary parts: first 2000 samples, rest; units as the toolbox documents them",
-        aliases=("mr-damper",),
     ),
     PublicSet(
         name="pendulum",
@@ -150,7 +146,6 @@ MACHINE_SETS = (
         parts=_whole_parts(("small_swing", "large_swing"), ("large_swing",)),
         init=10,
         note="own parts: the small swing trains, the large one judges; its omega is smoothed",
-        aliases=("pendulum-free-swing",),
         prepare=read.hanging_angle,
     ),
     PublicSet(
@@ -166,7 +161,6 @@ MACHINE_SETS = (
         parts=_LAST_THIRD,
         init=10,
         note="own parts: the last third judges; one direction only",
-        aliases=("rack-and-pinion-friction",),
     ),
     PublicSet(
         name="pneumatic_cylinder",
@@ -192,7 +186,6 @@ MACHINE_SETS = (
             "own parts: O-ring at 1, 3 and 7 bar train; 5 bar and the X-ring judge. Stretches "
             "without a pause of the logger, resampled to 100 Hz; p is above ambient"
         ),
-        aliases=("pneumatic-cylinder-friction",),
         prepare=read.longest_stretches,
     ),
     PublicSet(

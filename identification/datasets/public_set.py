@@ -165,7 +165,7 @@ class PublicSet:
     note : str
         What a user must know about the parts.
     aliases : tuple of str
-        Other names.
+        Other names; the folder if none is given.
     otherwise : tuple of SetPart
         Our own parts if the files do not hold the records of `parts`; if they do not hold those
         of either, the records are parts by their names.
@@ -192,6 +192,11 @@ class PublicSet:
     otherwise: tuple[SetPart, ...] = ()
     reader: Callable[[tuple[Path, ...]], Records] | None = None
     prepare: Callable[[Records], Records] | None = None
+
+    def __post_init__(self) -> None:
+        """Answer to the folder's name."""
+        if not self.aliases and self.folder != self.name:
+            object.__setattr__(self, "aliases", (self.folder,))
 
     @property
     def files(self) -> tuple[tuple[str, ...], ...]:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
@@ -38,6 +36,7 @@ from identification.diagnosis.search.candidates import Candidate, DiagnosisOptio
 from identification.diagnosis.search.forward_selection import SelectionStage, steps
 from identification.diagnosis.search.nominal import deeper, nominal_fit
 from identification.estimation.single_record import Fit, FitStatus
+from identification.estimation.threads import calm
 from identification.study.joined import joined, split_of
 from identification.study.noise_floor import measured, noise_floor
 from identification.study.problem import Data, Problem, data_for, drives
@@ -188,8 +187,7 @@ def diagnose(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
         )
     # tiny matrices: threads of the linear algebra only get in each other's way
-    with warnings.catch_warnings(), threadpool_limits(1):
-        warnings.simplefilter("ignore", RuntimeWarning)
+    with calm():
         say("fitting the model as it is", 0.03)
         template, nominal = nominal_fit(graph, data, hold)
         if nominal.status is FitStatus.BROKEN or not np.isfinite(nominal.cost):

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from bondgraph.simulation.simulate import HOLDS
 from bondgraph.support.arrays import Array
@@ -24,9 +22,10 @@ from identification.estimation.cautions import (
 from identification.estimation.intervals import interval_covariance
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import METHODS
-from identification.estimation.methods.method import FitOptions, Method, MethodSolution
+from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.result import Estimation, estimates_of, simulate_validation
 from identification.estimation.settling import same_setting, settled_setting
+from identification.estimation.threads import calm
 from identification.study.joint import JointPoint, JointProblem, held_out_states
 from identification.study.residual import ResidualEvaluation, evaluate
 from identification.study.study import ESTIMATED, SettledSetting, Study
@@ -93,8 +92,7 @@ def estimate(
     options = FitOptions(optimiser, max_iterations, tolerance, report, linear_solver)
     # tiny matrices: threads of the linear algebra only get in each other's way
     try:
-        with warnings.catch_warnings(), threadpool_limits(1):
-            warnings.simplefilter("ignore", RuntimeWarning)
+        with calm():
             made = _settled(study, chosen, options, start)
             result = _finished(study, chosen, optimiser, *made)
     except np.linalg.LinAlgError as error:
@@ -192,7 +190,7 @@ def _solve(
 ) -> Made:
     stack = study.stack(setting)
     begin = stack.start() if point is None or point.theta.size != stack.n else point
-    return setting, stack, method.solve(study, setting, stack, begin, options)
+    return setting, stack, method.solve(FitTask(study, setting, stack, begin, options))
 
 
 def _best_hold(

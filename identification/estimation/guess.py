@@ -9,13 +9,11 @@ that grow lead to the free run.
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from bondgraph.signals.recording import Split
 from bondgraph.signals.split import whole
@@ -24,6 +22,7 @@ from identification.estimation.guessing.law_trials import law_trials
 from identification.estimation.guessing.matching import Matching, matched
 from identification.estimation.guessing.measured import measured_response
 from identification.estimation.levenberg_marquardt import Descent, minimise
+from identification.estimation.threads import calm
 from identification.study.engine import ExactEngine
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.study import Study
@@ -107,8 +106,7 @@ def explained_guess(study: Study, seed: int = 0, progress: Progress | None = Non
     """Return start values found from the data, with words and misfits; see `guess`."""
     begin = time.perf_counter()
     say = progress or (lambda text, fraction: None)
-    with warnings.catch_warnings(), threadpool_limits(1):
-        warnings.simplefilter("ignore", RuntimeWarning)
+    with calm():
         made = _guessed(study, seed, say)
     say("start values found", 1.0)
     return replace(made, seconds=time.perf_counter() - begin)
@@ -274,8 +272,7 @@ class _Pinned(JointProblem):
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Bounds that meet for the parameters."""
-        lower, upper = (b.copy() for b in JointProblem(
-            self.problems, self.names, self.columns, self.factors).bounds)  # fmt: skip
+        lower, upper = (b.copy() for b in super().bounds)
         at = [int(i) for p, c in zip(self.problems, self.columns, strict=True)
               for i, _ in zip(c, p.free, strict=False)]  # fmt: skip
         lower[at] = upper[at] = 0.0

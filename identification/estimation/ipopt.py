@@ -10,11 +10,10 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import Descent, FitStatus
+from identification.estimation.methods.interior_point import LARGE, ipopt_settings
 from identification.estimation.methods.method import FitOptions
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
-
-LARGE = 1e19
 
 
 def minimise_with_ipopt(stack: JointProblem, start: JointPoint, options: FitOptions) -> Descent:
@@ -32,17 +31,11 @@ def minimise_with_ipopt(stack: JointProblem, start: JointPoint, options: FitOpti
     x = ca.MX.sym("x", n)
     lower, upper = stack.bounds
     settings: dict[str, Any] = {
-        "ipopt.linear_solver": options.linear_solver,
-        "ipopt.print_level": 0,
-        "ipopt.sb": "yes",
-        "print_time": False,
+        **ipopt_settings(options.linear_solver),
         "ipopt.max_iter": options.max_iterations,
         "ipopt.tol": options.tolerance,
         "ipopt.acceptable_tol": 100 * options.tolerance,
-        "ipopt.bound_relax_factor": 0.0,
-        "ipopt.fixed_variable_treatment": "make_parameter",
         "hess_lag": hessian,
-        "error_on_fail": False,
     }
     problem: dict[str, Any] = {"x": x, "f": objective(x)}
     solver = ca.nlpsol("fit", "ipopt", problem, settings)
@@ -87,7 +80,7 @@ class _Watch:
             return
         try:
             system = self.stack.normal(self.found, self.point)
-            states = _followed(self.stack, system.states, self.point, theta)
+            states = self.stack.followed(system, self.point, theta - self.point.theta)
             self.point = JointPoint(theta.copy(), states)
             self.found = self.stack.evaluate(self.point)
             cost = self.stack.cost(self.found, self.point)
@@ -105,24 +98,6 @@ class _Watch:
         system = self.stack.normal(self.found, self.point)
         factor, right = system.factor, system.right
         return -(factor.T @ right) / self.count, factor.T @ factor / self.count
-
-
-def _followed(
-    stack: JointProblem,
-    follow: Sequence[list[tuple[Array, Array]]],
-    point: JointPoint,
-    theta: Array,
-) -> tuple[Array, ...]:
-    states = []
-    for r, p in enumerate(stack.problems):
-        moved = point.states[r].copy()
-        delta = (theta - point.theta)[stack.columns[r]] * stack.factors[r]
-        at = p.free_states
-        if at.size:
-            for i, (by_theta, by_residual) in zip(stack.scored(r), follow[r], strict=True):
-                moved[i, at] += (by_residual - by_theta @ delta) * p.state_scale[at]
-        states.append(moved)
-    return tuple(states)
 
 
 class _Called(ca.Callback):

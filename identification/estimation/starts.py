@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 from joblib.parallel import get_active_backend
-from scipy.stats import qmc
-from threadpoolctl import threadpool_limits
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.estimation.estimate import Progress, estimate
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.methods import METHODS, FitOptions
+from identification.estimation.methods import METHODS, FitOptions, FitTask
 from identification.estimation.result import Estimation
+from identification.estimation.threads import calm
+from identification.statistics.sobol import sobol
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.study import Study
 
@@ -176,10 +176,7 @@ def _spread(stack: JointProblem, count: int, seed: int) -> Array:
     high = np.minimum(upper, begin + reach)
     bounded = np.isfinite(lower) & np.isfinite(upper) & (upper - lower < 20.0)
     low, high = np.where(bounded, lower, low), np.where(bounded, upper, high)
-    sampler = qmc.Sobol(int(free.sum()), seed=seed) if free.any() else None
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # balance needs powers of two, we do not
-        unit = sampler.random(count) if sampler is not None else np.zeros((count, 0))
+    unit = sobol(count, int(free.sum()), seed) if free.any() else np.zeros((count, 0))
     points = np.tile(begin, (count, 1))
     points[:, free] = low[free] + unit * (high - low)[free]
     points[0] = begin
@@ -199,13 +196,11 @@ def _run(
 
 
 def _one(study: Study, method: str, index: int, theta: Array, max_iterations: int) -> Arrival:
-    with warnings.catch_warnings(), threadpool_limits(1):
-        warnings.simplefilter("ignore", RuntimeWarning)
-        setting = study.first_setting
+    with calm():
         stack = _cached_stack(study)
         begin = JointPoint(theta, stack.start().states)
         options = FitOptions(max_iterations=max_iterations, tolerance=1e-6)
-        made = METHODS[method].solve(study, setting, stack, begin, options)
+        made = METHODS[method].solve(FitTask(study, study.first_setting, stack, begin, options))
         found = stack.evaluate(made.point, derivatives=False)
         cost = stack.cost(found, made.point)
     return Arrival(

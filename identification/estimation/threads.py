@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
@@ -10,6 +12,14 @@ from threadpoolctl import threadpool_limits
 
 P = ParamSpec("P")
 T = TypeVar("T")
+
+
+@contextmanager
+def calm() -> Iterator[None]:
+    """One thread, and no overflow warnings from absurd trial steps."""
+    with warnings.catch_warnings(), threadpool_limits(1):
+        warnings.simplefilter("ignore", RuntimeWarning)
+        yield
 
 
 def single_threaded(function: Callable[P, T]) -> Callable[P, T]:

@@ -35,10 +35,10 @@ class Canvas:
     figure: Any
     name: str
 
-    def rows(self, n: int, heights: tuple[float, ...] | None = None, columns: int = 1) -> Any:
-        """Axes, shape (n, columns)."""
-        ratios = {"height_ratios": heights} if heights else None
-        return self.figure.subplots(n, columns, squeeze=False, gridspec_kw=ratios)
+    def rows(self, n: int, widths: tuple[float, ...] = (1,)) -> Any:
+        """Axes, shape (n, len(widths)); columns as wide as `widths` say, to each other."""
+        ratios = {"width_ratios": widths}
+        return self.figure.subplots(n, len(widths), squeeze=False, gridspec_kw=ratios)
 
     @cached_property
     def ax(self) -> Any:

@@ -190,6 +190,19 @@ class JointProblem:
         a = np.vstack([system.factor, np.sqrt(damping) * np.diag(size)])
         b = np.concatenate([system.right, np.zeros(size.size)])
         delta = _bounded(a, b, low, high, size)
+        return JointPoint(point.theta + delta, self.followed(system, point, delta))
+
+    def followed(
+        self, system: NormalEquations, point: JointPoint, delta: Array, *, settling: bool = True
+    ) -> tuple[Array, ...]:
+        """Return the initial states after a step of theta, to first order.
+
+        Parameters
+        ----------
+        delta : ndarray, shape (n,)
+        settling : bool
+            Take up what the residual asks of them too, not only what the step does.
+        """
         states = []
         for r, p in enumerate(self.problems):
             moved = point.states[r].copy()
@@ -198,9 +211,10 @@ class JointProblem:
             if at.size:
                 scale = p.state_scale[at]
                 for i, (by_theta, by_residual) in zip(_scored(p), system.states[r], strict=True):
-                    moved[i, at] += (by_residual - by_theta @ by_local) * scale
+                    own = by_residual if settling else 0.0
+                    moved[i, at] += (own - by_theta @ by_local) * scale
             states.append(moved)
-        return JointPoint(point.theta + delta, tuple(states))
+        return tuple(states)
 
     def projected(self, evaluations: Sequence[ResidualEvaluation], point: JointPoint) -> Array:
         """Jacobian of all residuals by theta with the initial states eliminated, (M, n)."""

@@ -322,6 +322,16 @@ class Problem:
         return tuple(found)
 
     @cached_property
+    def directions(self) -> list[int]:
+        """Positions of the free parameters in the parameter vector."""
+        names = self.engine.parameter_names
+        return [names.index(f.parameter.name) for f in self.free]
+
+    def slopes(self, theta: Array) -> Array:
+        """Return the derivative of each free parameter by its theta, shape (n_free,)."""
+        return np.array([f.slope(float(t)) for f, t in zip(self.free, theta, strict=False)])
+
+    @cached_property
     def delays(self) -> dict[str, tuple[int, ...]]:
         """Delay parameters declared by drives and sensors -> the outputs they shift.
 
@@ -397,8 +407,7 @@ class Problem:
 
         Zero for states that no reading shows.
         """
-        names = self.engine.parameter_names
-        directions = [names.index(f.parameter.name) for f in self.free]
+        directions = self.directions
         ready = self.engine.prepare(self.start_vector, self.data.dt, self.steps, directions, True)
         begin = slice(0, min(self.data.n, READABLE))
         run = self.engine.run(

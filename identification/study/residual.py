@@ -121,20 +121,18 @@ def offset_scale(problem: Problem) -> Array:
 def parameters_at(problem: Problem, theta: Array) -> Array:
     """Physical parameter vector, shape (n_p,)."""
     p = problem.start_vector.copy()
-    names = problem.engine.parameter_names
-    for f, t in zip(problem.free, theta, strict=False):
-        p[names.index(f.parameter.name)] = f.value(float(t))
+    for i, f, t in zip(problem.directions, problem.free, theta, strict=False):
+        p[i] = f.value(float(t))
     return p
 
 
 def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> ResidualEvaluation:
     """Simulate at `point`; with derivatives also the Jacobians."""
     data, engine, at = problem.data, problem.engine, slots(problem)
-    names = engine.parameter_names
     n_y, n_free = len(data.names), len(problem.free)
     p = parameters_at(problem, point.theta)
-    directions = [names.index(f.parameter.name) for f in problem.free] if derivatives else []
-    slopes = np.array([f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)])
+    directions = problem.directions if derivatives else []
+    slopes = problem.slopes(point.theta)
     offsets = offset_scale(problem)
     y = np.full((data.n, n_y), np.nan)
     train = data.mask("train")

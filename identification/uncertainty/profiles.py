@@ -45,8 +45,7 @@ class HeldStack(JointProblem):
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Bounds; those of a held unknown coincide."""
-        whole = JointProblem(self.problems, self.names, self.columns, self.factors).bounds
-        lower, upper = (b.copy() for b in whole)
+        lower, upper = (b.copy() for b in super().bounds)
         for i, v in self.held.items():
             lower[i] = upper[i] = v
         return lower, upper

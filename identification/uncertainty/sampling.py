@@ -21,7 +21,6 @@ from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 from identification.estimation.threads import single_threaded
 from identification.report.tables import library
 from identification.study.joint import JointPoint
-from identification.study.residual import windows
 from identification.uncertainty.fitted import FitView, sum_of_squares
 
 Progress = Callable[[int, int, str], None]
@@ -263,25 +262,6 @@ def _follow(fit: FitView) -> Callable[[FloatArray], JointPoint]:
         delta[others] = drag @ delta[own]
         moved = np.clip(at.theta + delta, lower, upper)
         delta = moved - at.theta
-        return JointPoint(moved, _states(fit, system.states, delta))
+        return JointPoint(moved, stack.followed(system, at, delta, settling=False))
 
     return follow
-
-
-def _states(fit: FitView, followed: Any, delta: FloatArray) -> tuple[FloatArray, ...]:
-    states = []
-    for r, p in enumerate(fit.stack.problems):
-        moved = fit.point.states[r].copy()
-        at = p.free_states
-        if at.size:
-            local = delta[fit.stack.columns[r]] * fit.stack.factors[r]
-            for i, (by_theta, _) in zip(_scored(fit, r), followed[r], strict=True):
-                moved[i, at] -= (by_theta @ local) * p.state_scale[at]
-        states.append(moved)
-    return tuple(states)
-
-
-def _scored(fit: FitView, r: int) -> list[int]:
-    p = fit.stack.problems[r]
-    train = p.data.mask("train")
-    return [i for i, w in enumerate(windows(p)) if train[w].any()]

@@ -7,9 +7,19 @@ from scipy.signal import lfilter
 
 from bondgraph.graph.elements import Element
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Hint
+from identification.diagnosis.catalogue.effect import Hint, Signature
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.study.residual import offset_scale, slots
+
+LAGS = (0.4, 2.0, 6.0, 20.0, 100.0)
+"""Time constants to try, in samples."""
+
+
+def lateness(scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+    """Return how far a signal stays behind itself, for several time constants of a lag."""
+    s, dt = scene.of(element).argument, scene.data.dt
+    tried = (k * dt for k in LAGS if k < 0.1 * scene.data.n)
+    return tuple(Signature.of((lagged(s, dt, tau) - s,), tau=tau) for tau in tried)
 
 
 def lagged(u: Array, dt: float, tau: float) -> Array:

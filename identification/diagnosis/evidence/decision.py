@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import spearmanr
@@ -229,7 +229,7 @@ def decide(
         reason = (
             "the declared parameters already explain the held-out part as well as any effect does"
         )
-        return _replaced(quiet, reasons=(reason,))
+        return replace(quiet, reasons=(reason,))
     left = remaining(best) if remaining else None
     share = explained_share(nominal, best, left, level, t)
     same, rivals = _alike(best, trials, level, t)
@@ -275,12 +275,6 @@ def decide(
     )  # fmt: skip
 
 
-def _replaced(d: Decision, **changes: object) -> Decision:
-    from dataclasses import replace
-
-    return replace(d, **changes)  # type: ignore[arg-type]
-
-
 def _without_name(
     quiet: Decision,
     nominal: float,
@@ -293,13 +287,11 @@ def _without_name(
     strange = before is not None and before.z > t.strange and before.share > 0.05
     if strange and nominal > 1.3:
         assert before is not None
-        return _replaced(
-            quiet, kind="unknown_physics", reasons=(reason, before.words()), left=before
-        )
+        return replace(quiet, kind="unknown_physics", reasons=(reason, before.words()), left=before)
     if certain > t.certain:
         above = f"the misfit of {certain:.3g} times the floor is no noise"
-        return _replaced(quiet, kind="unknown_physics", reasons=(reason, above), left=before)
-    return _replaced(quiet, reasons=(reason,))
+        return replace(quiet, kind="unknown_physics", reasons=(reason, above), left=before)
+    return replace(quiet, reasons=(reason,))
 
 
 def explained_share(

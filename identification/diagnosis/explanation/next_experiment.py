@@ -17,11 +17,12 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import De, Df, One, Sensor, Zero
+from bondgraph.graph.elements import De, Df, Sensor
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.explanation.candidate_inputs import CandidateInput, candidate_inputs
+from identification.diagnosis.localisation.structural_classes import unmeasured
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import single_threaded
 from identification.study.engine import Engine, engine_of
@@ -264,12 +265,9 @@ def _floors(problem: Problem, y: Array) -> Array:
 def _places(graphs: Sequence[BondGraph]) -> dict[str, tuple[str, str]]:
     """Further sensors that every rival can carry: name -> (junction, what it reads)."""
     first = graphs[0]
-    taken = {(type(s), first.neighbour(s.name)) for s in first.of_type(Sensor)}
     found = {}
-    for junction in first.of_type(One, Zero):
-        kind = Df if isinstance(junction, One) else De
-        shared = all(isinstance(g.elements.get(junction.name), type(junction)) for g in graphs)
-        if (kind, junction.name) not in taken and shared:
+    for kind, junction in unmeasured(first):
+        if all(isinstance(g.elements.get(junction.name), type(junction)) for g in graphs):
             letter = "f" if kind is Df else "e"
             found[f"{EXTRA}{letter}_{junction.name}"] = (junction.name, letter)
     return found
@@ -285,8 +283,7 @@ def _rival(fit: Fit, extra: Mapping[str, tuple[str, str]]) -> _Rival:
     directions = [names.index(f.parameter.name) for f in problem.free]
     p = _vector(fit, engine)
     ready = engine.prepare(p, problem.data.dt, problem.steps, directions, True)
-    theta = fit.point.theta
-    slopes = np.array([f.slope(float(t)) for f, t in zip(problem.free, theta, strict=False)])
+    slopes = problem.slopes(fit.point.theta)
     sensors = [s.name for s in graph.of_type(Sensor)]
     return _Rival(fit, engine, ready, slopes, tuple(sensors.index(n) for n in extra))
 

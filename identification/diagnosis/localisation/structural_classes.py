@@ -8,7 +8,7 @@ Process Supervision, 2008, for the fault signature of bond graphs).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import networkx as nx
@@ -67,7 +67,7 @@ def latent_columns(graph: BondGraph, frequencies: Array) -> tuple[list[str], Arr
     to the command of sources and to the reading of sensors.
     """
     probed = probed_graph(graph)
-    a, b, c, d, inputs = _linear_part(probed.graph)
+    a, b, c, d, inputs = linear_part(probed.graph)
     ports = [n for n, (source, _) in probed.ports.items() if source in inputs]
     sources = [s.name for s in graph.of_type(Source) if s.name in inputs]
     sensors = [s.name for s in graph.of_type(Sensor)]
@@ -87,14 +87,12 @@ def latent_columns(graph: BondGraph, frequencies: Array) -> tuple[list[str], Arr
     return [*ports, *sources, *sensors], out
 
 
-def _linear_part(graph: BondGraph) -> tuple[Array, Array, Array, Array, list[str]]:
-    """Return A, B, C, D and the inputs; of models that are not linear about rest."""
+def linear_part(graph: BondGraph) -> tuple[Array, Array, Array, Array, list[str]]:
+    """Return A, B, C, D and the inputs, laws after them; of other models, linear about rest."""
     compiled = exact_form(graph)
     if compiled is not None:
         parts = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float))
-        inputs = [str(u) for u in compiled.space.input_names]
-        n = len(inputs)
-        return parts.a, parts.b[:, :n], parts.cy, parts.dy[:, :n], inputs
+        return parts.a, parts.b, parts.cy, parts.dy, [str(u) for u in compiled.space.input_names]
     from bondgraph.equations.derivation import system
 
     model = system(graph)
@@ -119,16 +117,21 @@ def _parallel(a: Array, b: Array) -> bool:
     return bool((cosine > 1 - PARALLEL).all())
 
 
+def unmeasured(graph: BondGraph) -> Iterator[tuple[type[De | Df], One | Zero]]:
+    """Yield the junctions whose own signal no sensor reads, with the sensor that would."""
+    taken = {(type(s), graph.neighbour(s.name)) for s in graph.of_type(Sensor)}
+    for junction in graph.of_type(One, Zero):
+        kind = Df if isinstance(junction, One) else De
+        if (kind, junction.name) not in taken:
+            yield kind, junction
+
+
 def splitting_signals(
     graph: BondGraph, element: str, rivals: Sequence[str], frequencies: Array
 ) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     """Further signals that separate `element` from `rivals`: (signal, place, separated)."""
-    taken = {(type(s), graph.neighbour(s.name)) for s in graph.of_type(Sensor)}
     found = []
-    for junction in graph.of_type(One, Zero):
-        kind = Df if isinstance(junction, One) else De
-        if (kind, junction.name) in taken:
-            continue
+    for kind, junction in unmeasured(graph):
         name = f"{'f' if kind is Df else 'e'}_{junction.name}"
         try:
             wider = graph.with_branch(junction.name, [kind(f"extra_{name}")])

@@ -9,7 +9,7 @@ Gauss-Newton step of the full fit, for the price of one simulation (score test; 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -99,19 +99,12 @@ def projection(scene: FittedModel) -> Projection:
     fit = scene.nominal
     problem = fit.problem
     e = evaluate(problem, fit.point)
-    local = []
-    for rows, matrix in e.local:
-        q = _basis(matrix)
-        local.append((rows, q))
-    raw = Projection(
-        problem, e.residual, 0.0, np.zeros(0), tuple(local), np.zeros((e.residual.size, 0))
-    )
-    shared = _basis(raw.clean(e.jacobian))
-    made = Projection(problem, e.residual, 0.0, np.zeros(0), tuple(local), shared)
+    local = tuple((rows, _basis(matrix)) for rows, matrix in e.local)
+    nothing = np.zeros((e.residual.size, 0))
+    raw = Projection(problem, e.residual, 0.0, np.zeros(0), local, nothing)
+    made = replace(raw, _shared=_basis(raw.clean(e.jacobian)))
     left = made.clean(e.residual[:, None])[:, 0]
-    return Projection(
-        problem, left, float(left @ left), _block_of_rows(problem), tuple(local), shared
-    )
+    return replace(made, residual=left, total=float(left @ left), blocks=_block_of_rows(problem))
 
 
 def screen(scene: FittedModel, probes: Probes, catalogue: Sequence[Effect]) -> list[Screened]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
-from threadpoolctl import threadpool_limits
 
 from bondgraph.simulation.simulate import HOLDS
 from bondgraph.support.arrays import Array
@@ -18,6 +16,7 @@ from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Inser
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.estimation.single_record import Fit, FitStatus, fit, start_cost
+from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate
@@ -246,8 +245,7 @@ def _round(
 
 def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
     """Run one fit in its process: one thread, no overflow warnings from absurd trial steps."""
-    with warnings.catch_warnings(), threadpool_limits(1):
-        warnings.simplefilter("ignore", RuntimeWarning)
+    with calm():
         return work(*arguments)
 
 

@@ -9,10 +9,9 @@ import numpy as np
 from scipy.linalg import eig
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.simulation.first_order_hold import blocks
-from bondgraph.simulation.simulate import HOLDS, exact_form
-from bondgraph.support.arrays import Array
+from bondgraph.simulation.simulate import HOLDS
 from bondgraph.support.errors import BondsightError
+from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.estimation.single_record import Fit, FitStatus, best, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
@@ -23,7 +22,10 @@ def integrates(graph: BondGraph) -> bool:
 
     Springs in a ring leave a combination of displacements that nothing moves; it does no harm.
     """
-    a, b, c = _state_space(graph)
+    try:
+        a, b, c, *_ = linear_part(graph)
+    except (BondsightError, TypeError):
+        return False
     if not a.size or not np.isfinite(a).all():
         return False
     values, left, right = eig(a, left=True, right=True)
@@ -34,27 +36,6 @@ def integrates(graph: BondGraph) -> bool:
         if driven.any() and seen.any():
             return True
     return False
-
-
-def _state_space(graph: BondGraph) -> tuple[Array, Array, Array]:
-    """Return A, B and C of the linear part (about rest)."""
-    compiled = exact_form(graph)
-    if compiled is not None:
-        parts = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float))
-        return parts.a, parts.b, parts.cy
-    from bondgraph.equations.derivation import system
-
-    try:
-        model = system(graph)
-        about = model.linearise()
-        values = {p.symbol: p.value for p in model.parameters.values()}
-        a, b, c = (
-            np.array(m.subs(values).tolist(), float).reshape(m.shape)
-            for m in (about.a, about.b, about.c)
-        )
-    except (BondsightError, TypeError):
-        return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
-    return a, b, c
 
 
 def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[Problem, Fit]:
@@ -89,19 +70,19 @@ def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[
     return result.problem, result
 
 
-def _held(result: Fit, hold: str) -> tuple[Problem, Fit]:
+def _with_hold(result: Fit, hold: str) -> Problem:
     data = replace(result.problem.data, hold=hold)
-    n_sub = 2 if hold == "band-limited" else 1
-    problem = replace(result.problem, data=data, n_sub=n_sub)
-    found = fit(problem, start=result.point, max_iterations=25)
+    return replace(result.problem, data=data, n_sub=2 if hold == "band-limited" else 1)
+
+
+def _held(result: Fit, hold: str) -> tuple[Problem, Fit]:
+    found = fit(_with_hold(result, hold), start=result.point, max_iterations=25)
     return found.problem, found
 
 
 def _shows(result: Fit, hold: str) -> bool:
     """Whether another behaviour between samples changes the misfit at all."""
-    data = replace(result.problem.data, hold=hold)
-    problem = replace(result.problem, data=data, n_sub=2 if hold == "band-limited" else 1)
-    there = evaluate(problem, result.point, derivatives=False).residual
+    there = evaluate(_with_hold(result, hold), result.point, derivatives=False).residual
     cost = float(np.mean(there**2)) if there.size else np.inf
     # what a refit can gain is bounded by how much the misfit moves
     return np.isfinite(cost) and abs(cost - result.cost) > 0.05 * result.cost

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
+from identification.statistics.sobol import sobol
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Free
 from identification.study.residual import start_point
@@ -42,10 +41,7 @@ def law_trials(
     at = np.asarray(hidden, int)
     free = _free_at(stack, at)
     lower, upper = (b[at] for b in stack.bounds)
-    sampler = qmc.Sobol(at.size, seed=seed)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # balance needs powers of two, we do not
-        unit = sampler.random(count)
+    unit = sobol(count, at.size, seed)
     points = np.tile(theta, (count + 1, 1))
     for i, f in enumerate(free):
         points[0, at[i]] = lower[i] if f.log else -f.start / f.scale

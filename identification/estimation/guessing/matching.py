@@ -6,16 +6,15 @@ parameters are wrong by decades: a product of factors becomes a sum.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from bondgraph.support.arrays import ComplexArray
 from identification.estimation.guessing.measured import Measured
+from identification.statistics.sobol import sobol
 from identification.study.engine import ExactEngine
 from identification.study.joint import JointProblem
 from identification.study.problem import Problem
@@ -126,10 +125,7 @@ def matched(
     lines = sum(m.omega.size for m in matching.measured if m is not None)
     states = max(p.engine.n_x for p in matching.stack.problems)
     most = int(np.clip(SOLVES / max(lines * states, 1), 256, 4096))
-    sampler = qmc.Sobol(at.size, seed=seed)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # balance needs powers of two, we do not
-        unit = sampler.random(most)
+    unit = sobol(most, at.size, seed)
     points = np.tile(start, (most + 1, 1))
     points[1:, at] = low + unit * (high - low)
     first = np.concatenate(

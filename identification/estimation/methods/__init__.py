@@ -8,6 +8,7 @@ from types import MappingProxyType
 from identification.estimation.methods.collocation import Collocation
 from identification.estimation.methods.frequency_domain import FrequencyDomain
 from identification.estimation.methods.method import FitOptions as FitOptions
+from identification.estimation.methods.method import FitTask as FitTask
 from identification.estimation.methods.method import Method as Method
 from identification.estimation.methods.method import MethodSolution as MethodSolution
 from identification.estimation.methods.multiple_shooting import MultipleShooting

@@ -18,7 +18,7 @@ from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.collocated import STAGES, CollocatedRecord, record_of
 from identification.estimation.methods.interior_point import Found, Runner
-from identification.estimation.methods.method import FitOptions, Method, MethodSolution
+from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.methods.optimality import optimality, shifted
 from identification.estimation.methods.radau import march
 from identification.estimation.methods.trajectory import (
@@ -32,7 +32,7 @@ from identification.estimation.methods.transcription import Programme, programme
 from identification.study.engine import Engine
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import offset_scale, parameters_at, slots
-from identification.study.study import SettledSetting, Study
+from identification.study.study import Study
 
 MOST_STEPS = 16
 """Largest number of steps a sample."""
@@ -85,21 +85,14 @@ class Collocation(Method):
         if study.window is not None:
             raise UnusableInput("collocation has no use for windows: leave window out")
 
-    def solve(
-        self,
-        study: Study,
-        setting: SettledSetting,
-        stack: JointProblem,
-        start: JointPoint,
-        options: FitOptions,
-    ) -> MethodSolution:
+    def solve(self, task: FitTask) -> MethodSolution:
         """Solve, halve the steps while they are coarse, then correct what they leave out."""
-        lower, upper = stack.bounds
-        start = replace(start, theta=np.clip(start.theta, lower, upper))
+        stack, lower, upper = task.stack, *task.stack.bounds
+        start = replace(task.start, theta=np.clip(task.start.theta, lower, upper))
         trace: list[float] = []
         reached: list[tuple[Runner, Found, float]] = []
         try:
-            self._descend(stack, start, options, trace, reached)
+            self._descend(stack, start, task.options, trace, reached)
         except KeyboardInterrupt:
             if not reached:
                 return MethodSolution(start, FitStatus.CANCELLED, (np.inf,))
@@ -154,7 +147,12 @@ def _begin(
     for r, problem in enumerate(stack.problems):
         record = record_of(stack, r, n_sub)
         cut = windows_of(problem)
-        first, stages = followed(record, start.theta, observed(stack, start, r, cut), cut)
+        first, stages = followed(
+            record,
+            start.theta,
+            observed(stack, start, r, cut, correction=None, initial="free"),
+            cut,
+        )
         scales = scales_along(record, start.theta, first, stages)
         if record.step.n_z:
             first = rescaled(first, record.scales, scales)

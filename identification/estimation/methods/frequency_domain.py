@@ -13,9 +13,9 @@ import numpy as np
 from scipy import stats
 
 from bondgraph.support.arrays import Array
-from identification.estimation.levenberg_marquardt import Descent, minimise
+from identification.estimation.levenberg_marquardt import Descent
 from identification.estimation.methods.line_response import line_evaluation
-from identification.estimation.methods.method import FitOptions, Method, MethodSolution
+from identification.estimation.methods.method import FitTask, Method, MethodSolution
 from identification.estimation.methods.periodic_lines import (
     Lines,
     has_laws,
@@ -30,7 +30,7 @@ from identification.estimation.methods.steady_response import (
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import ResidualEvaluation, offset_scale, slots
-from identification.study.study import SettledSetting, Study
+from identification.study.study import Study
 
 
 @final
@@ -54,15 +54,9 @@ class FrequencyDomain(Method):
             require_lines(problem)
             lines_of(problem)
 
-    def solve(
-        self,
-        study: Study,
-        setting: SettledSetting,
-        stack: JointProblem,
-        start: JointPoint,
-        options: FitOptions,
-    ) -> MethodSolution:
+    def solve(self, task: FitTask) -> MethodSolution:
         """Descend on the lines, then find states and offsets of the free run."""
+        stack, start = task.stack, task.start
         lines = tuple(lines_of(p) for p in stack.problems)
         problems = tuple(_with_transient(p, f) for p, f in zip(stack.problems, lines, strict=True))
         courses = tuple(
@@ -72,14 +66,11 @@ class FrequencyDomain(Method):
         fit = _LineStack(problems, stack.names, stack.columns, stack.factors, lines, courses)
         # states count from the steady course here
         states = tuple(p.rest_state[None, :] for p in problems)
-        made = minimise(
-            fit, JointPoint(start.theta, states), max_iterations=options.max_iterations,
-            tolerance=options.tolerance, report=options.report, keep_on_interrupt=True,
-        )  # fmt: skip
+        made = task.descend(fit, JointPoint(start.theta, states), task.options.report)
         covariance, notes = _covariance(fit, made)
         point = _free_run(stack, JointPoint(made.point.theta, start.states))
         readings = None
-        if setting.hold != "band-limited" and not any(
+        if task.setting.hold != "band-limited" and not any(
             courses
         ):  # otherwise sub-steps are still to be refined
             readings = tuple(e.y for e in stack.evaluate(point, derivatives=False))

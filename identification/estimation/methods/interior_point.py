@@ -20,6 +20,19 @@ FEASIBLE = 1e-6
 """Gap of the constraints below which the cost alone decides which point is best."""
 
 
+def ipopt_settings(linear_solver: str) -> dict[str, Any]:
+    """Return what every run of IPOPT here has: quiet, strict bounds, failures told by status."""
+    return {
+        "ipopt.linear_solver": linear_solver,
+        "ipopt.print_level": 0,
+        "ipopt.sb": "yes",
+        "print_time": False,
+        "ipopt.bound_relax_factor": 0.0,
+        "ipopt.fixed_variable_treatment": "make_parameter",
+        "error_on_fail": False,
+    }
+
+
 @dataclass(frozen=True, eq=False)
 class Found:
     """Unknowns and multipliers where IPOPT ended, with the parameters of that programme."""
@@ -57,17 +70,11 @@ class Runner:
         self.upper = np.concatenate([np.minimum(upper, LARGE), free])
         self.hold()
         settings: dict[str, Any] = {
-            "ipopt.linear_solver": options.linear_solver,
-            "ipopt.print_level": 0,
-            "ipopt.sb": "yes",
-            "print_time": False,
+            **ipopt_settings(options.linear_solver),
             "ipopt.max_iter": max(options.max_iterations, 1),
             "ipopt.max_wall_time": wall_time,
             "ipopt.tol": min(options.tolerance, 1e-8),
-            "ipopt.bound_relax_factor": 0.0,
-            "ipopt.fixed_variable_treatment": "make_parameter",
             "iteration_callback": self.watch,
-            "error_on_fail": False,
         }
         if hessian == "gauss_newton":
             settings["hess_lag"] = self._squares()

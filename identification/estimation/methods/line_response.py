@@ -56,8 +56,7 @@ def line_evaluation(
     ``point.states`` less the rest is the state at the first sample less the steady course there;
     it counts only if ``lines.transient``.
     """
-    names = problem.engine.parameter_names
-    wanted = [names.index(f.parameter.name) for f in problem.free] if derivatives else []
+    wanted = problem.directions if derivatives else []
     system, tangents = _systems(problem, parameters_at(problem, point.theta), wanted)
     z = np.exp(1j * lines.omega)
     y, by_free = _steady(problem, lines, system, tangents, z)
@@ -99,8 +98,7 @@ def line_residuals(
     if not derivatives:
         return ResidualEvaluation(np.zeros((0, n_y)), residual, np.zeros((residual.size, 0)), [])
     block = np.zeros((*shown.shape, at.size), complex)
-    by_theta = [f.slope(float(t)) for f, t in zip(problem.free, point.theta, strict=False)]
-    block[..., at.free] = by_free * np.array(by_theta)
+    block[..., at.free] = by_free * problem.slopes(point.theta)
     by_lag = -1j * lines.omega[:, None] * shown
     for c in range(n_y):
         block[:, :, c, at.lags.start + c] = by_lag[:, :, c]

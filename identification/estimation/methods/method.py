@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from bondgraph.support.arrays import Array
-from identification.estimation.levenberg_marquardt import FitStatus, Report
+from identification.estimation.levenberg_marquardt import Descent, FitStatus, Report, minimise
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
 from identification.study.study import SettledSetting, Study
@@ -64,6 +64,26 @@ class MethodSolution:
     cost: float | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class FitTask:
+    """What a method is to fit: `stack` is ``study.stack(setting)``; from where and how far."""
+
+    study: Study
+    setting: SettledSetting
+    stack: JointProblem
+    start: JointPoint
+    options: FitOptions
+
+    def descend(
+        self, stack: JointProblem, start: JointPoint, report: Report | None = None
+    ) -> Descent:
+        """Minimise the misfit of a stack of the method's own; Ctrl-C keeps the best point."""
+        return minimise(
+            stack, start, max_iterations=self.options.max_iterations,
+            tolerance=self.options.tolerance, report=report, keep_on_interrupt=True,
+        )  # fmt: skip
+
+
 class Method(ABC):
     """A way to fit a study; subclasses are final and stateless.
 
@@ -81,12 +101,5 @@ class Method(ABC):
         """Refuse what the method cannot do, in one line that names another method."""
 
     @abstractmethod
-    def solve(
-        self,
-        study: Study,
-        setting: SettledSetting,
-        stack: JointProblem,
-        start: JointPoint,
-        options: FitOptions,
-    ) -> MethodSolution:
-        """Fit from `start`; ``stack`` is ``study.stack(setting)``."""
+    def solve(self, task: FitTask) -> MethodSolution:
+        """Fit from the start of the task."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import ClassVar, final
 
 import numpy as np
@@ -19,9 +18,10 @@ from scipy.sparse.linalg import splu
 from bondgraph.simulation.simulate import KernelRun
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-from identification.estimation.levenberg_marquardt import FitStatus, minimise
-from identification.estimation.methods.method import FitOptions, Method, MethodSolution
-from identification.study.joint import JointPoint, JointProblem, refine_states
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
+from identification.estimation.methods.trajectory import observed, windows_of
+from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import (
     offset_scale,
@@ -29,12 +29,9 @@ from identification.study.residual import (
     read_out,
     slots,
     weighted,
-    windows,
 )
-from identification.study.study import SettledSetting, Study
+from identification.study.study import Study
 
-WINDOWS = 40
-SHORTEST = 12
 CLOSED = 1e-7
 """Largest gap between windows, in spreads of the state."""
 FREE_RUN_LOSS = 1.02
@@ -68,18 +65,12 @@ class MultipleShooting(Method):
                     "windows; use method='single_shooting'"
                 )
 
-    def solve(
-        self,
-        study: Study,
-        setting: SettledSetting,
-        stack: JointProblem,
-        start: JointPoint,
-        options: FitOptions,
-    ) -> MethodSolution:
+    def solve(self, task: FitTask) -> MethodSolution:
         """Close the gaps, then finish with the free run where it is as good."""
-        cut = [_windows(p) for p in stack.problems]
+        stack, start, options = task.stack, task.start, task.options
+        cut = [windows_of(p) for p in stack.problems]
         whole = replace(stack, problems=tuple(replace(p, window=None) for p in stack.problems))
-        begin = _Nodes(start.theta, [_observed(whole, start, r, c) for r, c in enumerate(cut)])
+        begin = _Nodes(start.theta, [observed(whole, start, r, c) for r, c in enumerate(cut)])
         near, approach, cancelled = _approached(whole, cut, begin, options)
         rest = replace(options, max_iterations=0) if cancelled else options
         made, status, trace, system = _descend(whole, cut, near, rest)
@@ -89,10 +80,7 @@ class MultipleShooting(Method):
         now = _swept(whole, cut, made)
         cost = now.cost
         if status is not FitStatus.CANCELLED and np.isfinite(cost):
-            free = minimise(
-                whole, point, max_iterations=options.max_iterations, tolerance=options.tolerance,
-                keep_on_interrupt=True,
-            )  # fmt: skip
+            free = task.descend(whole, point)
             if np.isfinite(free.cost) and free.cost <= FREE_RUN_LOSS * cost:
                 return MethodSolution(free.point, free.status, (*trace, *free.trace[1:]))
         why = "stopped early" if status is FitStatus.CANCELLED else "unstable or integrating"
@@ -127,34 +115,6 @@ class _Sweep:
     joints: list[tuple[int, Array, Array, Array]]
 
 
-def _windows(problem: Problem) -> list[slice]:
-    """Windows that share their edges: the last sample of one is the first of the next."""
-    n = problem.data.n
-    length = max(SHORTEST, n // WINDOWS)
-    count = max(1, round((n - 1) / length))
-    edges = np.linspace(0, n - 1, count + 1).astype(int)
-    return [slice(int(a), int(b) + 1) for a, b in pairwise(edges)]
-
-
-def _observed(stack: JointProblem, start: JointPoint, record: int, cut: list[slice]) -> Array:
-    """Node states that let each window follow its own readings at the start values."""
-    p = stack.problems[record]
-    length = cut[0].stop - cut[0].start - 1
-    split = replace(p.data.split, train=slice(0, p.data.n), test=slice(0, 0))
-    loose = replace(p, data=replace(p.data, split=split), window=max(length, 3))
-    local = stack.local(start, record)
-    states = np.tile(local.states[:1], (len(windows(loose)), 1))
-    found = refine_states(loose, replace(local, states=states), passes=8).states
-    at = np.array([w.start for w in windows(loose)])
-    picked = found[[int(np.abs(at - c.start).argmin()) for c in cut]]
-    if not p.free_states.size:
-        picked[0] = p.rest_state
-    else:
-        held = np.setdiff1d(np.arange(p.engine.n_x), p.free_states)
-        picked[0, held] = local.states[0, held]
-    return np.asarray(picked)
-
-
 def _swept(stack: JointProblem, cut: list[list[slice]], nodes: _Nodes) -> _Sweep:
     total, count, gap_size = 0.0, 0, 0.0
     blocks, joints, readings = [], [], []
@@ -162,13 +122,9 @@ def _swept(stack: JointProblem, cut: list[list[slice]], nodes: _Nodes) -> _Sweep
     for r, p in enumerate(stack.problems):
         theta = nodes.theta[stack.columns[r]] * stack.factors[r]
         at, engine, data = slots(p), p.engine, p.data
-        names = engine.parameter_names
-        vector = parameters_at(p, theta)
-        directions = [names.index(f.parameter.name) for f in p.free]
-        slopes = np.array([f.slope(float(t)) for f, t in zip(p.free, theta, strict=False)])
-        ready = engine.prepare(vector, data.dt, p.n_sub, directions, True)
-        n_f, n_x = len(directions), engine.n_x
-        n_y = len(data.names)
+        slopes = p.slopes(theta)
+        ready = engine.prepare(parameters_at(p, theta), data.dt, p.n_sub, p.directions, True)
+        n_f, n_x, n_y = slopes.size, engine.n_x, len(data.names)
         y, dy = np.empty((data.n, n_y)), np.empty((data.n, n_y, n_f))
         local: list[Array] = []
         memory = None

@@ -14,7 +14,7 @@ import numpy as np
 from bondgraph.graph.elements import Sensor
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-from identification.estimation.methods.method import FitOptions, Method, MethodSolution
+from identification.estimation.methods.method import FitTask, Method, MethodSolution
 from identification.estimation.prediction.model import PredictionModel
 from identification.estimation.prediction.result import PredictionFit, fit_prediction
 from identification.study.engine import ExactEngine
@@ -56,16 +56,10 @@ class PredictionError(Method):
             study, study.first_setting, study.stack(study.first_setting), self.diffusion
         )
 
-    def solve(
-        self,
-        study: Study,
-        setting: SettledSetting,
-        stack: JointProblem,
-        start: JointPoint,
-        options: FitOptions,
-    ) -> MethodSolution:
+    def solve(self, task: FitTask) -> MethodSolution:
         """Climb from `start`."""
-        model = prediction_model(study, setting, stack, self.diffusion)
+        study, stack, start, options = task.study, task.stack, task.start, task.options
+        model = prediction_model(study, task.setting, stack, self.diffusion)
         begin = model.start()
         _put(stack, model, start, begin)
         count = sum(int(np.isfinite(d.readings[d.mask("train")]).sum()) for d in model.records)

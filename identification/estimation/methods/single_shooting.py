@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import ClassVar, final
 
 from bondgraph.support.errors import UnusableInput
-from identification.estimation.levenberg_marquardt import minimise
-from identification.estimation.methods.method import FitOptions, Method, MethodSolution
+from identification.estimation.methods.method import FitTask, Method, MethodSolution
 from identification.study.free_parameters import dead_times
-from identification.study.joint import JointPoint, JointProblem
-from identification.study.study import SettledSetting, Study
+from identification.study.study import Study
 
 
 @final
@@ -33,26 +31,12 @@ class SingleShooting(Method):
                 "leave window out"
             )
 
-    def solve(
-        self,
-        study: Study,
-        setting: SettledSetting,
-        stack: JointProblem,
-        start: JointPoint,
-        options: FitOptions,
-    ) -> MethodSolution:
-        """Descend from `start`."""
-        if options.optimiser == "ipopt":
+    def solve(self, task: FitTask) -> MethodSolution:
+        """Descend from the start."""
+        if task.options.optimiser == "ipopt":
             from identification.estimation.ipopt import minimise_with_ipopt
 
-            made = minimise_with_ipopt(stack, start, options)
+            made = minimise_with_ipopt(task.stack, task.start, task.options)
         else:
-            made = minimise(
-                stack,
-                start,
-                max_iterations=options.max_iterations,
-                tolerance=options.tolerance,
-                report=options.report,
-                keep_on_interrupt=True,
-            )
+            made = task.descend(task.stack, task.start, task.options.report)
         return MethodSolution(made.point, made.status, made.trace, evaluations=made.evaluations)

@@ -73,8 +73,7 @@ def _run(
 ) -> tuple[Array, Array]:
     """Return readings (R N, n_y) and their derivatives by the free parameters, from rest."""
     engine, n_y = problem.engine, len(problem.data.names)
-    names = engine.parameter_names
-    wanted = [names.index(f.parameter.name) for f in problem.free] if derivatives else []
+    wanted = problem.directions if derivatives else []
     p = parameters_at(problem, point.theta)
     ready = engine.prepare(p, problem.data.dt, problem.n_sub, wanted, False)
     run = engine.run(ready, course.u, engine.rest(p, course.u[0]), course.fine)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -29,25 +30,24 @@ def windows_of(problem: Problem) -> list[slice]:
     return [slice(int(a), int(b) + 1) for a, b in pairwise(edges)]
 
 
-def observed(stack: JointProblem, start: JointPoint, record: int, cut: list[slice]) -> Array:
-    """Return states at the begin of windows that follow their own readings at the start values."""
+def observed(
+    stack: JointProblem, start: JointPoint, record: int, cut: list[slice], **changes: Any
+) -> Array:
+    """Return states at the begin of windows that follow their own readings at the start values.
+
+    `changes` are of the problem that the windows are fitted with.
+    """
     p = stack.problems[record]
     split = replace(p.data.split, train=slice(0, p.data.n), test=slice(0, 0))
     length = cut[0].stop - cut[0].start - 1
-    loose = replace(
-        p, data=replace(p.data, split=split), window=max(length, 3), correction=None,
-        initial="free",
-    )  # fmt: skip
+    loose = replace(p, data=replace(p.data, split=split), window=max(length, 3), **changes)
     local = stack.local(start, record)
     states = np.tile(local.states[:1], (len(windows(loose)), 1))
     found = refine_states(loose, replace(local, states=states), passes=PASSES).states
     at = np.array([w.start for w in windows(loose)])
     picked = found[[int(np.abs(at - c.start).argmin()) for c in cut]]
-    if p.initial == "rest":
-        picked[0] = p.rest_state
     held = np.setdiff1d(np.arange(p.engine.n_x), p.free_states)
-    if p.initial != "rest":
-        picked[0, held] = local.states[0, held]
+    picked[0, held] = (p.rest_state if p.initial == "rest" else local.states[0])[held]
     return np.asarray(picked)
 
 

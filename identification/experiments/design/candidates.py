@@ -111,8 +111,7 @@ def record_information(
     """
     if initial not in ("free", "rest"):
         raise unknown_name("initial state", initial, "design", ("free", "rest"))
-    commands = {n: np.full(signal.time.size, 0.0) for n in compiled.space.input_names}
-    commands = {n: v for n, v in commands.items() if n != "one" and not n.startswith("ramp")}
+    commands = _resting(compiled, signal)
     for n, value in (others or {}).items():
         commands[n] = np.full(signal.time.size, float(value))
     if signal.name not in compiled.space.input_names:
@@ -151,6 +150,12 @@ def record_information(
         rank = int(np.linalg.matrix_rank(local, tol=1e-10 * np.sqrt(local.shape[1])))
         wanted_part = wanted_part - q[:, :rank] @ (q[:, :rank].T @ wanted_part)
     return np.asarray(wanted_part.T @ wanted_part)
+
+
+def _resting(compiled: Compiled, signal: Signal) -> dict[str, FloatArray]:
+    """Commands of zero for every source, as long as the signal."""
+    sources = (n for n in compiled.space.input_names if n != "one" and not n.startswith("ramp"))
+    return {n: np.zeros(signal.time.size) for n in sources}
 
 
 def flat_like(signal: Signal) -> Signal:
@@ -277,9 +282,7 @@ def _merit(information: FloatArray, chosen: int, criterion: str) -> float:
 
 def _steps(compiled: Compiled, p: FloatArray, signal: Signal) -> int:
     """Sub-steps at which a run with this signal settles."""
-    commands = {n: np.zeros(signal.time.size) for n in compiled.space.input_names}
-    commands = {n: v for n, v in commands.items() if n != "one" and not n.startswith("ramp")}
-    commands[signal.name] = signal.values
+    commands = {**_resting(compiled, signal), signal.name: signal.values}
     u = inputs_of(compiled, commands, signal.time.size)
     n_sub, _ = settle(
         compiled, p, u, 1.0 / signal.rate, equilibrium(compiled, p, u[0]), signal.between, 1e-3,

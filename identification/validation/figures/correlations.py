@@ -26,7 +26,7 @@ def correlation_figure(j: Judgement) -> Picture:
         return Picture("", "")
     columns = 1 + min(max(len(c.inputs) for c in rows), MOST_COLUMNS - 1)
     with drawing("correlations", 0.35 + 2.0 * len(rows)) as canvas:
-        axes = canvas.figure.subplots(len(rows), columns, squeeze=False)
+        axes = canvas.rows(len(rows), (1,) * columns)
         for line, c in zip(axes, rows, strict=True):
             _memory(line[0], c, f"{c.channel} of {c.record}" if _several(j) else c.channel)
             for k, ax in enumerate(line[1:]):

@@ -30,9 +30,7 @@ def residual_figure(j: Judgement) -> Picture:
     rows = shown(j)
     held = any(r.test.any() for r, _ in rows)
     with drawing("residuals", 0.6 + 2.2 * len(rows)) as canvas:
-        axes = canvas.figure.subplots(
-            len(rows), 2, squeeze=False, gridspec_kw={"width_ratios": [1.4, 1]}
-        )
+        axes = canvas.rows(len(rows), (1.4, 1))
         for (time, spectrum), (record, c) in zip(axes, rows, strict=True):
             _over_time(time, record, c, title_of(j, record, c))
             _spectrum(spectrum, record, c)

@@ -28,9 +28,7 @@ def trace_figure(j: Judgement) -> Picture:
     """Draw the whole record, and the piece of the held-out samples that fits worst."""
     rows = shown(j)
     with drawing("traces", 0.6 + 2.1 * len(rows)) as canvas:
-        axes = canvas.figure.subplots(
-            len(rows), 2, squeeze=False, gridspec_kw={"width_ratios": [1, 1.25]}
-        )
+        axes = canvas.rows(len(rows), (1, 1.25))
         for (whole, near), (record, c) in zip(axes, rows, strict=True):
             name = title_of(j, record, c)
             _whole(whole, record, c, name)

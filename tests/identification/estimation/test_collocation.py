@@ -18,7 +18,7 @@ from bondgraph.support.errors import UnusableInput
 from identification.estimation import Study, Vary, estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.collocation import Collocation
-from identification.estimation.methods.method import FitOptions
+from identification.estimation.methods.method import FitOptions, FitTask
 from identification.estimation.methods.radau import stage_inputs, tableau
 from identification.estimation.result import Estimation
 from identification.study.specification import NO_NUISANCES, Nuisances
@@ -176,11 +176,10 @@ def test_scales_of_the_piezo_stack() -> None:
 
 def test_gauss_newton_hessian_ends_at_the_same_place() -> None:
     s = study(record(400), nuisances=NO_NUISANCES)
-    stack, options = s.stack(), FitOptions("ipopt")
-    exact = Collocation().solve(s, s.first_setting, stack, stack.start(), options)
-    squares = Collocation(hessian="gauss_newton").solve(
-        s, s.first_setting, stack, stack.start(), options
-    )
+    stack = s.stack()
+    task = FitTask(s, s.first_setting, stack, stack.start(), FitOptions("ipopt"))
+    exact = Collocation().solve(task)
+    squares = Collocation(hessian="gauss_newton").solve(task)
     assert exact.status is squares.status is FitStatus.CONVERGED
     assert squares.point.theta == pytest.approx(exact.point.theta, abs=1e-6)
 
@@ -196,7 +195,7 @@ def test_interrupt_keeps_the_best_values() -> None:
 
     stack = s.stack()
     made = Collocation().solve(
-        s, s.first_setting, stack, stack.start(), FitOptions("ipopt", report=report)
+        FitTask(s, s.first_setting, stack, stack.start(), FitOptions("ipopt", report=report))
     )
     assert made.status is FitStatus.CANCELLED
     assert np.isfinite(made.point.theta).all()
@@ -207,7 +206,7 @@ def test_wall_time_ends_a_run() -> None:
     s = study(record(400))
     stack = s.stack()
     made = replace(Collocation(), wall_time=1e-3).solve(
-        s, s.first_setting, stack, stack.start(), FitOptions("ipopt")
+        FitTask(s, s.first_setting, stack, stack.start(), FitOptions("ipopt"))
     )
     assert made.status is FitStatus.ITERATIONS
 

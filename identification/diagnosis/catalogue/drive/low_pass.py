@@ -6,11 +6,8 @@ from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element, Parameter
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import sources
-from identification.diagnosis.catalogue.signal_traces import lagged, weight_of
+from identification.diagnosis.catalogue.signal_traces import LAGS, lateness, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
-
-LAGS = (0.4, 2.0, 6.0, 20.0, 100.0)
-"""Time constants to try, in samples."""
 
 
 class LowPass(Effect):
@@ -31,12 +28,7 @@ class LowPass(Effect):
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """How far the command stays behind, for several time constants."""
-        u, dt = scene.of(element).argument, scene.data.dt
-        return tuple(
-            Signature.of((lagged(u, dt, k * dt) - u,), tau=k * dt)
-            for k in LAGS
-            if k < 0.1 * scene.data.n
-        )
+        return lateness(scene, element)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """One lag, from a fraction of a sample to a part of the record."""

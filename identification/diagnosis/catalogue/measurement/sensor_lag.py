@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from bondgraph.graph.elements import Element
-from identification.diagnosis.catalogue.drive.low_pass import LAGS, lag_parameter, lag_starts
+from identification.diagnosis.catalogue.drive.low_pass import lag_parameter, lag_starts
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import sensors
-from identification.diagnosis.catalogue.signal_traces import lagged
+from identification.diagnosis.catalogue.signal_traces import lateness
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -25,12 +25,7 @@ class SensorLag(Effect):
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """How far the reading stays behind, for several time constants."""
-        y, dt = scene.of(element).argument, scene.data.dt
-        return tuple(
-            Signature.of((lagged(y, dt, k * dt) - y,), tau=k * dt)
-            for k in LAGS
-            if k < 0.1 * scene.data.n
-        )
+        return lateness(scene, element)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """One lag."""

@@ -13,7 +13,7 @@ from bondgraph.graph.drives import Drive
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
 from identification.estimation import Normal, Nuisances, Study, Vary, estimate
-from identification.estimation.methods import METHODS, FitOptions
+from identification.estimation.methods import METHODS, FitOptions, FitTask
 from identification.estimation.methods.prediction_error import PredictionError
 from identification.estimation.single_record import FitStatus
 from tests.identification.estimation.prediction.plants import (
@@ -134,7 +134,7 @@ def test_default_lets_noise_into_every_state() -> None:
     stack = study.stack(setting)
     method = PredictionError()
     method.check(study)
-    made = method.solve(study, setting, stack, stack.start(), FitOptions())
+    made = method.solve(FitTask(study, setting, stack, stack.start(), FitOptions()))
     assert sum(n.startswith("sigma") for n in made.notes) == 2
     assert any("lags" in n for n in made.notes)
     assert made.covariance is not None

@@ -1,4 +1,4 @@
-"""Print the response of the steering mirror: ``python -m identification.experiments.frequency``.
+"""Print the response of the steering mirror: ``python -m tests.benchmarks.responses``.
 
 Needs the recordings folder. For each level of the drive: gain, noise and total standard deviation
 of the path from the first piezo to the first sensor below 310 Hz.

@@ -1,4 +1,4 @@
-"""Print measured numbers of the design tools: ``python -m identification.experiments.design``.
+"""Print measured numbers of the design tools: ``python -m tests.benchmarks.designs``.
 
 Crest factors of flat multisines; optimal multisines for a spring beside flat ones; candidates for
 a spring with memory; and how simulated fits keep the expected intervals.
