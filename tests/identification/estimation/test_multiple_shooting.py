@@ -7,12 +7,16 @@ import pytest
 
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Parameter
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import NO_NUISANCES, FitStatus, Nuisances, Study, Vary, estimate
 from tests.identification.estimation.plants import (
+    NOISE,
     TRUTH,
     caught,
     falling,
+    force,
     misses,
     record,
     spring,
@@ -39,6 +43,18 @@ def test_same_answer_with_other_options(options: dict[str, object]) -> None:
     for n, t in TRUTH.items():
         assert many.values[n] == pytest.approx(one.values[n], rel=1e-3)
         assert many.values[n] == pytest.approx(t, rel=0.02)
+
+
+def test_known_initial_states_hold() -> None:
+    """All states known and far from rest: the windows must begin there, not at rest."""
+    known = {"p_m": 0.0, "q_k": 0.05}
+    u = force(500, 100.0, 5)
+    run = simulate(spring(), np.arange(500) / 100.0, {"F": u}, x0=np.array(list(known.values())))
+    x = run["x"] + NOISE * np.random.default_rng(1).standard_normal(500)
+    r = Recording.from_arrays("let go", {"F[N]": u, "x[m]": x}, fs=100.0)
+    many = estimate(study(r, initial=known), "multiple_shooting")
+    assert many.values == pytest.approx(estimate(study(r, initial=known)).values, rel=1e-6)
+    assert max(misses(many, TRUTH).values()) < 4
 
 
 @pytest.mark.parametrize("seed", [3, 4])
