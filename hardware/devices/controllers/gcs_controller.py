@@ -35,7 +35,7 @@ class GcsController:
     Parameters
     ----------
     talk : GcsTalk
-        `OwnGcsTalk` over a transport, or `PIPythonTalk`.
+        The conversation, over TCP, a serial line or a gateway of PIPython.
     setup : GcsSetup, optional
         Axis, scale and safe value.
     clock : Clock, optional
