@@ -11,7 +11,6 @@ from __future__ import annotations
 import socket
 import struct
 from collections import deque
-from collections.abc import Callable, Mapping
 from typing import final
 
 from hardware.simulators.loopback import LoopbackServer
@@ -72,24 +71,6 @@ class CardFront(LoopbackServer):
     def faults(self) -> CardFaults:
         """What is wrong with the card."""
         return self.registers.faults
-
-    def injectors(self) -> dict[str, Callable[[Mapping[str, float | str]], None]]:
-        """Return what injects each fault by name, for a control port."""
-        return {
-            f"card_{name}": self._injector(name)
-            for name in ("gone", "endless", "looks", "delay", "cut")
-        }
-
-    def _injector(self, name: str) -> Callable[[Mapping[str, float | str]], None]:
-        def inject(options: Mapping[str, float | str]) -> None:
-            unknown = set(options) - {"value"}
-            if unknown:
-                raise ValueError(f"card_{name} takes value=..., not {', '.join(sorted(unknown))}")
-            value = float(options.get("value", 1.0))
-            kind = type(getattr(self.faults, name))
-            setattr(self.faults, name, kind(value))
-
-        return inject
 
     def _talk(self, link: socket.socket) -> None:
         try:
