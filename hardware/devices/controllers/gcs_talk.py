@@ -8,7 +8,7 @@ from typing import TypeVar, final
 
 from hardware.contracts import Transport
 from hardware.devices.controllers.gcs_errors import device_error
-from hardware.devices.transport import resynchronise
+from hardware.devices.transport import back_in_step
 from hardware.errors import HardwareError, LinkLost, ProtocolFault, TimedOut
 
 __all__ = ["GcsTalk", "OutOfStep"]
@@ -133,38 +133,20 @@ class GcsTalk:
 
     def _back(self, error: HardwareError, owed: int) -> int:
         """Get back in step; the error number that the controller had kept."""
-        try:
-            self._transport.drain()
-            if resynchronise(
-                ask=lambda: self._write("*IDN?"),
-                receive=self._line,
-                right=lambda answer: answer.strip() == self._identity,
-                patience=self._patience,
-                owed=owed,
-            ):
-                self._write("ERR?")
-                return int(self._line(self._timeout) or b"silence")
-        except (TimedOut, ProtocolFault, ValueError):
-            pass
-        except LinkLost as lost:
-            raise lost.carrying(error.partial) from error
-        self.close()
-        raise LinkLost(
-            f"{self.address}: out of step and the identity does not come within "
-            f"{self._patience:g} s, so the link is closed (began with: {error}); check the device "
-            "and open the link again",
-            error.partial,
-        ) from error
+        return back_in_step(
+            self._transport, error, lambda: self._write("*IDN?"), self._is_identity,
+            self._patience, b"\n", self._kept, self.close, owed,
+        )  # fmt: skip
+
+    def _is_identity(self, answer: bytes) -> bool:
+        return answer.strip() == self._identity
+
+    def _kept(self) -> int:
+        self._write("ERR?")
+        return int(self._transport.read_until(b"\n", self._timeout))
 
     def _write(self, line: str) -> None:
         self._transport.write(f"{line}\n".encode(_CODEPAGE))
-
-    def _line(self, seconds: float) -> bytes | None:
-        """Return the next line; None if none comes in time."""
-        try:
-            return self._transport.read_until(b"\n", seconds)
-        except TimedOut:
-            return None
 
     def _answer(self) -> str:
         lines: list[bytes] = []

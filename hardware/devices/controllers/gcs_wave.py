@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk, Flag, WaveProgress
 from hardware.devices.controllers.gcs_controller import GcsController
+from hardware.devices.controllers.gcs_errors import UNKNOWN, forgiven
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault, TimedOut
 
 __all__ = ["GcsWave"]
 
 _GENERATOR_TRIGGER = 4
-_UNKNOWN = 2
 _REPORT = 0.02
 _SLACK = 0.01
 
@@ -172,12 +172,8 @@ class GcsWave:
 
     def _room(self) -> int | None:
         """Points of the wave table; None where the controller cannot tell."""
-        try:
-            return self._controller.integer(f"WMS? {self._controller.setup.table}")
-        except ProtocolFault as fault:
-            if fault.partial != _UNKNOWN:
-                raise
-            return None
+        c = self._controller
+        return forgiven(UNKNOWN, lambda: c.integer(f"WMS? {c.setup.table}"))
 
     def _send_table(self, wave: NDArray[np.float64]) -> None:
         c = self._controller

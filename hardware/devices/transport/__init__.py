@@ -2,7 +2,7 @@
 
 from hardware.devices.transport.buffer import ReceiveBuffer
 from hardware.devices.transport.link import Link
-from hardware.devices.transport.resynchronise import resynchronise
+from hardware.devices.transport.resynchronise import back_in_step, resynchronise
 from hardware.devices.transport.serial_line import SerialTransport
 from hardware.devices.transport.serial_settings import SerialSettings
 from hardware.devices.transport.tcp import TcpTransport
@@ -13,5 +13,6 @@ __all__ = [
     "SerialSettings",
     "SerialTransport",
     "TcpTransport",
+    "back_in_step",
     "resynchronise",
 ]
