@@ -65,7 +65,7 @@ class AsciiController:
         self._patience = 3.0 * timeout if patience is None else patience
         self._safe = safe
         self._gentle = gentle
-        self._watchdog = watchdog
+        self.has_watchdog = watchdog
         self._identity: tuple[str, ...] = ()
         self._lock = threading.RLock()
 
@@ -77,11 +77,6 @@ class AsciiController:
         d = self._dialect
         serial = self._identity[1] if len(self._identity) > 1 else ""
         return Identity(d.maker, f"{d.model} ({self._identity[0]})", serial)
-
-    @property
-    def has_watchdog(self) -> bool:
-        """Whether the user says so."""
-        return self._watchdog
 
     def open(self) -> None:
         """Connect and identify."""

@@ -78,20 +78,15 @@ class NiChannel:
     """
 
     def __init__(self, name: str, lowest: float = -10.0, highest: float = 10.0) -> None:
-        self._name = name
+        self.name = name
         self._lowest = lowest
         self._highest = highest
         self._task: Any = None
 
     @property
-    def name(self) -> str:
-        """Physical channel."""
-        return self._name
-
-    @property
     def device(self) -> str:
         """Name of the device."""
-        return self._name.split("/")[0]
+        return self.name.split("/")[0]
 
     @property
     def identity(self) -> Identity:
@@ -131,11 +126,11 @@ class NiChannel:
         """Set (V); `LimitViolation` before anything is sent."""
         if not math.isfinite(volts) or not self._lowest <= volts <= self._highest:
             raise LimitViolation(
-                f"{self._name}: {volts!r} V is not within {self._lowest:g} to {self._highest:g} V; "
+                f"{self.name}: {volts!r} V is not within {self._lowest:g} to {self._highest:g} V; "
                 "nothing was written"
             )
         task = self._opened()
-        with translated(f"{self._name} write"):
+        with translated(f"{self.name} write"):
             task.write(volts, auto_start=True)
         return volts
 
@@ -152,11 +147,11 @@ class NiChannel:
 
     def _opened(self) -> Any:
         if self._task is None:
-            with translated(f"{self._name} open") as nidaqmx:
+            with translated(f"{self.name} open") as nidaqmx:
                 task = nidaqmx.Task()
                 try:
                     task.ao_channels.add_ao_voltage_chan(
-                        self._name, min_val=self._lowest, max_val=self._highest
+                        self.name, min_val=self._lowest, max_val=self._highest
                     )
                 except BaseException:
                     task.close()

@@ -94,7 +94,7 @@ class NiWave:
             self._terminals.monitors, f"/{channel.device}/ao/SampleClock"
         )
         self._volts: NDArray[np.float64] = np.zeros(0)
-        self._rate = 0.0
+        self.rate = 0.0
         self._task: Any = None
         self._total = 0
         self._running = False
@@ -104,11 +104,6 @@ class NiWave:
     def identity(self) -> Identity:
         """The card."""
         return self._channel.identity
-
-    @property
-    def rate(self) -> float:
-        """Rate of the loaded waveform (Hz), on the card's clock."""
-        return self._rate
 
     @property
     def position(self) -> int | None:
@@ -133,14 +128,14 @@ class NiWave:
                 f"{self._channel.name}: needs {inputs.min():g} to {inputs.max():g} V; it gives "
                 f"{self._channel.lowest:g} to {self._channel.highest:g} V"
             )
-        self._volts, self._rate = record, rate
+        self._volts, self.rate = record, rate
 
     def play(self) -> Iterator[WaveProgress]:
         """Play on the card; yields about every 20 ms."""
         if self._volts.size == 0:
             raise ProtocolFault("no waveform is loaded; call load() first")
         self._position = 0
-        return self._play(self._volts, self._rate)
+        return self._play(self._volts, self.rate)
 
     def abort(self) -> None:
         """Stop; the output keeps its value. Never raises."""
