@@ -38,7 +38,7 @@ class BlueskyBlock:
     wave : WaveOut, optional
         Guarded waveforms, for plans that play one; it must park by itself when left early.
     plan : BlockPlan, optional
-        Until `prepare` says something else; by default 32768 samples at 3125 Hz.
+        Until `prepare` says something else; by default `BlockPlan()`.
     name : str
         Prefix of the fields and name of the stream.
     clock : Clock, optional
@@ -67,7 +67,7 @@ class BlueskyBlock:
         self._make = make
         self._units = dict(units)
         self._wave = wave
-        self.plan = BlockPlan(32768, 3125.0) if plan is None else plan
+        self.plan = plan or BlockPlan()
         self.name = name
         self._clock: Clock = WallClock() if clock is None else clock
         self._patience = patience

@@ -9,8 +9,8 @@ from typing import final
 
 from hardware.contracts import Clock, Identity, Transport, WallClock
 from hardware.devices.controllers.ascii_dialect import AsciiDialect
-from hardware.devices.controllers.walking import walk
 from hardware.devices.transport import back_in_step
+from hardware.devices.walking import walk
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
 __all__ = ["AsciiController"]

@@ -15,7 +15,7 @@ from hardware.contracts import Clock, Identity, WallClock
 from hardware.devices.controllers.gcs_errors import UNKNOWN, forgiven
 from hardware.devices.controllers.gcs_setup import GcsSetup
 from hardware.devices.controllers.gcs_talk import GcsTalk
-from hardware.devices.controllers.walking import walk
+from hardware.devices.walking import walk
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
 __all__ = ["GcsController"]

@@ -117,12 +117,7 @@ class CardWave(ABC):
         self._amplifier = amplifier
         self._wiring = CardWiring() if wiring is None else wiring
         self.haste = haste
-        self._names = amplifier.monitors.channels() if self._wiring.monitors else ()
-        if len(self._names) != len(self._wiring.monitors):
-            raise UnusableInput(
-                f"{amplifier.name} has monitors {amplifier.monitors.channels()}, the wiring has "
-                f"inputs {self._wiring.monitors}; name one input for each"
-            )
+        self._names = amplifier.monitored(self._wiring.monitors)
         self._loaded = LoadedWave(np.zeros(0, np.uint16), 0.0)
 
     @property

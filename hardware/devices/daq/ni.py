@@ -26,7 +26,7 @@ from hardware.errors import (
     TimedOut,
 )
 
-__all__ = ["NiChannel", "NiTimedInputs", "driver", "translated"]
+__all__ = ["NiChannel", "NiTimedInputs", "clocked", "driver", "translated"]
 
 _KINDS: Mapping[int, type[HardwareError]] = {
     -200324: LinkLost,  # device absent or unavailable
@@ -63,6 +63,21 @@ def translated(what: str) -> Iterator[Any]:
         raise DriverMissing(
             f"NI, {what}: the driver NI-DAQmx is not installed; `python -m nidaqmx installdriver`"
         ) from error
+
+
+def clocked(
+    task: Any, kinds: Any, rate: float, count: int, source: str = "", trigger: str = ""
+) -> None:
+    """Give a task a sample clock (the card's own without `source`) and a start trigger, if any."""
+    task.timing.cfg_samp_clk_timing(
+        rate,
+        source=source,
+        active_edge=kinds.Edge.RISING,
+        sample_mode=kinds.AcquisitionType.FINITE,
+        samps_per_chan=count,
+    )
+    if trigger:
+        task.triggers.start_trigger.cfg_dig_edge_start_trig(trigger, trigger_edge=kinds.Edge.RISING)
 
 
 @final
@@ -187,22 +202,11 @@ class NiTimedInputs:
         self.stop()
         with translated("inputs") as nidaqmx:
             readers = importlib.import_module("nidaqmx.stream_readers")
-            kinds = nidaqmx.constants
             task = nidaqmx.Task()
             self._task = task
             for name in self.names:
                 task.ai_channels.add_ai_voltage_chan(name, min_val=-10.0, max_val=10.0)
-            task.timing.cfg_samp_clk_timing(
-                rate,
-                source=self._source,
-                active_edge=kinds.Edge.RISING,
-                sample_mode=kinds.AcquisitionType.FINITE,
-                samps_per_chan=count,
-            )
-            if self._trigger:
-                task.triggers.start_trigger.cfg_dig_edge_start_trig(
-                    self._trigger, trigger_edge=kinds.Edge.RISING
-                )
+            clocked(task, nidaqmx.constants, rate, count, self._source, self._trigger)
             self._reader = readers.AnalogMultiChannelReader(task.in_stream)
             task.start()
 

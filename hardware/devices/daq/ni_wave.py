@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk, Clock, Identity, WallClock, WaveProgress
 from hardware.devices.amplifier.data import Amplifier
-from hardware.devices.daq.ni import NiChannel, NiTimedInputs, translated
+from hardware.devices.daq.ni import NiChannel, NiTimedInputs, clocked, translated
 from hardware.errors import HardwareError, ProtocolFault, TimedOut
 
 __all__ = ["NiTerminals", "NiWave"]
@@ -84,12 +84,7 @@ class NiWave:
         self._terminals = NiTerminals() if terminals is None else terminals
         self._clock: Clock = WallClock() if clock is None else clock
         self._timeout = timeout
-        self._names = amplifier.monitors.channels() if self._terminals.monitors else ()
-        if len(self._names) != len(self._terminals.monitors):
-            raise UnusableInput(
-                f"{amplifier.name} has monitors {amplifier.monitors.channels()}, the terminals "
-                f"name {self._terminals.monitors}; name one input for each"
-            )
+        self._names = amplifier.monitored(self._terminals.monitors)
         self._monitors = NiTimedInputs(
             self._terminals.monitors, f"/{channel.device}/ao/SampleClock"
         )
@@ -202,17 +197,7 @@ class NiWave:
             task.ao_channels.add_ao_voltage_chan(
                 self._channel.name, min_val=self._channel.lowest, max_val=self._channel.highest
             )
-            task.timing.cfg_samp_clk_timing(
-                rate,
-                source="",
-                active_edge=kinds.Edge.RISING,
-                sample_mode=kinds.AcquisitionType.FINITE,
-                samps_per_chan=volts.size,
-            )
-            if terminals.trigger:
-                task.triggers.start_trigger.cfg_dig_edge_start_trig(
-                    terminals.trigger, trigger_edge=kinds.Edge.RISING
-                )
+            clocked(task, kinds, rate, volts.size, trigger=terminals.trigger)
             for signal, terminal in (
                 (kinds.Signal.SAMPLE_CLOCK, terminals.clock),
                 (kinds.Signal.START_TRIGGER, terminals.start),

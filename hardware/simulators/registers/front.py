@@ -34,15 +34,8 @@ class CardFront(LoopbackServer):
     ----------
     rig : Rig
         The bench.
-    clock : DeviceClock, optional
-        Clock of the card, for the one who makes the program's clock; the card itself has none, the
-        program paces it.
-    model : str
-        ``"MF634"`` or ``"MF624"``.
-    amplifier : AmplifierData, optional
-        Between its output and the terminals.
-    wires : Wires, optional
-        What is connected.
+    clock, model, amplifier, wires
+        As of `RegisterModel`.
     port : int
         0 takes a free one.
     """

@@ -10,7 +10,7 @@ import pytest
 from bondgraph.support.errors import UnusableInput
 from hardware.devices.controllers import GatewayTransport, GcsSetup, GcsTalk, device_error
 from hardware.devices.controllers.gcs_errors import MEANINGS
-from hardware.devices.controllers.walking import walk
+from hardware.devices.walking import walk
 from hardware.errors import DriverMissing, LimitViolation, LinkLost, Overrun, ProtocolFault
 from hardware.simulators.control.client import LocalClock
 from hardware.simulators.controllers.gcs_device import GcsDevice
