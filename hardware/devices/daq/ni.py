@@ -160,14 +160,16 @@ class NiChannel:
         """Let go; the output keeps its value."""
         self.release()
 
+    def add_to(self, task: Any) -> None:
+        """Make it the output of a task, within its range."""
+        task.ao_channels.add_ao_voltage_chan(self.name, min_val=self._lowest, max_val=self._highest)
+
     def _opened(self) -> Any:
         if self._task is None:
             with translated(f"{self.name} open") as nidaqmx:
                 task = nidaqmx.Task()
                 try:
-                    task.ao_channels.add_ao_voltage_chan(
-                        self.name, min_val=self._lowest, max_val=self._highest
-                    )
+                    self.add_to(task)
                 except BaseException:
                     task.close()
                     raise

@@ -194,9 +194,7 @@ class NiWave:
             kinds = nidaqmx.constants
             task = nidaqmx.Task()
             self._task, self._total, self._running = task, volts.size, False
-            task.ao_channels.add_ao_voltage_chan(
-                self._channel.name, min_val=self._channel.lowest, max_val=self._channel.highest
-            )
+            self._channel.add_to(task)
             clocked(task, kinds, rate, volts.size, trigger=terminals.trigger)
             for signal, terminal in (
                 (kinds.Signal.SAMPLE_CLOCK, terminals.clock),

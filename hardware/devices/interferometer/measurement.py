@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import final
 
 from bondgraph.support.errors import UnusableInput, real_number
@@ -157,12 +158,8 @@ class Measurement(ABC):
                 return ()
             raise ProtocolFault(f"{self.stream}: poll before kickoff()")
         chunks: list[Chunk] = []
-        try:
+        with self._carrying(chunks):
             self._collect(chunks)
-        except LinkLost as fault:
-            raise self.device.gone(fault).carrying(chunks) from None
-        except HardwareError as fault:
-            raise fault.carrying(chunks) from None
         self._judge(chunks)
         return chunks
 
@@ -179,12 +176,9 @@ class Measurement(ABC):
             return ()
         chunks: list[Chunk] = []
         try:
-            self._end(chunks)
-            lost = self._lost() and not self._lost_before
-        except LinkLost as fault:
-            raise self.device.gone(fault).carrying(chunks) from None
-        except HardwareError as fault:
-            raise fault.carrying(chunks) from None
+            with self._carrying(chunks):
+                self._end(chunks)
+                lost = self._lost() and not self._lost_before
         finally:
             self._running = False
             self._complete = True
@@ -226,6 +220,16 @@ class Measurement(ABC):
         """Stop at once."""
 
     # ---- common parts
+
+    @contextmanager
+    def _carrying(self, chunks: list[Chunk]) -> Iterator[None]:
+        """Let errors carry what had arrived."""
+        try:
+            yield
+        except LinkLost as fault:
+            raise self.device.gone(fault).carrying(chunks) from None
+        except HardwareError as fault:
+            raise fault.carrying(chunks) from None
 
     def _flags(self, setting: str) -> Measure:
         """Set the averaging by a function of the library; return what a value consists of."""
