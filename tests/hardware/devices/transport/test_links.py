@@ -1,8 +1,9 @@
-"""TCP and serial lines: the same promises."""
+"""TCP, serial lines and a gateway of PIPython: the same promises."""
 
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import os
 import socket
 import time
@@ -15,7 +16,9 @@ import pytest
 
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Transport
+from hardware.devices.controllers import GatewayTransport
 from hardware.devices.transport import (
+    Link,
     SerialSettings,
     SerialTransport,
     TcpTransport,
@@ -37,10 +40,12 @@ class Ends:
 
 
 @contextlib.contextmanager
-def over_tcp(most: int) -> Iterator[Ends]:
+def over_tcp(most: int, gateway: bool = False) -> Iterator[Ends]:
     listener = socket.create_server(("127.0.0.1", 0))
     port = listener.getsockname()[1]
-    link = TcpTransport("127.0.0.1", port, write_timeout=SHORT, most=most)
+    link: Link = TcpTransport("127.0.0.1", port, write_timeout=SHORT, most=most)
+    if gateway:
+        link = GatewayTransport.by_pisocket("127.0.0.1", port, write_timeout=SHORT)
     link.open()
     far, _ = listener.accept()
     try:
@@ -75,13 +80,15 @@ def over_pty(most: int) -> Iterator[Ends]:
 
 
 def over(kind: str, most: int = 1 << 20) -> contextlib.AbstractContextManager[Ends]:
-    return over_tcp(most) if kind == "tcp" else over_pty(most)
+    if kind == "pisocket" and importlib.util.find_spec("pipython") is None:
+        pytest.skip("PIPython is not installed (pip install 'bondsight[bench]')")
+    return over_pty(most) if kind == "serial" else over_tcp(most, kind == "pisocket")
 
 
 KINDS = ("tcp", "serial")
 
 
-@pytest.fixture(params=KINDS)
+@pytest.fixture(params=[*KINDS, "pisocket"])
 def ends(request: pytest.FixtureRequest) -> Iterator[Ends]:
     with over(request.param) as e:
         yield e
@@ -133,7 +140,7 @@ def test_drain_forgets_and_does_not_wait(ends: Ends) -> None:
     assert late.value.partial == b""
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, "pisocket"])
 def test_link_cut_in_the_middle(kind: str) -> None:
     with over(kind) as ends:
         ends.send(b"whole\npart")
