@@ -24,7 +24,8 @@ from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import symbol
 from bondgraph.graph.modulation import TIME
-from bondgraph.simulation.simulate import HOLDS, Trajectory
+from bondgraph.simulation.start import HOLDS
+from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.ops import FloatArray
 

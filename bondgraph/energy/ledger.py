@@ -29,7 +29,7 @@ from bondgraph.graph.elements import (
     Source,
     TwoPort,
 )
-from bondgraph.simulation.simulate import Trajectory
+from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.ops import FloatArray
 
 __all__ = [
