@@ -54,7 +54,6 @@ Pure: TypeAlias = PrandtlIshlinskii | AlJanaideh | Ang
 _RELATIVE_ZERO = 1e-9
 
 
-@final
 @dataclass(frozen=True, slots=True)
 class Lumped:
     """Constants of the lumped-parameter model: C (F), T (N/V), k (N/m)."""
