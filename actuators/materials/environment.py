@@ -45,7 +45,7 @@ class CeramicAgeing:
 
     Examples
     --------
-    >>> float(Ageing(0.02).factor(100 * 86400.0))
+    >>> float(CeramicAgeing(0.02).factor(100 * 86400.0))
     0.96
     """
 

@@ -60,7 +60,7 @@ class ComparisonRow:
 
         Examples
         --------
-        >>> Row("top", "nm", 4.9e-6, None, None).shown(4.9147e-6)
+        >>> ComparisonRow("top", "nm", 4.9e-6, None, None).shown(4.9147e-6)
         '4914.7'
         """
         if value is None:
