@@ -32,7 +32,7 @@ class ControlLoop:
     ----------
     model : Invertible
         V to m; its inverse makes the voltage. `linear_operator` compensates nothing.
-    controller : Controller
+    controller : ProportionalIntegral
         Gains in command (m) per error (m); all 0 leaves the loop open.
     feedforward : bool
         Whether the reference itself is sent through the inverse.
@@ -80,7 +80,7 @@ def run_loop(
 
     Parameters
     ----------
-    loop : Loop
+    loop : ControlLoop
     actuator : VirtualActuator
     reference : ndarray, shape (N,), m
         At the samples.

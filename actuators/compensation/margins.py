@@ -129,7 +129,7 @@ def margins(plant: SampledPlant, controller: ProportionalIntegral) -> Margins:
     Parameters
     ----------
     plant : SampledPlant
-    controller : Controller
+    controller : ProportionalIntegral
 
     Raises
     ------

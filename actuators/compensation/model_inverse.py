@@ -108,7 +108,7 @@ def lumped_feedforward(
 
     Parameters
     ----------
-    motion : Motion
+    motion : AnalyticMotion
         With a resistance its jerk enters through q', so the acceleration must be continuous.
     hysteresis : Operator or None
         H, charge (C) to voltage (V), such as ``MaxwellResistiveCapacitor.stack_2hz()``.
@@ -159,7 +159,7 @@ def bond_graph_feedforward(
 
     Parameters
     ----------
-    motion : Motion
+    motion : AnalyticMotion
         Its jerk enters through p'. If the acceleration jumps, p jumps too, which takes an impulse
         of voltage as long as R_e > 0: use `smooth_reference`.
     law : Operator

@@ -33,7 +33,7 @@ def thesis_reference(time: ArrayLike, frequency: float = 1.0) -> AnalyticMotion:
 
     Returns
     -------
-    Motion
+    AnalyticMotion
 
     Raises
     ------

@@ -91,7 +91,7 @@ class Environment:
     Parameters
     ----------
     temperature : dict of str to TemperatureLaw
-    ageing : dict of str to Ageing
+    ageing : dict of str to CeramicAgeing
         Keys from `CONSTANTS`.
     """
 

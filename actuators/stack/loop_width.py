@@ -47,7 +47,7 @@ def loop_of(u: ArrayLike, y: ArrayLike, *, points: int = 2001) -> HysteresisLoop
 
     Returns
     -------
-    Loop
+    HysteresisLoop
 
     Raises
     ------

@@ -63,7 +63,7 @@ class Ledger:
     name : str
     time : ndarray, shape (N,), s
     bonds : tuple of BondPower
-    entries : tuple of Entry
+    entries : tuple of EnergyEntry
         In the order of declaration.
     supplied, stored, lost, open : ndarray, shape (N,), J
         By sources since the start; change of what stores hold; lost; work of laws without energy.

@@ -55,7 +55,7 @@ class System:
     Attributes
     ----------
     name : str
-    stored : tuple of Stored
+    stored : tuple of StoredState
         Independent states with the signals that are their rates.
     inputs : tuple of str
         Commands of the sources, external signals and pseudo-inputs (``one``, ``ramp``).

@@ -32,7 +32,7 @@ class CasadiModel:
 
     Attributes
     ----------
-    names : Names
+    names : FunctionNames
     equations : casadi.Function
         ``(t, x, z, u, p, m, h) -> (dx, y, g)``, SX; the physics with ``g = 0`` left open.
     memory_rule : casadi.Function

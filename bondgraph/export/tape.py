@@ -90,7 +90,7 @@ def tape(
 
     Returns
     -------
-    Tape
+    AssignmentTape
 
     Raises
     ------
@@ -217,7 +217,7 @@ def written(program: AssignmentTape, notation: Notation, *, width: int = 72) -> 
 
     Parameters
     ----------
-    program : Tape
+    program : AssignmentTape
     notation : Notation
         A language.
     width : int, optional

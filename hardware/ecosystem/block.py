@@ -78,7 +78,7 @@ def take_block(
     plan : BlockPlan
     clock : Clock
         Time of the program.
-    taken : Taken
+    taken : PartialTake
         Grows.
     ended : threading.Event
         Set by whoever wants it to end.

@@ -118,7 +118,7 @@ def sensitivity(
         In vacuum (m).
     formula : callable
         `ciddor_index` or `edlen_index`.
-    domain : Domain
+    domain : ValidRange
         Air outside is refused.
 
     Returns

@@ -47,7 +47,7 @@ def align_by_copy(
     Parameters
     ----------
     drive, sensor : Stream
-    wiring : Wiring
+    wiring : ClockWiring
     command, copy : str
         Channels of drive and sensor.
 

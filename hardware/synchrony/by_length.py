@@ -67,7 +67,7 @@ def align_by_length(
     Parameters
     ----------
     drive, sensor : Stream
-    wiring : Wiring
+    wiring : ClockWiring
     command, length : str
         Channels.
     model : callable, optional

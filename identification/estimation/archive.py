@@ -31,7 +31,7 @@ from identification.study.joint import JointPoint
 from identification.study.specification import LogNormal, Normal, Nuisances, Prior, Vary
 from identification.study.study import SettledSetting, Study
 
-__all__ = ["SCHEMA", "open_fit", "provenance", "save"]
+__all__ = ["SCHEMA", "open_fit", "provenance", "save_fit"]
 
 Array = np.ndarray
 SCHEMA = "bondsight-fit/1"
@@ -40,7 +40,7 @@ _PRIORS: Mapping[str, Callable[..., Prior]] = {"normal": Normal, "log-normal": L
 _OPTIONS = ("initial", "hold", "noise", "init", "silent", "window", "n_sub")
 
 
-def save(
+def save_fit(
     estimation: Estimation,
     path: str | Path,
     *,
@@ -106,14 +106,14 @@ def open_fit(
     *,
     laws: Iterable[type[Law]] = (),
 ) -> Estimation:
-    """Reopen what `save` wrote: the same values, simulations and text, ready to go on fitting.
+    """Reopen what `save_fit` wrote: the same values, simulations and text, ready to go on fitting.
 
     Parameters
     ----------
     recordings : Recording or sequence of Recording
         Those that the file only names; their values must be the same bit by bit.
     laws : iterable of type of Law, optional
-        As given to `save`.
+        As given to `save_fit`.
 
     Raises
     ------

@@ -77,7 +77,7 @@ def criteria(
 
     Parameters
     ----------
-    levels : sequence of Level
+    levels : sequence of ResidualLevel
     n_free : int
         Numbers fitted, noise levels apart.
     memories : sequence of float, optional

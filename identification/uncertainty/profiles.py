@@ -94,7 +94,7 @@ def profile_one(
 
     Parameters
     ----------
-    fit : Fitted
+    fit : FitView
     name : str
     most, beyond
         As in `profile`.
@@ -200,7 +200,7 @@ def profiles(
 
     Parameters
     ----------
-    fit : Fitted
+    fit : FitView
     names : sequence of str, optional
         All parameters when not given.
     jobs : int

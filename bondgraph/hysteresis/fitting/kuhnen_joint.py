@@ -45,7 +45,7 @@ class JointFit:
         Play states before sample ``start``, shape (n,), unit of x.
     start : int
         First scored sample.
-    inverse_dead_zone : DeadZone
+    inverse_dead_zone : DeadZones
         S', on the thresholds asked for, of mean slope 1 over the range of y.
     rms : float
         Of the output error ``operator[x] - y``, unit of y.

@@ -27,7 +27,7 @@ def dead_zone_columns(stage: DeadZones, y: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    stage : DeadZone
+    stage : DeadZones
         Its weights are not used.
     y : array
         Input, shape (N,).
@@ -58,7 +58,7 @@ class Stages:
         Fitted operators of the play stage, ascending, 0 first, shape (n,).
     zones : array of int
         Fitted dead zones, ascending, shape (m,).
-    zone_stage : DeadZone
+    zone_stage : DeadZones
         All inverse dead zones; the weights are not used.
     back : array
         From slopes to weights, shape (n + m, n + m); the last m rows with the sign of e.
@@ -93,7 +93,7 @@ class Stages:
         ----------
         plays, zones : array of int
             As the attributes.
-        zone_stage : DeadZone
+        zone_stage : DeadZones
             All inverse dead zones.
         play_bounds : array
             Smallest slopes (or weights) of the fitted plays, shape (n,).

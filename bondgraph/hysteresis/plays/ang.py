@@ -65,7 +65,7 @@ class Ang(_Stages, InvertibleOperator["AngInverse"]):
     ----------
     play : PrandtlIshlinskii
         P, with n memory states.
-    dead_zone : DeadZone
+    dead_zone : DeadZones
         S.
 
     Raises
@@ -134,7 +134,7 @@ class AngInverse(_Stages, InvertibleOperator[Ang]):
 
     Parameters
     ----------
-    dead_zone : DeadZone
+    dead_zone : DeadZones
         S, first stage.
     play : PrandtlIshlinskii
         P, second stage, with n memory states in units of the output of S.

@@ -31,7 +31,7 @@ def bent_line(corners: Sequence[Expression], slopes: Sequence[Expression]) -> De
 
     Returns
     -------
-    DeadZone
+    DeadZones
         With m + 1 entries: the slope around 0, and each change of slope seen from 0 outward.
 
     Raises

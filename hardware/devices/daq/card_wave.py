@@ -97,7 +97,7 @@ class CardWave(ABC):
         Powered up.
     amplifier : Amplifier
         Between volts at the actuator and volts of the card.
-    wiring : Wiring
+    wiring : CardWiring
         What is connected.
     haste : float
         How much faster than planned samples may follow each other after a stall, >= 1.

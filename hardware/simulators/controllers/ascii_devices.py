@@ -30,7 +30,7 @@ class AsciiDevice(ABC):
         The bench.
     lowest, highest : float
         Voltages that it gives (V).
-    watchdog : Watchdog, optional
+    watchdog : CommandWatchdog, optional
         None as in the public documents.
     """
 

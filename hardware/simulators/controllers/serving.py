@@ -58,7 +58,7 @@ class Serving:
 
     Parameters
     ----------
-    device : Device
+    device : AnsweringDevice
         What answers.
     doorway : Doorway
         Where clients come in.

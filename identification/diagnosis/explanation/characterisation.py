@@ -119,7 +119,7 @@ def characterise(past: PortHistory, signal: Array, *, flow: bool = False) -> Cha
 
     Parameters
     ----------
-    past : Past
+    past : PortHistory
         The port's variables along the record.
     signal : ndarray, shape (N,), SI
         Addition to the output, such as `latent` reconstructs it.

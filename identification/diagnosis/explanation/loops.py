@@ -55,7 +55,7 @@ def loops(past: PortHistory, signal: Array, *, flow: bool = False) -> Loops:
 
     Parameters
     ----------
-    past : Past
+    past : PortHistory
     signal : ndarray, shape (N,), SI
         Addition to the port's output.
     flow : bool

@@ -43,7 +43,7 @@ class Matching:
 
     Attributes
     ----------
-    stack : Stack
+    stack : JointProblem
     measured : tuple of Measured or None
         One a record.
     """

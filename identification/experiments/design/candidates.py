@@ -46,7 +46,7 @@ class Ranking:
     score : tuple of float
         D: information ``det^(1/s)`` relative to the reference; A: the reference's mean relative
         variance over theirs. So many times longer the reference would have to measure.
-    expected : Table
+    expected : ExpectedTable
         95 % intervals with the best input, beside the reference.
     time_shares : Weights or None
         Best shares of measuring time over the candidates, in the order of `signals`; None if no
