@@ -29,7 +29,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph import BondGraph, C, One, R, Sf, Zero
-from bondgraph.graph.elements import Element, Sensor, Source, Valued
+from bondgraph.graph.composing.renaming import declared_parameters
+from bondgraph.graph.elements import Element
 from bondgraph.hysteresis import AlJanaideh, Ang, AngInverse, DeadZones, PrandtlIshlinskii
 from bondgraph.support.errors import GraphError, UnusableInput
 
@@ -94,8 +95,7 @@ def current_driven(
     for bond in graph.bonds:
         if source not in (bond.tail, bond.head) and bond.head not in moved:
             new.bond(new[bond.tail], new[bond.head])
-    owned = {p for e in graph.elements.values() for p in _owned(e)}
-    return new.with_parameters(p for n, p in graph.parameters.items() if n not in owned)
+    return new.with_parameters(declared_parameters(graph))
 
 
 def _leaking(
@@ -120,15 +120,6 @@ def _leaking(
     new.bond(terminal, R("R_leak", leak, unit="ohm", source="insulation of stack and cable"))
     new.bond(terminal, junction)
     return {r.name for r in leads}
-
-
-def _owned(element: Element) -> tuple[str, ...]:
-    """Names of the parameters that an element brings along."""
-    law = element.law if isinstance(element, Valued | Sensor) else None
-    if isinstance(element, Source) and element.drive is not None:
-        law = element.drive.law
-    own = law.parameters(element.name) if law is not None else ()
-    return (element.name, *(p.name for p in own))
 
 
 def with_spring_load(graph: BondGraph, stiffness: float, body: str = "body") -> BondGraph:

@@ -12,7 +12,7 @@ import numpy as np
 
 from bondgraph.energy.accounts import EnergyEntry, Ledger
 from bondgraph.energy.bond_power import motion, observables
-from bondgraph.energy.bond_values import BondPower, SignalPath, in_its_mode
+from bondgraph.energy.bond_values import BondPower, SignalPath
 from bondgraph.energy.power_balance import PowerBalance, PowerProof, power_balance
 from bondgraph.energy.stored import held, integral
 from bondgraph.graph.bond_graph import BondGraph
@@ -29,6 +29,7 @@ from bondgraph.graph.elements import (
     Source,
     TwoPort,
 )
+from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.ops import FloatArray
 
@@ -93,7 +94,7 @@ def ledger(
     (True, True)
     """
     run = motion(graph, trajectory, parameters, hold)
-    graph = in_its_mode(graph)
+    graph = in_mode(graph)
     outside = _behind_heat(graph)
     entries = tuple(
         _entry(graph, e, run, memory or {}, e.name in outside)

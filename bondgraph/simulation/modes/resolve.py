@@ -59,6 +59,8 @@ def in_mode(graph: BondGraph, mode: Mapping[str, bool] | None = None) -> BondGra
     >>> [e.name for e in in_mode(g, {"switch": False}).of_type(MSf)]
     ['switch_off']
     """
+    if not mode and not graph.of_type(Switched):
+        return graph
     state = _full(graph, mode or {})
     with apart():
         elements = [_resolved(e) if e.name in state else e for e in graph.elements.values()]
