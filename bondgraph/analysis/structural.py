@@ -21,7 +21,6 @@ from bondgraph.analysis.exact_algebra import echelon, rank
 from bondgraph.analysis.kalman import (
     SET_ASIDE,
     generic_matrices,
-    kalman_ranks,
     linear_skeleton,
     null_vectors,
     transposed,
@@ -38,7 +37,7 @@ from bondgraph.support.html import html_table
 if TYPE_CHECKING:
     import networkx as nx
 
-__all__ = ["Reach", "controllability", "kalman_ranks", "observability"]
+__all__ = ["Reach", "controllability", "observability"]
 
 Matrix: TypeAlias = list[list[int]]
 Question: TypeAlias = Literal["controllability", "observability"]

@@ -11,9 +11,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bondgraph.energy.accounts import EnergyEntry, Ledger
-from bondgraph.energy.bond_power import motion, observables
-from bondgraph.energy.bond_values import BondPower, SignalPath
-from bondgraph.energy.power_balance import PowerBalance, PowerProof, power_balance
+from bondgraph.energy.bond_power import motion
+from bondgraph.energy.bond_values import SignalPath
 from bondgraph.energy.stored import held, integral
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import (
@@ -33,16 +32,7 @@ from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.ops import FloatArray
 
-__all__ = [
-    "BondPower",
-    "EnergyEntry",
-    "Ledger",
-    "PowerBalance",
-    "PowerProof",
-    "ledger",
-    "observables",
-    "power_balance",
-]
+__all__ = ["ledger"]
 
 
 def ledger(
