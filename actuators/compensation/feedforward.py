@@ -21,16 +21,6 @@ from bondgraph.hysteresis.invertible import InvertibleOperator
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import CASADI, Expression, FloatArray
 
-__all__ = [
-    "Invertible",
-    "LimitedFeedforward",
-    "feedforward",
-    "limited_feedforward",
-    "limited_inverse",
-    "linear_operator",
-]
-
-
 Invertible: TypeAlias = InvertibleOperator[Any]
 """An operator with an exact inverse, such as Al Janaideh's or Ang's."""
 

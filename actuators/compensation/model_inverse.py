@@ -29,14 +29,6 @@ from bondgraph.laws import Hysteretic
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import Expression, FloatArray
 
-__all__ = [
-    "BondGraphStack",
-    "LumpedStack",
-    "bond_graph_feedforward",
-    "field_law",
-    "lumped_feedforward",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class LumpedStack(Lumped):

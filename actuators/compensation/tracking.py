@@ -10,8 +10,6 @@ from actuators.stack.loop_width import branch_at
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["Tracking", "loop_thickness", "tracking"]
-
 
 @dataclass(frozen=True, slots=True)
 class Tracking:

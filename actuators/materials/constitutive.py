@@ -29,8 +29,6 @@ from actuators.materials.voigt import (
 )
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
-__all__ = ["ELECTRICAL", "FORMS", "MECHANICAL", "BadConstant", "Form", "Piezoelectric", "exchanges"]
-
 Form: TypeAlias = Literal["d", "e", "g", "h"]
 
 FORMS: dict[str, tuple[str, str, str]] = {

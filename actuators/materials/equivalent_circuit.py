@@ -18,13 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 from bondgraph import BondGraph, C, De, Df, I, One, R, Se, Sf, Zero
 from bondgraph.support.errors import UnusableInput, require_positive
 
-__all__ = [
-    "Branch",
-    "ComplexArray",
-    "EquivalentCircuit",
-    "circuit_graph",
-]
-
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
 

@@ -21,8 +21,6 @@ from actuators.materials.constitutive import (
 )
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["Sides", "Uniaxial", "number_of", "uniaxial"]
-
 Sides: TypeAlias = Literal["free", "clamped"]
 
 

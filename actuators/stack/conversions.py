@@ -33,20 +33,6 @@ from bondgraph.hysteresis import (
 from bondgraph.laws import Hysteretic
 from bondgraph.support.errors import unknown_name
 
-__all__ = [
-    "OPERATORS",
-    "STRUCTURES",
-    "Lumped",
-    "Polarised",
-    "Pure",
-    "lumped_law",
-    "maxwell_elements",
-    "paired",
-    "polarisation_operator",
-    "pure_from_lumped",
-    "pure_from_polarisation",
-]
-
 Pure: TypeAlias = PrandtlIshlinskii | AlJanaideh | Ang
 """An operator from voltage (V) to displacement (m) that has an exact inverse."""
 

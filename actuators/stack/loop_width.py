@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["HysteresisLoop", "branch_at", "loop_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class HysteresisLoop:

@@ -14,29 +14,6 @@ from typing import final
 
 from bondgraph.support.errors import UnusableInput, require_positive
 
-__all__ = [
-    "P_840_1",
-    "STACKS",
-    "OperatingPoint",
-    "StackData",
-    "blocking_force",
-    "ceramic_stiffness",
-    "current_per_frequency",
-    "dissipated_power",
-    "effective_mass",
-    "electrical_energy",
-    "frequency_limit",
-    "generated_voltage",
-    "operating_point",
-    "peak_current",
-    "peak_power",
-    "resonance_frequency",
-    "sine_slew",
-    "slew_limit",
-    "stack_capacitance",
-    "stack_mass",
-]
-
 _check = partial(require_positive, "sizing")
 
 

@@ -13,8 +13,6 @@ from bondgraph.graph.elements import De, Df, One, Sensor, Zero
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.html import html_table
 
-__all__ = ["Advice", "SensorAdvice", "splitting_sensors"]
-
 
 @dataclass(frozen=True, slots=True)
 class Advice:

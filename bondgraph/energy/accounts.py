@@ -14,8 +14,6 @@ from bondgraph.support.errors import unknown_name
 from bondgraph.support.html import html_table
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["EnergyEntry", "Ledger"]
-
 
 @dataclass(frozen=True)
 class EnergyEntry:

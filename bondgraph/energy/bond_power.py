@@ -30,8 +30,6 @@ from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["motion", "observables"]
-
 
 def observables(graph: BondGraph) -> tuple[str, ...]:
     """Return what a trajectory must hold, so that every bond follows from it.

@@ -13,8 +13,6 @@ from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["BondPower", "SignalPath", "power_bonds"]
-
 
 @dataclass(frozen=True)
 class BondPower:

@@ -32,8 +32,6 @@ from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["ledger"]
-
 
 def ledger(
     graph: BondGraph,

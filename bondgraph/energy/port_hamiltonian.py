@@ -25,8 +25,6 @@ from bondgraph.graph.elements import RS, symbol
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
 
-__all__ = ["PortHamiltonian", "port_hamiltonian"]
-
 
 @dataclass(frozen=True)
 class PortHamiltonian:

@@ -16,8 +16,6 @@ from bondgraph.graph.elements import GY, RE, RS, TF, Element, Junction, TwoPort,
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import unknown_name
 
-__all__ = ["PowerBalance", "PowerProof", "power_balance"]
-
 
 @dataclass(frozen=True, slots=True)
 class PowerProof:

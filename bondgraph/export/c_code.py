@@ -12,8 +12,6 @@ from bondgraph.export.identifiers import ascii_identifier, comment, distinct
 from bondgraph.export.linearised import linearised, slope_of_residual
 from bondgraph.support.errors import BondsightError
 
-__all__ = ["c_code"]
-
 _INPUTS = ("t", "x", "z", "u", "p", "m", "h")
 _CALLS = (
     ("rhs", ("dx", "y")),

@@ -17,8 +17,6 @@ from bondgraph.export.tape import tape, written
 from bondgraph.export.tape_languages import PYTHON, PYTHON_HELPERS, used_helpers
 from bondgraph.support.errors import BondsightError
 
-__all__ = ["numpy_module"]
-
 _VECTORS = ("x", "z", "u", "p")
 _OWN = frozenset(
     "t x z u p m h math np abs min max float int range rates readings residuals memory".split()

@@ -18,8 +18,6 @@ from bondgraph.export.tape import (
     Rule,
 )
 
-__all__ = ["C99", "PYTHON", "PYTHON_HELPERS", "arithmetic", "call", "used_helpers"]
-
 
 def call(name: str, n: int = 1) -> Rule:
     """Return the rule of a function of `n` arguments."""

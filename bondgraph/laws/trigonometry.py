@@ -7,8 +7,6 @@ from importlib import import_module
 from bondgraph.graph.elements import Parameter
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["amplitudes", "sine", "wave"]
-
 
 def sine(ops: Ops, x: Expression) -> Expression:
     """Return the sine of `x`, rad.

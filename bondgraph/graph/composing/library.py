@@ -13,8 +13,6 @@ from bondgraph.graph.composing.binding import Binding
 from bondgraph.graph.composing.hierarchy import Instance, use
 from bondgraph.support.errors import GraphError, unknown_name
 
-__all__ = ["ComponentLibrary", "Factory"]
-
 Factory = Callable[..., BondGraph]
 _making: ContextVar[tuple[str, ...]] = ContextVar("bondgraph_library_making", default=())
 

@@ -23,8 +23,6 @@ from bondgraph.signals.files.columns import ColumnTable
 from bondgraph.signals.files.stored import StoredArray, pick_stored
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["MATLAB", "PLAIN", "Dialect", "is_hdf5", "read_hdf5"]
-
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _UNITS = ("unit", "units", "Unit", "Units")
 _RATES = ("fs_hz", "fs", "sampling_rate", "sample_rate", "sampling_frequency")

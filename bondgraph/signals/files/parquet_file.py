@@ -15,8 +15,6 @@ from bondgraph.signals.files.columns import ColumnTable
 from bondgraph.signals.files.stored import StoredArray, pick_stored
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["read_parquet"]
-
 _UNITS = (b"unit", b"units")
 _INDEX = "__index_level_"
 _MAGIC = b"PAR1"

@@ -16,8 +16,6 @@ from bondgraph.signals.files.columns import ColumnTable
 from bondgraph.signals.files.stored import StoredArray, pick_stored
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["read_tdms"]
-
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "units")
 _MAGIC = b"TDSm"
 

@@ -17,8 +17,6 @@ from bondgraph.graph.composing.renaming import apart, assemble, declared_paramet
 from bondgraph.graph.elements import X0, Element, MSe, MSf, One, Switched, Zero
 from bondgraph.support.errors import GraphError, unknown_name
 
-__all__ = ["MOST_MODES", "in_mode", "mode_of", "modes", "off_source"]
-
 MOST_MODES = 2**10
 """So many modes are listed at most."""
 
