@@ -90,7 +90,7 @@ def criteria(
 
     Examples
     --------
-    >>> found = criteria([Level(1e-6, 1000)], n_free=3)
+    >>> found = criteria([ResidualLevel(1e-6, 1000)], n_free=3)
     >>> round(found.bic - found.aic, 3)
     19.631
     """

@@ -38,8 +38,8 @@ def inverse_of(ops: Ops, operator: Operator) -> Operator:
 
     Examples
     --------
-    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZone
-    >>> inverse_of(NUMPY, DeadZone((0.0,), (2.0,))).linear_slope
+    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZones
+    >>> inverse_of(NUMPY, DeadZones((0.0,), (2.0,))).linear_slope
     0.5
     """
     if not isinstance(operator, InvertibleOperator):
@@ -118,9 +118,9 @@ class Cascade(Pair, InvertibleOperator["Cascade"]):
 
     Examples
     --------
-    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZone
+    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZones
     >>> from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
-    >>> plays, zones = PrandtlIshlinskii((0, 1), (1, 1)), DeadZone((0, 2), (1, 0.5))
+    >>> plays, zones = PrandtlIshlinskii((0, 1), (1, 1)), DeadZones((0, 2), (1, 0.5))
     >>> model = Cascade(plays, zones)
     >>> model.run([0.0, 3.0])[0].tolist()
     [0.0, 6.5]

@@ -135,7 +135,7 @@ def fit_kuhnen(
 
     Examples
     --------
-    >>> truth = Ang(PrandtlIshlinskii((0, 1, 2), (1, 0.5, 0.5)), DeadZone((0, 2), (1, -0.5)))
+    >>> truth = Ang(PrandtlIshlinskii((0, 1, 2), (1, 0.5, 0.5)), DeadZones((0, 2), (1, -0.5)))
     >>> x = 5.0 * np.sin(np.linspace(0.0, 9.0, 300))
     >>> fit = fit_kuhnen(x, truth.run(x)[0], (0, 1, 2), truth.dead_zone.inverse().thresholds)
     >>> round(fit.rms, 9)

@@ -37,7 +37,7 @@ def dead_zone_columns(stage: DeadZones, y: FloatArray) -> FloatArray:
 
     Examples
     --------
-    >>> dead_zone_columns(DeadZone((-1, 0, 2), (1, 1, 1)), np.array([-3.0, 3.0])).tolist()
+    >>> dead_zone_columns(DeadZones((-1, 0, 2), (1, 1, 1)), np.array([-3.0, 3.0])).tolist()
     [[-2.0, -3.0, 0.0], [0.0, 3.0, 1.0]]
     """
     zero = stage.zero_index

@@ -77,7 +77,7 @@ class Ang(_Stages, InvertibleOperator["AngInverse"]):
 
     Examples
     --------
-    >>> operator = Ang(PrandtlIshlinskii((0, 1), (1, 1)), DeadZone((0, 2), (1, 0.5)))
+    >>> operator = Ang(PrandtlIshlinskii((0, 1), (1, 1)), DeadZones((0, 2), (1, 0.5)))
     >>> operator.run([0.0, 3.0])[0].tolist()
     [0.0, 6.5]
     """
@@ -148,7 +148,7 @@ class AngInverse(_Stages, InvertibleOperator[Ang]):
 
     Examples
     --------
-    >>> forward = Ang(PrandtlIshlinskii((0, 1), (1, 1)), DeadZone((0, 2), (1, 0.5)))
+    >>> forward = Ang(PrandtlIshlinskii((0, 1), (1, 1)), DeadZones((0, 2), (1, 0.5)))
     >>> forward.inverse().run([0.0, 6.5])[0].tolist()
     [0.0, 3.0]
     """

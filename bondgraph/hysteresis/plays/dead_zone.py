@@ -94,7 +94,7 @@ class DeadZones(InvertibleOperator["DeadZones"]):
 
     Examples
     --------
-    >>> DeadZone((0.0, 1.0), (2.0, -1.0)).run([-1.0, 1.0, 3.0])[0].tolist()
+    >>> DeadZones((0.0, 1.0), (2.0, -1.0)).run([-1.0, 1.0, 3.0])[0].tolist()
     [-2.0, 2.0, 4.0]
     """
 

@@ -9,11 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from identification.diagnosis.catalogue.effect import Effect
-from identification.diagnosis.screening.observation import scene
-from identification.diagnosis.screening.port_response import probes
-from identification.diagnosis.screening.score_test import Screened, screen
-from identification.estimation.single_record import Fit
+from identification.diagnosis.screening.score_test import Screened
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +35,6 @@ class ResidualPattern:
             f"a pattern is left in the residual: one like {self.label} would remove "
             f"{100 * self.share:.0f} % of it (z {self.z:.1f})"
         )
-
-
-def leftover(fit: Fit, catalogue: Sequence[Effect]) -> tuple[ResidualPattern, list[Screened]]:
-    """Screen the residual of `fit`; returns the strongest sure pattern and the whole ranking."""
-    ranked = screen(scene(fit), probes(fit), catalogue)
-    return strongest(ranked), ranked
 
 
 def strongest(ranked: Sequence[Screened], sure: float = 2.5) -> ResidualPattern:

@@ -77,7 +77,8 @@ def test_the_boundary_halves_the_p_value() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["prediction.deficiency", "prediction.diffusion", "statistics.whiteness"]
+    "module",
+    ["estimation.prediction.deficiency", "estimation.prediction.diffusion", "statistics.whiteness"],
 )
 def test_examples_in_the_docstrings(module: str) -> None:
     result = doctest.testmod(import_module(f"identification.{module}"))
