@@ -71,6 +71,7 @@ def ledger(
     --------
     >>> import numpy as np
     >>> from bondgraph import BondGraph, C, One, R, Se, simulate
+    >>> from bondgraph.energy.bond_power import observables
     >>> with BondGraph("rc") as g:
     ...     loop = One("loop")
     ...     _ = Se("V") >> loop >> R("R_1", 1.0)
