@@ -21,8 +21,6 @@ from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["ControlLoop", "LoopRun", "run_loop"]
-
 
 @dataclass(frozen=True, slots=True)
 class ControlLoop:

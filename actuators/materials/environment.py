@@ -20,13 +20,6 @@ from actuators.materials.temperature import TemperatureLaw
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.ops import FloatArray
 
-__all__ = [
-    "CONSTANTS",
-    "CeramicAgeing",
-    "Environment",
-    "parameters_at",
-]
-
 CONSTANTS = ("d33", "eps33", "s33")
 """The constants of a slender stack: charge, permittivity at constant stress, compliance."""
 

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
-__all__ = ["SHOWN_IN", "ComparisonRow"]
-
 SHOWN_IN: Mapping[str, float] = {
     "": 1.0,
     "%": 1e2,

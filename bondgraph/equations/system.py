@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from bondgraph.analysis.linear import Linearised
     from bondgraph.equations.program import Program
 
-__all__ = ["Algebraic", "System"]
-
 _OUTSIDE = ("time",)
 
 

@@ -15,18 +15,6 @@ from typing import Any, NamedTuple
 
 from bondgraph.support.errors import BondsightError
 
-__all__ = [
-    "OPERATIONS",
-    "AssignmentTape",
-    "Instruction",
-    "Notation",
-    "Operand",
-    "Rule",
-    "WrittenTape",
-    "tape",
-    "written",
-]
-
 Operand = str | float
 """A target of an earlier instruction or an input entry (text), or a constant (number)."""
 

@@ -15,8 +15,6 @@ from bondgraph.hysteresis.invertible import InvertibleOperator
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import NUMPY, Expression, Ops
 
-__all__ = ["Cascade", "inverse_memory_of", "inverse_of", "require_operators"]
-
 
 def inverse_of(ops: Ops, operator: Operator) -> Operator:
     """Return the exact inverse of an operator that has one.

@@ -13,8 +13,6 @@ from bondgraph.hysteresis.composed.pair import SideBySide
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["Parallel"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

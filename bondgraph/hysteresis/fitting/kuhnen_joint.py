@@ -27,8 +27,6 @@ from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["JointFit", "fit_kuhnen"]
-
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)

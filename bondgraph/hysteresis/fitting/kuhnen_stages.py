@@ -19,8 +19,6 @@ from bondgraph.hysteresis.fitting.bounded import bounded_least_squares
 from bondgraph.hysteresis.plays.dead_zone import DeadZones, dead_zone
 from bondgraph.support.ops import NUMPY, FloatArray
 
-__all__ = ["Stages", "dead_zone_columns"]
-
 
 def dead_zone_columns(stage: DeadZones, y: FloatArray) -> FloatArray:
     """Return the outputs of the single dead zones.

@@ -16,8 +16,6 @@ from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["Ang", "AngInverse"]
-
 
 class _Stages(Operator, ABC):
     """Plays and dead zones, in one order or the other; the memory is the one of the plays."""

@@ -28,8 +28,6 @@ from bondgraph.hysteresis.plays.kuhnen import (
 )
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["DeadZones", "dead_zone"]
-
 
 def dead_zone(ops: Ops, y: Expression, d: Expression, side: int) -> Expression:
     """Return the part of ``y`` beyond ``d``, on one side.

@@ -11,7 +11,7 @@ import numpy as np
 from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
-from bondgraph.simulation.simulate import HOLDS
+from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
 from identification.diagnosis.screening.port_history import FittedModel

@@ -10,7 +10,8 @@ from scipy.linalg import eig
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.first_order_hold import blocks
-from bondgraph.simulation.simulate import HOLDS, exact_form
+from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
 from identification.estimation.single_record import Fit, FitStatus, best, fit
 from identification.study.problem import Data, Problem

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from bondgraph.simulation.simulate import KernelRun
+from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus, minimise
 from identification.estimation.methods.method import FitOptions, Method, MethodSolution

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.simulation.exact_run import run_record, settle
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.simulate import equilibrium, inputs_of, run_record, settle
+from bondgraph.simulation.start import equilibrium, inputs_of
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.expected import (
     ExpectedTable,
