@@ -44,8 +44,8 @@ from bondgraph.graph.modulation import flow as flow
 from bondgraph.graph.modulation import momentum as momentum
 from bondgraph.graph.modulation import port_variables as port_variables
 from bondgraph.signals.recording import Recording as Recording
-from bondgraph.simulation.simulate import Trajectory as Trajectory
 from bondgraph.simulation.simulate import simulate as simulate
+from bondgraph.simulation.trajectory import Trajectory as Trajectory
 from bondgraph.support.errors import BondsightError as BondsightError
 from bondgraph.support.errors import GraphError as GraphError
 from bondgraph.support.errors import UnknownName as UnknownName

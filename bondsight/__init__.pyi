@@ -1,5 +1,6 @@
 from bondgraph.causality.assignment import assign_causality as assign_causality
 from bondgraph.drawing.svg import svg as svg
+from bondgraph.equations.derivation import system as system
 from bondgraph.graph.bond_graph import BondGraph as BondGraph
 from bondgraph.graph.composing.hierarchy import Port as Port
 from bondgraph.graph.composing.hierarchy import use as use
@@ -26,6 +27,7 @@ from bondgraph.support.errors import BondsightError as BondsightError
 from identification.diagnosis.diagnose import diagnose as diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions as DiagnosisOptions
 from identification.estimation.archive import open_fit as open_fit
+from identification.estimation.archive import save_fit as save_fit
 from identification.estimation.estimate import estimate as estimate
 from identification.estimation.guess import guess as guess
 from identification.estimation.starts import many_starts as many_starts

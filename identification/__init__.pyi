@@ -7,6 +7,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions as Diagn
 from identification.diagnosis.verdict.document import verdict as verdict
 from identification.diagnosis.verdict.document import write_verdict as write_verdict
 from identification.estimation.archive import open_fit as open_fit
+from identification.estimation.archive import save_fit as save_fit
 from identification.estimation.estimate import estimate as estimate
 from identification.estimation.guess import guess as guess
 from identification.estimation.result import Estimation as Estimation

@@ -61,7 +61,8 @@ from bondgraph.analysis.redundancy import redundancy
 from bondgraph.analysis.sensor_advice import splitting_sensors
 from bondgraph.analysis.structural import observability
 from bondgraph.drawing.svg import svg
-from bondgraph.energy.ledger import ledger, observables
+from bondgraph.energy.bond_power import observables
+from bondgraph.energy.ledger import ledger
 from bondgraph.energy.port_hamiltonian import port_hamiltonian
 from bondgraph.laws import QuadraticDrag
 

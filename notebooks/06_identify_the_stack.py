@@ -40,7 +40,7 @@ from bondgraph.hysteresis import AlJanaideh
 from bondgraph.laws import StopSum
 from identification import datasets
 from identification.estimation import Study, Vary, estimate
-from identification.estimation.archive import open_fit, save
+from identification.estimation.archive import open_fit, save_fit
 from identification.estimation.starts import many_starts
 from identification.experiments.design.multisine import multisine
 from identification.uncertainty.structural import identifiability
@@ -371,7 +371,7 @@ assert in_steps.rmse("test", 0)["i"] > 1.1 * together.rmse("test", 0)["i"]
 # %%
 with tempfile.TemporaryDirectory() as folder:
     path = Path(folder) / "stack.npz"
-    save(together, path)
+    save_fit(together, path)
     size = path.stat().st_size
     again = open_fit(path)
 print(f"{size / 1e6:.1f} MB; {again!r}")

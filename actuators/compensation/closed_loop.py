@@ -21,8 +21,6 @@ from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["ControlLoop", "LoopRun", "run_loop"]
-
 
 @dataclass(frozen=True, slots=True)
 class ControlLoop:
@@ -32,7 +30,7 @@ class ControlLoop:
     ----------
     model : Invertible
         V to m; its inverse makes the voltage. `linear_operator` compensates nothing.
-    controller : Controller
+    controller : ProportionalIntegral
         Gains in command (m) per error (m); all 0 leaves the loop open.
     feedforward : bool
         Whether the reference itself is sent through the inverse.
@@ -80,7 +78,7 @@ def run_loop(
 
     Parameters
     ----------
-    loop : Loop
+    loop : ControlLoop
     actuator : VirtualActuator
     reference : ndarray, shape (N,), m
         At the samples.

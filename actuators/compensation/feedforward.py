@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -15,48 +15,14 @@ from numpy.typing import ArrayLike
 
 from actuators.compensation.recursion import run_recursion
 from actuators.stack.voltage_limits import UNIPOLAR
-from bondgraph.hysteresis import Memory, Operator, PrandtlIshlinskii
+from bondgraph.hysteresis import Memory, PrandtlIshlinskii
 from bondgraph.hysteresis.checks import finite_record, memory_states
+from bondgraph.hysteresis.invertible import InvertibleOperator
 from bondgraph.signals.drive_limits import DriveLimits
-from bondgraph.support.ops import CASADI, Expression, FloatArray, Ops
+from bondgraph.support.ops import CASADI, Expression, FloatArray
 
-__all__ = [
-    "Invertible",
-    "LimitedFeedforward",
-    "feedforward",
-    "limited_feedforward",
-    "limited_inverse",
-    "linear_operator",
-]
-
-
-class Invertible(Protocol):
-    """An operator with an exact inverse, such as Al Janaideh's or Ang's."""
-
-    @property
-    def n_memory(self) -> int:
-        """Number of memory states."""
-        ...
-
-    def initial_memory(self, x0: Expression = 0.0) -> Memory:
-        """Return the virgin memory at ``x0``."""
-        ...
-
-    def value(self, ops: Ops, x: Expression, memory: Sequence[Expression]) -> Expression:
-        """Return the output."""
-        ...
-
-    def advance(self, ops: Ops, x: Expression, memory: Sequence[Expression]) -> Memory:
-        """Return the memory after a step."""
-        ...
-
-    def inverse(self) -> Operator:
-        """Return the exact inverse."""
-        ...
-
-    def inverse_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of the inverse that belongs to `memory`."""
-        ...
+Invertible: TypeAlias = InvertibleOperator[Any]
+"""An operator with an exact inverse, such as Al Janaideh's or Ang's."""
 
 
 def feedforward(

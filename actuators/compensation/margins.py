@@ -15,16 +15,6 @@ from scipy.linalg import expm
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = [
-    "OPEN",
-    "Margins",
-    "ProportionalIntegral",
-    "SampledPlant",
-    "choose_gains",
-    "margins",
-    "pole_radius",
-]
-
 _POINTS = 6000
 _SHAPES = 25
 
@@ -129,7 +119,7 @@ def margins(plant: SampledPlant, controller: ProportionalIntegral) -> Margins:
     Parameters
     ----------
     plant : SampledPlant
-    controller : Controller
+    controller : ProportionalIntegral
 
     Raises
     ------

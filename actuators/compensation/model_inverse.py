@@ -13,6 +13,8 @@ import numpy as np
 
 from actuators.compensation.motion import AnalyticMotion
 from actuators.stack.bond_graph import stack_bond_graph
+from actuators.stack.charge_drive import dipole_law
+from actuators.stack.conversions import Lumped
 from actuators.stack.lumped import stack_lumped
 from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph import BondGraph
@@ -20,7 +22,6 @@ from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
     AngInverse,
-    DeadZones,
     Operator,
     PrandtlIshlinskii,
 )
@@ -28,38 +29,19 @@ from bondgraph.laws import Hysteretic
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import Expression, FloatArray
 
-__all__ = [
-    "BondGraphStack",
-    "LumpedStack",
-    "bond_graph_feedforward",
-    "field_law",
-    "lumped_feedforward",
-]
-
 
 @dataclass(frozen=True, slots=True)
-class LumpedStack:
+class LumpedStack(Lumped):
     """Parameters of `actuators.stack.lumped`, with its defaults; a resistance of 0 leaves it out.
 
     Parameters
     ----------
-    capacitance : float
-        F.
-    transducer : float
-        N/V = C/m.
-    stiffness : float
-        Short circuit, N/m.
-    mass : float
-        kg.
-    damping : float
-        N s/m.
-    resistance : float
-        ohm.
+    capacitance, transducer, stiffness : float
+        F; N/V = C/m; short circuit, N/m.
+    mass, damping, resistance : float
+        kg, N s/m, ohm.
     """
 
-    capacitance: float = 1.5e-6
-    transducer: float = 3.52
-    stiffness: float = 65e6
     mass: float = 16e-3 / 3.0
     damping: float = 80.0
     resistance: float = 0.0
@@ -118,7 +100,7 @@ def lumped_feedforward(
 
     Parameters
     ----------
-    motion : Motion
+    motion : AnalyticMotion
         With a resistance its jerk enters through q', so the acceleration must be continuous.
     hysteresis : Operator or None
         H, charge (C) to voltage (V), such as ``MaxwellResistiveCapacitor.stack_2hz()``.
@@ -169,7 +151,7 @@ def bond_graph_feedforward(
 
     Parameters
     ----------
-    motion : Motion
+    motion : AnalyticMotion
         Its jerk enters through p'. If the acceleration jumps, p jumps too, which takes an impulse
         of voltage as long as R_e > 0: use `smooth_reference`.
     law : Operator
@@ -200,40 +182,9 @@ def bond_graph_feedforward(
 def field_law(
     operator: AlJanaideh | Ang | PrandtlIshlinskii, stack: BondGraphStack | None = None
 ) -> PrandtlIshlinskii | AngInverse:
-    """Return ``E_C(p)`` for which the free stack at rest is `operator`, V to m.
+    """Return ``E_C(p)`` for which the free stack at rest is `operator`, V to m; see `dipole_law`.
 
-    At rest ``x = (T/l) p`` and ``V = l E_C(p)``, so ``E_C(p) = operator^-1[(T/l) p] / l``: the
-    polarisation law is the inverse operator in other units.
-
-    Parameters
-    ----------
-    operator : AlJanaideh, Ang or PrandtlIshlinskii
-        Quasi-static free stack, V to m.
-    stack : BondGraphStack, optional
-        Gives T and l.
-
-    Returns
-    -------
-    PrandtlIshlinskii or AngInverse
-        Dipole (C m) to field (V/m).
-
-    Raises
-    ------
-    NotInvertible
-        If the operator has no inverse.
+    `stack` gives T and l.
     """
     s = stack or BondGraphStack()
-    to_displacement = s.transducer / s.length
-    inverse = operator.inverse()
-    if isinstance(inverse, AngInverse):
-        stage, plays = inverse.dead_zone, inverse.play
-        first = DeadZones(
-            tuple(d / to_displacement for d in stage.thresholds),
-            tuple(w * to_displacement for w in stage.weights),
-        )
-        second = PrandtlIshlinskii(plays.thresholds, tuple(w / s.length for w in plays.weights))
-        return AngInverse(first, second)
-    return PrandtlIshlinskii(
-        tuple(r / to_displacement for r in inverse.thresholds),
-        tuple(w * to_displacement / s.length for w in inverse.weights),
-    )
+    return dipole_law(operator, s.length, s.transducer)

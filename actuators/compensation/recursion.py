@@ -7,8 +7,6 @@ import numpy as np
 
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["run_recursion"]
-
 
 def run_recursion(
     step: ca.Function, state: FloatArray, inputs: FloatArray

@@ -11,8 +11,6 @@ from actuators.compensation.motion import AnalyticMotion, constant, product, sin
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["acceleration_jumps", "smooth_reference", "thesis_reference"]
-
 FIRST, SECOND, OFFSET = 2000e-9, 1500e-9, 2500e-9
 """Amplitudes before and after half a period, and the mean after it, m."""
 
@@ -33,7 +31,7 @@ def thesis_reference(time: ArrayLike, frequency: float = 1.0) -> AnalyticMotion:
 
     Returns
     -------
-    Motion
+    AnalyticMotion
 
     Raises
     ------

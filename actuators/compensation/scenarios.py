@@ -98,7 +98,7 @@ def strategies(
         Two models of the same actuator.
     linear_gain : float
         m/V, of the compensation that knows of no hysteresis.
-    controller : Controller
+    controller : ProportionalIntegral
     envelope : DriveLimits
     sample_rate : float
         Hz.
@@ -130,7 +130,7 @@ def model_voltages(
     nominal : VirtualActuator
         Gives the body, and the electrics of the bond graph model. The lumped model has the Maxwell
         elements of table 6.4, identified on another record, so it fits less well.
-    motion : Motion
+    motion : AnalyticMotion
     envelope : DriveLimits
     """
     stack = stack_of(nominal)

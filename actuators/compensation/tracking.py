@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from actuators.stack.loop_width import branch_at
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
-
-__all__ = ["Tracking", "loop_thickness", "tracking"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,12 +98,5 @@ def loop_thickness(reference: FloatArray, achieved: FloatArray, points: int = 40
     low = max(reference[first].min(), reference[second].min())
     high = min(reference[first].max(), reference[second].max())
     levels = np.linspace(low, high, points + 1)
-    gap = _branch(reference[first], achieved[first], levels) - _branch(
-        reference[second], achieved[second], levels
-    )
-    return float(np.abs(gap).max())
-
-
-def _branch(reference: FloatArray, achieved: FloatArray, levels: FloatArray) -> FloatArray:
-    order = np.argsort(reference, kind="stable")
-    return np.asarray(np.interp(levels, reference[order], achieved[order]))
+    one, other = (branch_at(levels, reference[part], achieved[part]) for part in (first, second))
+    return float(np.abs(one - other).max())

@@ -10,6 +10,7 @@ fields are left out.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from math import sqrt
 from typing import final
 
@@ -17,11 +18,13 @@ from actuators.materials.ceramics import VACUUM_PERMITTIVITY
 from bondgraph import BondGraph, Df, Dq, I, One, R, Se, Sf
 from bondgraph.graph.elements import CField
 from bondgraph.graph.modulation import port_variables
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput, require_positive
 
 __all__ = ["PlateRest", "moving_plate", "moving_plate_charge", "plate_rest", "pull_in_voltage"]
 
 SOURCE = "example: a plate of 0.4 mm by 0.4 mm over 2 um of air"
+
+_check = partial(require_positive, "moving plate")
 
 
 @final
@@ -153,11 +156,3 @@ def _plate(
         loop >> Df("i", unit="A")
     if "x" in sensors:
         body >> Dq("x", unit="m")
-
-
-def _check(**values: float) -> None:
-    for name, value in values.items():
-        if not 0 < value < float("inf"):
-            raise UnusableInput(
-                f"moving plate: {name} = {value:g} must be positive and finite, in SI"
-            )

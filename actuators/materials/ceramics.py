@@ -267,7 +267,7 @@ def inconsistencies(
 
     Parameters
     ----------
-    subject : Material
+    subject : Ceramic
     tolerance : float
         Relative difference still accepted; data sheets of ceramics promise 10 %.
     printed : bool

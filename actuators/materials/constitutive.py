@@ -29,8 +29,6 @@ from actuators.materials.voigt import (
 )
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
-__all__ = ["FORMS", "BadConstant", "Form", "Piezoelectric"]
-
 Form: TypeAlias = Literal["d", "e", "g", "h"]
 
 FORMS: dict[str, tuple[str, str, str]] = {
@@ -41,19 +39,13 @@ FORMS: dict[str, tuple[str, str, str]] = {
 }
 """Names of the elastic, coupling and dielectric constants of each form."""
 
-# partner form and the sign of K A^-1 K^T in the constant that the exchange leaves standing
-_MECHANICAL: dict[str, tuple[Form, int]] = {
-    "d": ("e", -1),
-    "e": ("d", 1),
-    "g": ("h", 1),
-    "h": ("g", -1),
-}
-_ELECTRICAL: dict[str, tuple[Form, int]] = {
-    "d": ("g", -1),
-    "g": ("d", 1),
-    "e": ("h", 1),
-    "h": ("e", -1),
-}
+MECHANICAL: dict[str, tuple[Form, int]] = {
+    "d": ("e", -1), "e": ("d", 1), "g": ("h", 1), "h": ("g", -1),
+}  # fmt: skip
+"""Partner form, and the sign of ``K A^-1 K^T`` in the constant that the exchange leaves."""
+ELECTRICAL: dict[str, tuple[Form, int]] = {
+    "d": ("g", -1), "g": ("d", 1), "e": ("h", 1), "h": ("e", -1),
+}  # fmt: skip
 _SYMMETRY = 1e-9
 
 
@@ -128,14 +120,9 @@ class Piezoelectric:
         BadConstant
             An inverse that the other form needs does not exist.
         """
-        if form not in FORMS:
-            raise unknown_name("form", form, "the constitutive equations", FORMS)
-        same = self
-        if (form in "eh") != (self.form in "eh"):
-            same = _exchange_mechanical(same)
-        if (form in "gh") != (same.form in "gh"):
-            same = _exchange_electrical(same)
-        return same
+        mechanical, electrical = exchanges(self.form, form)
+        same = _exchange_mechanical(self) if mechanical else self
+        return _exchange_electrical(same) if electrical else same
 
     def rotated(self, rotation: ArrayLike) -> Piezoelectric:
         """Return the constants in other axes.
@@ -193,6 +180,13 @@ class Piezoelectric:
                 f"(smallest scaled eigenvalue {values[0]:.3g}); the constants that join them are "
                 "too large, check their signs and units"
             )
+
+
+def exchanges(held: Form, wanted: Form) -> tuple[bool, bool]:
+    """Return whether strain with stress, and charge with field, have to be exchanged."""
+    if wanted not in FORMS:
+        raise unknown_name("form", wanted, "the constitutive equations", FORMS)
+    return (wanted in "eh") != (held in "eh"), (wanted in "gh") != (held in "gh")
 
 
 _LOADS = ("T1", "T2", "T3", "T4", "T5", "T6", "E1", "E2", "E3")
@@ -282,7 +276,7 @@ def _symbolic_inverse(name: str, array: Array) -> Array:
 
 
 def _exchange_mechanical(m: Piezoelectric) -> Piezoelectric:
-    form, sign = _MECHANICAL[m.form]
+    form, sign = MECHANICAL[m.form]
     inverse = _inverse(m.names[0], m.elastic)
     coupling = m.coupling @ inverse
     dielectric = m.dielectric + sign * _even(coupling @ m.coupling.T)
@@ -290,7 +284,7 @@ def _exchange_mechanical(m: Piezoelectric) -> Piezoelectric:
 
 
 def _exchange_electrical(m: Piezoelectric) -> Piezoelectric:
-    form, sign = _ELECTRICAL[m.form]
+    form, sign = ELECTRICAL[m.form]
     inverse = _inverse(m.names[2], m.dielectric)
     coupling = inverse @ m.coupling
     elastic = m.elastic + sign * _even(m.coupling.T @ coupling)

@@ -20,13 +20,6 @@ from actuators.materials.temperature import TemperatureLaw
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.ops import FloatArray
 
-__all__ = [
-    "CONSTANTS",
-    "CeramicAgeing",
-    "Environment",
-    "parameters_at",
-]
-
 CONSTANTS = ("d33", "eps33", "s33")
 """The constants of a slender stack: charge, permittivity at constant stress, compliance."""
 
@@ -45,7 +38,7 @@ class CeramicAgeing:
 
     Examples
     --------
-    >>> float(Ageing(0.02).factor(100 * 86400.0))
+    >>> float(CeramicAgeing(0.02).factor(100 * 86400.0))
     0.96
     """
 
@@ -91,7 +84,7 @@ class Environment:
     Parameters
     ----------
     temperature : dict of str to TemperatureLaw
-    ageing : dict of str to Ageing
+    ageing : dict of str to CeramicAgeing
         Keys from `CONSTANTS`.
     """
 

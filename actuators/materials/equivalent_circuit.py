@@ -16,22 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph import BondGraph, C, De, Df, I, One, R, Se, Sf, Zero
-from bondgraph.support.errors import UnusableInput
-
-__all__ = [
-    "Branch",
-    "ComplexArray",
-    "EquivalentCircuit",
-    "circuit_graph",
-]
+from bondgraph.support.errors import UnusableInput, require_positive
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
-
-
-def _positive(where: str, **values: float) -> None:
-    for name, value in values.items():
-        if not 0 < value < float("inf"):
-            raise UnusableInput(f"{where}: {name} = {value:g} must be positive and finite")
 
 
 @final
@@ -52,7 +39,7 @@ class Branch:
 
     def __post_init__(self) -> None:
         """Refuse values that are not positive."""
-        _positive(
+        require_positive(
             "branch", inductance=self.inductance, resistance=self.resistance,
             capacitance=self.capacitance,
         )  # fmt: skip
@@ -60,7 +47,7 @@ class Branch:
     @classmethod
     def from_resonance(cls, frequency: float, quality: float, capacitance: float) -> Branch:
         """Return the branch with a series resonance (Hz), quality factor and capacitance (F)."""
-        _positive("branch", frequency=frequency, quality=quality, capacitance=capacitance)
+        require_positive("branch", frequency=frequency, quality=quality, capacitance=capacitance)
         omega = 2 * pi * frequency
         return cls(1 / (omega**2 * capacitance), 1 / (quality * omega * capacitance), capacitance)
 
@@ -98,7 +85,7 @@ class EquivalentCircuit:
 
     def __post_init__(self) -> None:
         """Check the values and put the modes in order."""
-        _positive("circuit", capacitance=self.capacitance)
+        require_positive("circuit", capacitance=self.capacitance)
         if not self.branches:
             raise UnusableInput(
                 "circuit: no branch is given; a resonating ceramic has at least one"

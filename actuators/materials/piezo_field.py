@@ -31,16 +31,6 @@ from bondgraph.graph.elements import CField
 from bondgraph.graph.modulation import port_variables
 from bondgraph.support.errors import UnusableInput
 
-__all__ = [
-    "LINEAR",
-    "Curvature",
-    "Layers",
-    "energy_density",
-    "field_energy",
-    "piezo_field",
-    "small_signal",
-]
-
 
 @final
 @dataclass(frozen=True, slots=True)

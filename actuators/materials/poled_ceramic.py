@@ -10,15 +10,6 @@ import numpy as np
 from actuators.materials.constitutive import BadConstant, Piezoelectric
 from bondgraph.support.errors import UnusableInput
 
-__all__ = [
-    "CouplingFactors",
-    "StackConstants",
-    "coupling_factors",
-    "longitudinal_stack",
-    "stack_constants",
-    "transversely_isotropic",
-]
-
 
 def transversely_isotropic(
     *, s11: Any, s12: Any, s13: Any, s33: Any, s44: Any,

@@ -15,15 +15,6 @@ import numpy as np
 from actuators.materials.equivalent_circuit import EquivalentCircuit
 from bondgraph.support.errors import UnusableInput
 
-__all__ = [
-    "CharacteristicFrequencies",
-    "characteristic_frequencies",
-    "effective_coupling",
-    "longitudinal_coupling",
-    "mechanical_quality",
-    "transverse_coupling",
-]
-
 _GRID = 4001
 
 

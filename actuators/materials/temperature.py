@@ -17,14 +17,6 @@ from numpy.typing import ArrayLike
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = [
-    "TemperatureLaw",
-    "TemperaturePolynomial",
-    "TemperatureTable",
-    "kelvin",
-    "thermal_expansion",
-]
-
 
 def kelvin(celsius: float) -> float:
     """Return a temperature on the Celsius scale in K.

@@ -10,17 +10,18 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Literal, TypeAlias, final
 
-from actuators.materials.constitutive import FORMS, BadConstant, Form, Piezoelectric
+from actuators.materials.constitutive import (
+    ELECTRICAL,
+    FORMS,
+    MECHANICAL,
+    BadConstant,
+    Form,
+    Piezoelectric,
+    exchanges,
+)
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["Sides", "Uniaxial", "number_of", "uniaxial"]
-
 Sides: TypeAlias = Literal["free", "clamped"]
-
-# of the square of the coupling in the constant that an exchange leaves standing
-_SIGN = {"d": -1, "e": 1, "g": 1, "h": -1}
-_MECHANICAL: dict[str, Form] = {"d": "e", "e": "d", "g": "h", "h": "g"}
-_ELECTRICAL: dict[str, Form] = {"d": "g", "g": "d", "e": "h", "h": "e"}
 
 
 def number_of(value: Any) -> float | None:
@@ -103,24 +104,19 @@ class Uniaxial:
 
     def to(self, form: Form) -> Uniaxial:
         """Return the same material in another form."""
-        if form not in FORMS:
-            raise unknown_name("form", form, "the constitutive equations", FORMS)
-        same = self
-        if (form in "eh") != (self.form in "eh"):
-            same = same._exchanged_mechanical()
-        if (form in "gh") != (self.form in "gh"):
-            same = same._exchanged_electrical()
-        return same
+        mechanical, electrical = exchanges(self.form, form)
+        same = self._exchanged_mechanical() if mechanical else self
+        return same._exchanged_electrical() if electrical else same
 
     def _exchanged_mechanical(self) -> Uniaxial:
         k = self.coupling / self.elastic
-        other = self.dielectric + _SIGN[self.form] * k * self.coupling
-        return Uniaxial(_MECHANICAL[self.form], 1 / self.elastic, k, other)
+        form, sign = MECHANICAL[self.form]
+        return Uniaxial(form, 1 / self.elastic, k, self.dielectric + sign * k * self.coupling)
 
     def _exchanged_electrical(self) -> Uniaxial:
         k = self.coupling / self.dielectric
-        other = self.elastic + _SIGN[self.form] * k * self.coupling
-        return Uniaxial(_ELECTRICAL[self.form], other, k, 1 / self.dielectric)
+        form, sign = ELECTRICAL[self.form]
+        return Uniaxial(form, self.elastic + sign * k * self.coupling, k, 1 / self.dielectric)
 
 
 def uniaxial(material: Piezoelectric, form: Form = "d", sides: Sides = "free") -> Uniaxial:

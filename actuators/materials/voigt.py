@@ -15,20 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = [
-    "Array",
-    "check_rotation",
-    "entries",
-    "is_symbolic",
-    "rotation_about",
-    "strain_from_voigt",
-    "strain_rotation",
-    "strain_to_voigt",
-    "stress_from_voigt",
-    "stress_rotation",
-    "stress_to_voigt",
-]
-
 Array: TypeAlias = NDArray[Any]
 """Float64, or object with SymPy expressions."""
 

@@ -29,8 +29,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph import BondGraph, C, One, R, Sf, Zero
-from bondgraph.graph.elements import Element, Sensor, Source, Valued
-from bondgraph.hysteresis import Ang, AngInverse, DeadZones, PrandtlIshlinskii
+from bondgraph.graph.composing.renaming import declared_parameters
+from bondgraph.graph.elements import Element
+from bondgraph.hysteresis import AlJanaideh, Ang, AngInverse, DeadZones, PrandtlIshlinskii
 from bondgraph.support.errors import GraphError, UnusableInput
 
 __all__ = [
@@ -94,8 +95,7 @@ def current_driven(
     for bond in graph.bonds:
         if source not in (bond.tail, bond.head) and bond.head not in moved:
             new.bond(new[bond.tail], new[bond.head])
-    owned = {p for e in graph.elements.values() for p in _owned(e)}
-    return new.with_parameters(p for n, p in graph.parameters.items() if n not in owned)
+    return new.with_parameters(declared_parameters(graph))
 
 
 def _leaking(
@@ -122,48 +122,48 @@ def _leaking(
     return {r.name for r in leads}
 
 
-def _owned(element: Element) -> tuple[str, ...]:
-    """Names of the parameters that an element brings along."""
-    law = element.law if isinstance(element, Valued | Sensor) else None
-    if isinstance(element, Source) and element.drive is not None:
-        law = element.drive.law
-    own = law.parameters(element.name) if law is not None else ()
-    return (element.name, *(p.name for p in own))
-
-
 def with_spring_load(graph: BondGraph, stiffness: float, body: str = "body") -> BondGraph:
     """Return the graph with an external spring ``k_load`` (N/m) at the moved body."""
     spring = C("k_load", stiffness=stiffness, unit="N/m", source="external load")
     return graph.with_branch(body, (spring,))
 
 
-def dipole_law(operator: Ang, length: float, transducer: float) -> AngInverse:
+def dipole_law(
+    operator: AlJanaideh | Ang | PrandtlIshlinskii, length: float, transducer: float
+) -> PrandtlIshlinskii | AngInverse:
     """Return ``E = C_nl(p)`` that makes the free stack follow ``x = operator(V)`` at rest.
 
-    ``x = (T / l) p`` and ``E = V / l``, so ``C_nl(p) = operator^-1((T / l) p) / l``.
+    ``x = (T / l) p`` and ``E = V / l``, so ``C_nl(p) = operator^-1[(T / l) p] / l``: the
+    polarisation law is the inverse operator in other units.
 
     Parameters
     ----------
-    operator : Ang
-        V to m.
+    operator : AlJanaideh, Ang or PrandtlIshlinskii
+        Quasi-static free stack, V to m.
     length : float
         l, m.
     transducer : float
         T, m/C.
 
+    Returns
+    -------
+    PrandtlIshlinskii or AngInverse
+        Dipole (C m) to field (V/m).
+
     Raises
     ------
     NotInvertible
-        If a slope of the operator is not positive.
+        If the operator has no inverse.
     """
-    inverse = operator.inverse()
-    scale = transducer / length
-    dead, play = inverse.dead_zone, inverse.play
-    return AngInverse(
-        DeadZones(
-            tuple(d / scale for d in dead.thresholds), tuple(w * scale for w in dead.weights)
-        ),
-        PrandtlIshlinskii(play.thresholds, tuple(w / length for w in play.weights)),
+    inverse, scale = operator.inverse(), transducer / length
+    if isinstance(inverse, AngInverse):
+        dead, play = inverse.dead_zone, inverse.play
+        widths, slopes = (d / scale for d in dead.thresholds), (w * scale for w in dead.weights)
+        after = PrandtlIshlinskii(play.thresholds, tuple(w / length for w in play.weights))
+        return AngInverse(DeadZones(tuple(widths), tuple(slopes)), after)
+    return PrandtlIshlinskii(
+        tuple(r / scale for r in inverse.thresholds),
+        tuple(w * scale / length for w in inverse.weights),
     )
 
 

@@ -23,7 +23,8 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C
 from bondgraph.hysteresis import Ang, MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic
-from bondgraph.simulation.simulate import Trajectory, simulate
+from bondgraph.simulation.simulate import simulate
+from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.ops import FloatArray
 
 __all__ = [

@@ -33,20 +33,6 @@ from bondgraph.hysteresis import (
 from bondgraph.laws import Hysteretic
 from bondgraph.support.errors import unknown_name
 
-__all__ = [
-    "OPERATORS",
-    "STRUCTURES",
-    "Lumped",
-    "Polarised",
-    "Pure",
-    "lumped_law",
-    "maxwell_elements",
-    "paired",
-    "polarisation_operator",
-    "pure_from_lumped",
-    "pure_from_polarisation",
-]
-
 Pure: TypeAlias = PrandtlIshlinskii | AlJanaideh | Ang
 """An operator from voltage (V) to displacement (m) that has an exact inverse."""
 
@@ -54,7 +40,6 @@ Pure: TypeAlias = PrandtlIshlinskii | AlJanaideh | Ang
 _RELATIVE_ZERO = 1e-9
 
 
-@final
 @dataclass(frozen=True, slots=True)
 class Lumped:
     """Constants of the lumped-parameter model: C (F), T (N/V), k (N/m)."""

@@ -18,8 +18,6 @@ from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["KelvinVoigt", "LogarithmicCreep", "fit_kelvin_voigt"]
-
 _POINTS_PER_DECADE = 100
 
 

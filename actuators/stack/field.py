@@ -33,15 +33,6 @@ from actuators.materials.uniaxial import Uniaxial
 from bondgraph import BondGraph, De, Df, Dq, GraphError, I, One, R, Se, Sf, Zero
 from bondgraph.graph.elements import Source
 
-__all__ = [
-    "CERAMIC",
-    "CURVED",
-    "LAYERS",
-    "stack_field_charge",
-    "stack_field_curved",
-    "stack_field_voltage",
-]
-
 _PIC255 = material("PIC255")
 
 CERAMIC = Uniaxial("d", _PIC255.value("s33"), _PIC255.value("d33"), _PIC255.value("eps33"))

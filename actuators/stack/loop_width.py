@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["HysteresisLoop", "loop_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class HysteresisLoop:
@@ -47,7 +45,7 @@ def loop_of(u: ArrayLike, y: ArrayLike, *, points: int = 2001) -> HysteresisLoop
 
     Returns
     -------
-    Loop
+    HysteresisLoop
 
     Raises
     ------
@@ -73,11 +71,11 @@ def loop_of(u: ArrayLike, y: ArrayLike, *, points: int = 2001) -> HysteresisLoop
     up, down = round_trip[: top + 1], round_trip[top:][::-1]
     span = u[high] - u[low]
     grid = u[low] + span * np.linspace(0.01, 0.99, points)
-    gap = _branch(u[down], y[down], grid) - _branch(u[up], y[up], grid)
+    gap = branch_at(grid, u[down], y[down]) - branch_at(grid, u[up], y[up])
     return HysteresisLoop(float(gap[np.argmax(np.abs(gap))]), float(np.ptp(y)))
 
 
-def _branch(u: np.ndarray, y: np.ndarray, grid: np.ndarray) -> np.ndarray:
-    """Return the output of a branch on the grid; noise of the input is sorted away."""
+def branch_at(inputs: np.ndarray, u: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the output of a branch ``y(u)`` at some inputs; noise of `u` is sorted away."""
     order = np.argsort(u, kind="stable")
-    return np.asarray(np.interp(grid, u[order], y[order]))
+    return np.asarray(np.interp(inputs, u[order], y[order]))

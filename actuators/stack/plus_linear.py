@@ -14,8 +14,6 @@ from bondgraph.hysteresis import AngInverse, MaxwellResistiveCapacitor, PrandtlI
 from bondgraph.laws import Hysteretic, Law
 from bondgraph.support.ops import Ops
 
-__all__ = ["PlusLinear"]
-
 
 @final
 @dataclass(frozen=True)

@@ -17,8 +17,6 @@ from bondgraph.hysteresis import (
     PrandtlIshlinskii,
 )
 
-__all__ = ["scaled"]
-
 _Kind = TypeVar("_Kind", bound=Operator)
 
 

@@ -8,40 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, pi, sqrt
+from functools import partial
+from math import pi, sqrt
 from typing import final
 
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput, require_positive
 
-__all__ = [
-    "P_840_1",
-    "STACKS",
-    "OperatingPoint",
-    "StackData",
-    "blocking_force",
-    "ceramic_stiffness",
-    "current_per_frequency",
-    "dissipated_power",
-    "effective_mass",
-    "electrical_energy",
-    "frequency_limit",
-    "generated_voltage",
-    "operating_point",
-    "peak_current",
-    "peak_power",
-    "resonance_frequency",
-    "sine_slew",
-    "slew_limit",
-    "stack_capacitance",
-    "stack_mass",
-]
-
-
-def _check(*, above: bool = True, **values: float) -> None:
-    for name, value in values.items():
-        if not (0 < value < inf if above else 0 <= value < inf):
-            rule = "positive" if above else "0 or more"
-            raise UnusableInput(f"sizing: {name} = {value:g} must be {rule} and finite, in SI")
+_check = partial(require_positive, "sizing")
 
 
 def blocking_force(stiffness: float, free_displacement: float) -> float:
@@ -70,7 +43,7 @@ def stack_mass(density: float, area: float, length: float) -> float:
 
 def effective_mass(mass: float, load: float = 0.0) -> float:
     """Return ``m/3`` and the load at the tip, kg: the stack is held at its other end."""
-    _check(above=False, mass=mass, load=load)
+    _check(or_zero=True, mass=mass, load=load)
     return mass / 3 + load
 
 
@@ -171,7 +144,7 @@ def dissipated_power(
     frequency: float, capacitance: float, voltage_pp: float, tan_delta: float
 ) -> float:
     """Return ``pi f C tan(delta) U_pp^2/4``, W: the dielectric heat of a sine in the stack."""
-    _check(above=False, tan_delta=tan_delta)
+    _check(or_zero=True, tan_delta=tan_delta)
     return peak_current(frequency, capacitance, voltage_pp) * voltage_pp * tan_delta / 4
 
 
@@ -225,7 +198,7 @@ def operating_point(
     >>> operating_point(60e6, 15e-6, 60e6).displacement
     7.5e-06
     """
-    _check(above=False, load_stiffness=load_stiffness, load_force=load_force)
+    _check(or_zero=True, load_stiffness=load_stiffness, load_force=load_force)
     blocked = blocking_force(stiffness, free_displacement)
     if load_force > blocked:
         raise UnusableInput(
@@ -274,12 +247,11 @@ class StackData:
 
     def __post_init__(self) -> None:
         """Refuse values out of their domain."""
-        _check(
-            free_displacement=self.free_displacement, voltage=self.voltage,
+        _check(free_displacement=self.free_displacement, voltage=self.voltage,
             stiffness=self.stiffness, capacitance=self.capacitance, mass=self.mass,
         )  # fmt: skip
         given = {n: getattr(self, n) for n in ("push_force", "pull_force", "tan_delta")}
-        _check(above=False, **{n: v for n, v in given.items() if v is not None})
+        _check(or_zero=True, **{n: v for n, v in given.items() if v is not None})
 
 
 P_840_1 = StackData(

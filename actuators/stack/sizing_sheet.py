@@ -25,8 +25,6 @@ from actuators.stack.sizing import (
 )
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["SizingRow", "SizingSheet", "engineering", "sizing_sheet"]
-
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from bondgraph.signals.drive_limits import DriveLimits
 
-__all__ = ["P840_1", "UNIPOLAR"]
-
 UNIPOLAR = DriveLimits(0.0, 100.0)
 """0 to 100 V, the range of all measurements of the stack actuator thesis."""
 

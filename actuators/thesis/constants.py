@@ -20,8 +20,6 @@ from actuators.thesis.tables import MEASURED_LOOP, TABLE_3_1, TABLE_6_1, TABLE_6
 from actuators.thesis.values import named
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 
-__all__ = ["breakaways_as_printed", "constant_rows", "slip_points", "threshold_gaps"]
-
 
 def breakaways_as_printed(elements: MaxwellResistiveCapacitor) -> tuple[float, ...]:
     """Return the breakaway voltages that (5.11) as printed gives, ``f_i = k_i x_i``, x_1 = 0.

@@ -9,8 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-__all__ = ["FINDINGS", "NOT_REPRODUCIBLE", "ThesisFinding"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,6 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic
 
-__all__ = ["PRINTED_MODELS", "stack_bond_graph_ang", "stack_lumped_maxwell"]
-
 
 def stack_lumped_maxwell(transducer: float | None = None) -> BondGraph:
     """Return the lumped-parameter model of table 6.1 with the Maxwell elements of table 6.4.

@@ -18,20 +18,6 @@ from bondgraph.hysteresis import (
     PrandtlIshlinskii,
 )
 
-__all__ = [
-    "DIPOLE_SCALE",
-    "FIELD_SCALE",
-    "N_PRINTED_WEIGHTS",
-    "ang_inverse_scaled",
-    "ang_recovered_scaled",
-    "ang_with_spacing",
-    "polarisation_operator_printed",
-    "set_6_2",
-    "set_6_3",
-    "set_6_5",
-    "table_6_4",
-]
-
 N_PRINTED_WEIGHTS = 11
 """Weights in (6.3); 13 thresholds are announced, the last two weights are missing."""
 

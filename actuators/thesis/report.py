@@ -52,7 +52,7 @@ def table(rows: Sequence[ComparisonRow]) -> Iterator[str]:
 
     Parameters
     ----------
-    rows : sequence of Row
+    rows : sequence of ComparisonRow
     """
     first = max(len(row.quantity) for row in rows)
     unit = max(len("unit"), *(len(row.unit) for row in rows))

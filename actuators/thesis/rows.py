@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
-__all__ = ["SHOWN_IN", "ComparisonRow"]
-
 SHOWN_IN: Mapping[str, float] = {
     "": 1.0,
     "%": 1e2,
@@ -60,7 +58,7 @@ class ComparisonRow:
 
         Examples
         --------
-        >>> Row("top", "nm", 4.9e-6, None, None).shown(4.9147e-6)
+        >>> ComparisonRow("top", "nm", 4.9e-6, None, None).shown(4.9147e-6)
         '4914.7'
         """
         if value is None:

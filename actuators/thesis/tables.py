@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from actuators.thesis.values import Printed
 
-__all__ = ["ERRORS", "MEASURED_LOOP", "TABLE_3_1", "TABLE_6_1", "TABLE_6_2"]
-
 TABLE_3_1 = (
     Printed(
         "x_max", 15e-6, "m", "table 3.1", "the measured stack moved a third of it, 4.9 um (sec 6.6)"

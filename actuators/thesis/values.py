@@ -8,8 +8,6 @@ from typing import final
 
 from bondgraph.support.errors import unknown_name
 
-__all__ = ["Printed", "named"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

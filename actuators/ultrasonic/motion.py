@@ -29,7 +29,7 @@ class Stage:
 
     Parameters
     ----------
-    friction : Table or float
+    friction : TableLaw or float
         Dry friction, N; a table gives it over the position (m).
     holding : float
         Friction more while the plate is at rest, N; it falls in proportion to the amplitude and

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
 from itertools import combinations
 
 from bondgraph.analysis.exact_algebra import modular, rank
 from bondgraph.analysis.residual_space import Diagnostic, ResidualSpace, generic_space
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import unknown_name
+from bondgraph.support.html import html_table
 
 __all__ = ["FaultSignatures", "signatures"]
 
@@ -92,14 +92,8 @@ class FaultSignatures:
 
     def _repr_html_(self) -> str:
         """Table for notebooks."""
-        head = "".join(f"<th>{escape(t)}</th>" for t in ("", *self.relations, "det", "iso"))
-        rows = "".join(
-            f"<tr><td>{escape(e)}</td>"
-            + "".join(f"<td>{int(v)}</td>" for v in (*signature, found, alone))
-            + "</tr>"
-            for e, signature, found, alone in self._rows()
-        )
-        return f"<table><caption>{escape(self.name)}</caption><tr>{head}</tr>{rows}</table>"
+        rows = ((e, *map(int, marks), found, alone) for e, marks, found, alone in self._rows())
+        return html_table(self.name, ("", *self.relations, "det", "iso"), rows)
 
     def _rows(self) -> list[tuple[str, tuple[bool, ...], int, int]]:
         alone = set(self.isolable)

@@ -15,7 +15,8 @@ from bondgraph.analysis.linear import linear_rates
 from bondgraph.equations.derivation import system
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import MGY, MTF, Sensor, Source, Switched, Valued
+from bondgraph.graph.elements import MGY, MTF, Sensor, Source, Valued
+from bondgraph.simulation.modes.resolve import in_mode
 
 __all__ = [
     "SET_ASIDE",
@@ -49,10 +50,7 @@ def linear_skeleton(graph: BondGraph) -> BondGraph:
 
     A resistor whose law has no linear part becomes a linear one: it has a slope somewhere.
     """
-    if graph.of_type(Switched):
-        from bondgraph.simulation.modes.resolve import in_mode
-
-        graph = in_mode(graph)
+    graph = in_mode(graph)
     for e in graph.of_type(Valued):
         if e.law is not None:
             empty = e.value in (None, 0) and getattr(e, "stiffness", None) is None

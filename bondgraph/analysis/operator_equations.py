@@ -36,11 +36,11 @@ from bondgraph.graph.elements import (
     Se,
     Sensor,
     Source,
-    Switched,
     Zero,
     symbol,
 )
 from bondgraph.graph.modulation import port_variables
+from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import BondsightError, GraphError
 
 __all__ = [
@@ -131,10 +131,7 @@ def operator_equations(graph: BondGraph, places: Positions | None = None) -> Ope
     GraphError
         An element is not linear and has no law to set aside (modulation, reaction, heat).
     """
-    if graph.of_type(Switched):
-        from bondgraph.simulation.modes.resolve import in_mode
-
-        graph = in_mode(graph)
+    graph = in_mode(graph)
     graph.require_sound()
     build = _Equations(graph)
     for e in graph.elements.values():

@@ -9,7 +9,6 @@ initial condition could excite, so it holds for every motion of the graph, not f
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from html import escape
 
 from bondgraph.analysis.fault_signatures import FaultSignatures, signatures
 from bondgraph.analysis.redundancy_relation import RedundancyRelation as RedundancyRelation
@@ -17,8 +16,7 @@ from bondgraph.analysis.redundancy_relation import relation
 from bondgraph.analysis.residual_space import ResidualSpace, blind, diagnostic, symbolic_space
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import unknown_name
-
-__all__ = ["Redundancy", "RedundancyRelation", "redundancy"]
+from bondgraph.support.html import html_table
 
 
 @dataclass(frozen=True)
@@ -80,13 +78,9 @@ class Redundancy:
 
     def _repr_html_(self) -> str:
         """Tables for notebooks."""
-        rows = "".join(
-            f"<tr><td>{escape(r.name)}</td><td>{r.order}</td><td>{escape(str(r))}</td></tr>"
-            for r in self.relations
-        )
-        head = "<tr><th>residual</th><th>order</th><th>relation</th></tr>"
-        caption = f"<caption>{escape(self.name)}</caption>"
-        return f"<table>{caption}{head}{rows}</table>{self.signatures._repr_html_()}"
+        rows = ((r.name, r.order, r) for r in self.relations)
+        table = html_table(self.name, ("residual", "order", "relation"), rows)
+        return table + self.signatures._repr_html_()
 
 
 def redundancy(graph: BondGraph) -> Redundancy:

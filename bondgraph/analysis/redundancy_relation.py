@@ -15,8 +15,6 @@ from bondgraph.analysis.residual_space import ResidualSpace
 from bondgraph.graph.elements import symbol
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["RedundancyRelation", "relation"]
-
 
 @dataclass(frozen=True)
 class RedundancyRelation:

@@ -253,31 +253,8 @@ def blind(space: ResidualSpace, elements: Sequence[str]) -> tuple[Row, ...]:
 
 def _null(rows: Sequence[Row], width: int, one: Any) -> list[Row]:
     """Return a basis of the null space of sparse rows over a field."""
-    reduced: list[tuple[int, Row]] = []
-    for given in rows:
-        row = dict(given)
-        for pivot, known in reduced:
-            if pivot in row:
-                row = _less(row, known, row[pivot])
-        if not row:
-            continue
-        pivot = min(row)
-        row = {c: v / row[pivot] for c, v in row.items()}
-        reduced = [
-            (p, _less(known, row, known[pivot]) if pivot in known else known)
-            for p, known in reduced
-        ]
-        reduced.append((pivot, row))
-    held = {p for p, _ in reduced}
-    basis = []
-    for c in range(width):
-        if c not in held:
-            basis.append({c: one, **{p: -row[c] for p, row in reduced if c in row}})
-    return basis
+    from sympy.polys.matrices.sdm import sdm_irref, sdm_nullspace_from_rref
 
-
-def _less(row: Row, other: Row, factor: Any) -> Row:
-    made = dict(row)
-    for c, v in other.items():
-        made[c] = made[c] - factor * v if c in made else -factor * v
-    return {c: v for c, v in made.items() if v}
+    held, pivots, columns = sdm_irref({i: row for i, row in enumerate(rows) if row})
+    basis: list[Row] = sdm_nullspace_from_rref(held, one, width, pivots, columns)[0]
+    return [dict(sorted(v.items())) for v in basis]

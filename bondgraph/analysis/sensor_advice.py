@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from html import escape
 
 from bondgraph.analysis.fault_signatures import Classes, FaultSignatures, separated, signatures
 from bondgraph.analysis.operator_equations import positions
@@ -12,8 +11,7 @@ from bondgraph.analysis.residual_space import diagnostic
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import De, Df, One, Sensor, Zero
 from bondgraph.support.errors import BondsightError
-
-__all__ = ["Advice", "SensorAdvice", "splitting_sensors"]
+from bondgraph.support.html import html_table
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,15 +76,9 @@ class SensorAdvice:
 
     def _repr_html_(self) -> str:
         """Table for notebooks."""
-        rows = "".join(
-            f"<tr><td>{a.kind}</td><td>{escape(a.junction)}</td><td>{a.pairs}</td>"
-            f"<td>{a.separable}</td><td>{escape(a.text)}</td></tr>"
-            for a in self.ranked
-        )
         titles = ("sensor", "junction", "pairs", "in principle", "parts")
-        head = "".join(f"<th>{t}</th>" for t in titles)
-        caption = f"<caption>to split {escape(', '.join(self.elements))}</caption>"
-        return f"<table>{caption}<tr>{head}</tr>{rows}</table>"
+        rows = ((a.kind, a.junction, a.pairs, a.separable, a.text) for a in self.ranked)
+        return html_table(f"to split {', '.join(self.elements)}", titles, rows)
 
 
 def splitting_sensors(graph: BondGraph, elements: Iterable[str] | None = None) -> SensorAdvice:

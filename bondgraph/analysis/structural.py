@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from html import escape
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -22,7 +21,6 @@ from bondgraph.analysis.exact_algebra import echelon, rank
 from bondgraph.analysis.kalman import (
     SET_ASIDE,
     generic_matrices,
-    kalman_ranks,
     linear_skeleton,
     null_vectors,
     transposed,
@@ -34,11 +32,12 @@ from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.rewriting import replace as replaced
 from bondgraph.graph.elements import De, Df, Dq, Field, Se, Sf
+from bondgraph.support.html import html_table
 
 if TYPE_CHECKING:
     import networkx as nx
 
-__all__ = ["Reach", "controllability", "kalman_ranks", "observability"]
+__all__ = ["Reach", "controllability", "observability"]
 
 Matrix: TypeAlias = list[list[int]]
 Question: TypeAlias = Literal["controllability", "observability"]
@@ -126,10 +125,8 @@ class Reach:
         for n in self.states:
             path = " > ".join(self.paths.get(n, ())) or "none"
             note = "tied" if n in tied else ""
-            rows.append(f"<tr><td>{escape(n)}</td><td>{escape(path)}</td><td>{note}</td></tr>")
-        head = "<tr><th>state</th><th>causal path</th><th></th></tr>"
-        caption = escape(str(self).splitlines()[0])
-        return f"<table><caption>{caption}</caption>{head}{''.join(rows)}</table>"
+            rows.append((n, path, note))
+        return html_table(str(self).splitlines()[0], ("state", "causal path", ""), rows)
 
 
 def controllability(graph: BondGraph) -> Reach:

@@ -22,8 +22,6 @@ from bondgraph.graph.elements import (
     C,
     CField,
     De,
-    Df,
-    Dq,
     Element,
     I,
     IField,
@@ -448,9 +446,6 @@ def _end(b: Bond, name: str, effort_out: bool) -> str:
 __all__ = [
     "CausalConflict",
     "Causality",
-    "De",
-    "Df",
-    "Dq",
     "Preference",
     "Stroke",
     "alternatives",

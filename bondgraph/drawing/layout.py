@@ -41,7 +41,7 @@ class GraphLayout:
         Label of each element, relative to its anchor.
     wires : dict of Bond to points
         Each bond from tail to head, already cut at the labels.
-    signals : dict of Reading to points
+    signals : dict of DrawnReading to points
         Each modulating signal from where it is read to the element it modulates.
     page : Rect
         Box around everything.

@@ -9,8 +9,6 @@ import sympy as sp
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import X0, X1, Element, Modulated, Multiport, One, TwoPort, Zero
 
-__all__ = ["DrawnReading", "expression", "readings"]
-
 _COMMON: dict[str, tuple[type[Element], ...]] = {"e": (Zero, X0), "f": (One, X1)}
 
 

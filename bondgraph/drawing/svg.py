@@ -15,8 +15,6 @@ from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import RS, Multiport, Sensor, Switched
 from bondgraph.support.errors import GraphError, unknown_name
 
-__all__ = ["GraphLayout", "layout", "svg"]
-
 
 def svg(
     graph: BondGraph,

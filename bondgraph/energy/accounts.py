@@ -6,15 +6,13 @@ Sizes: N samples.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
 
 import numpy as np
 
 from bondgraph.energy.bond_values import BondPower
 from bondgraph.support.errors import unknown_name
+from bondgraph.support.html import html_table
 from bondgraph.support.ops import FloatArray
-
-__all__ = ["EnergyEntry", "Ledger"]
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,7 @@ class Ledger:
     name : str
     time : ndarray, shape (N,), s
     bonds : tuple of BondPower
-    entries : tuple of Entry
+    entries : tuple of EnergyEntry
         In the order of declaration.
     supplied, stored, lost, open : ndarray, shape (N,), J
         By sources since the start; change of what stores hold; lost; work of laws without energy.
@@ -159,17 +157,9 @@ class Ledger:
 
     def _repr_html_(self) -> str:
         """Table for notebooks."""
-        cells = [
-            f"<tr><td>{escape(name)}</td><td>{escape(kind)}</td>"
-            + "".join(f"<td>{v:.5g}</td>" for v in energies)
-            + f"<td>{escape(note)}</td></tr>"
+        head = ("element", "kind", "supplied / J", "stored / J", "lost / J", "")
+        rows = (
+            (name, kind, *(f"{v:.5g}" for v in energies), note)
             for name, kind, *energies, note in self.rows()
-        ]
-        head = "".join(
-            f"<th>{t}</th>"
-            for t in ("element", "kind", "supplied / J", "stored / J", "lost / J", "")
         )
-        return (
-            f"<table><caption>{escape(self.name)}: {escape(self._summary())}</caption>"
-            f"<tr>{head}</tr>{''.join(cells)}</table>"
-        )
+        return html_table(f"{self.name}: {self._summary()}", head, rows)

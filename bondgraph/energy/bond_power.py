@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from bondgraph.energy.bond_values import BondPower, SignalPath, in_its_mode, power_bonds
+from bondgraph.energy.bond_values import BondPower, SignalPath, power_bonds
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.casadi_printer import to_casadi
 from bondgraph.equations.codegen import law_functions
@@ -24,11 +24,11 @@ from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import symbol
 from bondgraph.graph.modulation import TIME
-from bondgraph.simulation.simulate import HOLDS, Trajectory
+from bondgraph.simulation.modes.resolve import in_mode
+from bondgraph.simulation.start import HOLDS
+from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.ops import FloatArray
-
-__all__ = ["motion", "observables"]
 
 
 def observables(graph: BondGraph) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ def motion(
         raise UnusableInput(
             f"{graph.name}: the trajectory needs two samples or more in rising time"
         )
-    graph = in_its_mode(graph)
+    graph = in_mode(graph)
     return _Followed(graph, model, trajectory, time, values, hold).motion()
 
 

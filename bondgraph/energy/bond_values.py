@@ -10,10 +10,8 @@ from dataclasses import dataclass
 
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import Bond, BondGraph
-from bondgraph.graph.elements import Sensor, Switched
+from bondgraph.graph.elements import Sensor
 from bondgraph.support.ops import FloatArray
-
-__all__ = ["BondPower", "SignalPath", "in_its_mode", "power_bonds"]
 
 
 @dataclass(frozen=True)
@@ -62,15 +60,6 @@ class SignalPath:
     signals: Mapping[str, FloatArray]
     parameters: Mapping[str, float]
     bonds: tuple[BondPower, ...]
-
-
-def in_its_mode(graph: BondGraph) -> BondGraph:
-    """Return the graph with its switched junctions replaced, as `system` takes them."""
-    if not graph.of_type(Switched):
-        return graph
-    from bondgraph.simulation.modes.resolve import in_mode
-
-    return in_mode(graph)
 
 
 def power_bonds(graph: BondGraph) -> tuple[Bond, ...]:

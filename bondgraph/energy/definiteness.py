@@ -121,7 +121,7 @@ def sign_of(
     if may_vary and matrix.rows <= MOST_MINORS and (found := _by_minors(matrix)):
         return found, True
     numbers = matrix.xreplace(dict(values)).applyfunc(_rational)
-    return _by_elimination(numbers), not matrix.free_symbols
+    return _by_roots(numbers), not matrix.free_symbols
 
 
 def _rational(v: sp.Expr) -> sp.Expr:
@@ -146,19 +146,10 @@ def _by_minors(matrix: sp.Matrix) -> Sign | None:
     return "positive semidefinite"
 
 
-def _by_elimination(matrix: sp.Matrix) -> Sign:
-    """Exact LDL^T with diagonal pivots."""
-    left = matrix.copy()
-    definite = True
-    while left.rows:
-        pivot = next((i for i in range(left.rows) if left[i, i] != 0), None)
-        if pivot is None:
-            return "positive semidefinite" if left.is_zero_matrix else "indefinite"
-        if left[pivot, pivot] < 0:
-            return "indefinite"
-        if any(left[i, i] == 0 for i in range(left.rows)):
-            definite = False
-        keep = [i for i in range(left.rows) if i != pivot]
-        column = left.extract(keep, [pivot])
-        left = left.extract(keep, keep) - column * column.T / left[pivot, pivot]
-    return "positive definite" if definite else "positive semidefinite"
+def _by_roots(matrix: sp.Matrix) -> Sign:
+    """All roots are real: none is negative if the signs of the characteristic polynomial change."""
+    from sympy.polys.matrices import DomainMatrix
+
+    found = DomainMatrix.from_Matrix(matrix).to_field().charpoly()
+    least = min((-1) ** k * c for k, c in enumerate(found))
+    return "indefinite" if least < 0 else "positive definite" if least else "positive semidefinite"

@@ -11,9 +11,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bondgraph.energy.accounts import EnergyEntry, Ledger
-from bondgraph.energy.bond_power import motion, observables
-from bondgraph.energy.bond_values import BondPower, SignalPath, in_its_mode
-from bondgraph.energy.power_balance import PowerBalance, PowerProof, power_balance
+from bondgraph.energy.bond_power import motion
+from bondgraph.energy.bond_values import SignalPath
 from bondgraph.energy.stored import held, integral
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import (
@@ -29,19 +28,9 @@ from bondgraph.graph.elements import (
     Source,
     TwoPort,
 )
-from bondgraph.simulation.simulate import Trajectory
+from bondgraph.simulation.modes.resolve import in_mode
+from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.ops import FloatArray
-
-__all__ = [
-    "BondPower",
-    "EnergyEntry",
-    "Ledger",
-    "PowerBalance",
-    "PowerProof",
-    "ledger",
-    "observables",
-    "power_balance",
-]
 
 
 def ledger(
@@ -82,6 +71,7 @@ def ledger(
     --------
     >>> import numpy as np
     >>> from bondgraph import BondGraph, C, One, R, Se, simulate
+    >>> from bondgraph.energy.bond_power import observables
     >>> with BondGraph("rc") as g:
     ...     loop = One("loop")
     ...     _ = Se("V") >> loop >> R("R_1", 1.0)
@@ -93,7 +83,7 @@ def ledger(
     (True, True)
     """
     run = motion(graph, trajectory, parameters, hold)
-    graph = in_its_mode(graph)
+    graph = in_mode(graph)
     outside = _behind_heat(graph)
     entries = tuple(
         _entry(graph, e, run, memory or {}, e.name in outside)

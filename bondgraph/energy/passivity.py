@@ -13,8 +13,6 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import RE, C, CField, I, IField, Modulated, R, RField
 from bondgraph.support.errors import BondsightError
 
-__all__ = ["Passivity", "judge"]
-
 
 @dataclass(frozen=True)
 class Passivity:

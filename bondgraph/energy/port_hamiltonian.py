@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from bondgraph.energy.bond_values import in_its_mode
 from bondgraph.energy.definiteness import shortened, vanishes
 from bondgraph.energy.passivity import Passivity, judge
 from bondgraph.energy.stores import energy_problems, store_energy, store_names
@@ -23,9 +22,8 @@ from bondgraph.equations.derivation import system
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import RS, symbol
+from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
-
-__all__ = ["PortHamiltonian", "port_hamiltonian"]
 
 
 @dataclass(frozen=True)
@@ -178,7 +176,7 @@ def port_hamiltonian(graph: BondGraph) -> PortHamiltonian:
     passive for all positive parameters
     """
     model = system(graph)
-    graph = in_its_mode(graph)
+    graph = in_mode(graph)
     _refuse(graph, model)
     found = ports(graph, model)
     free = set(model.states)

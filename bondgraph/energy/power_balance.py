@@ -7,15 +7,14 @@ from dataclasses import dataclass
 import sympy as sp
 
 from bondgraph.causality.assignment import Causality, assign_causality
-from bondgraph.energy.bond_values import in_its_mode, power_bonds
+from bondgraph.energy.bond_values import power_bonds
 from bondgraph.energy.definiteness import vanishes
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.relations import Relations, collect
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import GY, RE, RS, TF, Element, Junction, TwoPort, Zero, symbol
+from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import unknown_name
-
-__all__ = ["PowerBalance", "PowerProof", "power_balance"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +91,7 @@ def power_balance(graph: BondGraph) -> PowerBalance:
     >>> print(power_balance(g)["n"])  # doctest: +ELLIPSIS
     PowerProof(element='n', kind='TF', power=e_motor_n*f_motor - e_n_load*f_load, remainder=0, ...
     """
-    graph = in_its_mode(graph)
+    graph = in_mode(graph)
     causality = assign_causality(graph)
     made = collect(graph, causality)
     names = SignalNames(graph)

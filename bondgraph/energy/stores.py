@@ -21,15 +21,6 @@ from bondgraph.graph.elements import C, CField, Element, Field, I, IField, RFiel
 from bondgraph.graph.modulation import port_variables
 from bondgraph.support.errors import BondsightError, GraphError, unknown_name
 
-__all__ = [
-    "Positivity",
-    "energy_problems",
-    "positivity",
-    "store_energy",
-    "store_names",
-    "stored_variables",
-]
-
 _OUTPUT = {"q": "e", "p": "f", "f": "e"}
 
 

@@ -35,8 +35,6 @@ from bondgraph.graph.elements import (
 from bondgraph.graph.modulation import port_variables
 from bondgraph.support.errors import GraphError
 
-__all__ = ["EnergyPort", "Form", "Forms", "Resistance", "ports", "resistances"]
-
 Form = Mapping[str, sp.Expr]
 """Coefficients of leaves."""
 

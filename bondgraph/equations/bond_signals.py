@@ -10,8 +10,6 @@ from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import X0, X1, Multiport, One, Zero
 from bondgraph.support.errors import unknown_name
 
-__all__ = ["SignalNames"]
-
 
 class SignalNames:
     """Names of the signals of a graph, one look-up each."""

@@ -12,8 +12,6 @@ from bondgraph.graph.elements import Parameter, symbol
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import SYMPY
 
-__all__ = ["Closing", "law_expression"]
-
 
 @dataclass
 class Closing:

@@ -22,8 +22,6 @@ from bondgraph.laws.law import Law, split
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import CASADI
 
-__all__ = ["law_functions", "program", "program_of", "signal_function", "with_signals"]
-
 # the operators of Python look for the fitting overload first, which takes seven times as long
 _binary = ca.SX.binary
 _ZERO, _ONE = ca.SX(0), ca.SX(1)

@@ -18,7 +18,8 @@ from bondgraph.equations.state_space import AlgebraicLoop, DerivativeCausality, 
 from bondgraph.equations.stored_displacements import stored_displacements
 from bondgraph.equations.system import Algebraic, System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Dq, Multiport, Switched, symbol
+from bondgraph.graph.elements import Dq, Multiport, symbol
+from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
 
 __all__ = ["system"]
@@ -47,10 +48,7 @@ def system(graph: BondGraph, causality: Causality | None = None) -> System:
     DerivativeCausality
         A dependent storage cannot be solved (its law has memory, or its index is too high).
     """
-    if graph.of_type(Switched):
-        from bondgraph.simulation.modes.resolve import in_mode
-
-        graph = in_mode(graph)
+    graph = in_mode(graph)
     if causality is None:
         causality = assign_causality(graph, first=_with_memory(graph))
     made = collect(graph, causality)

@@ -13,8 +13,6 @@ from bondgraph.equations.relations import LawUse, Relation, Relations, StoredSta
 from bondgraph.equations.state_space import StateSpace
 from bondgraph.graph.elements import symbol
 
-__all__ = ["relations_of"]
-
 
 def relations_of(space: StateSpace, made: Relations) -> Relations:
     """Return the relations of a derived state space, for `deriving` to order.

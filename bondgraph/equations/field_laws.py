@@ -13,8 +13,6 @@ from bondgraph.graph.elements import Element, Field, RField
 from bondgraph.graph.modulation import port_variables
 from bondgraph.support.errors import GraphError
 
-__all__ = ["crossed_ports", "exact", "field_laws"]
-
 
 def exact(value: float) -> sp.Rational:
     """Return the decimal a user wrote as an exact number.

@@ -120,7 +120,7 @@ class Program(FunctionNames):
 
     Attributes
     ----------
-    steps : sequence of Step
+    steps : sequence of ProgramStep
         Readable assignments in order of evaluation.
     laws : tuple of LawCall
     rates, readings, residuals : sequence of sympy.Expr

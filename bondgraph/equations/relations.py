@@ -48,8 +48,6 @@ from bondgraph.graph.modulation import TIME, port_variables
 from bondgraph.laws.law import Law
 from bondgraph.support.errors import GraphError, unknown_name
 
-__all__ = ["Dependent", "LawUse", "Relation", "Relations", "StoredState", "collect"]
-
 
 @dataclass(frozen=True, slots=True)
 class Relation:

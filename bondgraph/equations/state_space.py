@@ -18,8 +18,9 @@ from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.ordering import components, tear
 from bondgraph.equations.relations import Relation, collect
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Dq, Element, Parameter, Sensor, Switched, symbol
+from bondgraph.graph.elements import Dq, Element, Parameter, Sensor, symbol
 from bondgraph.laws.law import Law
+from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError, unknown_name
 
 ONE = symbol("one")
@@ -169,10 +170,7 @@ def derive(graph: BondGraph) -> StateSpace:
     CausalConflict, DerivativeCausality, AlgebraicLoop, NotLinearUpToLaws
         The message names the elements and the bonds.
     """
-    if graph.of_type(Switched):
-        from bondgraph.simulation.modes.resolve import in_mode
-
-        graph = in_mode(graph)
+    graph = in_mode(graph)
     return _Derivation(graph).result()
 
 

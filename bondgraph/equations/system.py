@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from bondgraph.analysis.linear import Linearised
     from bondgraph.equations.program import Program
 
-__all__ = ["Algebraic", "System"]
-
 _OUTSIDE = ("time",)
 
 
@@ -55,7 +53,7 @@ class System:
     Attributes
     ----------
     name : str
-    stored : tuple of Stored
+    stored : tuple of StoredState
         Independent states with the signals that are their rates.
     inputs : tuple of str
         Commands of the sources, external signals and pseudo-inputs (``one``, ``ramp``).

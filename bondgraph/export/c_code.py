@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from importlib.resources import files
 from typing import Any
 
 from bondgraph.equations.program import Program
-from bondgraph.export.c_example import EXAMPLE
-from bondgraph.export.c_runtime import API, RUNTIME
 from bondgraph.export.identifiers import ascii_identifier, comment, distinct
 from bondgraph.export.linearised import linearised, slope_of_residual
 from bondgraph.support.errors import BondsightError
-
-__all__ = ["c_code"]
 
 _INPUTS = ("t", "x", "z", "u", "p", "m", "h")
 _CALLS = (
@@ -71,13 +68,18 @@ def c_code(program: Program) -> dict[str, str]:
     if not name[0].isalpha():
         name = f"model{name}" if name.startswith("_") else f"model_{name}"
     source = f'#include "{name}.h"\n\n#include <math.h>\n#include <stddef.h>\n'
-    parts = [source, *_functions(program, name), _start(program), RUNTIME]
+    parts = [source, *_functions(program, name), _start(program), _written("runtime.c")]
     texts = {
         f"{name}.h": _header(program),
         f"{name}.c": "\n".join(parts),
-        f"{name}_example.c": EXAMPLE,
+        f"{name}_example.c": _written("example.c"),
     }
     return {file: text.replace("@", name) for file, text in texts.items()}
+
+
+def _written(file: str) -> str:
+    """Return a part that is the same for every model; ``@`` stands for its name."""
+    return files("bondgraph.export").joinpath("sources", file).read_text(encoding="utf-8")
 
 
 def _header(program: Program) -> str:
@@ -100,7 +102,7 @@ def _header(program: Program) -> str:
     sizes["XZ"] = sizes["X"] + sizes["Z"]
     lines.append("/* Lengths for declaring arrays, at least 1. */")
     lines.append(f"enum {{ {', '.join(f'@_SIZE_{k} = {max(n, 1)}' for k, n in sizes.items())} }};")
-    return "\n".join(lines) + "\n" + API + _TAIL
+    return "\n".join(lines) + "\n" + _written("interface.h") + _TAIL
 
 
 def _note(program: Program, name: str) -> str:

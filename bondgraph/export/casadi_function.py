@@ -17,7 +17,7 @@ from bondgraph.export.implicit import solve_algebraic
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.whole_file import write_atomically
 
-__all__ = ["CasadiModel", "FunctionNames", "casadi_functions", "load"]
+__all__ = ["CasadiModel", "casadi_functions", "load"]
 
 SCHEMA: Final = "bondsight.casadi/1"
 KNOWN: Final = ("t", "x", "u", "p", "m", "h")
@@ -32,7 +32,7 @@ class CasadiModel:
 
     Attributes
     ----------
-    names : Names
+    names : FunctionNames
     equations : casadi.Function
         ``(t, x, z, u, p, m, h) -> (dx, y, g)``, SX; the physics with ``g = 0`` left open.
     memory_rule : casadi.Function

@@ -12,8 +12,6 @@ from bondgraph.support.errors import UnusableInput
 if TYPE_CHECKING:
     from bondgraph.export.casadi_function import CasadiModel
 
-__all__ = ["step_function"]
-
 
 def step_function(
     model: CasadiModel,

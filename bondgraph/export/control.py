@@ -11,8 +11,6 @@ from bondgraph.export.linear import LinearModel, linear_model
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["control_module", "to_control", "to_nonlinear_control"]
-
 
 def to_control(program: Program) -> Any:
     """Return a linear `program` at its nominal parameters as ``control.StateSpace``.

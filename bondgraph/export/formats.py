@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
+from bondgraph.export.notations import json_text, of_program, program_of
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.whole_file import regular_target, write_atomically
 
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["FORMATS", "ExportFormat", "export", "target_of"]
 
 Laws: TypeAlias = "Iterable[type[Law]]"
+_Writer: TypeAlias = "Callable[[BondGraph, Path, Laws], tuple[Path, ...]]"
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +38,7 @@ class ExportFormat:
         What it is, for ``--list``.
     """
 
-    write: Callable[[BondGraph, Path, Laws], tuple[Path, ...]]
+    write: _Writer
     default: str
     about: str
 
@@ -85,89 +88,62 @@ def _file_stem(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_-]+", "_", name).strip("_") or "model"
 
 
-def _program(graph: BondGraph) -> Any:
-    from bondgraph.equations.codegen import program
-
-    return program(graph)
-
-
 def _text(target: Path, text: str) -> tuple[Path, ...]:
     write_atomically(target, text)
     return (target,)
 
 
-def _numpy(graph: BondGraph, target: Path, _: Laws) -> tuple[Path, ...]:
-    from bondgraph.export.numpy_module import numpy_module
+def _printed(place: str) -> _Writer:
+    """Return the writer of a text that a function ``module.name`` prints of a program."""
+    return lambda graph, target, _: _text(target, of_program(place)(graph))
 
-    return _text(target, numpy_module(_program(graph)))
+
+def _fmu(name: str) -> _Writer:
+    def write(graph: BondGraph, target: Path, _: Laws) -> tuple[Path, ...]:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        return (getattr(import_module("bondgraph.export.fmu"), name)(program_of(graph), target),)
+
+    return write
 
 
 def _c(graph: BondGraph, target: Path, _: Laws) -> tuple[Path, ...]:
-    from bondgraph.export.c_code import c_code
-
     if target.exists() and not target.is_dir():
         raise UnusableInput(f"{target}: C needs a folder for its files; give a folder as --out")
-    texts = c_code(_program(graph))
+    texts = of_program("c_code.c_code")(graph)
     return tuple(file for n, text in texts.items() for file in _text(target / n, text))
 
 
 def _casadi(graph: BondGraph, target: Path, _: Laws) -> tuple[Path, ...]:
-    from bondgraph.export.casadi_function import casadi_functions
-
-    return (casadi_functions(_program(graph)).save(target),)
-
-
-def _fmu2(graph: BondGraph, target: Path, _: Laws) -> tuple[Path, ...]:
-    from bondgraph.export.fmu import fmu2_cosimulation
-
-    target.parent.mkdir(parents=True, exist_ok=True)
-    return (fmu2_cosimulation(_program(graph), target),)
-
-
-def _fmu3(graph: BondGraph, target: Path, _: Laws) -> tuple[Path, ...]:
-    from bondgraph.export.fmu import fmu3_model_exchange
-
-    target.parent.mkdir(parents=True, exist_ok=True)
-    return (fmu3_model_exchange(_program(graph), target),)
-
-
-def _modelica(graph: BondGraph, target: Path, _: Laws) -> tuple[Path, ...]:
-    from bondgraph.export.modelica import modelica
-
-    return _text(target, modelica(_program(graph)))
-
-
-def _control(graph: BondGraph, target: Path, _: Laws) -> tuple[Path, ...]:
-    from bondgraph.export.control import control_module
-
-    return _text(target, control_module(_program(graph)))
+    return (of_program("casadi_function.casadi_functions")(graph).save(target),)
 
 
 def _json(graph: BondGraph, target: Path, laws: Laws) -> tuple[Path, ...]:
-    from bondgraph.export.graph_json.write_graph import to_json
-
-    return _text(target, to_json(graph, laws=laws))
-
-
-def _latex(graph: BondGraph, target: Path, _: Laws) -> tuple[Path, ...]:
-    from bondgraph.export.latex_document import document
-
-    return _text(target, document(_program(graph)))
+    return _text(target, json_text(graph, laws))
 
 
 FORMATS: Final[dict[str, ExportFormat]] = {
     "numpy": ExportFormat(
-        _numpy, "{}_numpy.py", "Python module that needs NumPy only; memory included"
+        _printed("numpy_module.numpy_module"),
+        "{}_numpy.py",
+        "Python module that needs NumPy only; memory included",
     ),
     "c": ExportFormat(_c, "{}_c", "folder with header, source and example in C; memory included"),
     "casadi": ExportFormat(_casadi, "{}_casadi.json", "CasADi functions; memory included"),
-    "fmu2-cs": ExportFormat(_fmu2, "{}_cs.fmu", "FMI 2.0 co-simulation; memory included"),
-    "fmu3-me": ExportFormat(_fmu3, "{}_me.fmu", "FMI 3.0 model exchange; memory included"),
-    "modelica": ExportFormat(_modelica, "{}.mo", "Modelica model"),
+    "fmu2-cs": ExportFormat(
+        _fmu("fmu2_cosimulation"), "{}_cs.fmu", "FMI 2.0 co-simulation; memory included"
+    ),
+    "fmu3-me": ExportFormat(
+        _fmu("fmu3_model_exchange"), "{}_me.fmu", "FMI 3.0 model exchange; memory included"
+    ),
+    "modelica": ExportFormat(_printed("modelica.modelica"), "{}.mo", "Modelica model"),
     "control": ExportFormat(
-        _control, "{}_control.py", "module with control.StateSpace; linear only"
+        _printed("control.control_module"),
+        "{}_control.py",
+        "module with control.StateSpace; linear only",
     ),
     "json": ExportFormat(_json, "{}.json", "the bond graph itself, read back as a model"),
-    "latex": ExportFormat(_latex, "{}.tex", "document of all equations"),
+    "latex": ExportFormat(
+        _printed("latex_document.document"), "{}.tex", "document of all equations"
+    ),
 }
 """The formats by name."""

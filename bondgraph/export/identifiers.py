@@ -7,8 +7,6 @@ from collections.abc import Collection, Iterable
 
 from bondgraph.support.errors import BondsightError
 
-__all__ = ["ascii_identifier", "comment", "distinct"]
-
 
 def ascii_identifier(name: str) -> str:
     """Return `name` in letters, digits and underscores; other letters become ``u`` and their code.

@@ -6,8 +6,6 @@ import sympy as sp
 
 from bondgraph.export.latex import tex
 
-__all__ = ["broken", "width"]
-
 _SCRIPT = 0.7
 _OPERATOR = 2.3
 _THIN = 0.4

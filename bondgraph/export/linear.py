@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from bondgraph.equations.program import Program
 
-__all__ = ["LinearModel", "linear_model"]
-
 
 @dataclass(frozen=True)
 class LinearModel:

@@ -6,8 +6,6 @@ from typing import Any
 
 from bondgraph.equations.program import Program
 
-__all__ = ["linearised", "slope_of_residual"]
-
 
 def linearised(program: Program, name: str = "linearised") -> Any:
     """Return ``(t, x, z, u, p, m, h) -> d(dx, g)/d(x, z)``, dense, SX.

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable
 
 from bondgraph.export.tape import ATOM, LOOSE, PLUS, TIMES, UNARY, Notation, Rule
+from bondgraph.export.tape_languages import arithmetic, call
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import BondsightError, UnusableInput
 
@@ -125,34 +126,24 @@ def number(value: float) -> str:
     return repr(value) if math.copysign(1.0, value) > 0 else f"({value!r})"
 
 
-def _call(name: str, n: int = 1) -> Rule:
-    return Rule(f"{name}({', '.join('{' + str(i) + '}' for i in range(n))})", ATOM, (LOOSE,) * n)
-
-
 def _truth(condition: str, *needs: int) -> Rule:
     return Rule(f"(if {condition} then 1.0 else 0.0)", ATOM, needs)
 
 
 MODELICA = Notation(
-    rules={op: _call(op) for op in "exp log sqrt sin cos tan asin acos atan".split()}
-    | {op: _call(op) for op in "sinh cosh tanh floor ceil sign".split()}
+    rules=arithmetic()
+    | {op: call(op) for op in "exp log sqrt sin cos tan asin acos atan".split()}
+    | {op: call(op) for op in "sinh cosh tanh floor ceil sign".split()}
     | {
-        "assign": Rule("{0}", LOOSE, (ATOM,)),
-        "add": Rule("{0} + {1}", PLUS, (PLUS, TIMES)),
-        "sub": Rule("{0} - {1}", PLUS, (PLUS, TIMES)),
-        "mul": Rule("{0} * {1}", TIMES, (TIMES, UNARY)),
-        "div": Rule("{0} / {1}", TIMES, (TIMES, UNARY)),
         "neg": Rule("-{0}", PLUS, (UNARY,)),
         "sq": Rule("{0} ^ 2", UNARY, (ATOM,)),
-        "twice": Rule("2.0 * {0}", TIMES, (UNARY,)),
-        "inv": Rule("1.0 / {0}", TIMES, (UNARY,)),
         "pow": Rule("{0} ^ {1}", UNARY, (ATOM, ATOM)),
         "constpow": Rule("{0} ^ {1}", UNARY, (ATOM, ATOM)),
-        "fabs": _call("abs"),
-        "fmin": _call("min", 2),
-        "fmax": _call("max", 2),
-        "fmod": _call("rem", 2),
-        "atan2": _call("atan2", 2),
+        "fabs": call("abs"),
+        "fmin": call("min", 2),
+        "fmax": call("max", 2),
+        "fmod": call("rem", 2),
+        "atan2": call("atan2", 2),
         "asinh": Rule("log({0} + sqrt({0} ^ 2 + 1.0))", ATOM, (ATOM,)),
         "acosh": Rule("log({0} + sqrt({0} ^ 2 - 1.0))", ATOM, (ATOM,)),
         "atanh": Rule("(0.5 * log((1.0 + {0}) / (1.0 - {0})))", ATOM, (ATOM,)),

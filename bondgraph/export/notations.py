@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
 from bondgraph.support.errors import unknown_name
@@ -37,14 +38,23 @@ def equations(model: BondGraph, format: str = "ordered", *, laws: Iterable[type[
     if format not in NOTATIONS:
         raise unknown_name("notation", format, "bondsight equations", NOTATIONS)
     if format == "json":
-        return _json(model, laws).rstrip("\n")
+        return json_text(model, laws).rstrip("\n")
     return NOTATIONS[format](model).rstrip("\n")
 
 
-def _program(graph: BondGraph) -> Any:
+def program_of(graph: BondGraph) -> Any:
+    """Return the `Program` of a graph."""
     from bondgraph.equations.codegen import program
 
     return program(graph)
+
+
+def of_program(place: str) -> Callable[[BondGraph], Any]:
+    """Return a function of a graph: what ``module.name`` of this package makes of its program."""
+    module, _, name = place.partition(".")
+    return lambda graph: getattr(import_module(f"bondgraph.export.{module}"), name)(
+        program_of(graph)
+    )
 
 
 def _space(graph: BondGraph) -> Any:
@@ -64,7 +74,7 @@ def _space(graph: BondGraph) -> Any:
 
 
 def _text(graph: BondGraph) -> str:
-    p = _program(graph)
+    p = program_of(graph)
     values = dict(zip(p.parameters, p.nominal, strict=True))
     lines = [p.name]
     for what, names in (
@@ -128,27 +138,14 @@ def _latex(graph: BondGraph) -> str:
     return system_latex(space) if isinstance(space, System) else latex(space)
 
 
-def _numpy(graph: BondGraph) -> str:
-    from bondgraph.export.numpy_module import numpy_module
-
-    return numpy_module(_program(graph))
-
-
 def _c(graph: BondGraph) -> str:
     """Return all files one after the other, each under a comment with its name."""
-    from bondgraph.export.c_code import c_code
-
-    texts = c_code(_program(graph))
+    texts = of_program("c_code.c_code")(graph)
     return "\n".join(f"/* ---- {name} ---- */\n{text}" for name, text in texts.items())
 
 
-def _modelica(graph: BondGraph) -> str:
-    from bondgraph.export.modelica import modelica
-
-    return modelica(_program(graph))
-
-
-def _json(graph: BondGraph, laws: Iterable[type[Law]] = ()) -> str:
+def json_text(graph: BondGraph, laws: Iterable[type[Law]] = ()) -> str:
+    """Return a graph as JSON, which may hold these further laws."""
     from bondgraph.export.graph_json.write_graph import to_json
 
     return to_json(graph, laws=laws)
@@ -160,9 +157,9 @@ NOTATIONS: Final[dict[str, Callable[[BondGraph], str]]] = {
     "closed": _closed,
     "causality": _causality,
     "latex": _latex,
-    "numpy": _numpy,
+    "numpy": of_program("numpy_module.numpy_module"),
     "c": _c,
-    "modelica": _modelica,
-    "json": _json,
+    "modelica": of_program("modelica.modelica"),
+    "json": json_text,
 }
 """The notations by name."""

@@ -6,18 +6,16 @@ import keyword
 import re
 from collections import Counter
 from collections.abc import Sequence
+from importlib.resources import files
 from typing import Any
 
 from bondgraph.equations.program import LawCall, Program
 from bondgraph.export.identifiers import comment, distinct
 from bondgraph.export.linearised import linearised
-from bondgraph.export.numpy_runtime import RUNTIME
 from bondgraph.export.sympy_python import to_python
 from bondgraph.export.tape import tape, written
 from bondgraph.export.tape_languages import PYTHON, PYTHON_HELPERS, used_helpers
 from bondgraph.support.errors import BondsightError
-
-__all__ = ["numpy_module"]
 
 _VECTORS = ("x", "z", "u", "p")
 _OWN = frozenset(
@@ -73,7 +71,8 @@ def numpy_module(program: Program) -> str:
         ]
     )
     helpers = "\n\n".join(PYTHON_HELPERS[n] for n in used_helpers(body))
-    parts = [_head(program), helpers, body, RUNTIME.strip("\n") + "\n"]
+    step = files("bondgraph.export").joinpath("sources", "runtime.py.txt")
+    parts = [_head(program), helpers, body, step.read_text(encoding="utf-8")]
     text = "\n\n".join(p for p in parts if p)
     if not text.isascii():
         raise BondsightError(f"{program.name}: the printed module is not plain ASCII")

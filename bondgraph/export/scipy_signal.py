@@ -8,8 +8,6 @@ from typing import Any
 from bondgraph.equations.program import Program
 from bondgraph.export.linear import linear_model
 
-__all__ = ["NamedStateSpace", "to_scipy"]
-
 
 @dataclass(frozen=True)
 class NamedStateSpace:

@@ -11,8 +11,6 @@ from bondgraph.export.tape import ATOM, PLUS, TIMES, UNARY
 from bondgraph.export.tape_languages import PYTHON
 from bondgraph.support.errors import BondsightError
 
-__all__ = ["to_python"]
-
 _FUNCTIONS = {
     sp.exp: "exp",
     sp.log: "log",

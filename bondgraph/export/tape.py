@@ -15,18 +15,6 @@ from typing import Any, NamedTuple
 
 from bondgraph.support.errors import BondsightError
 
-__all__ = [
-    "OPERATIONS",
-    "AssignmentTape",
-    "Instruction",
-    "Notation",
-    "Operand",
-    "Rule",
-    "WrittenTape",
-    "tape",
-    "written",
-]
-
 Operand = str | float
 """A target of an earlier instruction or an input entry (text), or a constant (number)."""
 
@@ -90,7 +78,7 @@ def tape(
 
     Returns
     -------
-    Tape
+    AssignmentTape
 
     Raises
     ------
@@ -217,7 +205,7 @@ def written(program: AssignmentTape, notation: Notation, *, width: int = 72) -> 
 
     Parameters
     ----------
-    program : Tape
+    program : AssignmentTape
     notation : Notation
         A language.
     width : int, optional

@@ -18,15 +18,14 @@ from bondgraph.export.tape import (
     Rule,
 )
 
-__all__ = ["C99", "PYTHON", "PYTHON_HELPERS", "used_helpers"]
 
-
-def _call(name: str, n: int) -> Rule:
+def call(name: str, n: int = 1) -> Rule:
+    """Return the rule of a function of `n` arguments."""
     return Rule(f"{name}({', '.join('{' + str(i) + '}' for i in range(n))})", ATOM, (LOOSE,) * n)
 
 
-def _arithmetic() -> dict[str, Rule]:
-    """Rules that Python and C share; a right operand of equal level keeps its parentheses."""
+def arithmetic() -> dict[str, Rule]:
+    """Return rules that languages share; a right operand of equal level keeps its parentheses."""
     return {
         "assign": Rule("{0}", LOOSE, (ATOM,)),
         "add": Rule("{0} + {1}", PLUS, (PLUS, TIMES)),
@@ -58,11 +57,11 @@ def _c_number(value: float) -> str:
 
 
 C99 = Notation(
-    rules=_arithmetic()
-    | {op: _call(op, OPERATIONS[op]) for op in _SAME_IN_C}
+    rules=arithmetic()
+    | {op: call(op, OPERATIONS[op]) for op in _SAME_IN_C}
     | {
-        "pow": _call("pow", 2),
-        "constpow": _call("pow", 2),
+        "pow": call("pow", 2),
+        "constpow": call("pow", 2),
         "not": Rule("(double)(!{0})", UNARY, (ATOM,)),
         "and": Rule("(double)({0} && {1})", UNARY, (COMPARE, COMPARE)),
         "or": Rule("(double)({0} || {1})", UNARY, (COMPARE, COMPARE)),
@@ -90,19 +89,19 @@ _GUARDED = (
 )
 
 PYTHON = Notation(
-    rules=_arithmetic()
-    | {op: _call(f"math.{op}", OPERATIONS[op]) for op in _SAME_IN_C}
-    | {op: _call(f"safe_{op}", OPERATIONS[op]) for op in _GUARDED}
+    rules=arithmetic()
+    | {op: call(f"math.{op}", OPERATIONS[op]) for op in _SAME_IN_C}
+    | {op: call(f"safe_{op}", OPERATIONS[op]) for op in _GUARDED}
     | {
-        "div": _call("safe_div", 2),
+        "div": call("safe_div", 2),
         "inv": Rule("safe_div(1.0, {0})", ATOM, (LOOSE,)),
-        "pow": _call("safe_pow", 2),
-        "constpow": _call("safe_pow", 2),
-        "fabs": _call("abs", 1),
-        "fmin": _call("min", 2),
-        "fmax": _call("max", 2),
-        "floor": _call("safe_floor", 1),
-        "ceil": _call("safe_ceil", 1),
+        "pow": call("safe_pow", 2),
+        "constpow": call("safe_pow", 2),
+        "fabs": call("abs", 1),
+        "fmin": call("min", 2),
+        "fmax": call("max", 2),
+        "floor": call("safe_floor", 1),
+        "ceil": call("safe_ceil", 1),
         "not": Rule("(not {0})", ATOM, (COMPARE,)),
         "and": Rule("bool({0} and {1})", ATOM, (COMPARE, COMPARE)),
         "or": Rule("bool({0} or {1})", ATOM, (COMPARE, COMPARE)),

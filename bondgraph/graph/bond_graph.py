@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from types import MappingProxyType
@@ -47,11 +47,35 @@ class Bond:
         return f"{self.tail}>{self.head}"
 
 
+class _Elements(Mapping[str, Element]):
+    """The elements of a network by name, as they are stored; a view, so reading copies nothing."""
+
+    __slots__ = ("_nodes",)
+
+    def __init__(self, nodes: Mapping[str, Mapping[str, Any]]) -> None:
+        self._nodes = nodes
+
+    def __getitem__(self, name: str) -> Element:
+        element: Element = self._nodes[name]["element"]
+        return element
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._nodes)
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._nodes
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
+
+
 @dataclass(frozen=True, slots=True)
 class _Order:
-    """What the network holds, in the order of declaration; derived once between two changes."""
+    """Bonds in the order of declaration and by element; derived once between two changes."""
 
-    elements: dict[str, Element]
     bonds: tuple[Bond, ...]
     at: dict[str, tuple[Bond, ...]]
 
@@ -104,7 +128,7 @@ class BondGraph:
                 "rename one"
             )
         self._network.add_node(element.name, element=element)
-        self._known = self._gathered = None
+        self._gathered = None
         return element
 
     def bond(self, tail: Element, head: Element) -> None:
@@ -170,17 +194,13 @@ class BondGraph:
             for b in bonds:
                 at.setdefault(b.tail, []).append(b)
                 at.setdefault(b.head, []).append(b)
-            self._known = _Order(
-                dict(self._network.nodes(data="element")),
-                bonds,
-                {n: tuple(here) for n, here in at.items()},
-            )
+            self._known = _Order(bonds, {n: tuple(here) for n, here in at.items()})
         return self._known
 
     @property
     def elements(self) -> Mapping[str, Element]:
         """Elements by name, in the order of their declaration; read-only."""
-        return MappingProxyType(self._order.elements)
+        return _Elements(self._network._node)
 
     @property
     def bonds(self) -> tuple[Bond, ...]:
@@ -196,8 +216,8 @@ class BondGraph:
 
     def bonds_of(self, name: str) -> tuple[Bond, ...]:
         """Bonds at an element."""
-        if (known := self._known) is not None:
-            return known.at.get(name, ())
+        if self._known is not None or self._token is None:
+            return self._order.at.get(name, ())
         if name not in self._network:
             return ()
         # while the graph is being built: what is known of all others changes with every bond
@@ -211,7 +231,8 @@ class BondGraph:
 
     def of_type(self, *types: type[Element]) -> tuple[Any, ...]:
         """Elements of the given types, in order."""
-        return tuple(e for e in self._order.elements.values() if isinstance(e, types))
+        stored = (e for _, e in self._network.nodes(data="element"))
+        return tuple(e for e in stored if isinstance(e, types))
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -286,7 +307,7 @@ class BondGraph:
         declared = self._parameters.get(name)
         if declared is not None and declared.symbol == s:
             return True
-        other = self._order.elements.get(name)
+        other = self.elements.get(name)
         valued = isinstance(other, Valued | TwoPort) and name != element
         own = [getattr(other, k, None) for k in ("value", "stiffness", "ratio")]
         # only a number makes the element a parameter; an expression would have to be followed
@@ -297,7 +318,7 @@ class BondGraph:
         """Symbol of a declared parameter (or of an element's value) that `element` uses."""
         if name in self._parameters:
             return self._parameters[name].symbol
-        other = self._order.elements.get(name)
+        other = self.elements.get(name)
         if isinstance(other, Valued | TwoPort) and name != element:
             return symbol(name, positive=True)
         raise unknown_name("parameter", name, f"{self.name}.{element}", self._parameters)

@@ -13,8 +13,6 @@ from types import MappingProxyType
 from bondgraph.signals.units import Unit, parse_unit
 from bondgraph.support.errors import unknown_name
 
-__all__ = ["DOMAINS", "Domain", "Quantity", "domain"]
-
 
 @dataclass(frozen=True, slots=True)
 class Quantity:

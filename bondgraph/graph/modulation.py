@@ -6,16 +6,6 @@ import sympy as sp
 
 from bondgraph.graph.elements import symbol
 
-__all__ = [
-    "TIME",
-    "displacement",
-    "effort",
-    "external",
-    "flow",
-    "momentum",
-    "port_variables",
-]
-
 TIME: sp.Symbol = symbol("time")
 """Time since the start, s."""
 

@@ -41,8 +41,6 @@ from bondgraph.hysteresis.rate.rate_dependent_inverse import (
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import Rules, chosen, read, record, require_object
 
-__all__ = ["OPERATORS", "operator_from_dict", "read_operator"]
-
 OPERATORS: Mapping[str, type[Operator]] = {
     operator.kind: operator
     for operator in (

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from bondgraph.support.errors import BondsightError
 
-__all__ = ["BadInput", "BadMemory", "BadParameter", "HysteresisError", "NotInvertible"]
-
 
 class HysteresisError(BondsightError, ValueError):
     """Base of the errors of this package."""

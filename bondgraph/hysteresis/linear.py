@@ -14,8 +14,6 @@ from bondgraph.hysteresis.operator import Operator
 from bondgraph.hysteresis.plays.play import play_record
 from bondgraph.support.ops import NUMPY, Expression, FloatArray
 
-__all__ = ["LinearInWeights"]
-
 
 class LinearInWeights(Operator, ABC):
     """An operator of plays whose output is a matrix times its weights."""

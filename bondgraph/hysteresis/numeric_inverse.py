@@ -11,8 +11,6 @@ from bondgraph.hysteresis.checks import finite_record, positive
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import NUMPY, Expression, FloatArray
 
-__all__ = ["numeric_inverse"]
-
 
 def numeric_inverse(
     operator: Operator,

@@ -22,8 +22,6 @@ from bondgraph.hysteresis.checks import finite_record, memory_states, numbers, r
 from bondgraph.hysteresis.errors import BadInput, BadMemory, BadParameter
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["Memory", "Operator"]
-
 Memory: TypeAlias = tuple[Expression, ...]
 """The states of an operator, shape (n_memory,); floats, arrays of one shape, or expressions."""
 

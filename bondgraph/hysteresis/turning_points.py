@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.hysteresis.checks import finite_record
 
-__all__ = ["turning_points"]
-
 
 def turning_points(x: ArrayLike) -> NDArray[np.intp]:
     """Return the indices of the first sample, of every reversal and of the last sample.

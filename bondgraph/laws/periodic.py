@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
-from bondgraph.laws.trigonometry import cosine, sine
+from bondgraph.laws.trigonometry import amplitudes, wave
 from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
@@ -45,8 +45,7 @@ class Periodic(Law):
         # the phase at the end of the range moves by a tenth of a turn
         scale = min(0.1 * p * p / self.reach, 0.1 * p)
         return (
-            Parameter(f"a_{element}", 0.0, self.unit, positive=False, scale=self.size),
-            Parameter(f"b_{element}", 0.0, self.unit, positive=False, scale=self.size),
+            *amplitudes(element, self.unit, self.size),
             Parameter(
                 f"period_{element}", p, self.way_unit, positive=False,
                 lower=0.8 * p, upper=1.25 * p, scale=scale,
@@ -61,5 +60,4 @@ class Periodic(Law):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Force at the position `s`."""
         a, b, period = p
-        turn = 2 * pi * s / period
-        return a * sine(ops, turn) + b * cosine(ops, turn)
+        return wave(ops, 2 * pi * s / period, a, b)

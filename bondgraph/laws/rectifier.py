@@ -10,8 +10,6 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
 from bondgraph.support.ops import Ops
 
-__all__ = ["Rectifier"]
-
 
 @dataclass(frozen=True)
 class Rectifier(Law):

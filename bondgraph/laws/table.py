@@ -43,7 +43,7 @@ class TableLaw(Law):
     Examples
     --------
     >>> from bondgraph.support.ops import NUMPY
-    >>> law = Table((0.0, 2.0, 6.0), (0.0, 0.0, 1.0))
+    >>> law = TableLaw((0.0, 2.0, 6.0), (0.0, 0.0, 1.0))
     >>> float(law.output(NUMPY, 4.0, ()))
     0.5
     """

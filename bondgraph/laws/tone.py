@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.clocked import Clocked
-from bondgraph.laws.trigonometry import cosine, sine
+from bondgraph.laws.trigonometry import amplitudes, wave
 from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
@@ -42,8 +42,7 @@ class Tone(Clocked):
         """Sine and cosine amplitude, frequency."""
         f, df = self.frequency, self.resolution
         return (
-            Parameter(f"a_{element}", 0.0, self.unit, positive=False, scale=self.size),
-            Parameter(f"b_{element}", 0.0, self.unit, positive=False, scale=self.size),
+            *amplitudes(element, self.unit, self.size),
             Parameter(
                 f"freq_{element}", f, "Hz", positive=False,
                 lower=max(f - 2 * df, 0.1 * df), upper=f + 2 * df, scale=0.1 * df,
@@ -58,5 +57,4 @@ class Tone(Clocked):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Value at the end of the step."""
         a, b, f, step = p
-        turn = 2 * pi * f * (memory[0] + step)
-        return a * sine(ops, turn) + b * cosine(ops, turn)
+        return wave(ops, 2 * pi * f * (memory[0] + step), a, b)

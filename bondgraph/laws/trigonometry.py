@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from importlib import import_module
 
+from bondgraph.graph.elements import Parameter
 from bondgraph.support.ops import Expression, Ops
-
-__all__ = ["cosine", "sine"]
 
 
 def sine(ops: Ops, x: Expression) -> Expression:
@@ -21,13 +20,19 @@ def sine(ops: Ops, x: Expression) -> Expression:
     return import_module(ops.name).sin(x)
 
 
-def cosine(ops: Ops, x: Expression) -> Expression:
-    """Return the cosine of `x`, rad.
+def amplitudes(element: str, unit: str, size: float) -> tuple[Parameter, Parameter]:
+    """Return the amplitudes ``a`` and ``b`` of `wave` as parameters, 0 at first."""
+    a, b = (Parameter(f"{n}_{element}", 0.0, unit, positive=False, scale=size) for n in "ab")
+    return a, b
+
+
+def wave(ops: Ops, x: Expression, a: Expression, b: Expression) -> Expression:
+    """Return ``a sin x + b cos x``.
 
     Examples
     --------
     >>> from bondgraph.support.ops import NUMPY
-    >>> float(cosine(NUMPY, 0.0))
-    1.0
+    >>> float(wave(NUMPY, 0.0, 1.0, 2.0))
+    2.0
     """
-    return import_module(ops.name).cos(x)
+    return a * sine(ops, x) + b * import_module(ops.name).cos(x)

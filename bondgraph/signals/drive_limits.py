@@ -10,8 +10,6 @@ import numpy as np
 from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["DriveLimits", "VoltageLimit"]
-
 _ROUNDING = 1e-9
 
 

@@ -19,8 +19,6 @@ from bondgraph.support.whole_file import replacing
 if TYPE_CHECKING:
     from bondgraph.signals.recording import Recording
 
-__all__ = ["dataset_arrays", "to_html", "to_pandas", "to_xarray", "write_csv"]
-
 
 def write_csv(recording: Recording, file: Path) -> Path:
     """Write time and channels, all or nothing; numbers read back to the same bits."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["quantity"]
-
 
 def quantity(text: str, unit: str, where: str) -> float:
     """Return a number with an optional unit in SI; without one it is taken to be in `unit`.

@@ -12,8 +12,6 @@ from bondgraph.support.errors import UnusableInput
 if TYPE_CHECKING:
     from bondgraph.signals.recording import Recording
 
-__all__ = ["SCHEMA", "is_saved", "open_fields", "save_recording", "sha256_of"]
-
 SCHEMA = "bondsight-recording/1"
 """Name and version of the document: name, units, source, sha256, meta; arrays: time, channels."""
 _TIME = "time"

@@ -18,8 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.support.errors import UnusableInput, nearest
 
-__all__ = ["Dimension", "Unit", "convert", "parse_unit", "split_header"]
-
 Dimension = tuple[int, int, int, int, int]
 """Exponents of (m, kg, s, A, K)."""
 

@@ -131,3 +131,11 @@ def real_number(name: str, value: object) -> float:
     if number != number or abs(number) == float("inf"):
         raise UnusableInput(f"{name} = {value!r} is not a finite number; give one")
     return number
+
+
+def require_positive(where: str, *, or_zero: bool = False, **values: float) -> None:
+    """Raise `UnusableInput` for the first value that is not positive and finite."""
+    for name, value in values.items():
+        if not (0 < value < float("inf") or (or_zero and value == 0)):
+            rule = "0 or more" if or_zero else "positive"
+            raise UnusableInput(f"{where}: {name} = {value:g} must be {rule} and finite, in SI")

@@ -9,8 +9,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-__all__ = ["attach", "stub_names"]
-
 
 def stub_names(stub: str) -> dict[str, tuple[str, str]]:
     """Return the names that a stub imports: name -> (module, name there).

@@ -20,8 +20,6 @@ Expression: TypeAlias = Any
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
-__all__ = ["CASADI", "NUMPY", "SYMPY", "Expression", "FloatArray", "Ops"]
-
 _Unary: TypeAlias = Callable[[Expression], Expression]
 _Binary: TypeAlias = Callable[[Expression, Expression], Expression]
 _Ternary: TypeAlias = Callable[[Expression, Expression, Expression], Expression]

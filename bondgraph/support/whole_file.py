@@ -11,8 +11,6 @@ from typing import BinaryIO
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["regular_target", "replacing", "write_atomically"]
-
 
 def regular_target(target: Path) -> Path:
     """Return where a file is really to be written, links followed.

@@ -15,8 +15,6 @@ from hardware.envelope import Envelope
 from identification.experiments.design import demagnetise
 from identification.experiments.design.take import session_signal
 
-__all__ = ["KINDS", "RATE", "waveform"]
-
 RATE = 10e3
 """Of a signal that has none of its own (Hz)."""
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
     from bondgraph.signals.recording import Recording, Split
 
-__all__ = ["add_diagnose_command", "diagnose_files", "known_effects", "load_all"]
-
 
 def add_diagnose_command(verbs: Any) -> None:
     """Add the command to the sub-parsers of ``bondsight``."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-__all__ = ["add_effects_command"]
-
 
 def add_effects_command(verbs: Any) -> None:
     """Add the command to the sub-parsers of ``bondsight``."""

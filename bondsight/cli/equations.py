@@ -7,8 +7,6 @@ from typing import Any
 
 from bondgraph.export.notations import NOTATIONS
 
-__all__ = ["add_equations_command"]
-
 
 def add_equations_command(verbs: Any) -> None:
     """Add ``equations`` to the sub-parsers of ``bondsight``."""

@@ -12,8 +12,6 @@ from bondgraph.support import native
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.arguments import MODEL
 
-__all__ = ["add_export_command"]
-
 
 def add_export_command(verbs: Any) -> None:
     """Add ``export`` to the sub-parsers of ``bondsight``."""

@@ -11,8 +11,6 @@ from bondsight.cli.output import writable
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["save_figure"]
-
 
 def save_figure(path: Path, draw: Callable[[], Figure]) -> Path:
     """Draw and write a figure, whole or not at all; returns `path`.

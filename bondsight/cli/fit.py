@@ -45,7 +45,7 @@ def _fit(options: argparse.Namespace) -> int:
     from bondsight.cli.output import writable
     from bondsight.cli.progress import Bar
     from identification.estimation import FitStatus
-    from identification.estimation.archive import save
+    from identification.estimation.archive import save_fit
     from identification.estimation.values import write_values
     from identification.uncertainty.postflight import postflight
     from identification.uncertainty.preflight import preflight, require_motion
@@ -66,7 +66,7 @@ def _fit(options: argparse.Namespace) -> int:
     with Bar(quiet=not sys.stderr.isatty()) as bar:
         found, starts = _run(options, study, bar)
         archive, values = options.out / "fit.npz", options.out / "fit.json"
-        save(found, archive, command=command)  # before anything else can be stopped
+        save_fit(found, archive, command=command)  # before anything else can be stopped
         write_values(found, values)
         kinds = _profiled(options, found, bar)
     after = postflight(found)

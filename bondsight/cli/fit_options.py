@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from identification.study.specification import Vary
     from identification.study.study import Study
 
-__all__ = ["add_study_options", "study_from"]
-
 
 def add_study_options(p: argparse.ArgumentParser) -> None:
     """Add what says which numbers vary, and what the measuring chain may add."""

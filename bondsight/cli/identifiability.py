@@ -10,8 +10,6 @@ from typing import Any
 
 from bondsight.cli.arguments import MODEL, add_jobs, add_map, mapping_of
 
-__all__ = ["add_identifiability_command"]
-
 
 def add_identifiability_command(verbs: Any) -> None:
     """Add the command to the sub-parsers of ``bondsight``."""

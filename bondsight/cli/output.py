@@ -7,8 +7,6 @@ from pathlib import Path
 
 from bondgraph.support.errors import BondsightError
 
-__all__ = ["writable"]
-
 
 def writable(folder: Path) -> None:
     """Refuse a folder that cannot be written before the work is done, not after."""

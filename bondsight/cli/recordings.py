@@ -9,8 +9,6 @@ from typing import Any
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["add_recordings_command"]
-
 
 def add_recordings_command(verbs: Any) -> None:
     """Add ``recordings [NAME] [--fetch] [--sha256 FILE=HEX]`` to the sub-commands."""

@@ -12,8 +12,6 @@ from bondgraph.support.errors import UnusableInput, unknown_name
 if TYPE_CHECKING:
     from actuators.stack.sizing_sheet import SizingSheet
 
-__all__ = ["add_sizing_command", "sheet"]
-
 _STACK = "P-840.1"
 _STACK_UNITS = {
     "free_displacement": "m", "voltage": "V", "stiffness": "N/m", "capacitance": "F",

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["EXPERIMENTS", "add_stack_command"]
-
 
 def add_stack_command(verbs: Any) -> None:
     """Add ``stack`` to the sub-parsers of ``bondsight``."""

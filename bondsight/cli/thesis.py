@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-__all__ = ["add_thesis_command"]
-
 
 def add_thesis_command(verbs: Any) -> None:
     """Add ``thesis`` to the sub-parsers of ``bondsight``."""

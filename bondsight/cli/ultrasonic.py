@@ -9,8 +9,6 @@ from typing import Any
 
 from bondsight.cli.arguments import OUT
 
-__all__ = ["add_ultrasonic_command"]
-
 
 def add_ultrasonic_command(verbs: Any) -> None:
     """Add ``ultrasonic`` to the sub-parsers of ``bondsight``."""

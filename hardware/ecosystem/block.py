@@ -36,8 +36,8 @@ class BlockPlan:
         Of the waveform (Hz); needed with it.
     """
 
-    samples: int
-    rate: float
+    samples: int = 32768
+    rate: float = 3125.0
     volts: NDArray[np.float64] | None = None
     wave_rate: float | None = None
 
@@ -78,7 +78,7 @@ def take_block(
     plan : BlockPlan
     clock : Clock
         Time of the program.
-    taken : Taken
+    taken : PartialTake
         Grows.
     ended : threading.Event
         Set by whoever wants it to end.

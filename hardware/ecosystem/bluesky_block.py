@@ -38,7 +38,7 @@ class BlueskyBlock:
     wave : WaveOut, optional
         Guarded waveforms, for plans that play one; it must park by itself when left early.
     plan : BlockPlan, optional
-        Until `prepare` says something else; by default 32768 samples at 3125 Hz.
+        Until `prepare` says something else; by default `BlockPlan()`.
     name : str
         Prefix of the fields and name of the stream.
     clock : Clock, optional
@@ -67,63 +67,48 @@ class BlueskyBlock:
         self._make = make
         self._units = dict(units)
         self._wave = wave
-        self._plan = BlockPlan(32768, 3125.0) if plan is None else plan
-        self._name = name
+        self.plan = plan or BlockPlan()
+        self.name = name
         self._clock: Clock = WallClock() if clock is None else clock
         self._patience = patience
         self._flat = flat
         self._source = "not yet opened"
-        self._taken = PartialTake()
+        self.taken = PartialTake()
         self._ended = threading.Event()
         self._run: ActionStatus | None = None
         self._collected = True
         self._stamp = 0.0
-
-    @property
-    def name(self) -> str:
-        """Prefix of the fields."""
-        return self._name
-
-    @property
-    def plan(self) -> BlockPlan:
-        """What the next block will be."""
-        return self._plan
-
-    @property
-    def taken(self) -> PartialTake:
-        """Chunks of the last block, complete or not."""
-        return self._taken
 
     def prepare(self, value: BlockPlan) -> ActionStatus:
         """Check the next block; its waveform is judged by the envelope and loaded here."""
         self._require_idle("prepare")
         if value.volts is not None and value.wave_rate is not None:
             if self._wave is None:
-                raise UnusableInput(f"{self._name}: a waveform, but no output for it; give wave=")
+                raise UnusableInput(f"{self.name}: a waveform, but no output for it; give wave=")
             self._wave.prepare(value.volts, value.wave_rate)
-        self._plan = value
-        return ActionStatus.finished(f"prepare {self._name}")
+        self.plan = value
+        return ActionStatus.finished(f"prepare {self.name}")
 
     def kickoff(self) -> ActionStatus:
         """Arm, and start the waveform if there is one."""
         self._require_idle("kickoff")
-        acquisition = self._make(self._plan.samples, self._plan.rate)
+        acquisition = self._make(self.plan.samples, self.plan.rate)
         self._source = source_of(acquisition.identity)
-        self._taken, self._collected = PartialTake(), False
+        self.taken, self._collected = PartialTake(), False
         self._ended = threading.Event()
-        wave = None if self._plan.volts is None else self._wave
+        wave = None if self.plan.volts is None else self._wave
         acquisition.kickoff()
-        plan, taken, ended = self._plan, self._taken, self._ended
+        plan, taken, ended = self.plan, self.taken, self._ended
         self._stamp = time.time()
         self._run = ActionStatus.run(
-            f"take {self._name}",
+            f"take {self.name}",
             lambda: take_block(acquisition, wave, plan, self._clock, taken, ended, self._patience),
         )
-        return ActionStatus.finished(f"arm {self._name}")
+        return ActionStatus.finished(f"arm {self.name}")
 
     def complete(self) -> ActionStatus:
         """Return the status of the running block."""
-        return ActionStatus.finished(f"take {self._name}") if self._run is None else self._run
+        return ActionStatus.finished(f"take {self.name}") if self._run is None else self._run
 
     def trigger(self) -> ActionStatus:
         """Take a whole block, as a detector."""
@@ -138,24 +123,24 @@ class BlueskyBlock:
 
     def describe(self) -> dict[str, dict[str, Any]]:
         """Return shapes, units and source of the block's fields."""
-        n = self._plan.samples
+        n = self.plan.samples
         keys = {
-            f"{self._name}_{k}": array_key(self._source, u, n, np.dtype(np.float64))
+            f"{self.name}_{k}": array_key(self._source, u, n, np.dtype(np.float64))
             for k, u in self._units.items()
         }
-        keys[f"{self._name}_flags"] = array_key(self._source, "", n, np.dtype(np.uint16))
+        keys[f"{self.name}_flags"] = array_key(self._source, "", n, np.dtype(np.uint16))
         return keys
 
     def describe_collect(self) -> dict[str, Any]:
         """Return `describe` by stream, or that of the block alone if `flat`."""
         if self._flat:
             return self.describe()
-        streams = {self._name: self.describe()}
-        if self._plan.volts is not None:
-            n = self._plan.volts.size
-            streams[f"{self._name}_output"] = {
-                f"{self._name}_output_V": array_key("output", "V", n, np.dtype(np.float64)),
-                f"{self._name}_output_flags": array_key("output", "", n, np.dtype(np.uint16)),
+        streams = {self.name: self.describe()}
+        if self.plan.volts is not None:
+            n = self.plan.volts.size
+            streams[f"{self.name}_output"] = {
+                f"{self.name}_output_V": array_key("output", "V", n, np.dtype(np.float64)),
+                f"{self.name}_output_flags": array_key("output", "", n, np.dtype(np.uint16)),
             }
         return streams
 
@@ -166,39 +151,39 @@ class BlueskyBlock:
         self._require_idle("collect")
         self._collected = True
         yield self._page(self._block())
-        if self._plan.volts is not None and not self._flat:
-            arrays = block_arrays(self._taken.output, self._plan.volts.size, _OUTPUT_UNITS)
-            yield self._page({f"{self._name}_output_{k}": v for k, v in arrays.items()})
+        if self.plan.volts is not None and not self._flat:
+            arrays = block_arrays(self.taken.output, self.plan.volts.size, _OUTPUT_UNITS)
+            yield self._page({f"{self.name}_output_{k}": v for k, v in arrays.items()})
 
     def read_configuration(self) -> dict[str, dict[str, Any]]:
         """Return rate, length and waveform rate."""
-        rate = self._plan.wave_rate
+        rate = self.plan.wave_rate
         return readings(
             {
-                f"{self._name}_rate": self._plan.rate,
-                f"{self._name}_samples": self._plan.samples,
-                f"{self._name}_wave_rate": float("nan") if rate is None else rate,
+                f"{self.name}_rate": self.plan.rate,
+                f"{self.name}_samples": self.plan.samples,
+                f"{self.name}_wave_rate": float("nan") if rate is None else rate,
             }
         )
 
     def describe_configuration(self) -> dict[str, dict[str, Any]]:
         """Return the keys of `read_configuration`."""
         return {
-            f"{self._name}_rate": number_key(self._source, "Hz"),
-            f"{self._name}_samples": {"source": self._source, "dtype": "integer", "shape": []},
-            f"{self._name}_wave_rate": number_key(self._source, "Hz"),
+            f"{self.name}_rate": number_key(self._source, "Hz"),
+            f"{self.name}_samples": {"source": self._source, "dtype": "integer", "shape": []},
+            f"{self.name}_wave_rate": number_key(self._source, "Hz"),
         }
 
     def stage(self) -> ActionStatus:
         """End what an earlier run may have left."""
         self.stop()
         self._collected = True
-        return ActionStatus.finished(f"stage {self._name}")
+        return ActionStatus.finished(f"stage {self.name}")
 
     def unstage(self) -> ActionStatus:
         """End what is running."""
         self.stop()
-        return ActionStatus.finished(f"unstage {self._name}")
+        return ActionStatus.finished(f"unstage {self.name}")
 
     def stop(self, success: bool = True) -> None:
         """End a running block; its waveform is left early and ramps down."""
@@ -214,8 +199,8 @@ class BlueskyBlock:
         """Do nothing: the plan takes a new block."""
 
     def _block(self) -> dict[str, NDArray[Any]]:
-        arrays = block_arrays(self._taken.block, self._plan.samples, self._units)
-        return {f"{self._name}_{k}": v for k, v in arrays.items()}
+        arrays = block_arrays(self.taken.block, self.plan.samples, self._units)
+        return {f"{self.name}_{k}": v for k, v in arrays.items()}
 
     def _page(self, arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         return {
@@ -226,4 +211,4 @@ class BlueskyBlock:
 
     def _require_idle(self, what: str) -> None:
         if self._run is not None and not self._run.done:
-            raise UnusableInput(f"{self._name}: {what} while a block is being taken; wait or stop")
+            raise UnusableInput(f"{self.name}: {what} while a block is being taken; wait or stop")

@@ -64,33 +64,28 @@ class BlueskyDisplacement:
         self, source: DisplacementSource, name: str = "displacement", *, zero_on_stage: bool = True
     ) -> None:
         self._source = source
-        self._name = name
+        self.name = name
         self._zero_on_stage = zero_on_stage
         self._last: DisplacementReading | None = None
 
     @property
-    def name(self) -> str:
-        """Name of the field."""
-        return self._name
-
-    @property
     def hints(self) -> dict[str, Any]:
         """What to plot."""
-        return {"fields": [self._name]}
+        return {"fields": [self.name]}
 
     def trigger(self) -> ActionStatus:
         """Take one value.
 
         A lost beam fails it: every later value would be off by unknown fringes.
         """
-        return ActionStatus.run(f"read {self._name}", self._take)
+        return ActionStatus.run(f"read {self.name}", self._take)
 
     def _take(self) -> DisplacementReading:
         reading = self._source.read()
         self._last = reading
         if reading.flags & (Flag.BEAM_LOST | Flag.MISCOUNT):
             raise BeamLost(
-                f"{self._name}: {reading.value:g} m is off by unknown fringes; align and zero",
+                f"{self.name}: {reading.value:g} m is off by unknown fringes; align and zero",
                 partial=reading,
             )
         return reading
@@ -98,24 +93,24 @@ class BlueskyDisplacement:
     def read(self) -> dict[str, dict[str, Any]]:
         """Return the value of the last trigger (m) and its flags; without one, take it now."""
         last = self._take() if self._last is None else self._last
-        return readings({self._name: last.value, f"{self._name}_flags": int(last.flags)})
+        return readings({self.name: last.value, f"{self.name}_flags": int(last.flags)})
 
     def describe(self) -> dict[str, dict[str, Any]]:
         """Return unit and source."""
         source = source_of(self._source.identity)
         return {
-            self._name: number_key(source, "m", precision=12),
-            f"{self._name}_flags": {"source": source, "dtype": "integer", "shape": []},
+            self.name: number_key(source, "m", precision=12),
+            f"{self.name}_flags": {"source": source, "dtype": "integer", "shape": []},
         }
 
     def stage(self) -> ActionStatus:
         """Forget the last value, and set to zero if asked for."""
         self._last = None
         if not self._zero_on_stage:
-            return ActionStatus.finished(f"stage {self._name}")
-        return ActionStatus.run(f"zero {self._name}", self._source.zero)
+            return ActionStatus.finished(f"stage {self.name}")
+        return ActionStatus.run(f"zero {self.name}", self._source.zero)
 
     def unstage(self) -> ActionStatus:
         """Forget the last value."""
         self._last = None
-        return ActionStatus.finished(f"unstage {self._name}")
+        return ActionStatus.finished(f"unstage {self.name}")

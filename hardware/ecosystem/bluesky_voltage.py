@@ -50,7 +50,7 @@ class BlueskyVoltage:
         clock: Clock | None = None,
     ) -> None:
         self._output = output
-        self._name = name
+        self.name = name
         self._rate = rate
         self._readback = readback
         self._settle = settle
@@ -59,14 +59,9 @@ class BlueskyVoltage:
         self._move = ActionStatus.finished(f"{name} at rest")
 
     @property
-    def name(self) -> str:
-        """Name of the field."""
-        return self._name
-
-    @property
     def hints(self) -> dict[str, Any]:
         """What to plot."""
-        return {"fields": [self._name]}
+        return {"fields": [self.name]}
 
     @property
     def position(self) -> float:
@@ -89,7 +84,7 @@ class BlueskyVoltage:
         """Ramp to a voltage (V); refused at once if it is outside of the envelope."""
         self.check_value(value)
         self._setpoint = float(value)
-        self._move = ActionStatus.run(f"{self._name} to {value:g} V", lambda: self._go(value))
+        self._move = ActionStatus.run(f"{self.name} to {value:g} V", lambda: self._go(value))
         return self._move
 
     def _go(self, value: float) -> None:
@@ -103,10 +98,10 @@ class BlueskyVoltage:
 
     def read(self) -> dict[str, dict[str, Any]]:
         """Return the voltage last commanded (V), and the measured one if asked for."""
-        values = {self._name: self.position}
+        values = {self.name: self.position}
         if self._readback:
             measured = self._output.read()
-            values[f"{self._name}_readback"] = float("nan") if measured is None else measured
+            values[f"{self.name}_readback"] = float("nan") if measured is None else measured
         return readings(values)
 
     def describe(self) -> dict[str, dict[str, Any]]:
@@ -115,9 +110,9 @@ class BlueskyVoltage:
         envelope = self._output.envelope
         key = number_key(source, "V")
         key["limits"] = {"control": {"low": envelope.v_min, "high": envelope.v_max}}
-        keys = {self._name: key}
+        keys = {self.name: key}
         if self._readback:
-            keys[f"{self._name}_readback"] = number_key(source, "V")
+            keys[f"{self.name}_readback"] = number_key(source, "V")
         return keys
 
     def read_configuration(self) -> dict[str, dict[str, Any]]:
@@ -125,9 +120,9 @@ class BlueskyVoltage:
         envelope, rate = self._output.envelope, self._rate
         return readings(
             {
-                f"{self._name}_envelope": envelope.describe(),
-                f"{self._name}_ramp_rate": envelope.ramp_rate if rate is None else rate,
-                f"{self._name}_has_watchdog": self._output.status.has_watchdog,
+                f"{self.name}_envelope": envelope.describe(),
+                f"{self.name}_ramp_rate": envelope.ramp_rate if rate is None else rate,
+                f"{self.name}_has_watchdog": self._output.status.has_watchdog,
             }
         )
 
@@ -135,20 +130,20 @@ class BlueskyVoltage:
         """Return the keys of `read_configuration`."""
         source = source_of(self._output.identity)
         return {
-            f"{self._name}_envelope": {"source": source, "dtype": "string", "shape": []},
-            f"{self._name}_ramp_rate": number_key(source, "V/s"),
-            f"{self._name}_has_watchdog": {"source": source, "dtype": "boolean", "shape": []},
+            f"{self.name}_envelope": {"source": source, "dtype": "string", "shape": []},
+            f"{self.name}_ramp_rate": number_key(source, "V/s"),
+            f"{self.name}_has_watchdog": {"source": source, "dtype": "boolean", "shape": []},
         }
 
     def stage(self) -> ActionStatus:
         """Power the output up if nobody knows its voltage."""
         if self._output.state is OutputState.UNKNOWN:
-            return ActionStatus.run(f"power up {self._name}", self._output.power_up)
-        return ActionStatus.finished(f"stage {self._name}")
+            return ActionStatus.run(f"power up {self.name}", self._output.power_up)
+        return ActionStatus.finished(f"stage {self.name}")
 
     def unstage(self) -> ActionStatus:
         """Park."""
-        return ActionStatus.run(f"park {self._name}", self._output.stop)
+        return ActionStatus.run(f"park {self.name}", self._output.stop)
 
     def stop(self, success: bool = True) -> None:
         """Park, and wait for it: nothing in a run is more urgent.

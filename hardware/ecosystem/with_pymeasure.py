@@ -101,7 +101,7 @@ class PyMeasureVoltage(Instrument):  # type: ignore[misc]
         As for every instrument of PyMeasure.
     driver : callable
         Makes a `RawOutput` from a transport, such as
-        ``lambda link: GcsController(OwnGcsTalk(link))``.
+        ``lambda link: GcsController(GcsTalk(link))``.
     envelope : Envelope
         Limits of the actuator.
     clock : Clock, optional

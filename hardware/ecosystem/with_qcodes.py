@@ -137,16 +137,8 @@ class BlockInstrument(Instrument):
     ----------
     name : str
         Of the instrument.
-    make : callable
-        Returns an acquisition that is ready for ``kickoff``, given samples and rate (Hz).
-    units : mapping of str to str
-        Channels and their units.
-    plan : BlockPlan, optional
-        First length and rate; by default 32768 samples at 3125 Hz.
-    clock : Clock, optional
-        Time of the program.
-    patience : float
-        Time (s) on top of the duration after which a missing sample is a fault.
+    make, units, plan, clock, patience
+        As of `BlueskyBlock`.
     """
 
     def __init__(
@@ -161,7 +153,7 @@ class BlockInstrument(Instrument):
         **options: Any,
     ) -> None:
         super().__init__(name, **options)
-        first = BlockPlan(32768, 3125.0) if plan is None else plan
+        first = plan or BlockPlan()
         self._make, self._units, self._patience = make, dict(units), patience
         self._clock: Clock = WallClock() if clock is None else clock
         self._arrays: dict[str, NDArray[Any]] = {}

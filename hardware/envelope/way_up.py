@@ -19,7 +19,7 @@ def power_up(line: OutputLine, step: float, noise: float) -> None:
 
     Parameters
     ----------
-    line : Line
+    line : OutputLine
     step, noise : float
         Of the proof (V); see `prove`.
     """

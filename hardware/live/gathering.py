@@ -54,11 +54,12 @@ class Gathering:
         self._totals = dict(totals)
         self._streams: dict[str, _Stream] = {s: _Stream() for s in totals}
         self._warnings: dict[str, None] = {}
-        self._phase = ""
+        self.phase = ""
         self.urgent = False
         """Whether a warning came since the last state."""
-        self._output = ""
-        self._stored: int | None = None
+        self.output = ""
+        self.stored: int | None = None
+        """Shown as they are, see `LiveState`."""
         self._ended = False
 
     def take(self, chunk: Chunk) -> None:
@@ -71,18 +72,6 @@ class Gathering:
     def filled(self, stream: str, share: float) -> None:
         """Say how full the buffer of a stream is, 0 to 1."""
         self._streams.setdefault(stream, _Stream()).fill = share
-
-    def output(self, state: str) -> None:
-        """Say what the output does."""
-        self._output = state
-
-    def phase(self, phase: str) -> None:
-        """Say what is being done."""
-        self._phase = phase
-
-    def stored(self, size: int) -> None:
-        """Say how many bytes the journal has."""
-        self._stored = size
 
     def warn(self, sentence: str) -> None:
         """Show a sentence from now on; once, however often it comes."""
@@ -99,8 +88,8 @@ class Gathering:
         elapsed = self._clock.now() - self._start
         streams = tuple(s.state(n, self._totals.get(n)) for n, s in self._streams.items())
         return LiveState(
-            self._name, elapsed, self._left(elapsed, streams), streams, self._output,
-            tuple(self._warnings), self._stored, self._ended, self._phase,
+            self._name, elapsed, self._left(elapsed, streams), streams, self.output,
+            tuple(self._warnings), self.stored, self._ended, self.phase,
         )  # fmt: skip
 
     def _left(self, elapsed: float, streams: tuple[StreamState, ...]) -> float | None:

@@ -20,7 +20,7 @@ def watching(
 
     Parameters
     ----------
-    plan : Plan
+    plan : TakePlan
     station : Station
     quiet : bool
         Print nothing; the picture is drawn all the same.

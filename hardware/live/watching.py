@@ -66,7 +66,7 @@ class Watching:
             self.gathering.take(chunk)
         if report.late:
             self.gathering.warn("output: samples came late, see the flag LATE")
-        self.gathering.phase(report.phase)
+        self.gathering.phase = report.phase
         if report.phase == "end":
             self.gathering.end()
         self.refresh(report.phase == "end")
@@ -78,7 +78,7 @@ class Watching:
         if not (view or picture):
             return
         if self._stored is not None:
-            self.gathering.stored(self._stored())
+            self.gathering.stored = self._stored()
         state = self.gathering.state()
         if self._view is not None and view:
             self._view.show(state)

@@ -151,7 +151,7 @@ def correct_record(
 
     Returns
     -------
-    Corrected
+    AirCorrected
         Nothing is corrected, and all is flagged, if no reading is usable.
     """
     x = np.asarray(position, dtype=np.float64)

@@ -112,14 +112,10 @@ def sensitivity(
 
     Parameters
     ----------
-    temperature, pressure, humidity : float
-        K, Pa, relative (0 to 1).
-    wavelength : float
-        In vacuum (m).
+    temperature, pressure, humidity, wavelength, domain
+        As in `edlen_index`.
     formula : callable
         `ciddor_index` or `edlen_index`.
-    domain : Domain
-        Air outside is refused.
 
     Returns
     -------

@@ -131,7 +131,7 @@ def edlen_index(
         In vacuum (m).
     water_term : {"nist", "1994"}
         NIST's, that holds away from 20 C too, or as printed in 1994 (most devices).
-    domain : Domain
+    domain : ValidRange
         Values outside are refused.
 
     Returns

@@ -78,11 +78,11 @@ def assemble(
     ----------
     journal : JournalFile
         Raw streams.
-    plan : Plan
+    plan : TakePlan
         What was asked for.
     origins : sequence of StreamOrigin
         Devices and nominal rates.
-    wiring : Wiring
+    wiring : ClockWiring
         What is known of clocks and trigger beforehand.
     sensor, length, copy : str
         Stream of the sensor, its displacement, and its copy of the voltage where there is one.

@@ -66,11 +66,11 @@ def record(
     ----------
     station : Station
         The bench.
-    plan : Plan
+    plan : TakePlan
         What to do.
     target : Path
         NAME or NAME.npz; the raw data go to NAME.journal beside it, as they arrive.
-    wiring : Wiring, optional
+    wiring : ClockWiring, optional
         What is known of clocks and trigger; read from the plan if not given.
     watch : callable, optional
         Told of the progress.

@@ -74,7 +74,7 @@ def take(station: Station, plan: TakePlan, journal: Notebook, watch: Watch | Non
     ----------
     station : Station
         The bench.
-    plan : Plan
+    plan : TakePlan
         What to do; its waveform is checked against the envelope before anything is sent.
     journal : Notebook
         Receives every chunk as it arrives, and events: air, zero, trigger, errors.

@@ -26,16 +26,12 @@ class MaxwellSlipPlant(BenchPlant):
 
     Parameters
     ----------
-    plant
-        Linear part.
     place
         ``"C_nl"`` or ``"k"``.
     radii
         Slip limits r_j (C or m).
     gains
         Stiffness g_j of the elements (V/C or N/m).
-    u_start
-        Voltage (V) at rest, with every element relaxed.
     """
 
     plant: PlantParameters
@@ -126,14 +122,10 @@ class DryFrictionPlant(BenchPlant):
 
     Parameters
     ----------
-    plant
-        Linear part.
     F_c, F_s
         Sliding and static friction (N).
     v_s
         Stribeck velocity (m/s).
-    u_start
-        Voltage (V) at rest.
     """
 
     plant: PlantParameters

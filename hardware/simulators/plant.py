@@ -64,7 +64,15 @@ NOMINAL = PlantParameters(C_q=1.5e-6, T=0.036, k=60e6, m=0.108, b=200.0, R_e=20.
 
 
 class BenchPlant(ABC):
-    """What the plants share: the linear stores, and nothing between drive and lead."""
+    """What the plants share: the linear stores, and nothing between drive and lead.
+
+    Parameters
+    ----------
+    plant
+        Linear part; that of the fast ones where there are slow parts.
+    u_start
+        Voltage (V) at which the bench rests before the recording, all slow parts settled at it.
+    """
 
     __slots__ = ()
 
@@ -92,16 +100,12 @@ class PolynomialPlant(BenchPlant):
 
     Parameters
     ----------
-    plant
-        Linear part.
     dielectric
         ``(c2, c3)`` of ``V_C = q/C_q + c2 r^2 + c3 r^3``, r = q - C_q BIAS (V/C^2, V/C^3).
     spring
         ``(k2, k3)`` of ``F = k x1 + k2 x1^2 + k3 x1^3`` (N/m^2, N/m^3).
     drag
         ``b2`` of ``F_R = b v + b2 v |v|`` (N s^2/m^2).
-    u_start
-        Voltage (V) at which the bench rests before the recording.
     """
 
     plant: PlantParameters
@@ -153,15 +157,7 @@ class PolynomialPlant(BenchPlant):
 
 @dataclass(frozen=True, slots=True)
 class LinearPlant(BenchPlant):
-    """The nominal plant, its coefficients multiplied out for speed.
-
-    Parameters
-    ----------
-    plant
-        Parameters.
-    u_start
-        Voltage (V) at which the bench rests before the recording.
-    """
+    """The nominal plant, its coefficients multiplied out for speed."""
 
     plant: PlantParameters
     u_start: float = BIAS
@@ -217,12 +213,8 @@ class LaggedPlant(BenchPlant):
 
     Parameters
     ----------
-    plant
-        Parameters.
     tau
         Time constant of the amplifier (s).
-    u_start
-        Voltage (V) at rest.
     """
 
     plant: PlantParameters
@@ -268,16 +260,12 @@ class CreepingPlant(BenchPlant):
 
     Parameters
     ----------
-    plant
-        Parameters of the fast part.
     place
         ``"C_nl"`` or ``"k"``.
     ratios
         Slow over fast compliance of every branch (-).
     taus
         Time constants (s).
-    u_start
-        Voltage (V) at rest; all branches have settled at it.
     """
 
     plant: PlantParameters

@@ -10,7 +10,7 @@ from typing import Any
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, RawOutput
 from hardware.devices.amplifier import Amplifier, AnalogueAmplifier, Monitors
-from hardware.devices.controllers import GcsController, GcsWave, OwnGcsTalk, PIPythonTalk
+from hardware.devices.controllers import GatewayTransport, GcsController, GcsTalk, GcsWave
 from hardware.devices.daq import (
     MF624,
     MF634,
@@ -161,12 +161,8 @@ def _gcs(settings: OutputSettings, clock: Clock, opened: contextlib.ExitStack) -
         raise UnusableInput(
             f"output: address {settings.address!r} of a GCS controller must be HOST:PORT"
         )
-    talk: Any
-    if settings.kind == "pipython":
-        talk = PIPythonTalk(TcpTransport(host, int(port)))
-    else:
-        talk = OwnGcsTalk(TcpTransport(host, int(port)))
-    raw = GcsController(talk, clock=clock)
+    by = GatewayTransport.by_pisocket if settings.kind == "pipython" else TcpTransport
+    raw = GcsController(GcsTalk(by(host, int(port))), clock=clock)
     opened.callback(raw.close)
 
     def wave(way: Synchronisation) -> RawWave:

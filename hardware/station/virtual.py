@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
@@ -74,8 +72,7 @@ def stub_library() -> str:
     """Compile the stub of the vendor's library into the user's cache; returns its path."""
     from hardware.simulators.siosifm import build
 
-    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     try:
-        return str(build(Path(root) / "bondsight" / "bench"))
+        return str(build())
     except OSError as error:
         raise UnusableInput(f"bench: {error}") from None

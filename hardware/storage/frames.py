@@ -101,7 +101,7 @@ class Frame:
 
     Parameters
     ----------
-    kind : Kind
+    kind : FrameKind
         What it is.
     number : int
         Its number.

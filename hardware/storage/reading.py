@@ -88,15 +88,7 @@ class JournalFile:
         )
 
     def chunks(self, stream: str) -> Iterator[Chunk]:
-        """Yield the chunks of a stream one by one, for records larger than the memory.
-
-        Raises
-        ------
-        UnknownName
-            There is no such stream.
-        UnusableInput
-            The file changed since it was opened.
-        """
+        """Yield the chunks of a stream one by one, for large records; raises as `read` does."""
         if stream not in self.streams:
             raise unknown_name("stream", stream, self.path.name, self.streams)
         units = dict(self.streams[stream].units)

@@ -3,8 +3,9 @@
 >>> import numpy as np
 >>> drive_time = np.arange(4000) / 1000.0
 >>> drive = Stream.of(1000.0, V=50 - 50 * np.cos(2 * np.pi * 3.0 * drive_time))
->>> late = Held(drive.channels["V"][:, None], 1e-3, lag=5e-4).at(np.arange(3900) / 1000.0 + 2e-3)
->>> found = align(drive, Stream.of(1000.0, V_copy=late[0][:, 0]), Wiring(lag=5e-4))
+>>> held = HeldColumns(drive.channels["V"][:, None], 1e-3, lag=5e-4)
+>>> late = held.at(np.arange(3900) / 1000.0 + 2e-3)
+>>> found = align(drive, Stream.of(1000.0, V_copy=late[0][:, 0]), ClockWiring(lag=5e-4))
 >>> print(f"{1e3 * found.map.delay:.3f} ms")
 2.000 ms
 """

@@ -39,7 +39,7 @@ def align(
         With the commanded voltage.
     sensor : Stream
         With the length, the copy of the voltage, or both.
-    wiring : Wiring, optional
+    wiring : ClockWiring, optional
     command, length, copy : str
         Channels; a length or a copy that is not there is not used.
     budget : Budget, optional

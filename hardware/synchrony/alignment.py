@@ -63,7 +63,7 @@ class Alignment:
         Of the copy over the commanded voltage; NaN without a copy.
     rms : float
         What is left of copy or length, in its unit.
-    gaps : tuple of Gap
+    gaps : tuple of SilentLoss
     alternatives : tuple of float
         Other delays (s) that explain the record as well (periods of the drive).
     notes : tuple of str

@@ -94,7 +94,7 @@ def checked(alignment: Alignment, budget: Budget) -> Alignment:
 
     Raises
     ------
-    ClockSkew
+    ClockSkewError
         With the alignment as `partial`.
     """
     worst = alignment.worst if alignment.delay_known else alignment.skew_over_record

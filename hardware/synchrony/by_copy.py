@@ -47,7 +47,7 @@ def align_by_copy(
     Parameters
     ----------
     drive, sensor : Stream
-    wiring : Wiring
+    wiring : ClockWiring
     command, copy : str
         Channels of drive and sensor.
 
@@ -133,11 +133,9 @@ def align_by_copy(
 def _material(
     drive: Stream, sensor: Stream, wiring: ClockWiring, command: str, copy: str
 ) -> tuple[HeldColumns, AlignmentData]:
-    volts = np.interp(np.arange(drive.numbers[0], drive.numbers[-1] + 1), drive.numbers,
-                      drive.channel(command))  # fmt: skip
     usable = sensor.usable(copy)
     time = sensor.time[usable]
-    held = HeldColumns(volts[:, None], 1.0 / drive.rate, wiring.hold)
+    held = HeldColumns(drive.filled(command)[:, None], 1.0 / drive.rate, wiring.hold)
     return held, AlignmentData(held, time, sensor.channel(copy)[usable], np.ones((time.size, 1)))
 
 

@@ -67,7 +67,7 @@ def align_by_length(
     Parameters
     ----------
     drive, sensor : Stream
-    wiring : Wiring
+    wiring : ClockWiring
     command, length : str
         Channels.
     model : callable, optional
@@ -196,11 +196,9 @@ def _by_plays(
     step = 1.0 / drive.rate
     usable = sensor.usable(length)
     t = sensor.time[usable]
-    volts = np.interp(np.arange(drive.numbers[0], drive.numbers[-1] + 1), drive.numbers,
-                      drive.channel(command))  # fmt: skip
     lag = FIRST_LAG * step if wiring.lag is None else wiring.lag
     trend = np.ones((t.size, 1))
-    held = HeldColumns(volts[:, None], step, wiring.hold, lag)
+    held = HeldColumns(drive.filled(command)[:, None], step, wiring.hold, lag)
     plain = AlignmentData(held, t, sensor.channel(length)[usable], trend)
     far = 16.0 / sensor.rate if wiring.most_delay is None else wiring.most_delay
     skew = 1e-9 if wiring.shared_clock else wiring.most_skew

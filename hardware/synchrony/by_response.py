@@ -71,9 +71,7 @@ def skew_by_response(
     command, length : str
         Channels.
     """
-    volts = np.interp(
-        np.arange(drive.numbers[0], drive.numbers[-1] + 1), drive.numbers, drive.channel(command)
-    )
+    volts = drive.filled(command)
     usable = sensor.usable(length)
     if float(np.ptp(volts)) == 0.0 or int(usable.sum()) < 4 * TAPS:
         return None

@@ -30,8 +30,8 @@ class Coarse:
 
     Attributes
     ----------
-    guess : Guess
-    early : Guess
+    guess : TimeMapGuess
+    early : TimeMapGuess
         Of the first window alone: right there, whatever happened later.
     others : tuple of float
         Delays (s) that explain the record as well: a periodic drive looks the same a period later.
@@ -54,9 +54,9 @@ def first_guess(
 
     Parameters
     ----------
-    material : Material
+    material : AlignmentData
         Evenly sampled time.
-    held : Held
+    held : HeldColumns
         Its first column is what is searched for.
     expected, reach : float
         Delay and how far from it to look (s).

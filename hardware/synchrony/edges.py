@@ -32,11 +32,11 @@ def by_edges(
 
     Parameters
     ----------
-    material : Material
+    material : AlignmentData
         A copy of steps.
-    held : Held
+    held : HeldColumns
         The steps.
-    fitted : Fitted
+    fitted : FittedTimeMap
         Right to less than half a step.
     one_ratio : bool
         The ratio is 1 exactly.

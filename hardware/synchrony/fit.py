@@ -83,7 +83,7 @@ class FittedTimeMap:
 
     Attributes
     ----------
-    guess : Guess
+    guess : TimeMapGuess
     rest : ndarray
         (n,), what is left.
     jacobian : ndarray
@@ -123,8 +123,8 @@ def fit(
 
     Parameters
     ----------
-    material : Material
-    start : Guess
+    material : AlignmentData
+    start : TimeMapGuess
     noise : float, optional
         Standard deviation of the values, against which beliefs are weighed; by default what is
         left at each step.

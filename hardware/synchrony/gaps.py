@@ -44,11 +44,11 @@ def find_gaps(
 
     Parameters
     ----------
-    material : Material
+    material : AlignmentData
         The copy; sample n at ``time[n]`` if none were lost.
-    held : Held
+    held : HeldColumns
         Its drive.
-    start : Guess
+    start : TimeMapGuess
         Right at the beginning of the record.
     lag : float, optional
         Of the amplifier (s), where it is known.

@@ -147,10 +147,11 @@ def _driven(
     """Return the voltage at instants of the drive's clock, and the flags of its samples."""
     full = np.arange(drive.numbers[0], drive.numbers[-1] + 1)
     where = drive.numbers - drive.numbers[0]
-    volts = np.interp(full, drive.numbers, drive.channel(command))
     flags = np.full(full.size, np.uint16(Flag.LOST_BEFORE))
     flags[where] = drive.flags
-    held = HeldColumns(volts[:, None], 1.0 / drive.rate, alignment.hold, alignment.lag)
+    held = HeldColumns(
+        drive.filled(command)[:, None], 1.0 / drive.rate, alignment.hold, alignment.lag
+    )
     local = time - full[0] / drive.rate
     k = np.clip(np.floor(local * drive.rate).astype(np.intp), 0, full.size - 1)
     marks = flags[k]

@@ -26,7 +26,7 @@ class Played:
 
     Parameters
     ----------
-    volts : Held
+    volts : HeldColumns
         One column.
     widths : tuple of float
         Thresholds r (V), positive, increasing.

@@ -29,10 +29,10 @@ def settled(
 
     Parameters
     ----------
-    material : Material
-    held : Held
+    material : AlignmentData
+    held : HeldColumns
         Its drive.
-    begun : Guess
+    begun : TimeMapGuess
         With a smooth lag; right to a fraction of a step.
     lag : float, optional
         Declared lag (s); None: not known, then many starts.

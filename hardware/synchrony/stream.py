@@ -109,6 +109,11 @@ class Stream:
             raise unknown_name("channel", name, "the stream", self.channels)
         return self.channels[name]
 
+    def filled(self, name: str) -> Array:
+        """Return a channel at every number from first to last, straight across gaps, ``(m,)``."""
+        every = np.arange(self.numbers[0], self.numbers[-1] + 1)
+        return np.interp(every, self.numbers, self.channel(name))
+
     def usable(self, name: str) -> NDArray[np.bool_]:
         """Return which samples of a channel an estimate may use, ``(n,)``."""
         return np.asarray(np.isfinite(self.channel(name)) & ((self.flags & int(SPOILT)) == 0))

@@ -68,17 +68,12 @@ class ModelPlant:
             raise UnusableInput(f"{graph.name}: step and substeps must be positive")
         _checked(graph, source, [displacement, *([current] if current else [])])
         self._name = graph.name
-        self._step = step
+        self.step = step
         self._march: March = march_of(graph, source, dict(parameters or {}), step, substeps)
         names = self._march.outputs
         self._x = names.index(displacement)
         self._i = names.index(current) if current else None
         self._zero = float(self._march.rest[self._x])
-
-    @property
-    def step(self) -> float:
-        """Step (s)."""
-        return self._step
 
     def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per value of the source, ``(n,)``.

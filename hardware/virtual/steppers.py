@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from bondgraph.equations.program import Program
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.simulation.exact_run import prepare, run_record
 from bondgraph.simulation.lure import Compiled, law_slices
-from bondgraph.simulation.simulate import equilibrium, exact_form, prepare, run_record
+from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.start import equilibrium
 from bondgraph.support.errors import BondsightError, UnusableInput
 
 __all__ = ["March", "march_of"]

@@ -60,7 +60,7 @@ class Diagnosis:
         The model as declared in structure, parameters fitted.
     steps : tuple of Decision
         One for each effect that was named, and the last one that stopped the search.
-    trials : tuple of Trial
+    trials : tuple of Candidate
         All effects at all places of the first step, best held-out score first.
     ranking : tuple of Screened
         The linear screening of the first step.

@@ -38,7 +38,7 @@ _PRIORS: Mapping[str, Callable[..., Prior]] = {"normal": Normal, "log-normal": L
 _OPTIONS = ("initial", "hold", "noise", "init", "silent", "window", "n_sub")
 
 
-def save(
+def save_fit(
     estimation: Estimation,
     path: str | Path,
     *,
@@ -104,14 +104,14 @@ def open_fit(
     *,
     laws: Iterable[type[Law]] = (),
 ) -> Estimation:
-    """Reopen what `save` wrote: the same values, simulations and text, ready to go on fitting.
+    """Reopen what `save_fit` wrote: the same values, simulations and text, ready to go on fitting.
 
     Parameters
     ----------
     recordings : Recording or sequence of Recording
         Those that the file only names; their values must be the same bit by bit.
     laws : iterable of type of Law, optional
-        As given to `save`.
+        As given to `save_fit`.
 
     Raises
     ------

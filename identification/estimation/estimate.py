@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bondgraph.simulation.simulate import HOLDS
+from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.estimation.cautions import (

@@ -90,7 +90,7 @@ def guess(study: Study, seed: int = 0, progress: Progress | None = None) -> Stud
     --------
     >>> from actuators.models.textbook import thermal_lag
     >>> from bondgraph import Recording
-    >>> from bondgraph.simulate import simulate
+    >>> from bondgraph import simulate
     >>> t = 0.02 * np.arange(1000)
     >>> u = np.sign(np.sin(2.0 * t) + np.sin(5.1 * t))
     >>> y = simulate(thermal_lag(resistance=2.0), t, {"u": u})["y"]

@@ -34,9 +34,9 @@ class Descent:
 
     Attributes
     ----------
-    point : Stacked
+    point : JointPoint
         Best point found.
-    evaluations : tuple of Evaluation
+    evaluations : tuple of ResidualEvaluation
         Simulations there, with derivatives.
     cost : float
         Mean square of residuals and priors.

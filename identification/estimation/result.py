@@ -39,12 +39,12 @@ class Estimation:
     Attributes
     ----------
     study : Study
-    setting : Setting
+    setting : SettledSetting
         What was chosen from the data: noise, sub-steps, behaviour of the commands.
     method, optimiser : str
-    status : Status
+    status : FitStatus
         How it ended, in words.
-    point : Stacked
+    point : JointPoint
         Scaled unknowns and initial states of the fitted recordings.
     covariance : ndarray, shape (n, n)
         Of the scaled unknowns (``point.theta``).

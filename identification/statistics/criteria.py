@@ -76,7 +76,7 @@ def criteria(
 
     Parameters
     ----------
-    levels : sequence of Level
+    levels : sequence of ResidualLevel
     n_free : int
         Numbers fitted, noise levels apart.
     memories : sequence of float, optional
@@ -89,7 +89,7 @@ def criteria(
 
     Examples
     --------
-    >>> found = criteria([Level(1e-6, 1000)], n_free=3)
+    >>> found = criteria([ResidualLevel(1e-6, 1000)], n_free=3)
     >>> round(found.bic - found.aic, 3)
     19.631
     """

@@ -14,21 +14,13 @@ import numpy as np
 from bondgraph.equations.program import Program
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter
+from bondgraph.simulation.exact_run import KernelRun, Memories, Prepared, prepare, run_prepared
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.radau.native import PreparedGeneral, prepare_general, run_general
 from bondgraph.simulation.radau.start import inputs_of as general_inputs
 from bondgraph.simulation.radau.start import rest
-from bondgraph.simulation.simulate import (
-    KernelRun,
-    Memories,
-    Prepared,
-    equilibrium,
-    exact_form,
-    fine_inputs,
-    inputs_of,
-    prepare,
-    run_prepared,
-)
+from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.start import equilibrium, fine_inputs, inputs_of
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 

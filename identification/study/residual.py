@@ -19,7 +19,7 @@ from scipy.signal import lfilter
 from bondgraph.signals.fractional_delay import delayed, delayed_values, delayed_within, warped
 from bondgraph.signals.split import stretches
 from bondgraph.signals.varying_delay import warped_within
-from bondgraph.simulation.simulate import KernelRun
+from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
 from identification.study.problem import Problem
 

@@ -11,7 +11,7 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter, Sensor, Source
 from bondgraph.signals.recording import Recording, Split, default_split
-from bondgraph.simulation.simulate import HOLDS
+from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, real_number, unknown_name
 from identification.study.admission import (

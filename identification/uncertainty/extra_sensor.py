@@ -53,7 +53,7 @@ def helpful_sensors(
     graph : BondGraph
     free : sequence of str, optional
         As in `identifiability`.
-    known : Structure, optional
+    known : StructuralIdentifiability, optional
         Its answer, if it is there already.
 
     Returns

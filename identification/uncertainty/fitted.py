@@ -99,8 +99,8 @@ class FitView:
 
     Attributes
     ----------
-    stack : Stack
-    point : Stacked
+    stack : JointProblem
+    point : JointPoint
         Where it ended.
     parameters : tuple of Unknown
     sensitivities : Sensitivities

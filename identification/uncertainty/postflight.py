@@ -56,7 +56,7 @@ def postflight(estimation: Estimation, fit: FitView | None = None) -> tuple[Find
     Parameters
     ----------
     estimation : Estimation
-    fit : Fitted, optional
+    fit : FitView, optional
         Of it, if it is there already.
     """
     found = list(_ended(estimation))

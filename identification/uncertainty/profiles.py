@@ -90,7 +90,7 @@ def profile_one(
 
     Parameters
     ----------
-    fit : Fitted
+    fit : FitView
     name : str
     most, beyond
         As in `profile`.
@@ -196,7 +196,7 @@ def profiles(
 
     Parameters
     ----------
-    fit : Fitted
+    fit : FitView
     names : sequence of str, optional
         All parameters when not given.
     jobs : int

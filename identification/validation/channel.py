@@ -28,7 +28,7 @@ class ChannelJudgement:
     inputs : tuple of CrossCorrelation
         Of the held-out residual (of the training residual where nothing is held out) with each
         input that moves.
-    timing : Timing or None
+    timing : SimulationTiming or None
         Of the same samples.
     part : str
         Where `inputs` and `timing` look: ``test`` or ``train``.

@@ -26,7 +26,7 @@ class Judgement:
 
     Attributes
     ----------
-    material : Material
+    material : ValidationData
     channels : tuple of ChannelJudgement
         One for every reading of every record.
     criteria : Criteria or None
@@ -90,7 +90,7 @@ def judge(
 
     Parameters
     ----------
-    fit : Estimation, Starts, Fit or Material
+    fit : Estimation, Starts, Fit or ValidationData
         What `estimate`, `many_starts` (the best of them) or a single-record `fit` returned, or
         plain arrays.
     kinds : mapping of str to str, optional

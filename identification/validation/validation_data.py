@@ -137,7 +137,7 @@ class ValidationData:
     ----------
     model : str
         Name of the model.
-    records : tuple of Record
+    records : tuple of ValidationRecord
     numbers : tuple of Number
         Fitted parameters; nuisances apart.
     n_free : int

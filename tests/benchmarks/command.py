@@ -13,8 +13,9 @@ import numpy as np
 from actuators import stack_bond_graph
 from bondgraph.equations.state_space import derive
 from bondgraph.laws import StopSum
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
-from bondgraph.simulation.simulate import equilibrium, inputs_of, run_record
+from bondgraph.simulation.start import equilibrium, inputs_of
 from bondgraph.support.errors import UnusableInput, unknown_name
 from tests.benchmarks.diagnosis import diagnosis
 from tests.benchmarks.fit import bench_fit

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 
-from bondgraph.drawing.svg import layout
+from bondgraph.drawing.layout import layout
 from tests.benchmarks.bounds import Measured, best, judged
 from tests.bondgraph.drawing.test_draw_overlap import chain, random_graph
 

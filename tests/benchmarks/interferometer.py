@@ -14,8 +14,10 @@ from hardware.devices.interferometer.constants import BLOCK_MEMORY
 from hardware.devices.interferometer.device import Interferometer
 from hardware.devices.interferometer.pump import compiled
 from hardware.devices.interferometer.streaming import NORMAL_RATE, Streaming
+from hardware.simulators.control.client import LocalClock
 from hardware.simulators.rig import Rig
-from hardware.simulators.siosifm import Follower, InterferometerFront, RigClock, build
+from hardware.simulators.siosifm import InterferometerFront, build
+from tests.hardware.devices.interferometer.bench import Follower
 
 __all__ = ["Figures", "StreamFigures", "measure", "stream"]
 
@@ -117,7 +119,7 @@ def _bench(folder: str | Path | None) -> Iterator[tuple[Rig, Interferometer]]:
     front = InterferometerFront(rig, stream_limit=1e7)
     try:
         address = f"net:{front.start()}"
-        with Interferometer(address, library=build(folder), clock=RigClock(rig)) as device:
+        with Interferometer(address, library=build(folder), clock=LocalClock(rig)) as device:
             device.zero()
             yield rig, device
     finally:

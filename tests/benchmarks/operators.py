@@ -13,8 +13,10 @@ from actuators import stack_bond_graph
 from bondgraph.hysteresis import Ang, MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.hysteresis.plays.play import weighted_plays
 from bondgraph.laws import Hysteretic
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
-from bondgraph.simulation.simulate import equilibrium, inputs_of, run_record, simulate
+from bondgraph.simulation.simulate import simulate
+from bondgraph.simulation.start import equilibrium, inputs_of
 from bondgraph.support.native import build
 
 SAMPLES = 1_000_000

@@ -11,8 +11,9 @@ from scipy.integrate import solve_ivp
 from actuators import stack_bond_graph
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import PiecewiseLinear, Polynomial, QuadraticDrag
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.simulate import run_record, simulate
+from bondgraph.simulation.simulate import simulate
 
 
 def duffing(drag: bool = False) -> BondGraph:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import select
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import pytest
 
-from hardware.devices.transport.descriptor_link import DescriptorLink
+from hardware.devices.transport import Link
 
 
 @dataclass
@@ -26,7 +26,7 @@ class Waits:
 def waits() -> Iterator[Waits]:
     """Count the waits of this thread by `time.sleep`, `select.select` and our transports."""
     counted, mine = Waits(), threading.get_ident()
-    sleep, choose, wait = time.sleep, select.select, DescriptorLink._wait
+    sleep, choose, come, sent = time.sleep, select.select, Link._come, Link._sent
 
     def add(seconds: float | None) -> None:
         if threading.get_ident() == mine:
@@ -42,14 +42,24 @@ def waits() -> Iterator[Waits]:
             add(arguments[3] if len(arguments) > 3 else None)
         return found
 
-    def waiting(link: DescriptorLink, write: bool, seconds: float) -> bool:
-        come = wait(link, write, seconds)
-        if not come:
+    def moving(move: Callable[[], Any], seconds: float) -> Any:
+        before = counted.seconds
+        moved = move()
+        # however a link waits within, the wait counts once
+        counted.seconds = before
+        if not moved:
             add(seconds)
-        return come
+        return moved
+
+    def coming(link: Link, seconds: float) -> bytes:
+        return bytes(moving(lambda: come(link, seconds), seconds))
+
+    def sending(link: Link, data: memoryview, seconds: float) -> int:
+        return int(moving(lambda: sent(link, data, seconds), seconds))
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(time, "sleep", sleeping)
         patch.setattr(select, "select", choosing)
-        patch.setattr(DescriptorLink, "_wait", waiting)
+        patch.setattr(Link, "_come", coming)
+        patch.setattr(Link, "_sent", sending)
         yield counted

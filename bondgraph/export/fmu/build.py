@@ -17,8 +17,6 @@ from bondgraph.export.fmu.sizes import size_header, state_sizes
 from bondgraph.export.fmu.variables import variables
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["fmu2_cosimulation", "fmu3_model_exchange"]
-
 _SHARED = ("model.h", "model.c", "linear.c", "values.c")
 _OWN = {
     2: ("fmi2.c", "fmi2_types.h", "fmi2_refused.c", "radau.c"),

@@ -15,8 +15,6 @@ from bondgraph.equations.casadi_printer import to_casadi
 from bondgraph.equations.program import Program
 from bondgraph.graph.modulation import TIME
 
-__all__ = ["Equations", "equations"]
-
 
 @dataclass(frozen=True)
 class Equations:

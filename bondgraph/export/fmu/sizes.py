@@ -9,8 +9,6 @@ import numpy as np
 from bondgraph.equations.program import Program
 from bondgraph.export.fmu.equations import Equations
 
-__all__ = ["size_header", "state_sizes"]
-
 
 def size_header(
     program: Program,

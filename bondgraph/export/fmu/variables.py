@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from bondgraph.equations.program import Program
 from bondgraph.export.fmu.names import unique
 
-__all__ = ["Variable", "variables"]
-
-
 # name, unit, description, start, reference of the state it is the derivative of
 _Row = tuple[str, str, str, float | None, int | None]
 

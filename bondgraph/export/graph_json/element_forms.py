@@ -31,8 +31,6 @@ from bondgraph.support.typed_reader import (
     require_object,
 )
 
-__all__ = ["ELEMENTS", "LAWS", "NAMED", "ElementForms", "laws_by_name"]
-
 NAMED: tuple[type, ...] = (Law, Drive, Operator)
 """Classes that annotations of elements name without importing them."""
 

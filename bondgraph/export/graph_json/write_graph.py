@@ -16,8 +16,6 @@ from bondgraph.support.errors import UnusableInput
 from bondgraph.support.json_text import MAX_BYTES
 from bondgraph.support.typed_reader import off_default, read, record
 
-__all__ = ["to_json"]
-
 
 def to_json(graph: BondGraph, *, laws: Iterable[type[Law]] = ()) -> str:
     """Write a bond graph.

@@ -13,8 +13,6 @@ from bondgraph.graph.elements import C, Parameter, TwoPort
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
 
-__all__ = ["Binding", "bound", "external_signals"]
-
 Binding: TypeAlias = float | str | Any
 """A number, the name of a parameter outside, or a SymPy expression of parameters outside."""
 

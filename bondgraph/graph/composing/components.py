@@ -11,22 +11,6 @@ from bondgraph.graph.composing.hierarchy import Port, use
 from bondgraph.graph.composing.library import ComponentLibrary
 from bondgraph.graph.elements import GY, TF, C, I, One, R, Zero
 
-__all__ = [
-    "COMPONENTS",
-    "dc_motor",
-    "elastic_gearbox",
-    "electrical_transformer",
-    "hydraulic_cylinder",
-    "hydraulic_line",
-    "lc_section",
-    "mass_spring_damper",
-    "rack_and_pinion",
-    "rc_section",
-    "thermal_section",
-    "two_mass_oscillator",
-    "voice_coil",
-]
-
 
 def mass_spring_damper(
     mass: float = 1.0, stiffness: float = 100.0, damping: float = 1.0

@@ -31,8 +31,6 @@ from bondgraph.graph.composing.renaming import (
 from bondgraph.graph.elements import Element, Junction, One, Zero
 from bondgraph.support.errors import GraphError, nearest, unknown_name
 
-__all__ = ["Binding", "Instance", "Port", "embedded", "ports_of", "use"]
-
 _COMMON = ("", "effort", "flow")
 
 

@@ -9,10 +9,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.composing.hierarchy import Binding, Instance, use
+from bondgraph.graph.composing.binding import Binding
+from bondgraph.graph.composing.hierarchy import Instance, use
 from bondgraph.support.errors import GraphError, unknown_name
-
-__all__ = ["ComponentLibrary", "Factory"]
 
 Factory = Callable[..., BondGraph]
 _making: ContextVar[tuple[str, ...]] = ContextVar("bondgraph_library_making", default=())

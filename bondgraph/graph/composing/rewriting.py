@@ -27,8 +27,6 @@ from bondgraph.graph.composing.simplification import (
 from bondgraph.graph.elements import C, Element, I, One, Source, Zero
 from bondgraph.support.errors import GraphError, unknown_name
 
-__all__ = ["Place", "insert", "remove", "rename", "replace"]
-
 Place: TypeAlias = Bond | str | tuple[str, str]
 """A bond, its name ``tail>head``, its two ends, or the name of one element."""
 

@@ -15,15 +15,6 @@ from bondgraph.graph.composing.renaming import (
 from bondgraph.graph.elements import Element, One, Parameter, Sensor, Zero, symbol
 from bondgraph.support.errors import GraphError
 
-__all__ = [
-    "bridged",
-    "collapse_junctions",
-    "drop_unused_parameters",
-    "mentions",
-    "merge_junctions",
-    "unused_parameters",
-]
-
 
 def merge_junctions(graph: BondGraph) -> BondGraph:
     """Return the graph with neighbouring junctions of one kind merged into the first declared.

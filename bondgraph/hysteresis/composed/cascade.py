@@ -15,8 +15,6 @@ from bondgraph.hysteresis.invertible import InvertibleOperator
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import NUMPY, Expression, Ops
 
-__all__ = ["Cascade", "inverse_memory_of", "inverse_of", "require_operators"]
-
 
 def inverse_of(ops: Ops, operator: Operator) -> Operator:
     """Return the exact inverse of an operator that has one.
@@ -40,8 +38,8 @@ def inverse_of(ops: Ops, operator: Operator) -> Operator:
 
     Examples
     --------
-    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZone
-    >>> inverse_of(NUMPY, DeadZone((0.0,), (2.0,))).linear_slope
+    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZones
+    >>> inverse_of(NUMPY, DeadZones((0.0,), (2.0,))).linear_slope
     0.5
     """
     if not isinstance(operator, InvertibleOperator):
@@ -120,9 +118,9 @@ class Cascade(Pair, InvertibleOperator["Cascade"]):
 
     Examples
     --------
-    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZone
+    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZones
     >>> from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
-    >>> plays, zones = PrandtlIshlinskii((0, 1), (1, 1)), DeadZone((0, 2), (1, 0.5))
+    >>> plays, zones = PrandtlIshlinskii((0, 1), (1, 1)), DeadZones((0, 2), (1, 0.5))
     >>> model = Cascade(plays, zones)
     >>> model.run([0.0, 3.0])[0].tolist()
     [0.0, 6.5]

@@ -10,8 +10,6 @@ from abc import ABC, abstractmethod
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["Pair", "SideBySide"]
-
 
 class Pair(Operator, ABC):
     """An operator made of two."""

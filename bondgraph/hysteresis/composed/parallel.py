@@ -13,8 +13,6 @@ from bondgraph.hysteresis.composed.pair import SideBySide
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["Parallel"]
-
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -35,9 +33,9 @@ class Parallel(SideBySide):
 
     Examples
     --------
-    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZone
+    >>> from bondgraph.hysteresis.plays.dead_zone import DeadZones
     >>> from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
-    >>> plays, zones = PrandtlIshlinskii((0, 1), (1, 1)), DeadZone((0, 2), (1, 0.5))
+    >>> plays, zones = PrandtlIshlinskii((0, 1), (1, 1)), DeadZones((0, 2), (1, 0.5))
     >>> Parallel(plays, zones).run([0.0, 3.0, 2.0])[0].tolist()
     [0.0, 8.5, 6.0]
     """

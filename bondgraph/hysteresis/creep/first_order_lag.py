@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["ramp_rate", "ramp_share", "relaxed_share"]
-
 # Below this the difference would lose digits, and the series needs eleven terms at most.
 _SMALL = 0.1
 

@@ -16,8 +16,6 @@ from bondgraph.hysteresis.invertible import ForwardInverse, InvertibleOperator
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["HysteresisWithCreep", "HysteresisWithCreepInverse"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

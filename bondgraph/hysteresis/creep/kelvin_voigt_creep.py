@@ -26,8 +26,6 @@ from bondgraph.support.ops import NUMPY, Expression, Ops
 if TYPE_CHECKING:
     from bondgraph.hysteresis.creep.kelvin_voigt_inverse import KelvinVoigtCreepInverse
 
-__all__ = ["KelvinVoigtCreep"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,6 @@ from bondgraph.hysteresis.invertible import ForwardInverse
 from bondgraph.hysteresis.operator import Memory
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["KelvinVoigtCreepInverse"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -27,8 +27,6 @@ from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.plays.play import play
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["LogCreep"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,6 @@ from bondgraph.hysteresis.checks import parameter, positive
 from bondgraph.hysteresis.duhem.duhem_branch import BoucWenState, check_rates
 from bondgraph.support.ops import Expression
 
-__all__ = ["BoucWen"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,6 @@ from bondgraph.hysteresis.duhem.bouc_wen import BoucWen
 from bondgraph.hysteresis.duhem.duhem_branch import DuhemBranch
 from bondgraph.support.ops import Expression
 
-__all__ = ["Dahl"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -20,8 +20,6 @@ from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import NUMPY, Expression, Ops
 
-__all__ = ["BoucWenState", "DuhemBranch", "check_rates"]
-
 
 class DuhemBranch(Operator, ABC):
     """``y = c x + d z`` with a state z that relaxes exponentially along every monotone move.

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["branch"]
-
 _SMALL_WAY = 0.5
 """Rate times way below which the series of `_second_share` is used; its error is below 1e-17."""
 

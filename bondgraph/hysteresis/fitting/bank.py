@@ -14,8 +14,6 @@ from bondgraph.hysteresis.fitting.excited import Unexcited
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["play_advice", "play_bank", "play_blocks", "play_names", "thin_evidence"]
-
 # Samples worked on at once: forty columns of them take three megabytes.
 _BLOCK = 1 << 13
 

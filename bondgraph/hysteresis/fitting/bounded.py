@@ -12,8 +12,6 @@ from scipy.optimize import lsq_linear, nnls
 
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["bounded_least_squares", "column_norms"]
-
 
 def column_norms(matrix: FloatArray) -> FloatArray:
     """Return the Euclidean norm of every column, 1 for a column of zeros, shape (n,)."""

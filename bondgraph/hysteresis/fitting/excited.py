@@ -14,8 +14,6 @@ import numpy as np
 from bondgraph.hysteresis.fitting.bounded import column_norms
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["Action", "Unexcited", "independent_columns", "unexcited_columns"]
-
 Action = Literal["dropped", "ridge", "kept"]
 """What a fit did: weight 0; a weak pull of the weight to 0; weight fitted, on thin evidence."""
 

@@ -19,8 +19,6 @@ from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["ScoredRecord", "descend"]
-
 _HALVINGS = 8
 _WORTHWHILE = 1e-6  # relative gain in rms below which the descent stops
 

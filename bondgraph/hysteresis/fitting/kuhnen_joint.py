@@ -27,8 +27,6 @@ from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["JointFit", "fit_kuhnen"]
-
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +43,7 @@ class JointFit:
         Play states before sample ``start``, shape (n,), unit of x.
     start : int
         First scored sample.
-    inverse_dead_zone : DeadZone
+    inverse_dead_zone : DeadZones
         S', on the thresholds asked for, of mean slope 1 over the range of y.
     rms : float
         Of the output error ``operator[x] - y``, unit of y.
@@ -137,7 +135,7 @@ def fit_kuhnen(
 
     Examples
     --------
-    >>> truth = Ang(PrandtlIshlinskii((0, 1, 2), (1, 0.5, 0.5)), DeadZone((0, 2), (1, -0.5)))
+    >>> truth = Ang(PrandtlIshlinskii((0, 1, 2), (1, 0.5, 0.5)), DeadZones((0, 2), (1, -0.5)))
     >>> x = 5.0 * np.sin(np.linspace(0.0, 9.0, 300))
     >>> fit = fit_kuhnen(x, truth.run(x)[0], (0, 1, 2), truth.dead_zone.inverse().thresholds)
     >>> round(fit.rms, 9)

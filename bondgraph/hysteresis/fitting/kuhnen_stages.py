@@ -19,15 +19,13 @@ from bondgraph.hysteresis.fitting.bounded import bounded_least_squares
 from bondgraph.hysteresis.plays.dead_zone import DeadZones, dead_zone
 from bondgraph.support.ops import NUMPY, FloatArray
 
-__all__ = ["Stages", "dead_zone_columns"]
-
 
 def dead_zone_columns(stage: DeadZones, y: FloatArray) -> FloatArray:
     """Return the outputs of the single dead zones.
 
     Parameters
     ----------
-    stage : DeadZone
+    stage : DeadZones
         Its weights are not used.
     y : array
         Input, shape (N,).
@@ -39,7 +37,7 @@ def dead_zone_columns(stage: DeadZones, y: FloatArray) -> FloatArray:
 
     Examples
     --------
-    >>> dead_zone_columns(DeadZone((-1, 0, 2), (1, 1, 1)), np.array([-3.0, 3.0])).tolist()
+    >>> dead_zone_columns(DeadZones((-1, 0, 2), (1, 1, 1)), np.array([-3.0, 3.0])).tolist()
     [[-2.0, -3.0, 0.0], [0.0, 3.0, 1.0]]
     """
     zero = stage.zero_index
@@ -58,7 +56,7 @@ class Stages:
         Fitted operators of the play stage, ascending, 0 first, shape (n,).
     zones : array of int
         Fitted dead zones, ascending, shape (m,).
-    zone_stage : DeadZone
+    zone_stage : DeadZones
         All inverse dead zones; the weights are not used.
     back : array
         From slopes to weights, shape (n + m, n + m); the last m rows with the sign of e.
@@ -93,7 +91,7 @@ class Stages:
         ----------
         plays, zones : array of int
             As the attributes.
-        zone_stage : DeadZone
+        zone_stage : DeadZones
             All inverse dead zones.
         play_bounds : array
             Smallest slopes (or weights) of the fitted plays, shape (n,).

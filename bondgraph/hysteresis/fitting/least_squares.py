@@ -26,8 +26,6 @@ from bondgraph.hysteresis.fitting.reduction import Reduced, reduce_blocks
 from bondgraph.hysteresis.fitting.result import Constraint, LinearFit, Treatment
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["fit_linear_blocks", "fit_linear_weights"]
-
 
 def fit_linear_weights(
     regressors: ArrayLike,

@@ -24,8 +24,6 @@ from bondgraph.hysteresis.fitting.result import LinearFit
 from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["LoadingCurveFit", "elements_from_slopes", "fit_loading_curve", "loading_samples"]
-
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,8 +22,6 @@ from bondgraph.hysteresis.fitting.starting import Past, choose_start, with_given
 from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["elements_with_stiffness", "fit_maxwell"]
-
 
 def fit_maxwell(
     q: ArrayLike,

@@ -25,8 +25,6 @@ from bondgraph.hysteresis.fitting.starting import Past, choose_start, with_given
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["fit_weights"]
-
 # Slopes below this share of the mean slope of the record count as not invertible.
 _SMALLEST_SLOPE = 1e-3
 

@@ -9,8 +9,6 @@ from bondgraph.hysteresis.checks import require_finite
 from bondgraph.hysteresis.errors import BadInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["paired_records", "require_regressors", "require_rising"]
-
 
 def _record(name: str, values: ArrayLike) -> FloatArray:
     record = np.asarray(values, dtype=np.float64)

@@ -17,8 +17,6 @@ import numpy as np
 
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["Reduced", "reduce_blocks"]
-
 # Rows folded in at once: with a few dozen columns they stay in the processor's cache.
 _ROWS = 1 << 10
 

@@ -21,8 +21,6 @@ from bondgraph.hysteresis.fitting.result import LinearFit
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["Past", "Start", "choose_start", "forgotten_at", "late_plays", "with_given_up"]
-
 Past = Sequence[float] | Literal["unknown"] | None
 """Memory before the first sample; ``"unknown"``; or None, virgin at the first sample."""
 

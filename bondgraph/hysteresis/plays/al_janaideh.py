@@ -15,8 +15,6 @@ from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.bounds import whole
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["AlJanaideh"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

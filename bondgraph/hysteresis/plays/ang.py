@@ -16,8 +16,6 @@ from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["Ang", "AngInverse"]
-
 
 class _Stages(Operator, ABC):
     """Plays and dead zones, in one order or the other; the memory is the one of the plays."""
@@ -65,7 +63,7 @@ class Ang(_Stages, InvertibleOperator["AngInverse"]):
     ----------
     play : PrandtlIshlinskii
         P, with n memory states.
-    dead_zone : DeadZone
+    dead_zone : DeadZones
         S.
 
     Raises
@@ -79,7 +77,7 @@ class Ang(_Stages, InvertibleOperator["AngInverse"]):
 
     Examples
     --------
-    >>> operator = Ang(PrandtlIshlinskii((0, 1), (1, 1)), DeadZone((0, 2), (1, 0.5)))
+    >>> operator = Ang(PrandtlIshlinskii((0, 1), (1, 1)), DeadZones((0, 2), (1, 0.5)))
     >>> operator.run([0.0, 3.0])[0].tolist()
     [0.0, 6.5]
     """
@@ -134,7 +132,7 @@ class AngInverse(_Stages, InvertibleOperator[Ang]):
 
     Parameters
     ----------
-    dead_zone : DeadZone
+    dead_zone : DeadZones
         S, first stage.
     play : PrandtlIshlinskii
         P, second stage, with n memory states in units of the output of S.
@@ -150,7 +148,7 @@ class AngInverse(_Stages, InvertibleOperator[Ang]):
 
     Examples
     --------
-    >>> forward = Ang(PrandtlIshlinskii((0, 1), (1, 1)), DeadZone((0, 2), (1, 0.5)))
+    >>> forward = Ang(PrandtlIshlinskii((0, 1), (1, 1)), DeadZones((0, 2), (1, 0.5)))
     >>> forward.inverse().run([0.0, 6.5])[0].tolist()
     [0.0, 3.0]
     """

@@ -28,8 +28,6 @@ from bondgraph.hysteresis.plays.kuhnen import (
 )
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["DeadZones", "dead_zone"]
-
 
 def dead_zone(ops: Ops, y: Expression, d: Expression, side: int) -> Expression:
     """Return the part of ``y`` beyond ``d``, on one side.
@@ -96,7 +94,7 @@ class DeadZones(InvertibleOperator["DeadZones"]):
 
     Examples
     --------
-    >>> DeadZone((0.0, 1.0), (2.0, -1.0)).run([-1.0, 1.0, 3.0])[0].tolist()
+    >>> DeadZones((0.0, 1.0), (2.0, -1.0)).run([-1.0, 1.0, 3.0])[0].tolist()
     [-2.0, 2.0, 4.0]
     """
 

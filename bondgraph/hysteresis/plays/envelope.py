@@ -14,16 +14,6 @@ from bondgraph.hysteresis.checks import all_numbers, is_number, numbers, paramet
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = [
-    "Envelope",
-    "check_envelope",
-    "envelope",
-    "envelope_range",
-    "envelope_slope",
-    "inverse_envelope",
-    "largest_excess",
-]
-
 Envelope = tuple[Expression, ...]
 """``(a_0, a_1, a_2, a_3, a_4)``: a_1 per input, a_2 a number, a_0, a_3 x and a_4 in one unit."""
 

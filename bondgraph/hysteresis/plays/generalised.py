@@ -26,8 +26,6 @@ from bondgraph.support.ops import Expression, Ops
 if TYPE_CHECKING:
     from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
 
-__all__ = ["GeneralisedPrandtlIshlinskii"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

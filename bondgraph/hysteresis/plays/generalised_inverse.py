@@ -25,8 +25,6 @@ from bondgraph.hysteresis.plays.generalised import GeneralisedPrandtlIshlinskii
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["GeneralisedInverse"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -17,8 +17,6 @@ from bondgraph.hysteresis.checks import all_numbers
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.support.ops import Expression
 
-__all__ = ["first_bad_slope", "inverse_states", "inverse_thresholds", "inverse_weights", "slopes"]
-
 # A partial sum below this share of the largest weight is rounding of a slope that is really zero.
 _RELATIVE_ZERO = 1e-12
 

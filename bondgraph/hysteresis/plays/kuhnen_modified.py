@@ -14,8 +14,6 @@ from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import Expression
 
-__all__ = ["bent_line", "kuhnen_modified"]
-
 
 def bent_line(corners: Sequence[Expression], slopes: Sequence[Expression]) -> DeadZones:
     """Return the line through 0 with given slopes between given corners, as dead zones.
@@ -31,7 +29,7 @@ def bent_line(corners: Sequence[Expression], slopes: Sequence[Expression]) -> De
 
     Returns
     -------
-    DeadZone
+    DeadZones
         With m + 1 entries: the slope around 0, and each change of slope seen from 0 outward.
 
     Raises

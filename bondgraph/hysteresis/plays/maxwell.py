@@ -27,8 +27,6 @@ from bondgraph.hysteresis.plays.stop import stop
 from bondgraph.hysteresis.plays.swing import swing_record, worth_swinging
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["MaxwellResistiveCapacitor"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,6 @@ from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import Expression
 
-__all__ = ["identity_plus", "inverse_of_identity_plus"]
-
 
 def identity_plus(
     c: Expression, operator: PrandtlIshlinskii | MaxwellResistiveCapacitor

@@ -15,15 +15,6 @@ from bondgraph.hysteresis.plays.kernels import bank, kernels_available
 from bondgraph.hysteresis.plays.kernels import states as compiled_states
 from bondgraph.support.ops import Expression, FloatArray, Ops
 
-__all__ = [
-    "initial_play",
-    "play",
-    "play_chunks",
-    "play_record",
-    "reachable_plays",
-    "weighted_plays",
-]
-
 # Samples worked on at once: keeps the scratch memory of a long record in the processor's cache.
 _CHUNK = 1 << 12
 

@@ -39,8 +39,6 @@ from bondgraph.hysteresis.plays.play import (
 from bondgraph.hysteresis.plays.swing import swing_record, worth_swinging
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["PrandtlIshlinskii"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

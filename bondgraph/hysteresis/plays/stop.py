@@ -5,8 +5,6 @@ from __future__ import annotations
 from bondgraph.hysteresis.plays.play import play
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["stop"]
-
 
 def stop(ops: Ops, x: Expression, r: Expression, y: Expression) -> Expression:
     """Return the stretch of a stop after the input went monotonically to ``x``.

@@ -15,8 +15,6 @@ import numpy as np
 from bondgraph.hysteresis.plays.kernels import kernels_available, swings
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["SWING_FROM", "extremes_of", "swing_record", "worth_swinging"]
-
 SWING_FROM = 2000
 """Writing a memory as turning points costs about as much as the plays over this many samples."""
 

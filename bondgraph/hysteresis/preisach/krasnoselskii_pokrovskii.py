@@ -25,8 +25,6 @@ from bondgraph.hysteresis.preisach.play_lines import Cell, PlayLine, PlayLines, 
 from bondgraph.support.bounds import whole
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["KrasnoselskiiPokrovskii"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -23,8 +23,6 @@ from bondgraph.hysteresis.linear import LinearInWeights
 from bondgraph.hysteresis.preisach.play_lines import Cell, PlayLine, PlayLines, cell_columns
 from bondgraph.support.ops import Expression, FloatArray
 
-__all__ = ["Preisach"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

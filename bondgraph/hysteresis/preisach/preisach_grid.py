@@ -13,8 +13,6 @@ from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.preisach.preisach import Preisach
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["preisach_from_everett", "preisach_from_relays"]
-
 
 def preisach_from_everett(levels: ArrayLike, everett: ArrayLike) -> Preisach:
     """Return the Preisach operator with a given Everett function on a uniform grid.

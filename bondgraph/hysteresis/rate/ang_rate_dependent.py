@@ -27,8 +27,6 @@ from bondgraph.support.ops import NUMPY, Expression, Ops
 if TYPE_CHECKING:
     from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse
 
-__all__ = ["AngRateDependent"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -17,8 +17,6 @@ from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent
 from bondgraph.hysteresis.rate.rate import rate_record
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["AngRateDependentInverse"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -17,8 +17,6 @@ from bondgraph.hysteresis.rate.rate import rate_record
 from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
 from bondgraph.support.ops import NUMPY, Expression
 
-__all__ = ["ClosedFormCheck", "closed_form_check"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

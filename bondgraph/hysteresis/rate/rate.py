@@ -10,8 +10,6 @@ import numpy as np
 from bondgraph.hysteresis.creep.first_order_lag import relaxed_share
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["measured_rate", "rate_record"]
-
 
 def measured_rate(
     ops: Ops,

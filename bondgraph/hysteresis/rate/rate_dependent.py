@@ -33,8 +33,6 @@ if TYPE_CHECKING:
         RateDependentInverse,
     )
 
-__all__ = ["RateDependentPrandtlIshlinskii"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -23,12 +23,6 @@ from bondgraph.hysteresis.rate.rate import measured_rate
 from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = [
-    "RateDependentClosedFormInverse",
-    "RateDependentInverse",
-    "solve_plays",
-]
-
 
 def solve_plays(
     ops: Ops,

@@ -10,8 +10,6 @@ from bondgraph.signals.files.checks import check_file
 from bondgraph.signals.files.columns import ColumnTable
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["ENDINGS", "read_table"]
-
 _READERS = {
     (".csv", ".txt", ".tsv"): ("csv_file", "read_csv"),
     (".npz",): ("arrays", "read_npz"),

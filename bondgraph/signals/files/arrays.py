@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.signals.files.checks import FloatArray, check_total
+from bondgraph.signals.files.checks import FloatArray, check_total, readable
 from bondgraph.signals.files.columns import ColumnTable, choose, is_rate, is_time
-from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.errors import UnusableInput
 
 
 def read_npz(file: Path, map: Mapping[str, str] | None, fs: float | None) -> ColumnTable:
     """Read a NumPy archive; arrays of objects (pickles) are refused, not opened."""
     where = file.name
-    try:
+    with readable(where, ".npz", "save plain number arrays again"):
         with zipfile.ZipFile(file) as archive:
             names = archive.namelist()
             check_total(sum(i.file_size for i in archive.infolist()), where)
@@ -30,13 +30,6 @@ def read_npz(file: Path, map: Mapping[str, str] | None, fs: float | None) -> Col
         # an entry that is no array comes as bytes
         arrays = {k: v for k, v in arrays.items() if isinstance(v, np.ndarray)}
         return pick_arrays(arrays, map, fs, where)
-    except BondsightError:
-        raise
-    except Exception as error:  # what a broken archive raises is anybody's guess
-        raise UnusableInput(
-            f"{where}: not readable as .npz ({str(error) or type(error).__name__}); save plain "
-            "number arrays again"
-        ) from error
 
 
 def pick_arrays(

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.errors import BondsightError, UnusableInput
 
 FloatArray = NDArray[np.float64]
 
@@ -103,6 +104,18 @@ def check_total(size: int, where: str) -> None:
             f"{where}: unpacks to {size / 2**30:.1f} GiB, more than the {MAX_BYTES / 2**30:.0f} "
             f"GiB read at once; cut or decimate the recording"
         )
+
+
+@contextmanager
+def readable(where: str, kind: str, advice: str = "export it again") -> Iterator[None]:
+    """Say in one line what a library says of a damaged file, whatever it raises."""
+    try:
+        yield
+    except BondsightError:
+        raise
+    except Exception as error:
+        said = " ".join(str(error).split())[:200] or type(error).__name__
+        raise UnusableInput(f"{where}: not readable as {kind} ({said}); {advice}") from error
 
 
 def optional(module: str, method: str, extra: str = "") -> Any:

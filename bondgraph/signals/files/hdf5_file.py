@@ -18,12 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.signals.files.checks import optional
+from bondgraph.signals.files.checks import optional, readable
 from bondgraph.signals.files.columns import ColumnTable
 from bondgraph.signals.files.stored import StoredArray, pick_stored
-from bondgraph.support.errors import BondsightError, UnusableInput
-
-__all__ = ["MATLAB", "PLAIN", "Dialect", "is_hdf5", "read_hdf5"]
+from bondgraph.support.errors import UnusableInput
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _UNITS = ("unit", "units", "Unit", "Units")
@@ -64,16 +62,10 @@ def read_hdf5(
         )
     what = ".mat (version 7.3)" if dialect.matlab else file.suffix
     h5py = optional("h5py", f"read of {what}", "files")
-    try:
+    with readable(where, "HDF5"):
         with h5py.File(file, "r") as opened:
             found = list(_arrays(opened, h5py, dialect))
             return pick_stored(found, map, fs, where, dialect.separator)
-    except BondsightError:
-        raise
-    except Exception as error:  # the library raises what the damage suggests
-        raise UnusableInput(
-            f"{where}: not readable as HDF5 ({str(error) or type(error).__name__}); export it again"
-        ) from error
 
 
 def _arrays(opened: Any, h5py: Any, dialect: Dialect) -> Iterator[StoredArray]:

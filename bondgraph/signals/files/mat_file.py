@@ -15,11 +15,10 @@ from typing import Any
 import numpy as np
 
 from bondgraph.signals.files import checks
-from bondgraph.signals.files.checks import optional
+from bondgraph.signals.files.checks import optional, readable
 from bondgraph.signals.files.columns import ColumnTable
 from bondgraph.signals.files.hdf5_file import MATLAB, is_hdf5, read_hdf5
 from bondgraph.signals.files.stored import StoredArray, pick_stored
-from bondgraph.support.errors import BondsightError, UnusableInput
 
 __all__ = ["read_mat"]
 
@@ -33,20 +32,13 @@ def read_mat(file: Path, map: Mapping[str, str] | None, fs: float | None) -> Col
     if is_hdf5(file):
         return read_hdf5(file, map, fs, MATLAB)
     loadmat = optional("scipy.io", "read of .mat").loadmat
-    try:
+    with readable(where, ".mat", "save plain number arrays again"):
         check_unpacked(file)
         variables = loadmat(file)
         found = [
             s for k, v in variables.items() if not k.startswith("__") for s in _flat(k, v, _DEPTH)
         ]
         return pick_stored(found, map, fs, where, ".")
-    except BondsightError:
-        raise
-    except Exception as error:  # what loadmat raises for a broken file is anybody's guess
-        raise UnusableInput(
-            f"{where}: not readable as .mat ({str(error) or type(error).__name__}); save plain "
-            "number arrays again"
-        ) from error
 
 
 def check_unpacked(file: Path) -> None:

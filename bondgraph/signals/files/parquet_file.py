@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.signals.files.checks import check_total, optional
+from bondgraph.signals.files.checks import check_total, optional, readable
 from bondgraph.signals.files.columns import ColumnTable
 from bondgraph.signals.files.stored import StoredArray, pick_stored
-from bondgraph.support.errors import BondsightError, UnusableInput
-
-__all__ = ["read_parquet"]
+from bondgraph.support.errors import UnusableInput
 
 _UNITS = (b"unit", b"units")
 _INDEX = "__index_level_"
@@ -33,7 +31,7 @@ def read_parquet(file: Path, map: Mapping[str, str] | None, fs: float | None) ->
         what = "is cut off" if first == _MAGIC else "is no Parquet file"
         raise UnusableInput(f"{where}: this {what}; export the recording again")
     parquet = optional("pyarrow.parquet", "read of .parquet", "files")
-    try:
+    with readable(where, "Parquet"):
         with parquet.ParquetFile(file) as opened:
             rows = int(opened.metadata.num_rows)
             schema = opened.schema_arrow
@@ -43,13 +41,6 @@ def read_parquet(file: Path, map: Mapping[str, str] | None, fs: float | None) ->
             check_total(rows * 8, where)
             found = [_column(f, rows, opened) for f in schema if not f.name.startswith(_INDEX)]
             return pick_stored(found, map, fs, where)
-    except BondsightError:
-        raise
-    except Exception as error:  # the library raises what the damage suggests
-        raise UnusableInput(
-            f"{where}: not readable as Parquet ({' '.join(str(error).split())[:200]}); export it "
-            "again"
-        ) from error
 
 
 def _column(field: Any, rows: int, opened: Any) -> StoredArray:

@@ -15,8 +15,6 @@ from bondgraph.signals.files.columns import OTHERS, ColumnTable, is_rate, is_tim
 from bondgraph.signals.units import parse_unit, split_header
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = ["StoredArray", "pick_stored"]
-
 _TIME = "t[s]"
 _SHOWN = 8
 

@@ -11,12 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.signals.files.checks import optional
+from bondgraph.signals.files.checks import optional, readable
 from bondgraph.signals.files.columns import ColumnTable
 from bondgraph.signals.files.stored import StoredArray, pick_stored
-from bondgraph.support.errors import BondsightError, UnusableInput
-
-__all__ = ["read_tdms"]
+from bondgraph.support.errors import UnusableInput
 
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "units")
 _MAGIC = b"TDSm"
@@ -38,19 +36,14 @@ def read_tdms(file: Path, map: Mapping[str, str] | None, fs: float | None) -> Co
     level = manager.log_level
     manager.set_level(logging.CRITICAL)
     try:
-        # a stream of ours is closed whatever happens
-        with open(file, "rb") as stream, nptdms.TdmsFile.open(stream) as opened:
-            found = list(_channels(opened))
-            cut = _is_cut(opened)
-            if cut and not any(s.shape and s.shape[0] for s in found if not s.refusal):
-                raise UnusableInput(f"{where}: the file is cut off; copy it again")
-            table = pick_stored(found, map, fs, where)
-    except BondsightError:
-        raise
-    except Exception as error:  # the library raises what the damage suggests
-        raise UnusableInput(
-            f"{where}: not readable as TDMS ({str(error) or type(error).__name__}); export it again"
-        ) from error
+        with readable(where, "TDMS"):
+            # a stream of ours is closed whatever happens
+            with open(file, "rb") as stream, nptdms.TdmsFile.open(stream) as opened:
+                found = list(_channels(opened))
+                cut = _is_cut(opened)
+                if cut and not any(s.shape and s.shape[0] for s in found if not s.refusal):
+                    raise UnusableInput(f"{where}: the file is cut off; copy it again")
+                table = pick_stored(found, map, fs, where)
     finally:
         manager.set_level(level)
     if cut:

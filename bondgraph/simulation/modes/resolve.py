@@ -17,8 +17,6 @@ from bondgraph.graph.composing.renaming import apart, assemble, declared_paramet
 from bondgraph.graph.elements import X0, Element, MSe, MSf, One, Switched, Zero
 from bondgraph.support.errors import GraphError, unknown_name
 
-__all__ = ["MOST_MODES", "in_mode", "mode_of", "modes", "off_source"]
-
 MOST_MODES = 2**10
 """So many modes are listed at most."""
 
@@ -59,6 +57,8 @@ def in_mode(graph: BondGraph, mode: Mapping[str, bool] | None = None) -> BondGra
     >>> [e.name for e in in_mode(g, {"switch": False}).of_type(MSf)]
     ['switch_off']
     """
+    if not mode and not graph.of_type(Switched):
+        return graph
     state = _full(graph, mode or {})
     with apart():
         elements = [_resolved(e) if e.name in state else e for e in graph.elements.values()]

@@ -18,7 +18,8 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.modes.resolve import mode_of
 from bondgraph.simulation.modes.states import Mode, taken_over
-from bondgraph.simulation.simulate import Trajectory, simulate
+from bondgraph.simulation.simulate import simulate
+from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
 
 __all__ = ["Schedule", "simulate_modes"]
@@ -212,7 +213,7 @@ class _Run:
 
     # -- taking over ------------------------------------------------------------------------
     def _start(self, mode: Mode, begin: float, start: Mapping[str, float] | None) -> Array:
-        from bondgraph.simulation.simulate import equilibrium, inputs_of
+        from bondgraph.simulation.start import equilibrium, inputs_of
 
         now = {n: v[:1] for n, v in self.commands.items()}
         p = mode.compiled.vector(self.parameters)

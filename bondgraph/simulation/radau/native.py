@@ -14,61 +14,43 @@ some thirty states and unknowns.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from bondgraph.equations.program import LawCall, Program
+from bondgraph.simulation.exact_run import KernelRun, Memories
 from bondgraph.simulation.radau.interpreted import Carried
 from bondgraph.simulation.radau.memory import relaxed_memory
 from bondgraph.simulation.radau.native_source import GeneralFunctions
 from bondgraph.simulation.radau.recorder import Key, Order, functions_of, recorder
-from bondgraph.simulation.simulate import fine_inputs, initial_state
+from bondgraph.simulation.start import fine_inputs, initial_state
 from bondgraph.support.errors import UnusableInput
 
 __all__ = ["GeneralRun", "PreparedGeneral", "prepare_general", "run_general"]
 
 Array = np.ndarray
-Memories = Mapping[str, Sequence[float]]
 
 
-@dataclass(frozen=True)
-class GeneralRun:
-    """One pass over a record; the fields of `KernelRun` and the tangents at the end.
+@dataclass(frozen=True, kw_only=True)
+class GeneralRun(KernelRun):
+    """One pass over a record: a `KernelRun` that does not tell laws apart, and more of its end.
+
+    Its ``y`` is NaN from the sample that Newton's method did not reach; it is settled if all were.
 
     Attributes
     ----------
-    y : ndarray, shape (N, n_y)
-        NaN from the sample that Newton's method did not reach.
-    dy : ndarray, shape (N, n_y, n_d)
-    s, w : ndarray, shape (N, 0)
-        Laws are not told apart here.
-    x : ndarray, shape (n_x,)
-        State at the last sample.
-    memory : dict of str to tuple of float
-        Memory of each law that has one, at the last sample, by element.
-    settled : bool
-        Whether all samples were reached.
     z : ndarray, shape (n_z,)
         Algebraic unknowns at the last sample.
-    dx : ndarray, shape (n_x, n_d)
     dmemory : ndarray, shape (n_m, n_d)
-        Tangents of the state and of all memories, in the order of ``Program.memory``.
+        Tangents of all memories, in the order of ``Program.memory``.
     reached : int
         Samples that are good, from the first on.
     """
 
-    y: Array
-    dy: Array
-    s: Array
-    w: Array
-    x: Array
-    memory: dict[str, tuple[float, ...]]
-    settled: bool
     z: Array
-    dx: Array
     dmemory: Array
     reached: int
 
@@ -189,7 +171,7 @@ def run_general(
     x0 : ndarray, shape (n_x,)
     hold : {"linear", "hold", "band-limited"}
         What the inputs do between samples, unless `fine` has them, see
-        `bondgraph.simulation.simulate.fine_inputs`.
+        `bondgraph.simulation.start.fine_inputs`.
     fine : ndarray, shape ((N - 1) * n_sub, 2, n_u), optional
         Inputs at both ends of each sub-step.
     every_substep : bool
@@ -261,10 +243,10 @@ def run_general(
         end.v[:n_x],
         q.memory_by_law(end.m),
         settled,
-        end.v[n_x:],
         end.tv[:n_x],
-        end.tm,
-        reached,
+        z=end.v[n_x:],
+        dmemory=end.tm,
+        reached=reached,
     )
 
 

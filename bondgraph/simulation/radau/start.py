@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 
 import casadi as ca
 import numpy as np
 
 from bondgraph.equations.program import Program
+from bondgraph.simulation.start import own_input
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
 __all__ = ["inputs_of", "rest", "unknowns_at"]
@@ -35,12 +35,9 @@ def inputs_of(program: Program, commands: Mapping[str, Array], time: Array) -> A
             raise unknown_name("input", name, program.name, known)
     u = np.empty((time.size, len(known)))
     for i, name in enumerate(known):
-        if name in commands:
-            u[:, i] = commands[name]
-        elif name == "one":
-            u[:, i] = 1.0
-        elif re.fullmatch(r"ramp\d*", name):
-            u[:, i] = np.linspace(0.0, 1.0, time.size) ** int(name[4:] or 1)
+        given = commands.get(name, own_input(name, time.size))
+        if given is not None:
+            u[:, i] = given
         elif name in program.input_rates:
             source = name.partition("_")[2]
             if source not in commands or not name.startswith("d_"):

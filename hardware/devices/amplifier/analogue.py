@@ -8,6 +8,7 @@ from typing import final
 from hardware.contracts import Clock, Identity, WallClock
 from hardware.devices.amplifier.channel import AnalogueChannel, AnalogueInputs
 from hardware.devices.amplifier.data import Amplifier
+from hardware.devices.walking import walk
 from hardware.envelope.limits import Converter
 from hardware.errors import HardwareError, LimitViolation, TimedOut
 
@@ -166,8 +167,8 @@ class AnalogueAmplifier:
     def _ramp_down(self, present: float) -> None:
         """Follow the output down from where it was found, in steps of a hundredth of a second."""
         a = self._amplifier
-        steps = int(abs(present) / self._gentle / 0.01)
-        for k in range(1, steps + 1):
-            volts = min(max(present * (1.0 - k / steps), a.lowest), a.highest)
-            self._channel.write(a.input_volts(volts))
-            self._clock.sleep(0.01)
+
+        def write(volts: float) -> None:
+            self._channel.write(a.input_volts(min(max(volts, a.lowest), a.highest)))
+
+        walk(write, present, 0.0, self._gentle, self._clock)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -135,6 +136,16 @@ class Amplifier:
                 f"{self.name}: {float(volts.flat[n])!r} V (sample {n}) is not within "
                 f"{self.lowest:g} to {self.highest:g} V at the actuator; nothing was written"
             )
+
+    def monitored(self, inputs: Sequence[object]) -> tuple[str, ...]:
+        """Return what the inputs read that its monitors are wired to; nothing without inputs."""
+        names = self.monitors.channels() if inputs else ()
+        if len(names) != len(inputs):
+            raise UnusableInput(
+                f"{self.name} has monitors {self.monitors.channels()}, connected are the inputs "
+                f"{tuple(inputs)}; name one input for each"
+            )
+        return names
 
     def provenance(self) -> dict[str, float | str]:
         """Return the numbers that a recording has to keep."""

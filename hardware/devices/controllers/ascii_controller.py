@@ -9,8 +9,8 @@ from typing import final
 
 from hardware.contracts import Clock, Identity, Transport, WallClock
 from hardware.devices.controllers.ascii_dialect import AsciiDialect
-from hardware.devices.controllers.walking import walk
-from hardware.devices.transport import resynchronise
+from hardware.devices.transport import back_in_step
+from hardware.devices.walking import walk
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
 __all__ = ["AsciiController"]
@@ -65,7 +65,7 @@ class AsciiController:
         self._patience = 3.0 * timeout if patience is None else patience
         self._safe = safe
         self._gentle = gentle
-        self._watchdog = watchdog
+        self.has_watchdog = watchdog
         self._identity: tuple[str, ...] = ()
         self._lock = threading.RLock()
 
@@ -77,11 +77,6 @@ class AsciiController:
         d = self._dialect
         serial = self._identity[1] if len(self._identity) > 1 else ""
         return Identity(d.maker, f"{d.model} ({self._identity[0]})", serial)
-
-    @property
-    def has_watchdog(self) -> bool:
-        """Whether the user says so."""
-        return self._watchdog
 
     def open(self) -> None:
         """Connect and identify."""
@@ -228,30 +223,13 @@ class AsciiController:
         """Get back in step, or give the link up."""
         query, pattern = self._dialect.identity[0]
         known = self._identity[0]
-        self._transport.drain()
 
         def right(answer: bytes) -> bool:
             text = answer.strip(self._dialect.framing).decode("ascii", "replace")
             found = re.search(pattern, text) or re.search(pattern, text[len(query) :].strip())
             return found is not None and found.group(1).strip() == known
 
-        try:
-            if resynchronise(lambda: self._send(query), self._late, right, self._patience):
-                return
-        except LinkLost as lost:
-            raise lost.carrying(error.partial) from error
-        except (TimedOut, ProtocolFault):
-            pass
-        self.close()
-        raise LinkLost(
-            f"{self._transport.address}: out of step and the identity does not come within "
-            f"{self._patience:g} s, so the link is closed (began with: {error}); check the device "
-            "and open the link again",
-            error.partial,
-        ) from error
-
-    def _late(self, seconds: float) -> bytes | None:
-        try:
-            return self._transport.read_until(self._dialect.answer_end, seconds)
-        except TimedOut:
-            return None
+        back_in_step(
+            self._transport, error, lambda: self._send(query), right, self._patience,
+            self._dialect.answer_end, lambda: None, self.close,
+        )  # fmt: skip

@@ -12,15 +12,15 @@ from typing import final
 
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, Identity, WallClock
+from hardware.devices.controllers.gcs_errors import UNKNOWN, forgiven
 from hardware.devices.controllers.gcs_setup import GcsSetup
 from hardware.devices.controllers.gcs_talk import GcsTalk
-from hardware.devices.controllers.walking import walk
+from hardware.devices.walking import walk
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
 __all__ = ["GcsController"]
 
 _STOPPED = 10
-_UNKNOWN = 2
 _SERVO_TIME = 0x0E000200
 _TELLING = 2.0
 """Difference of control value and voltage that tells of a wrong setup (V)."""
@@ -35,7 +35,7 @@ class GcsController:
     Parameters
     ----------
     talk : GcsTalk
-        `OwnGcsTalk` over a transport, or `PIPythonTalk`.
+        The conversation, over TCP, a serial line or a gateway of PIPython.
     setup : GcsSetup, optional
         Axis, scale and safe value.
     clock : Clock, optional
@@ -89,13 +89,8 @@ class GcsController:
 
     def read(self) -> float | None:
         """Voltage of the output channel (V); of the control value where there is no ``VOL?``."""
-        try:
-            return self._number("VOL?", self.setup.channel)
-        except ProtocolFault as fault:
-            if fault.partial != _UNKNOWN:
-                raise
-        value = self._number("SVA?", self.setup.axis)
-        return self.setup.offset + self.setup.scale * value
+        volts = self._measured()
+        return self._expected() if volts is None else volts
 
     def close(self) -> None:
         """Hang up; the output keeps its voltage. Never raises and never hangs."""
@@ -161,11 +156,7 @@ class GcsController:
 
     def halt(self) -> None:
         """Stop smoothly whatever moves the axis; the voltage stays where it is."""
-        try:
-            self.talk.send(f"HLT {self.setup.axis}")
-        except ProtocolFault as fault:
-            if fault.partial != _STOPPED:
-                raise
+        forgiven(_STOPPED, lambda: self.talk.send(f"HLT {self.setup.axis}"))
 
     def stop(self) -> None:
         """Stop everything at once, generator and servo included; the voltage stays."""
@@ -176,11 +167,7 @@ class GcsController:
 
     def stop_wave(self) -> None:
         """Stop the wave generator if there is one."""
-        try:
-            self.talk.send(f"WGO {self.setup.generator} 0")
-        except ProtocolFault as fault:
-            if fault.partial != _UNKNOWN:
-                raise
+        forgiven(UNKNOWN, lambda: self.talk.send(f"WGO {self.setup.generator} 0"))
 
     def wave_runs(self) -> bool:
         """Whether the wave generator runs."""
@@ -234,21 +221,24 @@ class GcsController:
 
     def _check_scale(self) -> None:
         """Compare ``SVA?`` with ``VOL?``; near zero nothing can be told."""
-        try:
-            measured = self._number("VOL?", self.setup.channel)
-        except ProtocolFault as fault:
-            if fault.partial != _UNKNOWN:
-                raise
+        if (measured := self._measured()) is None:
             return
-        value = self._number("SVA?", self.setup.axis)
-        expected = self.setup.offset + self.setup.scale * value
+        expected = self._expected()
         if abs(measured - expected) > max(_TELLING, 0.1 * abs(measured)):
             raise ProtocolFault(
-                f"{self.talk.address}: control value {value:g} should be {expected:g} V, but VOL? "
-                f"says {measured:g} V; nothing was put out, correct scale, offset or channel of "
-                "the setup",
+                f"{self.talk.address}: by its control value it should be at {expected:g} V, but "
+                f"VOL? says {measured:g} V; nothing was put out, correct scale, offset or channel "
+                "of the setup",
                 measured,
             )
+
+    def _measured(self) -> float | None:
+        """Voltage of the output channel (V); None where there is no ``VOL?``."""
+        return forgiven(UNKNOWN, lambda: self._number("VOL?", self.setup.channel))
+
+    def _expected(self) -> float:
+        """Voltage (V) that belongs to the present control value."""
+        return self.setup.offset + self.setup.scale * self._number("SVA?", self.setup.axis)
 
     def _number(self, query: str, item: str) -> float:
         return self._value(query, f"{item}={self._item(query, item)}")

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import MappingProxyType
+from typing import TypeVar
 
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault
 
-__all__ = ["MEANINGS", "device_error"]
+__all__ = ["MEANINGS", "UNKNOWN", "device_error", "forgiven"]
+
+_T = TypeVar("_T")
+UNKNOWN = 2
+"""Number of a command that the controller does not know."""
 
 MEANINGS = MappingProxyType(
     {
@@ -87,3 +93,13 @@ def device_error(number: int, command: str, address: str) -> HardwareError:
     if number in _TOO_MUCH:
         return Overrun(text, number)
     return ProtocolFault(text, number)
+
+
+def forgiven(number: int, action: Callable[[], _T]) -> _T | None:
+    """Return what `action` does; None if the device refused it with this number."""
+    try:
+        return action()
+    except ProtocolFault as fault:
+        if fault.partial != number:
+            raise
+        return None

@@ -61,21 +61,11 @@ class GcsRecorder:
             raise UnusableInput(f"{stream}: points and rate must be positive")
         self._controller = controller
         self._points = points
-        self._rate = rate
+        self.rate = rate
         self._trigger = trigger
-        self._stream = stream
+        self.stream = stream
         self._options = options
         self._taken = 0
-
-    @property
-    def stream(self) -> str:
-        """Name of the stream."""
-        return self._stream
-
-    @property
-    def rate(self) -> float:
-        """Nominal rate (Hz), on the controller's own clock."""
-        return self._rate
 
     @property
     def identity(self) -> Identity:
@@ -104,7 +94,7 @@ class GcsRecorder:
                 f"{talk.address}: {self._points} points asked for, a recorder table holds {room}; "
                 "record fewer, or slower"
             )
-        divider = c.divider(self._rate, "record")
+        divider = c.divider(self.rate, "record")
         self._taken = 0
         position, voltage = self._options
         talk.send(f"DRC 1 {c.setup.axis} {position} 2 {c.setup.channel} {voltage}")
@@ -125,7 +115,7 @@ class GcsRecorder:
                 f"{talk.address}: {values.shape} values answered to {query!r}", values
             )
         chunk = Chunk(
-            self._stream,
+            self.stream,
             self._taken,
             {"x": 1e-6 * values[:, 0], "V_mon": values[:, 1]},
             {"x": "m", "V_mon": "V"},

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk, Flag, WaveProgress
 from hardware.devices.controllers.gcs_controller import GcsController
+from hardware.devices.controllers.gcs_errors import UNKNOWN, forgiven
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault, TimedOut
 
 __all__ = ["GcsWave"]
 
 _GENERATOR_TRIGGER = 4
-_UNKNOWN = 2
 _REPORT = 0.02
 _SLACK = 0.01
 
@@ -46,7 +46,7 @@ class GcsWave:
         self._controller = controller
         self._line = trigger_line
         self._volts: NDArray[np.float64] = np.zeros(0)
-        self._rate = 0.0
+        self.rate = 0.0
         self._position: int | None = 0
         self._playing = False
 
@@ -59,11 +59,6 @@ class GcsWave:
         its effect is unknown. Read the output back then (`GcsController.read`).
         """
         return self._position
-
-    @property
-    def rate(self) -> float:
-        """Nominal rate of the loaded waveform (Hz), on the device's own clock."""
-        return self._rate
 
     def load(self, volts: NDArray[np.float64], rate: float) -> None:
         """Load a waveform (V, (n,)) at a rate (Hz).
@@ -95,7 +90,7 @@ class GcsWave:
         self._send_table(wave)
         self._arm(divider)
         wave.setflags(write=False)
-        self._volts, self._rate = wave, self._controller.servo_rate() / divider
+        self._volts, self.rate = wave, self._controller.servo_rate() / divider
         self._position = 0
 
     def play(self) -> Iterator[WaveProgress]:
@@ -111,7 +106,7 @@ class GcsWave:
         if not self._volts.size:
             raise UnusableInput(f"{self._controller.talk.address}: load a waveform before playing")
         self._position = 0
-        return self._play(self._volts, self._rate)
+        return self._play(self._volts, self.rate)
 
     def _play(self, volts: NDArray[np.float64], rate: float) -> Iterator[WaveProgress]:
         c, total = self._controller, volts.size
@@ -172,12 +167,8 @@ class GcsWave:
 
     def _room(self) -> int | None:
         """Points of the wave table; None where the controller cannot tell."""
-        try:
-            return self._controller.integer(f"WMS? {self._controller.setup.table}")
-        except ProtocolFault as fault:
-            if fault.partial != _UNKNOWN:
-                raise
-            return None
+        c = self._controller
+        return forgiven(UNKNOWN, lambda: c.integer(f"WMS? {c.setup.table}"))
 
     def _send_table(self, wave: NDArray[np.float64]) -> None:
         c = self._controller

@@ -97,7 +97,7 @@ class CardWave(ABC):
         Powered up.
     amplifier : Amplifier
         Between volts at the actuator and volts of the card.
-    wiring : Wiring
+    wiring : CardWiring
         What is connected.
     haste : float
         How much faster than planned samples may follow each other after a stall, >= 1.
@@ -116,19 +116,9 @@ class CardWave(ABC):
         self._card = card
         self._amplifier = amplifier
         self._wiring = CardWiring() if wiring is None else wiring
-        self._haste = haste
-        self._names = amplifier.monitors.channels() if self._wiring.monitors else ()
-        if len(self._names) != len(self._wiring.monitors):
-            raise UnusableInput(
-                f"{amplifier.name} has monitors {amplifier.monitors.channels()}, the wiring has "
-                f"inputs {self._wiring.monitors}; name one input for each"
-            )
+        self.haste = haste
+        self._names = amplifier.monitored(self._wiring.monitors)
         self._loaded = LoadedWave(np.zeros(0, np.uint16), 0.0)
-
-    @property
-    def haste(self) -> float:
-        """By how much slew and current may exceed the planned ones while a stall is caught up."""
-        return self._haste
 
     @property
     @abstractmethod

@@ -223,7 +223,7 @@ class CompiledWave(CardWave):
             codes=wave.codes.ctypes.data,
             total=total,
             period=1.0 / wave.rate,
-            closest=1.0 / (wave.rate * self._haste),
+            closest=1.0 / (wave.rate * self.haste),
             lead=1e-3,
             spin=self._spin,
             patience=self._card.timeout,

@@ -26,15 +26,10 @@ class MappedRegisters:
     """
 
     def __init__(self, windows: Mapping[int, memoryview], address: str) -> None:
-        self._address = address
+        self.address = address
         self._bytes = dict(windows)
         self._halves = {k: v.cast("B").cast("H") for k, v in windows.items()}
         self._words = {k: v.cast("B").cast("I") for k, v in windows.items()}
-
-    @property
-    def address(self) -> str:
-        """Where they are."""
-        return self._address
 
     def window(self, bar: int) -> memoryview:
         """Bytes of a BAR, for compiled code."""
@@ -86,12 +81,12 @@ class MappedRegisters:
         window = self._bytes.get(bar)
         if window is None:
             raise LinkLost(
-                f"{self._address}: BAR {bar} is not mapped (mapped: "
+                f"{self.address}: BAR {bar} is not mapped (mapped: "
                 f"{sorted(self._bytes) or 'none, it is closed'}); open the card again"
             )
         if offset % width or not 0 <= offset <= len(window) - width:
             raise LinkLost(
-                f"{self._address}: BAR {bar} has no register of {8 * width} bits at {offset:#x}; "
+                f"{self.address}: BAR {bar} has no register of {8 * width} bits at {offset:#x}; "
                 f"it is {len(window)} bytes long: is this the right card?"
             )
 

@@ -26,7 +26,7 @@ from hardware.errors import (
     TimedOut,
 )
 
-__all__ = ["NiChannel", "NiTimedInputs", "driver", "translated"]
+__all__ = ["NiChannel", "NiTimedInputs", "clocked", "driver", "translated"]
 
 _KINDS: Mapping[int, type[HardwareError]] = {
     -200324: LinkLost,  # device absent or unavailable
@@ -65,6 +65,21 @@ def translated(what: str) -> Iterator[Any]:
         ) from error
 
 
+def clocked(
+    task: Any, kinds: Any, rate: float, count: int, source: str = "", trigger: str = ""
+) -> None:
+    """Give a task a sample clock (the card's own without `source`) and a start trigger, if any."""
+    task.timing.cfg_samp_clk_timing(
+        rate,
+        source=source,
+        active_edge=kinds.Edge.RISING,
+        sample_mode=kinds.AcquisitionType.FINITE,
+        samps_per_chan=count,
+    )
+    if trigger:
+        task.triggers.start_trigger.cfg_dig_edge_start_trig(trigger, trigger_edge=kinds.Edge.RISING)
+
+
 @final
 class NiChannel:
     """One analogue output, written value by value.
@@ -78,20 +93,15 @@ class NiChannel:
     """
 
     def __init__(self, name: str, lowest: float = -10.0, highest: float = 10.0) -> None:
-        self._name = name
+        self.name = name
         self._lowest = lowest
         self._highest = highest
         self._task: Any = None
 
     @property
-    def name(self) -> str:
-        """Physical channel."""
-        return self._name
-
-    @property
     def device(self) -> str:
         """Name of the device."""
-        return self._name.split("/")[0]
+        return self.name.split("/")[0]
 
     @property
     def identity(self) -> Identity:
@@ -131,11 +141,11 @@ class NiChannel:
         """Set (V); `LimitViolation` before anything is sent."""
         if not math.isfinite(volts) or not self._lowest <= volts <= self._highest:
             raise LimitViolation(
-                f"{self._name}: {volts!r} V is not within {self._lowest:g} to {self._highest:g} V; "
+                f"{self.name}: {volts!r} V is not within {self._lowest:g} to {self._highest:g} V; "
                 "nothing was written"
             )
         task = self._opened()
-        with translated(f"{self._name} write"):
+        with translated(f"{self.name} write"):
             task.write(volts, auto_start=True)
         return volts
 
@@ -150,14 +160,16 @@ class NiChannel:
         """Let go; the output keeps its value."""
         self.release()
 
+    def add_to(self, task: Any) -> None:
+        """Make it the output of a task, within its range."""
+        task.ao_channels.add_ao_voltage_chan(self.name, min_val=self._lowest, max_val=self._highest)
+
     def _opened(self) -> Any:
         if self._task is None:
-            with translated(f"{self._name} open") as nidaqmx:
+            with translated(f"{self.name} open") as nidaqmx:
                 task = nidaqmx.Task()
                 try:
-                    task.ao_channels.add_ao_voltage_chan(
-                        self._name, min_val=self._lowest, max_val=self._highest
-                    )
+                    self.add_to(task)
                 except BaseException:
                     task.close()
                     raise
@@ -192,22 +204,11 @@ class NiTimedInputs:
         self.stop()
         with translated("inputs") as nidaqmx:
             readers = importlib.import_module("nidaqmx.stream_readers")
-            kinds = nidaqmx.constants
             task = nidaqmx.Task()
             self._task = task
             for name in self.names:
                 task.ai_channels.add_ai_voltage_chan(name, min_val=-10.0, max_val=10.0)
-            task.timing.cfg_samp_clk_timing(
-                rate,
-                source=self._source,
-                active_edge=kinds.Edge.RISING,
-                sample_mode=kinds.AcquisitionType.FINITE,
-                samps_per_chan=count,
-            )
-            if self._trigger:
-                task.triggers.start_trigger.cfg_dig_edge_start_trig(
-                    self._trigger, trigger_edge=kinds.Edge.RISING
-                )
+            clocked(task, nidaqmx.constants, rate, count, self._source, self._trigger)
             self._reader = readers.AnalogMultiChannelReader(task.in_stream)
             task.start()
 

@@ -42,20 +42,10 @@ class NiAcquisition:
             raise ProtocolFault(f"NI: {len(channels)} names for {len(inputs.names)} inputs")
         self._inputs = inputs
         self._channels = tuple(channels)
-        self._rate = rate
+        self.rate = rate
         self._count = count
-        self._stream = stream
+        self.stream = stream
         self._got = 0
-
-    @property
-    def stream(self) -> str:
-        """Name of the stream."""
-        return self._stream
-
-    @property
-    def rate(self) -> float:
-        """Nominal rate (Hz)."""
-        return self._rate
 
     @property
     def identity(self) -> Identity:
@@ -70,7 +60,7 @@ class NiAcquisition:
     def kickoff(self) -> None:
         """Arm."""
         self._got = 0
-        self._inputs.start(self._rate, self._count)
+        self._inputs.start(self.rate, self._count)
 
     def poll(self) -> Sequence[Chunk]:
         """Return what arrived (V)."""
@@ -80,7 +70,7 @@ class NiAcquisition:
             return ()
         first, self._got = self._got, self._got + n
         channels = dict(zip(self._channels, volts, strict=True))
-        return (Chunk(self._stream, first, channels, dict.fromkeys(channels, "V")),)
+        return (Chunk(self.stream, first, channels, dict.fromkeys(channels, "V")),)
 
     def finish(self) -> Sequence[Chunk]:
         """Return the rest and stop."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk, Clock, Identity, WallClock, WaveProgress
 from hardware.devices.amplifier.data import Amplifier
-from hardware.devices.daq.ni import NiChannel, NiTimedInputs, translated
+from hardware.devices.daq.ni import NiChannel, NiTimedInputs, clocked, translated
 from hardware.errors import HardwareError, ProtocolFault, TimedOut
 
 __all__ = ["NiTerminals", "NiWave"]
@@ -84,17 +84,12 @@ class NiWave:
         self._terminals = NiTerminals() if terminals is None else terminals
         self._clock: Clock = WallClock() if clock is None else clock
         self._timeout = timeout
-        self._names = amplifier.monitors.channels() if self._terminals.monitors else ()
-        if len(self._names) != len(self._terminals.monitors):
-            raise UnusableInput(
-                f"{amplifier.name} has monitors {amplifier.monitors.channels()}, the terminals "
-                f"name {self._terminals.monitors}; name one input for each"
-            )
+        self._names = amplifier.monitored(self._terminals.monitors)
         self._monitors = NiTimedInputs(
             self._terminals.monitors, f"/{channel.device}/ao/SampleClock"
         )
         self._volts: NDArray[np.float64] = np.zeros(0)
-        self._rate = 0.0
+        self.rate = 0.0
         self._task: Any = None
         self._total = 0
         self._running = False
@@ -104,11 +99,6 @@ class NiWave:
     def identity(self) -> Identity:
         """The card."""
         return self._channel.identity
-
-    @property
-    def rate(self) -> float:
-        """Rate of the loaded waveform (Hz), on the card's clock."""
-        return self._rate
 
     @property
     def position(self) -> int | None:
@@ -133,14 +123,14 @@ class NiWave:
                 f"{self._channel.name}: needs {inputs.min():g} to {inputs.max():g} V; it gives "
                 f"{self._channel.lowest:g} to {self._channel.highest:g} V"
             )
-        self._volts, self._rate = record, rate
+        self._volts, self.rate = record, rate
 
     def play(self) -> Iterator[WaveProgress]:
         """Play on the card; yields about every 20 ms."""
         if self._volts.size == 0:
             raise ProtocolFault("no waveform is loaded; call load() first")
         self._position = 0
-        return self._play(self._volts, self._rate)
+        return self._play(self._volts, self.rate)
 
     def abort(self) -> None:
         """Stop; the output keeps its value. Never raises."""
@@ -204,20 +194,8 @@ class NiWave:
             kinds = nidaqmx.constants
             task = nidaqmx.Task()
             self._task, self._total, self._running = task, volts.size, False
-            task.ao_channels.add_ao_voltage_chan(
-                self._channel.name, min_val=self._channel.lowest, max_val=self._channel.highest
-            )
-            task.timing.cfg_samp_clk_timing(
-                rate,
-                source="",
-                active_edge=kinds.Edge.RISING,
-                sample_mode=kinds.AcquisitionType.FINITE,
-                samps_per_chan=volts.size,
-            )
-            if terminals.trigger:
-                task.triggers.start_trigger.cfg_dig_edge_start_trig(
-                    terminals.trigger, trigger_edge=kinds.Edge.RISING
-                )
+            self._channel.add_to(task)
+            clocked(task, kinds, rate, volts.size, trigger=terminals.trigger)
             for signal, terminal in (
                 (kinds.Signal.SAMPLE_CLOCK, terminals.clock),
                 (kinds.Signal.START_TRIGGER, terminals.start),

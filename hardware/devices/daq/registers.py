@@ -23,7 +23,7 @@ class Access(NamedTuple):
 
     Parameters
     ----------
-    kind : Kind
+    kind : AccessKind
         Width and direction.
     bar : int
         Number of the PCI base address register.

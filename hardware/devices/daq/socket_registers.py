@@ -44,16 +44,11 @@ class SocketRegisters:
 
     def __init__(self, address: str, timeout: float = 1.0) -> None:
         self._where = address
-        self._address = f"registers at {address}"
+        self.address = f"registers at {address}"
         self._timeout = timeout
         self._lock = threading.Lock()
         self._interrupted = False
         self._socket: socket.socket | None = self._connected()
-
-    @property
-    def address(self) -> str:
-        """Where they are."""
-        return self._address
 
     def read16(self, bar: int, offset: int) -> int:
         """Read 16 bits."""
@@ -83,7 +78,7 @@ class SocketRegisters:
         """
         count = len(accesses)
         if count >= _REFUSED:
-            raise ProtocolFault(f"{self._address}: {count} accesses in one message; send fewer")
+            raise ProtocolFault(f"{self.address}: {count} accesses in one message; send fewer")
         request = _HEAD.pack(count) + b"".join([_ACCESS.pack(*a) for a in accesses])
         with self._lock:
             answer = self._exchange(request, 2 + 4 * count)
@@ -92,12 +87,12 @@ class SocketRegisters:
             self.close()
             port = _PORT.unpack_from(answer, 2)[0]
             raise LinkLost(
-                f"{self._address}: another program drives this card (connected from port {port}); "
+                f"{self.address}: another program drives this card (connected from port {port}); "
                 "end it first; the link is closed"
             )
         if head != count:
             self.close()
-            raise ProtocolFault(f"{self._address}: answer to another request; the link is closed")
+            raise ProtocolFault(f"{self.address}: answer to another request; the link is closed")
         return list(struct.unpack_from(f"<{count}I", answer, 2))
 
     def close(self) -> None:
@@ -116,7 +111,7 @@ class SocketRegisters:
             link = socket.create_connection((host, int(port)), timeout=self._timeout)
         except (OSError, ValueError) as error:
             raise LinkLost(
-                f"{self._address}: no connection ({error}); is `bondsight bench serve` running?"
+                f"{self.address}: no connection ({error}); is `bondsight bench serve` running?"
             ) from error
         link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return link
@@ -128,7 +123,7 @@ class SocketRegisters:
             self._socket = self._connected()
         link = self._socket
         if link is None:
-            raise LinkLost(f"{self._address}: the link is closed; open it again")
+            raise LinkLost(f"{self.address}: the link is closed; open it again")
         try:
             link.sendall(request)
             answer = b""
@@ -143,11 +138,11 @@ class SocketRegisters:
         except TimeoutError as error:
             self.close()
             raise TimedOut(
-                f"{self._address}: no answer within {self._timeout:g} s; the link is closed"
+                f"{self.address}: no answer within {self._timeout:g} s; the link is closed"
             ) from error
         except OSError as error:
             self.close()
-            raise LinkLost(f"{self._address}: link lost ({error})") from error
+            raise LinkLost(f"{self.address}: link lost ({error})") from error
         except BaseException:
             self._drop()
             self._interrupted = True

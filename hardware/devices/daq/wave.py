@@ -69,7 +69,7 @@ class SoftwareTimedWave(CardWave):
     def _play(self, wave: LoadedWave) -> Iterator[WaveProgress]:
         total = wave.total
         block = max(1, round(REPORT * wave.rate))
-        schedule = Schedule(self._clock, 1.0 / wave.rate, self._haste)
+        schedule = Schedule(self._clock, 1.0 / wave.rate, self.haste)
         if self._names:
             self._card.select(self._wiring.monitors)
         late = 0

@@ -83,7 +83,7 @@ class Block(Measurement):
     def _arm(self) -> None:
         call, d = self.device.library.call, self.device.handle
         flags = self._flags("IfmSetBlockModeFilter")
-        call("IfmSetBlockMode", d, flags, self._trigger, round(self._rate))
+        call("IfmSetBlockMode", d, flags, self._trigger, round(self.rate))
         call("IfmStartBlock", d, self._samples)
         self._armed = self.device.clock.now()
 
@@ -116,10 +116,10 @@ class Block(Measurement):
             return
         self._require_presence()
         waited = device.clock.now() - self._armed
-        if waited > self._samples / self._rate * 1.01 + self._patience:
+        if waited > self._samples / self.rate * 1.01 + self._patience:
             self._stop()
             raise TimedOut(
-                f"{self._stream} {self.identity.serial}: no block within {waited:.3g} s; the "
+                f"{self.stream} {self.identity.serial}: no block within {waited:.3g} s; the "
                 f"trigger {'or the clock ' if self.external_clock else ''}did not come; the block "
                 "was cancelled"
             )

@@ -23,7 +23,7 @@ class Connection:
 
     Parameters
     ----------
-    library : Library
+    library : VendorLibrary
         The vendor's library.
     address : str
         See `hardware.devices.interferometer.opening`.

@@ -45,7 +45,7 @@ class Interferometer(Connection):
     ----------
     address : str
         ``usb``, ``usb:1``, ``usb:serial=1234``, ``com:PORT``, ``net:HOST:PORT``, ``demo``.
-    library : Library or path, optional
+    library : VendorLibrary or path, optional
         The vendor's library; see `VendorLibrary`.
     clock : Clock, optional
         Time of the program; all waiting goes through it.

@@ -62,7 +62,7 @@ class EnvironmentWatch:
 
     Parameters
     ----------
-    library : Library
+    library : VendorLibrary
         The library.
     device : int
         Handle.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import final
 
 from bondgraph.support.errors import UnusableInput, real_number
@@ -73,13 +74,13 @@ class Measurement(ABC):
         if average < 1 or (average > 1 and filtered):
             raise UnusableInput("interferometer: average at least 1, and not with the filter")
         self.device = device
-        self._rate = float(rate)
+        self.rate = float(rate)
         self._trigger = trigger
         self._extras = tuple(dict.fromkeys(extras))
         self._filtered, self._average = filtered, average
         self._patience = patience
         self._stop_on_beam_loss = stop_on_beam_loss
-        self._stream = stream
+        self.stream = stream
         self._native = native
         self._running = False
         self._complete = False
@@ -90,16 +91,6 @@ class Measurement(ABC):
         self._told_losses = self._lost_before = False
 
     # ---- the contract
-
-    @property
-    def stream(self) -> str:
-        """Name of the stream."""
-        return self._stream
-
-    @property
-    def rate(self) -> float:
-        """Rate (Hz) on the device's clock: asked for, and from the start on as really set."""
-        return self._rate
 
     @property
     def identity(self) -> Identity:
@@ -136,12 +127,12 @@ class Measurement(ABC):
         device.occupy(self)
         try:
             self._watch = MeasurementWatch(
-                self._stream, self._extras, device.amplitude, device.stabilised
+                self.stream, self._extras, device.amplitude, device.stabilised
             )
             self._complete = self._told_losses = False
             self._lost_before = self._lost()
             self._arm()
-            self._rate = device.true_rate(self._rate)
+            self.rate = device.true_rate(self.rate)
         except LinkLost as fault:
             device.release(self)
             raise device.gone(fault) from None
@@ -165,14 +156,10 @@ class Measurement(ABC):
         if not self._running:
             if self._complete:
                 return ()
-            raise ProtocolFault(f"{self._stream}: poll before kickoff()")
+            raise ProtocolFault(f"{self.stream}: poll before kickoff()")
         chunks: list[Chunk] = []
-        try:
+        with self._carrying(chunks):
             self._collect(chunks)
-        except LinkLost as fault:
-            raise self.device.gone(fault).carrying(chunks) from None
-        except HardwareError as fault:
-            raise fault.carrying(chunks) from None
         self._judge(chunks)
         return chunks
 
@@ -189,12 +176,9 @@ class Measurement(ABC):
             return ()
         chunks: list[Chunk] = []
         try:
-            self._end(chunks)
-            lost = self._lost() and not self._lost_before
-        except LinkLost as fault:
-            raise self.device.gone(fault).carrying(chunks) from None
-        except HardwareError as fault:
-            raise fault.carrying(chunks) from None
+            with self._carrying(chunks):
+                self._end(chunks)
+                lost = self._lost() and not self._lost_before
         finally:
             self._running = False
             self._complete = True
@@ -203,7 +187,7 @@ class Measurement(ABC):
         self._judge(chunks)
         if unseen:
             raise Overrun(
-                f"{self._stream}: the device says that values were lost, the sample counter does "
+                f"{self.stream}: the device says that values were lost, the sample counter does "
                 "not tell where; measure again at a lower rate",
                 chunks,
             )
@@ -236,6 +220,16 @@ class Measurement(ABC):
         """Stop at once."""
 
     # ---- common parts
+
+    @contextmanager
+    def _carrying(self, chunks: list[Chunk]) -> Iterator[None]:
+        """Let errors carry what had arrived."""
+        try:
+            yield
+        except LinkLost as fault:
+            raise self.device.gone(fault).carrying(chunks) from None
+        except HardwareError as fault:
+            raise fault.carrying(chunks) from None
 
     def _flags(self, setting: str) -> Measure:
         """Set the averaging by a function of the library; return what a value consists of."""
@@ -279,7 +273,7 @@ class Measurement(ABC):
             self.device.beam_lost()
             if self._stop_on_beam_loss:
                 raise BeamLost(
-                    f"{self._stream} {serial}: beam lost at sample {watch.beam_lost_at}; samples "
+                    f"{self.stream} {serial}: beam lost at sample {watch.beam_lost_at}; samples "
                     "from there on are off by unknown fringes; align, zero() and measure again",
                     chunks,
                 )
@@ -288,7 +282,7 @@ class Measurement(ABC):
             watch.gaps.clear()
             self._told_losses = True
             raise Overrun(
-                f"{self._stream} {serial}: {count} samples lost, the first is {first}; poll more "
+                f"{self.stream} {serial}: {count} samples lost, the first is {first}; poll more "
                 "often or lower the rate",
                 chunks,
             )

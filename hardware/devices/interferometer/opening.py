@@ -18,7 +18,7 @@ def open_handle(library: VendorLibrary, address: str) -> int:
 
     Parameters
     ----------
-    library : Library
+    library : VendorLibrary
         The library, initialised.
     address : str
         ``usb`` (the first), ``usb:1``, ``usb:serial=1234``, ``com:/dev/ttyACM0`` or ``com:3``,

@@ -63,7 +63,7 @@ def drain(
 
     Parameters
     ----------
-    library : Library
+    library : VendorLibrary
         The library.
     device : int
         Its handle.

@@ -44,7 +44,7 @@ class Health:
         Whether it has happened.
     quality : float
         Overall quality of the signals, 0 to 1.
-    status : Status
+    status : ValueStatus
         Present status word.
     """
 

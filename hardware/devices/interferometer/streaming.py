@@ -41,7 +41,7 @@ class _Flowing(Measurement):
         call, d = self.device.library.call, self.device.handle
         call("IfmSetTrigger", d, self._trigger)
         flags = self._flags("IfmSetFilter")
-        call("IfmSetMeasurement", d, flags, self._rate)
+        call("IfmSetMeasurement", d, flags, self.rate)
         call("IfmClearBuffers", d)
         call("IfmStart", d)
 
@@ -77,7 +77,7 @@ class _Flowing(Measurement):
 
         A long time without a poll counts little, since nobody could have heard anything then.
         """
-        now, limit = self.device.clock.now(), max(self._patience, 10.0 / self._rate)
+        now, limit = self.device.clock.now(), max(self._patience, 10.0 / self.rate)
         self._silent += min(now - self._polled, 0.25 * limit)
         self._polled = now
         silent = self._silent
@@ -88,12 +88,12 @@ class _Flowing(Measurement):
             self._stop()
             what = "start trigger" if waiting else "clock edge"
             raise TimedOut(
-                f"{self._stream} {self.identity.serial}: no {what} within {silent:.3g} s after "
+                f"{self.stream} {self.identity.serial}: no {what} within {silent:.3g} s after "
                 f"{self.received} samples; check cable and edge"
             )
         raise LinkLost(
-            f"{self._stream} {self.identity.serial}: no value for {silent:.3g} s at "
-            f"{self._rate:g} Hz; check cable and supply, reopen(), and zero() again"
+            f"{self.stream} {self.identity.serial}: no value for {silent:.3g} s at "
+            f"{self.rate:g} Hz; check cable and supply, reopen(), and zero() again"
         )
 
     @final

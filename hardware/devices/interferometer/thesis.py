@@ -36,7 +36,7 @@ class Superfast:
         Sums of `hardware.contracts.Flag`.
     rate : float
         As the device has really set it (Hz).
-    environment : Environment
+    environment : AirCorrection
         Air that the correction rests on.
     """
 
@@ -54,7 +54,7 @@ class ThesisInterface:
     ----------
     address : str
         As of `Interferometer`.
-    library : Library or path, optional
+    library : VendorLibrary or path, optional
         The vendor's library.
     clock : Clock, optional
         Time of the program.

@@ -1,19 +1,18 @@
 """Links that carry bytes: TCP, serial lines and pseudo-terminals; time-outs, nothing that hangs."""
 
 from hardware.devices.transport.buffer import ReceiveBuffer
-from hardware.devices.transport.posix_serial import PosixSerialTransport
-from hardware.devices.transport.py_serial import PySerialTransport
-from hardware.devices.transport.resynchronise import resynchronise
-from hardware.devices.transport.serial_line import SerialSettings, SerialTransport, serial_transport
+from hardware.devices.transport.link import Link
+from hardware.devices.transport.resynchronise import back_in_step, resynchronise
+from hardware.devices.transport.serial_line import SerialTransport
+from hardware.devices.transport.serial_settings import SerialSettings
 from hardware.devices.transport.tcp import TcpTransport
 
 __all__ = [
-    "PosixSerialTransport",
-    "PySerialTransport",
+    "Link",
     "ReceiveBuffer",
     "SerialSettings",
     "SerialTransport",
     "TcpTransport",
+    "back_in_step",
     "resynchronise",
-    "serial_transport",
 ]

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TypeVar
 
-__all__ = ["resynchronise"]
+from hardware.contracts import Transport
+from hardware.errors import HardwareError, LinkLost, ProtocolFault, TimedOut
+
+__all__ = ["back_in_step", "resynchronise"]
+
+_T = TypeVar("_T")
 
 
 def resynchronise(
@@ -54,3 +60,44 @@ def resynchronise(
             if seen >= sent + owed:
                 return True
     return False
+
+
+def back_in_step(
+    transport: Transport,
+    error: HardwareError,
+    ask: Callable[[], None],
+    right: Callable[[bytes], bool],
+    patience: float,
+    end: bytes,
+    then: Callable[[], _T],
+    close: Callable[[], None],
+    owed: int = 0,
+) -> _T:
+    """Get back in step after `error` and return what `then` asks, or close the link.
+
+    Raises
+    ------
+    LinkLost
+        The link is gone, or the sides do not find together.
+    """
+
+    def late(seconds: float) -> bytes | None:
+        try:
+            return transport.read_until(end, seconds)
+        except TimedOut:
+            return None
+
+    try:
+        transport.drain()
+        if resynchronise(ask, late, right, patience, owed=owed):
+            return then()
+    except (TimedOut, ProtocolFault, ValueError):
+        pass
+    except LinkLost as lost:
+        raise lost.carrying(error.partial) from error
+    close()
+    raise LinkLost(
+        f"{transport.address}: out of step and the identity does not come within {patience:g} s, "
+        f"so the link is closed (began with: {error}); check the device and open the link again",
+        error.partial,
+    ) from error

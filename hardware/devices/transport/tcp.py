@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import socket
-from typing import final
+from collections.abc import Callable
+from typing import TypeVar, final
 
 from hardware.devices.transport.buffer import MOST
-from hardware.devices.transport.descriptor_link import DescriptorLink
+from hardware.devices.transport.link import Link
 
 __all__ = ["TcpTransport"]
 
+_PIECE = 1 << 16
+_T = TypeVar("_T")
+
 
 @final
-class TcpTransport(DescriptorLink):
+class TcpTransport(Link):
     """A TCP connection.
 
     A cable pulled without a goodbye is noticed within `write_timeout` of the next bytes sent where
@@ -54,7 +58,6 @@ class TcpTransport(DescriptorLink):
     def _connect(self) -> None:
         link = socket.create_connection((self._host, self._port), self._connect_timeout)
         self._socket = link
-        link.setblocking(False)
         # small commands must not wait for each other
         link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -62,16 +65,28 @@ class TcpTransport(DescriptorLink):
             patience = max(int(1e3 * self._write_timeout), 1)
             link.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, patience)
 
-    def _descriptor(self) -> int:
-        return -1 if self._socket is None else self._socket.fileno()
+    def _put(self, data: memoryview, seconds: float) -> int:
+        return self._within(seconds, lambda link: link.send(data)) or 0
 
-    def _send(self, data: memoryview) -> int:
+    def _get(self, seconds: float) -> bytes:
+        data = self._within(seconds, lambda link: link.recv(_PIECE))
+        if data == b"":
+            raise ConnectionResetError("the other side has closed it")
+        return data or b""
+
+    def _within(self, seconds: float, move: Callable[[socket.socket], _T]) -> _T | None:
+        """Return what comes of it; None if nothing does within the time."""
         if self._socket is None:
             raise BrokenPipeError("not connected")
-        return self._socket.send(data)
-
-    def _receive(self, most: int) -> bytes:
-        return b"" if self._socket is None else self._socket.recv(most)
+        self._socket.settimeout(seconds)
+        try:
+            return move(self._socket)
+        except BlockingIOError:
+            return None
+        except TimeoutError as error:
+            if error.errno is not None:
+                raise  # that of the connection (TCP_USER_TIMEOUT), not the one asked for
+            return None
 
     def _release(self) -> None:
         link, self._socket = self._socket, None

@@ -3,7 +3,6 @@
 from hardware.simulators.bench_server.config import (
     AirConfig,
     BenchConfig,
-    ClockConfig,
     PlantConfig,
     load_config,
 )
@@ -16,7 +15,6 @@ __all__ = [
     "AirConfig",
     "BenchConfig",
     "BenchServer",
-    "ClockConfig",
     "PlantConfig",
     "SealedEnvelope",
     "Stand",

@@ -12,24 +12,9 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from hardware.simulators.rig import DeviceClock
 
-__all__ = ["AirConfig", "BenchConfig", "ClockConfig", "PlantConfig", "config_from", "load_config"]
+__all__ = ["AirConfig", "BenchConfig", "PlantConfig", "config_from", "load_config"]
 
 FRONTS = ("interferometer", "card", "gcs", "ascii")
-
-
-@dataclass(frozen=True, slots=True)
-class ClockConfig:
-    """Clock of a device, see `DeviceClock`."""
-
-    ppm: float = 0.0
-    offset: float = 0.0
-    jitter: float = 0.0
-    drift_ppm: float = 0.0
-    seed: int = 0
-
-    def clock(self) -> DeviceClock:
-        """Return the clock."""
-        return DeviceClock(self.ppm, self.offset, self.jitter, self.drift_ppm, self.seed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +107,7 @@ class BenchConfig:
         Air in the beam of the interferometer.
     fronts : tuple of str
         Devices before it: ``interferometer``, ``card``, ``gcs``, ``ascii``.
-    interferometer, card, controller : ClockConfig
+    interferometer, card, controller : DeviceClock
         Clocks of the devices. The program paces the card, so the ppm of `card` are for the
         program's clock (`BenchClock`).
     card_model : str
@@ -148,9 +133,9 @@ class BenchConfig:
     plant: PlantConfig = field(default_factory=PlantConfig)
     air: AirConfig = field(default_factory=AirConfig)
     fronts: tuple[str, ...] = ("interferometer", "card")
-    interferometer: ClockConfig = field(default_factory=ClockConfig)
-    card: ClockConfig = field(default_factory=ClockConfig)
-    controller: ClockConfig = field(default_factory=ClockConfig)
+    interferometer: DeviceClock = field(default_factory=DeviceClock)
+    card: DeviceClock = field(default_factory=DeviceClock)
+    controller: DeviceClock = field(default_factory=DeviceClock)
     card_model: str = "MF634"
     gain: float = 20.0
     offset: float = 0.0

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from pathlib import Path
 from typing import Any, Protocol
 
 from hardware.simulators.bench_server.config import BenchConfig
@@ -60,9 +58,8 @@ def stub_library() -> str | None:
     """Return the stub of the vendor's library, compiled into the user's cache; None without gcc."""
     from hardware.simulators.siosifm import build
 
-    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     try:
-        return str(build(Path(root) / "bondsight" / "bench"))
+        return str(build())
     except (OSError, subprocess.SubprocessError):
         return None
 
@@ -80,7 +77,7 @@ def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
     )
     front = InterferometerFront(
         rig,
-        config.interferometer.clock(),
+        config.interferometer,
         air=air,
         dead_path=a.dead_path,
         noise=noise,
@@ -93,7 +90,7 @@ def _card(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
     from hardware.simulators.registers import AmplifierData, CardFront
 
     data = AmplifierData(gain=config.gain, offset=config.offset, slew=config.slew)
-    front = CardFront(rig, config.card.clock(), config.card_model, amplifier=data)
+    front = CardFront(rig, config.card, config.card_model, amplifier=data)
 
     def drive(volts: float) -> None:
         code = round((volts - config.offset) / config.gain / (20.0 / 16384.0))
@@ -110,7 +107,7 @@ def _gcs(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
     dog = CommandWatchdog(config.watchdog) if config.watchdog else None
     front = GcsFront(
         rig,
-        config.controller.clock(),
+        config.controller,
         GcsModel(noise=noise, watchdog=dog, seed=config.plant.noise_seed),
     )
     return BenchDevice(front, {"controller": _answers(front.faults)}, _by_itself)

@@ -81,7 +81,7 @@ class ControlFront:
         The bench.
     faults : mapping, optional
         What injects each fault.
-    watchdog : Watchdog, optional
+    watchdog : ConnectionWatchdog, optional
         Of the output; None if it has none.
     drive : callable, optional
         Sets the voltage of the device that is watched (V); the terminals by default.

@@ -30,7 +30,7 @@ class AsciiDevice(ABC):
         The bench.
     lowest, highest : float
         Voltages that it gives (V).
-    watchdog : Watchdog, optional
+    watchdog : CommandWatchdog, optional
         None as in the public documents.
     """
 
@@ -89,6 +89,22 @@ class _Jena(AsciiDevice):
     terminator = b"\r\n\x11"
     line_ends = b"\r\n"
 
+    def __init__(self, rig: Rig, watchdog: CommandWatchdog | None = None) -> None:
+        super().__init__(rig, -20.0, 130.0, watchdog)
+        self._closed = 0
+
+    def _set(self, name: str, value: str) -> str | None:
+        """Obey what both devices know; None if it is something else."""
+        if name == "cl":
+            self._closed = int(value)
+            return ""
+        if name != "set":
+            return None
+        if not self._within(float(value)):
+            return "error,4"
+        self._write(float(value))
+        return ""
+
     def _frame(self, text: str) -> bytes:
         return b"\x13" + text.encode("ascii") + b"\r\n\x11" if text else b"\x13\x11"
 
@@ -108,20 +124,12 @@ class Nv200(_Jena):
     """NV200/D, one channel, without a sensor: `meas` gives the voltage."""
 
     def __init__(self, rig: Rig, watchdog: CommandWatchdog | None = None) -> None:
-        super().__init__(rig, -20.0, 130.0, watchdog)
-        self._closed = 0
+        super().__init__(rig, watchdog)
         self._source = 0
 
     def _reply(self, name: str, arguments: list[str]) -> str:
-        if name == "set" and arguments:
-            volts = float(arguments[0])
-            if not self._within(volts):
-                return "error,4"
-            self._write(volts)
-            return ""
-        if name == "cl" and arguments:
-            self._closed = int(arguments[0])
-            return ""
+        if arguments and (done := self._set(name, arguments[0])) is not None:
+            return done
         if name == "modsrc" and arguments:
             self._source = int(arguments[0])
             return ""
@@ -144,24 +152,13 @@ class Nv200(_Jena):
 class DDrive(_Jena):
     """D-Drive with one channel, number 0."""
 
-    def __init__(self, rig: Rig, watchdog: CommandWatchdog | None = None) -> None:
-        super().__init__(rig, -20.0, 130.0, watchdog)
-        self._closed = 0
-
     def _reply(self, name: str, arguments: list[str]) -> str:
         if not arguments:
             return "error,3"
         if arguments[0] != "0":
             return "error,4"
-        if name == "set" and len(arguments) == 2:
-            volts = float(arguments[1])
-            if not self._within(volts):
-                return "error,4"
-            self._write(volts)
-            return ""
-        if name == "cl" and len(arguments) == 2:
-            self._closed = int(arguments[1])
-            return ""
+        if len(arguments) == 2 and (done := self._set(name, arguments[1])) is not None:
+            return done
         values: dict[str, Callable[[], str]] = {
             "set": lambda: f"{self.volts:.3f}",
             "mess": lambda: f"{self.volts:.3f}",

@@ -13,7 +13,7 @@ __all__ = ["AsciiFront"]
 
 
 @final
-class AsciiFront:
+class AsciiFront(Serving):
     """A controller that speaks its ASCII dialect over a pseudo-terminal.
 
     Parameters
@@ -30,13 +30,4 @@ class AsciiFront:
         self, rig: Rig, device: str | AsciiDevice = "nv200", faults: FaultQueue | None = None
     ) -> None:
         self.device = ASCII_DEVICES[device](rig) if isinstance(device, str) else device
-        self.faults = faults or FaultQueue()
-        self._serving = Serving(self.device, PtyDoorway(), self.faults)
-
-    def start(self) -> str:
-        """Make the pseudo-terminal; return its path."""
-        return self._serving.start()
-
-    def stop(self) -> None:
-        """Cut the line and end."""
-        self._serving.stop()
+        super().__init__(self.device, PtyDoorway(), faults)

@@ -14,7 +14,7 @@ __all__ = ["GcsFront"]
 
 
 @final
-class GcsFront:
+class GcsFront(Serving):
     """A digital controller that speaks GCS 2 over TCP or a pseudo-terminal.
 
     The first line of its digital outputs leads to the trigger line of the bench. Time is that of
@@ -47,14 +47,5 @@ class GcsFront:
         over: Literal["tcp", "pty"] = "tcp",
     ) -> None:
         self.device = GcsDevice(rig, clock or DeviceClock(), model or GcsModel())
-        self.faults = faults or FaultQueue()
         doorway = TcpDoorway(host, port) if over == "tcp" else PtyDoorway()
-        self._serving = Serving(self.device, doorway, self.faults)
-
-    def start(self) -> str:
-        """Listen; return host:port, or the path of the pseudo-terminal."""
-        return self._serving.start()
-
-    def stop(self) -> None:
-        """Cut the link and end."""
-        self._serving.stop()
+        super().__init__(self.device, doorway, faults)

@@ -51,7 +51,7 @@ class GcsModel:
         Part of the position error that the servo removes in a millisecond.
     tolerance : float
         Position error that counts as on target (um).
-    watchdog : Watchdog, optional
+    watchdog : CommandWatchdog, optional
         None as in the public documents; an option of some special firmware.
     seed : int
         Of the noise.

@@ -46,8 +46,7 @@ class DataRecorder:
         self.divider = 1
         self.trigger = 0
         self._start: float | None = None
-        self._x = np.zeros(0)
-        self._v = np.zeros(0)
+        self.forget()
 
     @property
     def capacity(self) -> int:
@@ -61,9 +60,8 @@ class DataRecorder:
 
     def start(self) -> None:
         """Record from now on, until the tables are full."""
+        self.forget()
         self._start = self._rig.now
-        self._x = np.zeros(0)
-        self._v = np.zeros(0)
         self._look(self._start)
 
     def forget(self) -> None:

@@ -25,7 +25,7 @@ class WaveCommands:
         Sizes and limits.
     generator : Generator
         What is commanded.
-    axis : Axis
+    axis : SimulatedAxis
         Whose loop has to be open.
     recorder : DataRecorder
         Starts with the generator.

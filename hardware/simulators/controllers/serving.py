@@ -27,13 +27,30 @@ class AnsweringDevice(Protocol):
         ...
 
 
-class ClientLine(Protocol):
-    """One connected client."""
+@final
+class ClientLine:
+    """One connected client, by the descriptors of its link; the first one is talked over."""
 
-    def fileno(self) -> int: ...
-    def receive(self) -> bytes: ...
-    def send(self, data: bytes) -> None: ...
-    def close(self) -> None: ...
+    def __init__(self, *ends: int) -> None:
+        self._ends = ends
+
+    def fileno(self) -> int:
+        """Descriptor."""
+        return self._ends[0]
+
+    def receive(self) -> bytes:
+        """Bytes that are there."""
+        return os.read(self._ends[0], 1 << 16)
+
+    def send(self, data: bytes) -> None:
+        """Send all."""
+        while data:
+            data = data[os.write(self._ends[0], data) :]
+
+    def close(self) -> None:
+        """Cut it."""
+        for end in self._ends:
+            os.close(end)
 
 
 class Doorway(Protocol):
@@ -52,24 +69,25 @@ class Doorway(Protocol):
         ...
 
 
-@final
 class Serving:
-    """The thread that answers.
+    """A simulated device and the thread that answers for it.
 
     Parameters
     ----------
-    device : Device
+    device : AnsweringDevice
         What answers.
     doorway : Doorway
         Where clients come in.
-    faults : FaultQueue
+    faults : FaultQueue, optional
         What happens to the answers.
     """
 
-    def __init__(self, device: AnsweringDevice, doorway: Doorway, faults: FaultQueue) -> None:
-        self._device = device
+    def __init__(
+        self, device: AnsweringDevice, doorway: Doorway, faults: FaultQueue | None = None
+    ) -> None:
+        self._answering = device
         self._doorway = doorway
-        self._faults = faults
+        self.faults = faults or FaultQueue()
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._wake = (-1, -1)
@@ -96,7 +114,7 @@ class Serving:
 
     def _run(self) -> None:
         while not self._stop.is_set():
-            line = self._doorway.wait(self._wake[0], lambda: self._faults.refuse)
+            line = self._doorway.wait(self._wake[0], lambda: self.faults.refuse)
             if line is None:
                 continue
             try:
@@ -114,18 +132,18 @@ class Serving:
             data = line.receive()
             if not data:
                 return
-            for answer in self._device.feed(data):
+            for answer in self._answering.feed(data):
                 if not self._answer(line, answer):
                     return
 
     def _answer(self, line: ClientLine, answer: bytes) -> bool:
         """Send an answer as its fault will have it; False if the link was cut."""
-        fault = self._faults.take()
+        fault = self.faults.take()
         if fault.delay and self._stop.wait(fault.delay):
             return False
         if fault.silent:
             return True
-        data = fault.garbage + _ended(answer, self._device.terminator, fault)
+        data = fault.garbage + _ended(answer, self._answering.terminator, fault)
         cut = fault.drop_after is not None and fault.drop_after < len(data)
         data = data[: fault.drop_after] if cut else data
         size = fault.chunk or max(len(data), 1)
@@ -171,38 +189,17 @@ class TcpDoorway:
             return None
         door = self._listener.fileno()
         ready, _, _ = select.select([door, wake], [], [], _LOOK)
-        return TcpLine(self._listener.accept()[0]) if door in ready else None
+        if door not in ready:
+            return None
+        link, _ = self._listener.accept()
+        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return ClientLine(link.detach())
 
     def close(self) -> None:
         """Listen no more."""
         if self._listener is not None:
             self._listener.close()
             self._listener = None
-
-
-@final
-class TcpLine:
-    """A client over TCP."""
-
-    def __init__(self, link: socket.socket) -> None:
-        self._link = link
-        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    def fileno(self) -> int:
-        """Descriptor."""
-        return self._link.fileno()
-
-    def receive(self) -> bytes:
-        """Bytes that are there."""
-        return self._link.recv(1 << 16)
-
-    def send(self, data: bytes) -> None:
-        """Send all."""
-        self._link.sendall(data)
-
-    def close(self) -> None:
-        """Hang up."""
-        self._link.close()
 
 
 @final
@@ -230,7 +227,7 @@ class PtyDoorway:
             select.select([wake], [], [])
             return None
         self._taken = True
-        return PtyLine(*self._ends)
+        return ClientLine(*self._ends)
 
     def close(self) -> None:
         """Forget it; the line closes both ends."""
@@ -238,30 +235,3 @@ class PtyDoorway:
             for end in self._ends:
                 os.close(end)
         self._ends = None
-
-
-@final
-class PtyLine:
-    """A client over a pseudo-terminal."""
-
-    def __init__(self, near: int, far: int) -> None:
-        self._near = near
-        self._far = far
-
-    def fileno(self) -> int:
-        """Descriptor."""
-        return self._near
-
-    def receive(self) -> bytes:
-        """Bytes that are there."""
-        return os.read(self._near, 1 << 12)
-
-    def send(self, data: bytes) -> None:
-        """Send all."""
-        while data:
-            data = data[os.write(self._near, data) :]
-
-    def close(self) -> None:
-        """Cut it."""
-        os.close(self._near)
-        os.close(self._far)

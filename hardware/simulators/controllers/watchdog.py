@@ -40,7 +40,7 @@ class ArmedWatchdog:
     ----------
     rig : Rig
         The bench, for its time.
-    watchdog : Watchdog
+    watchdog : CommandWatchdog
         Patience, safe value and rate.
     read, write : callable
         The output that is taken over (V).

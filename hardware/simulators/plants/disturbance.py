@@ -13,9 +13,9 @@ from typing import Any, Protocol, final
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.simulators.edges import push
 from hardware.simulators.noise import white
-from hardware.simulators.plant_contract import Moved, Plant, PlantMotion, Rewindable
+from hardware.simulators.plant_contract import Moved, Plant, PlantMotion
+from hardware.simulators.plants.wrapped import WrappedPlant
 
 __all__ = ["AirPath", "Disturbance", "Disturbed", "SensorNoise", "Vibration"]
 
@@ -151,7 +151,7 @@ class SensorNoise:
 
 
 @final
-class Disturbed:
+class Disturbed(WrappedPlant):
     """A plant whose readings are disturbed.
 
     Parameters
@@ -163,28 +163,12 @@ class Disturbed:
     """
 
     def __init__(self, plant: Plant, *disturbances: Disturbance) -> None:
-        if not isinstance(plant, Rewindable):
-            raise TypeError(f"{type(plant).__name__}: a disturbed plant needs snapshot and restore")
-        self._plant = plant
-        self._state = plant
+        super().__init__(plant)
         self._disturbances = disturbances
         self._done = 1
 
-    @property
-    def step(self) -> float:
-        """Step (s)."""
-        return self._plant.step
-
-    def advance(self, volts: Array) -> PlantMotion:
-        """Go on by one step per voltage (V), ``(n,)``."""
-        return self._disturbed(self._plant.advance(volts))
-
-    def advance_edges(self, count: int, at: Array, volts: Array) -> PlantMotion:
-        """Go on with edges inside the steps, see `EdgeDriven`."""
-        return self._disturbed(push(self._plant, count, at, volts))
-
-    def _disturbed(self, motion: Moved) -> PlantMotion:
-        x, i = motion.x, motion.i
+    def _read(self, moved: Moved) -> PlantMotion:
+        x, i = moved.x, moved.i
         for each in self._disturbances:
             dx, di = each.added(self._done, x.size, self.step)
             x, i = x + dx, i + di

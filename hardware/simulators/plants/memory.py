@@ -9,23 +9,18 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.simulators.edges import as_edges, push
-from hardware.simulators.plant_contract import Plant, PlantMotion, Rewindable
+from hardware.simulators.edges import as_edges
+from hardware.simulators.plant_contract import Moved, Plant, PlantMotion
 from hardware.simulators.plants.native import library, pointer
+from hardware.simulators.plants.wrapped import WrappedPlant
 
 __all__ = ["Creeping", "HystereticPlant"]
 
 Array = NDArray[np.float64]
 
 
-def _rewindable(plant: Plant) -> Rewindable:
-    if not isinstance(plant, Rewindable):
-        raise TypeError(f"{type(plant).__name__}: it must offer snapshot and restore")
-    return plant
-
-
 @final
-class HystereticPlant:
+class HystereticPlant(WrappedPlant):
     """A plant behind play operators in parallel, virgin at 0 V.
 
     The plant gets ``direct V + sum g_j play(V; r_j)``.
@@ -51,15 +46,10 @@ class HystereticPlant:
     ) -> None:
         if len(radii) != len(gains) or not all(r > 0.0 for r in radii):
             raise ValueError("Hysteretic: give one gain for every radius, radii > 0")
-        self._plant, self._state = plant, _rewindable(plant)
+        super().__init__(plant)
         self._radii, self._gains = np.array(radii, float), np.array(gains, float)
         self._direct = 1.0 - float(self._gains.sum()) if direct is None else direct
         self._memory = np.zeros(self._radii.size)
-
-    @property
-    def step(self) -> float:
-        """Step (s)."""
-        return self._plant.step
 
     def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per voltage (V), ``(n,)``."""
@@ -67,7 +57,9 @@ class HystereticPlant:
 
     def advance_edges(self, count: int, at: Array, volts: Array) -> PlantMotion:
         """Go on with edges inside the steps, see `EdgeDriven`; the plays need nothing else."""
-        moved = push(self._plant, count, at, self._played(volts))
+        return super().advance_edges(count, at, self._played(volts))
+
+    def _read(self, moved: Moved) -> PlantMotion:
         return PlantMotion(moved.x, moved.i)
 
     def snapshot(self) -> Any:
@@ -88,7 +80,7 @@ class HystereticPlant:
 
 
 @final
-class Creeping:
+class Creeping(WrappedPlant):
     """A plant whose displacement creeps on: ``tau_j z_j' = ratio_j x - z_j``, reading x + sum z_j.
 
     Parameters
@@ -104,24 +96,12 @@ class Creeping:
     def __init__(self, plant: Plant, ratios: Sequence[float], taus: Sequence[float]) -> None:
         if len(ratios) != len(taus) or not all(t > 0.0 for t in taus):
             raise ValueError("Creeping: give one time constant for every ratio, > 0")
-        self._plant, self._state = plant, _rewindable(plant)
+        super().__init__(plant)
         self._ratios = np.array(ratios, float)
         self._decay = np.exp(-plant.step / np.array(taus, float))
         self._z = np.zeros(self._ratios.size)
 
-    @property
-    def step(self) -> float:
-        """Step (s)."""
-        return self._plant.step
-
-    def advance(self, volts: Array) -> PlantMotion:
-        """Go on by one step per voltage (V), ``(n,)``."""
-        moved = self._plant.advance(volts)
-        return PlantMotion(self._crept(np.ascontiguousarray(moved.x)), moved.i)
-
-    def advance_edges(self, count: int, at: Array, volts: Array) -> PlantMotion:
-        """Go on with edges inside the steps, see `EdgeDriven`."""
-        moved = push(self._plant, count, at, volts)
+    def _read(self, moved: Moved) -> PlantMotion:
         return PlantMotion(self._crept(np.ascontiguousarray(moved.x)), moved.i)
 
     def snapshot(self) -> Any:

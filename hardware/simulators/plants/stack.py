@@ -68,7 +68,7 @@ class StackPlant:
         compiled: bool = True,
     ) -> None:
         self._effect = truth.effect
-        self._step = step
+        self.step = step
         self._span = span
         self._done = 0
         driven = float(static_drive(np.array([volts]), self._effect)[0])
@@ -90,11 +90,6 @@ class StackPlant:
         )
         self._zero = 0.0
         self._zero = float(self._sense(np.array([system.start[1]]), "x", 0)[0])
-
-    @property
-    def step(self) -> float:
-        """Step (s)."""
-        return self._step
 
     def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per voltage (V), ``(n,)``."""
@@ -140,7 +135,7 @@ class StackPlant:
             pointer(self._y),
             ctypes.c_long(count),
             ctypes.c_int(SUBSTEPS),
-            ctypes.c_double(self._step),
+            ctypes.c_double(self.step),
             ctypes.c_long(at.size),
             pointer(at),
             pointer(u),
@@ -162,7 +157,7 @@ class StackPlant:
                 end = float(at[e]) if e < at.size and at[e] < k + 1 else k + 1.0
                 pieces = max(math.ceil((end - begin) * SUBSTEPS - 1e-9), 1)
                 for _ in range(pieces):
-                    y = self._system.step(y, (end - begin) * self._step / pieces, volts, volts)
+                    y = self._system.step(y, (end - begin) * self.step / pieces, volts, volts)
                 begin = end
             x[k], i[k] = y[1], self._system.current(y, volts)
         self._y[:n] = y
@@ -175,7 +170,7 @@ class StackPlant:
             r = reading - centre
             reading = centre + r + r**2 * (effect.value("s2") + effect.value("s3") * r)
         if _is(effect, "sensor_drift", channel):
-            s = (first + np.arange(reading.size)) * self._step / self._span
+            s = (first + np.arange(reading.size)) * self.step / self._span
             reading = reading + effect.value("linear") * s
             reading = reading + effect.value("bow") * np.sin(np.pi * s)
         return np.asarray(reading - zero)

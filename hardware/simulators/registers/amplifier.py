@@ -58,16 +58,11 @@ class SimulatedAmplifier:
 
     def __init__(self, rig: Rig, data: AmplifierData) -> None:
         self._rig = rig
-        self._data = data
+        self.data = data
         self._start = 0.0
         self._from = 0.0
         self._to = 0.0
         self._ramp = 0
-
-    @property
-    def data(self) -> AmplifierData:
-        """What it does."""
-        return self._data
 
     def settle(self) -> None:
         """Put on the terminals at once what an input of 0 V gives."""
@@ -84,7 +79,7 @@ class SimulatedAmplifier:
         level = self._level(now)
         self._start, self._from, self._to = now, level, target
         self._ramp += 1
-        duration = abs(target - level) / self._data.slew
+        duration = abs(target - level) / self.data.slew
         if duration == 0.0:
             self._rig.drive(target)
             return
@@ -95,12 +90,12 @@ class SimulatedAmplifier:
         self._later(now + duration, target)
 
     def _limited(self, volts: float) -> float:
-        d = self._data
+        d = self.data
         return min(max(d.gain * volts + d.offset, d.lowest), d.highest)
 
     def _level(self, now: float) -> float:
         """Output now (V)."""
-        reach = self._data.slew * (now - self._start) if now > self._start else 0.0
+        reach = self.data.slew * (now - self._start) if now > self._start else 0.0
         way = self._to - self._from
         return self._from + math.copysign(min(abs(way), reach), way)
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import socket
 import struct
 from collections import deque
-from collections.abc import Callable, Mapping
 from typing import final
 
 from hardware.simulators.loopback import LoopbackServer
@@ -35,15 +34,8 @@ class CardFront(LoopbackServer):
     ----------
     rig : Rig
         The bench.
-    clock : DeviceClock, optional
-        Clock of the card, for the one who makes the program's clock; the card itself has none, the
-        program paces it.
-    model : str
-        ``"MF634"`` or ``"MF624"``.
-    amplifier : AmplifierData, optional
-        Between its output and the terminals.
-    wires : Wires, optional
-        What is connected.
+    clock, model, amplifier, wires
+        As of `RegisterModel`.
     port : int
         0 takes a free one.
     """
@@ -72,24 +64,6 @@ class CardFront(LoopbackServer):
     def faults(self) -> CardFaults:
         """What is wrong with the card."""
         return self.registers.faults
-
-    def injectors(self) -> dict[str, Callable[[Mapping[str, float | str]], None]]:
-        """Return what injects each fault by name, for a control port."""
-        return {
-            f"card_{name}": self._injector(name)
-            for name in ("gone", "endless", "looks", "delay", "cut")
-        }
-
-    def _injector(self, name: str) -> Callable[[Mapping[str, float | str]], None]:
-        def inject(options: Mapping[str, float | str]) -> None:
-            unknown = set(options) - {"value"}
-            if unknown:
-                raise ValueError(f"card_{name} takes value=..., not {', '.join(sorted(unknown))}")
-            value = float(options.get("value", 1.0))
-            kind = type(getattr(self.faults, name))
-            setattr(self.faults, name, kind(value))
-
-        return inject
 
     def _talk(self, link: socket.socket) -> None:
         try:

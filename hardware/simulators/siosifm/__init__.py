@@ -4,7 +4,6 @@
 is the device, standing before a `Rig`, that the stub asks over TCP.
 """
 
-from hardware.simulators.siosifm.bench import Follower, RigClock
 from hardware.simulators.siosifm.build import build
 from hardware.simulators.siosifm.faults import Faults
 from hardware.simulators.siosifm.front import InterferometerFront
@@ -13,10 +12,8 @@ from hardware.simulators.siosifm.optics import AirAround, Quadrature, index_of_a
 __all__ = [
     "AirAround",
     "Faults",
-    "Follower",
     "InterferometerFront",
     "Quadrature",
-    "RigClock",
     "build",
     "index_of_air",
 ]

@@ -38,9 +38,10 @@ class SimulatedInterferometer(Condition):
     serial : int
         Number on the bus.
     stream_limit, block_limit : float
-        Largest rates (Hz).
+        Largest rates of streaming and of blocks (Hz); more is refused with -18.
     starts, clocks : callable
-        Edges on the start input and on the clock or event input.
+        ``starts(first)`` gives the true instants (s) of the edges on the start input but for the
+        first so many; `clocks` the same for the clock or event input.
     """
 
     def __init__(

@@ -37,24 +37,10 @@ class InterferometerFront(LoopbackServer):
         The air in the beam.
     quadrature : Quadrature
         Amplitude and errors of the detectors.
-    dead_path : float
-        True dead path (m).
-    noise : float
-        Standard deviation of one reading (m).
-    resolution : float
-        Step of the counter (m).
-    serial : int
-        Number of the device.
-    stream_limit : float
-        Largest rate of streaming (Hz); more is refused with -18.
-    block_limit : float
-        Largest rate of blocks (Hz).
-    starts, clocks : callable, optional
-        ``starts(first)`` gives the true instants (s) of the edges on the start input but for the
-        first so many; `clocks` the same for the clock or event input. Both default to the trigger
-        line of the rig.
-    seed : int
-        Of the noise.
+    dead_path, noise, resolution, seed
+        As of `Counter`.
+    serial, stream_limit, block_limit, starts, clocks
+        As of `SimulatedInterferometer`; edges default to the trigger line of the rig.
     """
 
     def __init__(

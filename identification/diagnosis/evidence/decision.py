@@ -88,21 +88,21 @@ class Decision:
     Attributes
     ----------
     kind : {"explained", "missing_physics", "unknown_physics"}
-    chosen : Trial or None
+    chosen : Candidate or None
         The named effect, or the best description when nothing may be named.
-    richer : tuple of Trial
+    richer : tuple of Candidate
         Richer forms of the named effect that these data neither need nor exclude.
-    same_place : tuple of Trial
+    same_place : tuple of Candidate
         The same effect at other elements, not separable.
-    rivals : tuple of Trial
+    rivals : tuple of Candidate
         Other effects that explain the held-out data as well.
     share : float
         Part of the excess misfit that `chosen` explains.
     confidence : float
     reasons : tuple of str
-    left : Leftover or None
+    left : ResidualPattern or None
         What a second screening finds in the residual of `chosen`.
-    trials : tuple of Trial
+    trials : tuple of Candidate
         All that was fitted for this decision.
     nominal : float
         Held-out mean square over the floor before this decision.
@@ -183,7 +183,7 @@ def decide(
     ----------
     declared : float
         Held-out mean square with the declared parameters: a repair must beat that too.
-    before : Leftover, optional
+    before : ResidualPattern, optional
         What the screening finds in the nominal residual.
     certain : float
         Robust mean square of the nominal residual over a floor that was measured; 0 where the floor
@@ -194,7 +194,7 @@ def decide(
         Held-out mean square before any of them.
     remaining : callable, optional
         Screens the residual of a trial once more.
-    classes : Structure, optional
+    classes : Isolability, optional
         Ports that a residual alone cannot separate.
     """
     t = limits or Thresholds()

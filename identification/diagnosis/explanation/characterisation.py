@@ -116,7 +116,7 @@ def characterise(past: PortHistory, signal: Array, *, flow: bool = False) -> Cha
 
     Parameters
     ----------
-    past : Past
+    past : PortHistory
         The port's variables along the record.
     signal : ndarray, shape (N,), SI
         Addition to the output, such as `latent` reconstructs it.
@@ -127,7 +127,7 @@ def characterise(past: PortHistory, signal: Array, *, flow: bool = False) -> Cha
     --------
     >>> t = 0.01 * np.arange(4000)
     >>> q = np.sin(t) + 0.4 * np.sin(2.7 * t)
-    >>> characterise(Past(q, q, 0.01), q**3).variable
+    >>> characterise(PortHistory(q, q, 0.01), q**3).variable
     'argument'
     """
     groups = generic_columns(past)

@@ -52,7 +52,7 @@ def loops(past: PortHistory, signal: Array, *, flow: bool = False) -> Loops:
 
     Parameters
     ----------
-    past : Past
+    past : PortHistory
     signal : ndarray, shape (N,), SI
         Addition to the port's output.
     flow : bool
@@ -61,7 +61,7 @@ def loops(past: PortHistory, signal: Array, *, flow: bool = False) -> Loops:
     Examples
     --------
     >>> t = 0.01 * np.arange(5000)
-    >>> past = Past(np.sin(t), np.sin(t), 0.01)
+    >>> past = PortHistory(np.sin(t), np.sin(t), 0.01)
     >>> found = loops(past, np.cos(t))
     >>> round(found.dissipation, 2), round(found.area, 1)
     (1.0, 0.8)

@@ -106,7 +106,7 @@ def blind_relations(
     ----------
     fit : Fit
         The nominal fit.
-    structure : Structure
+    structure : Isolability
         Classes of ports; elements it does not know stand alone.
     probed : Probes, optional
         The fitted model with its ports probed, if already made.

@@ -18,7 +18,7 @@ def regions(
     Parameters
     ----------
     fit : Fit
-    scene : Scene, optional
+    scene : FittedModel, optional
         Gives the variables of every port; only the commands are looked at without it.
     places : iterable of str
         Elements under suspicion, in whose variables a region is told first.

@@ -9,7 +9,7 @@ import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, R, Sensor, Source
-from bondgraph.simulation.simulate import prepare, run_prepared
+from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.search.candidates import Candidate

@@ -22,8 +22,8 @@ from bondgraph.graph.elements import (
     TwoPort,
     Zero,
 )
+from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.simulation.lure import Compiled
-from bondgraph.simulation.simulate import prepare, run_prepared
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory

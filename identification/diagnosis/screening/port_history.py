@@ -88,7 +88,7 @@ class FittedModel:
         The declared graph: its values carry what is known about them, the fit has its own.
     residual : ndarray, shape (N, n_y), SI
         Measured less simulated, 0 where nothing is scored.
-    past : dict of str to Past
+    past : dict of str to PortHistory
         By element; its arrays cover the whole record.
     """
 

@@ -18,7 +18,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.fractional_delay import delayed_values
-from bondgraph.simulation.simulate import KernelRun
+from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
 from identification.diagnosis.screening.latent_input import probed_graph
 from identification.estimation.single_record import Fit

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from bondgraph.simulation.simulate import HOLDS
+from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion

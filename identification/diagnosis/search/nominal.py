@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import eig
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.simulation.simulate import HOLDS
+from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.estimation.single_record import Fit, FitStatus, best, fit

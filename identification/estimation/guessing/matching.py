@@ -40,7 +40,7 @@ class Matching:
 
     Attributes
     ----------
-    stack : Stack
+    stack : JointProblem
     measured : tuple of Measured or None
         One a record.
     """

@@ -42,13 +42,13 @@ class MethodSolution:
 
     Attributes
     ----------
-    point : Stacked
+    point : JointPoint
         Unknowns of `Study.stack` at the setting.
     covariance : ndarray, shape (n, n), or None
         Of theta, where the method has one of its own; otherwise that of the free run is taken.
     readings : tuple of ndarray, shape (N, n_y) each, or None
         Simulated readings, where they are not those of the free run.
-    evaluations : tuple of Evaluation or None
+    evaluations : tuple of ResidualEvaluation or None
         The free run at the point with its derivatives, if it is at hand.
     cost : float or None
         Mean square of the residuals over their noise, where the trace is of something else.

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from bondgraph.simulation.simulate import KernelRun
+from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus

@@ -141,7 +141,7 @@ def prediction_model(
 
     Parameters
     ----------
-    stack : Stack
+    stack : JointProblem
         ``study.stack(setting)``.
     diffusion : tuple of str, optional
         Where process noise may enter; every state if left out.

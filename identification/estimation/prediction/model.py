@@ -12,7 +12,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.simulate import equilibrium, fine_inputs, inputs_of
+from bondgraph.simulation.start import equilibrium, fine_inputs, inputs_of
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.estimation.prediction.scaling import state_scale

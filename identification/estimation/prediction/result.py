@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from bondgraph.simulation.simulate import run_record
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, pass_over

@@ -9,9 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import Compiled
-from bondgraph.simulation.simulate import equilibrium, run_record
+from bondgraph.simulation.start import equilibrium
 from bondgraph.support.arrays import Array
 from identification.study.problem import Data
 

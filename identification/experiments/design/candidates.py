@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.simulation.exact_run import run_record, settle
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.simulate import equilibrium, inputs_of, run_record, settle
+from bondgraph.simulation.start import equilibrium, inputs_of
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.expected import (
@@ -41,7 +42,7 @@ class Ranking:
     score : tuple of float
         D: information ``det^(1/s)`` relative to the reference; A: the reference's mean relative
         variance over theirs. So many times longer the reference would have to measure.
-    expected : Table
+    expected : ExpectedTable
         95 % intervals with the best input, beside the reference.
     time_shares : Weights or None
         Best shares of measuring time over the candidates, in the order of `signals`; None if no

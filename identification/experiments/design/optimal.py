@@ -47,7 +47,7 @@ class Proposal:
         Shares of power of the candidate lines, with the certificate.
     frequency : ndarray, shape (K,), Hz
         Candidate lines.
-    expected : Table
+    expected : ExpectedTable
         95 % intervals of both inputs.
     criterion : str
     notes : tuple of str

@@ -88,7 +88,7 @@ def verify(
     graph : BondGraph
     noise : mapping of str to float
         White, of each sensor read, SI.
-    expected : Table
+    expected : ExpectedTable
         Of a `Proposal` or a `Ranking`.
     free : sequence of str, optional
         Parameters fitted, the nuisances included; those of `expected` if not given.

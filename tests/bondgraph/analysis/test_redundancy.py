@@ -31,7 +31,8 @@ from bondgraph import (
 )
 from bondgraph.analysis.exact_algebra import generic_values
 from bondgraph.analysis.linear import LAPLACE
-from bondgraph.analysis.redundancy import Redundancy, RedundancyRelation, redundancy
+from bondgraph.analysis.redundancy import Redundancy, redundancy
+from bondgraph.analysis.redundancy_relation import RedundancyRelation
 from bondgraph.analysis.sensor_advice import splitting_sensors
 from bondgraph.equations.derivation import system
 from bondgraph.graph.elements import RS, Field, Parameter, Sensor, TwoPort, symbol

@@ -26,8 +26,8 @@ from bondgraph import (
     Sf,
     Zero,
 )
-from bondgraph.analysis.kalman import linear_skeleton
-from bondgraph.analysis.structural import controllability, kalman_ranks, observability
+from bondgraph.analysis.kalman import kalman_ranks, linear_skeleton
+from bondgraph.analysis.structural import controllability, observability
 from bondgraph.equations.derivation import system
 from bondgraph.graph.elements import Field
 from bondgraph.laws import Coulomb, Polynomial

@@ -24,7 +24,8 @@ from bondgraph import (
     Zero,
     assign_causality,
 )
-from bondgraph.drawing.svg import layout, svg
+from bondgraph.drawing.layout import layout
+from bondgraph.drawing.svg import svg
 
 
 def chain(n: int) -> BondGraph:

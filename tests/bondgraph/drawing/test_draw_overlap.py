@@ -17,9 +17,10 @@ from matplotlib.ft2font import FT2Font
 from actuators.models.catalogue import MODELS
 from bondgraph import GY, TF, BondGraph, C, De, Df, I, One, R, Se, Zero
 from bondgraph.causality.assignment import Causality, Stroke
+from bondgraph.drawing.layout import GraphLayout, layout
 from bondgraph.drawing.readings import readings
 from bondgraph.drawing.routing import route
-from bondgraph.drawing.svg import GraphLayout, layout, svg
+from bondgraph.drawing.svg import svg
 from bondgraph.graph.elements import MTF, RS, X0, X1, CField, MSe, MSf, Sensor
 from bondgraph.graph.modulation import displacement, effort, external, flow, port_variables
 from tests.counted import calls

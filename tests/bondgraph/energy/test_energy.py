@@ -11,8 +11,10 @@ from scipy.integrate import solve_ivp
 
 from actuators.stack.bond_graph import stack_bond_graph
 from bondgraph import BondGraph, C, GraphError, I, One, R, Se, Trajectory, UnusableInput, simulate
-from bondgraph.energy.bond_power import motion
-from bondgraph.energy.ledger import Ledger, ledger, observables, power_balance
+from bondgraph.energy.accounts import Ledger
+from bondgraph.energy.bond_power import motion, observables
+from bondgraph.energy.ledger import ledger
+from bondgraph.energy.power_balance import power_balance
 from bondgraph.equations.codegen import program
 from bondgraph.equations.derivation import system
 from bondgraph.graph.elements import RE, RS, Zero

@@ -23,8 +23,8 @@ from bondgraph.laws import (
     Overflow,
     SelfHeating,
 )
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.simulate import run_record
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
 SPRINGS: dict[str, Law] = {

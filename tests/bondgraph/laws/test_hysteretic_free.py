@@ -12,8 +12,9 @@ from bondgraph.hysteresis import BoucWen, DeadZones, Operator, PrandtlIshlinskii
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.laws import Hysteretic
 from bondgraph.signals.recording import Recording
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
-from bondgraph.simulation.simulate import run_record, simulate
+from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnknownName
 from bondgraph.support.ops import NUMPY
 from identification.estimation import NO_NUISANCES, Study, Vary, estimate

@@ -10,8 +10,8 @@ import pytest
 from bondgraph import BondGraph, C, Dq, I, One, R, Se, derive
 from bondgraph.graph.drives import Drive
 from bondgraph.laws import Hysteretic, Sliding
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.simulate import run_record
 from bondgraph.support.ops import NUMPY
 from tests.bondgraph.hysteresis.examples import EXAMPLES
 

@@ -13,7 +13,9 @@ from bondgraph.graph.elements import C, De, R, Se, Zero
 from bondgraph.laws import Rectifier, Rounding, SlewLimit
 from bondgraph.laws.law import Law
 from bondgraph.laws.slew_limit import slew_limited
-from bondgraph.simulation.simulate import equilibrium, exact_form, inputs_of, run_record
+from bondgraph.simulation.exact_run import run_record
+from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.start import equilibrium, inputs_of
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
 LAWS: tuple[Law, ...] = (SlewLimit(0.02), Rectifier(0.7), Rounding(0.3, 0.05, 0.8))

@@ -28,10 +28,11 @@ from bondgraph.laws import (
     StopSum,
     Stribeck,
 )
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.radau.native import GeneralRun, prepare_general, run_general
 from bondgraph.simulation.radau.start import inputs_of
-from bondgraph.simulation.simulate import fine_inputs, run_record
+from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.native import compiler
 from tests.bondgraph.simulation.general_reference import Runner
 from tests.counted import calls

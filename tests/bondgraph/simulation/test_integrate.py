@@ -244,8 +244,8 @@ def test_dead_time_is_simulated() -> None:
 
 def test_a_run_that_does_not_settle_says_so() -> None:
     """Two samples a period of a cubic spring's free swing are too few for two sub-steps."""
+    from bondgraph.simulation.exact_run import settle
     from bondgraph.simulation.lure import compile_model
-    from bondgraph.simulation.simulate import settle
 
     with BondGraph("coarse") as g:
         body = One("body")

@@ -27,8 +27,8 @@ from bondgraph.laws import (
     Stribeck,
 )
 from bondgraph.simulation import lure_kernel as kernel
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.simulate import run_record
 from bondgraph.support import native
 
 N, STEP = 60, 0.05

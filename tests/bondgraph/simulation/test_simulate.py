@@ -25,8 +25,8 @@ from bondgraph import (
 )
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, play_record
 from bondgraph.laws import Coulomb, Hysteretic, StopSum
+from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
-from bondgraph.simulation.simulate import run_record
 
 SLIPS = (2e-8, 5e-8, 1.2e-7, 3e-7)  # C m, of the dipole
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from hardware.contracts import Identity, Transport
-from hardware.devices.controllers import GcsController, OwnGcsTalk
+from hardware.devices.controllers import GcsController, GcsTalk
 from hardware.envelope import P840_1_UNIPOLAR
 from hardware.errors import LimitViolation, LinkLost, TimedOut
 from hardware.simulators.controllers import GcsFront
@@ -156,7 +156,7 @@ def test_our_driver_over_an_adapter_moves_the_simulated_device() -> None:
     front = GcsFront(bench.rig)
     instrument = PyMeasureVoltage(
         SocketAdapter(front.start()),
-        lambda link: GcsController(OwnGcsTalk(link), clock=bench.clock),
+        lambda link: GcsController(GcsTalk(link), clock=bench.clock),
         P840_1_UNIPOLAR,
         bench.clock,
     )

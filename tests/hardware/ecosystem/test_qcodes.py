@@ -33,7 +33,7 @@ def instruments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any
 
 def test_voltage_between_its_limits(instruments: Any) -> None:
     bench = Bench()
-    voltage = instruments.VoltageInstrument("piezo", bench.output)
+    voltage = instruments.QCoDeSVoltage("piezo", bench.output)
     assert math.isnan(voltage.voltage())
     assert voltage.state() == "unknown"
     with pytest.raises(LimitViolation, match="power_up"):
@@ -59,7 +59,7 @@ def test_voltage_between_its_limits(instruments: Any) -> None:
 
 def test_snapshot_holds_units_limits_and_device(instruments: Any) -> None:
     bench = Bench()
-    voltage = instruments.VoltageInstrument("piezo", bench.output)
+    voltage = instruments.QCoDeSVoltage("piezo", bench.output)
     voltage.power_up()
     snapshot = voltage.snapshot(update=True)
     assert snapshot["parameters"]["voltage"]["unit"] == "V"
@@ -71,7 +71,7 @@ def test_snapshot_holds_units_limits_and_device(instruments: Any) -> None:
 
 def test_displacement_in_metres(instruments: Any) -> None:
     bench = Bench()
-    length = instruments.DisplacementInstrument("length", bench.sensor)
+    length = instruments.QCoDeSDisplacement("length", bench.sensor)
     bench.rig.drive(50.0)
     bench.rig.wait(0.01)
     assert length.displacement() == pytest.approx(50.0 * GAIN)

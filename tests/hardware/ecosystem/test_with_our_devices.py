@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hardware.contracts import Flag
-from hardware.devices.controllers import GcsController, OwnGcsTalk
+from hardware.devices.controllers import GcsController, GcsTalk
 from hardware.devices.interferometer import Block
 from hardware.devices.transport import TcpTransport
 from hardware.ecosystem import (
@@ -82,7 +82,7 @@ def test_a_scan_over_the_wire(bench: benches.Bench) -> None:
     front = GcsFront(bench.rig)
     host, _, port = front.start().rpartition(":")
     clock = bench.device.clock
-    raw = GcsController(OwnGcsTalk(TcpTransport(host, int(port))), clock=clock)
+    raw = GcsController(GcsTalk(TcpTransport(host, int(port))), clock=clock)
     output = GuardedOutput(raw, P840_1_UNIPOLAR, clock)
     voltage = BlueskyVoltage(output, readback=True, clock=clock)
     displacement = BlueskyDisplacement(bench.device)

@@ -224,7 +224,7 @@ def test_reports_are_counted_and_shown() -> None:
     watch(Told("prepare"))
     watch(Told("play", 0, (samples(0, 100), samples(100, 50))))
     watch(Told("play", 3, (samples(150, 50, Flag.BEAM_LOST),)))
-    watch.gathering.output("parked")
+    watch.gathering.output = "parked"
     watch(Told("end"))
     watch.close("the cable is gone")
     lines = out.getvalue().splitlines()

@@ -22,7 +22,6 @@ import pytest
 from hardware.simulators.bench_server import (
     BenchConfig,
     BenchServer,
-    ClockConfig,
     PlantConfig,
     SealedEnvelope,
     Stand,
@@ -33,6 +32,7 @@ from hardware.simulators.bench_server import (
 )
 from hardware.simulators.bench_server.config import config_from
 from hardware.simulators.control import BenchClock, ask
+from hardware.simulators.device_clock import DeviceClock
 from hardware.simulators.draw import ChannelNoise, Truth
 from hardware.simulators.effects import HiddenEffect
 from hardware.simulators.plant import NOMINAL
@@ -167,8 +167,8 @@ def test_configurations_come_from_files(tmp_path: Path) -> None:
     )
     config = load_config(toml)
     assert config.plant.vibration == ((50.0, 1e-9),)
-    assert config.interferometer == ClockConfig(ppm=37.1, offset=3.2e-4)
-    assert config.interferometer.clock().ppm == 37.1
+    assert config.interferometer == DeviceClock(ppm=37.1, offset=3.2e-4)
+    assert config.interferometer.ppm == 37.1
     (tmp_path / "bench.json").write_text('{"watchdog": 0.2}')
     assert load_config(tmp_path / "bench.json").watchdog == 0.2
     toml.write_text("watchdog = = 2\n")

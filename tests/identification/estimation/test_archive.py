@@ -24,7 +24,7 @@ from identification.estimation import (
     Vary,
     estimate,
 )
-from identification.estimation.archive import SCHEMA, open_fit, save
+from identification.estimation.archive import SCHEMA, open_fit, save_fit
 
 N, DT = 900, 0.01
 
@@ -71,7 +71,7 @@ def fitted() -> Estimation:
 @pytest.fixture
 def file(fitted: Estimation, tmp_path: Path) -> Path:
     path = tmp_path / "fit.npz"
-    save(fitted, path, command="made here")
+    save_fit(fitted, path, command="made here")
     return path
 
 
@@ -147,7 +147,7 @@ def test_recordings_may_stay_outside_and_are_then_checked(
     fitted: Estimation, tmp_path: Path
 ) -> None:
     path = tmp_path / "small.npz"
-    save(fitted, path, embed=False)
+    save_fit(fitted, path, embed=False)
     assert not [n for n in read_archive(path, SCHEMA)[1] if n.startswith("recordings")]
     same(fitted, open_fit(path, fitted.study.records))
     with pytest.raises(UnusableInput, match=r"no samples of recording 'one' \(read from a.csv\)"):
@@ -189,11 +189,11 @@ def test_a_failed_save_leaves_the_old_file(fitted: Estimation, file: Path) -> No
     before = file.read_bytes()
     broken = replace(fitted, simulated=(np.array([object()]),))
     with pytest.raises(UnusableInput):
-        save(broken, file)
+        save_fit(broken, file)
     assert file.read_bytes() == before
     assert list(file.parent.iterdir()) == [file]
 
 
 def test_another_ending_is_refused(fitted: Estimation, tmp_path: Path) -> None:
     with pytest.raises(UnusableInput, match=r"saved as \.npz"):
-        save(fitted, tmp_path / "fit.pickle")
+        save_fit(fitted, tmp_path / "fit.pickle")

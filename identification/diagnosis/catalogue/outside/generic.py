@@ -45,7 +45,7 @@ def generic_columns(past: PortHistory) -> dict[str, Array]:
 
     Examples
     --------
-    >>> past = Past(np.sin(np.arange(100.0)), np.zeros(100))
+    >>> past = PortHistory(np.sin(np.arange(100.0)), np.zeros(100))
     >>> sorted(generic_columns(past)) == sorted(GROUPS)
     True
     """

@@ -23,7 +23,7 @@ def place_weights(trials: Sequence[Candidate]) -> dict[str, float]:
 
     Parameters
     ----------
-    trials : sequence of Trial
+    trials : sequence of Candidate
         Named effects and unnamed curves.
     """
     sound = [t for t in trials if np.isfinite(t.test) and t.blocks.size]
@@ -70,7 +70,7 @@ def confidence_of_places(
     ----------
     decisions : sequence of Decision
         One after another; each effect has a place of its own, so they need not sum to 1.
-    trials : sequence of Trial
+    trials : sequence of Candidate
         What was fitted, for decisions that do not carry their trials.
     """
     found: dict[str, float] = {}

@@ -43,7 +43,7 @@ def where(
 
     Parameters
     ----------
-    past : mapping of str to Past, optional
+    past : mapping of str to PortHistory, optional
         Variables of the ports by element; the commands of the recording when not given.
     places : iterable of str
         Elements under suspicion: at equal evidence a region is told in their variables.

@@ -188,7 +188,7 @@ def blind_refit(
     Parameters
     ----------
     seen : BlindProblem
-    start : Evaluation
+    start : ResidualEvaluation
         At the nominal fit, with derivatives.
     steps : int
         Largest number of Gauss-Newton steps.

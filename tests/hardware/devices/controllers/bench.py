@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from hardware.contracts import Clock
-from hardware.devices.controllers import GcsController, GcsSetup, GcsTalk, OwnGcsTalk, PIPythonTalk
+from hardware.devices.controllers import GatewayTransport, GcsController, GcsSetup, GcsTalk
 from hardware.devices.transport import TcpTransport
 from hardware.simulators.control.client import LocalClock
 from hardware.simulators.controllers import GcsFront, GcsModel
@@ -20,7 +20,7 @@ from hardware.simulators.plant_contract import PlantMotion
 from hardware.simulators.rig import DeviceClock, Rig
 
 TIMEOUT = 0.08
-WAYS = ("own", "pipython", "pisocket")
+WAYS = ("own", "pisocket")
 
 
 class Spring:
@@ -47,12 +47,10 @@ class Bench:
 def talk_to(address: str, way: str, timeout: float = TIMEOUT) -> GcsTalk:
     host, _, port = address.rpartition(":")
     if way == "own":
-        return OwnGcsTalk(TcpTransport(host, int(port), write_timeout=timeout), timeout)
+        return GcsTalk(TcpTransport(host, int(port), write_timeout=timeout), timeout)
     if importlib.util.find_spec("pipython") is None:
         pytest.skip("PIPython is not installed (pip install 'bondsight[bench]')")
-    if way == "pipython":
-        return PIPythonTalk(TcpTransport(host, int(port), write_timeout=timeout), timeout)
-    return PIPythonTalk.by_pisocket(host, int(port), timeout)
+    return GcsTalk(GatewayTransport.by_pisocket(host, int(port), write_timeout=timeout), timeout)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hardware.devices.controllers import ASCII_DIALECTS, AsciiController, GcsController
-from hardware.devices.transport import serial_transport
+from hardware.devices.transport import SerialTransport
 from hardware.errors import HardwareError, LinkLost
 from hardware.simulators.control.client import LocalClock
 from hardware.simulators.controllers import AsciiFront, Fault
@@ -77,7 +77,7 @@ def gcs_stays_right(way: str, steps: list[tuple[list[Fault], str]]) -> None:
 def ascii_stays_right(name: str, steps: list[tuple[list[Fault], str]]) -> None:
     rig = Rig(Spring())
     front = AsciiFront(rig, name)
-    line = serial_transport(front.start())
+    line = SerialTransport(front.start())
     controller = AsciiController(ASCII_DIALECTS[name], line, LocalClock(rig), TIMEOUT)
     try:
         opened(controller)
@@ -125,7 +125,7 @@ def test_ascii(name: str, steps: list[tuple[list[Fault], str]]) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("way", ["own", "pipython", "pisocket"])
+@pytest.mark.parametrize("way", ["own", "pisocket"])
 @given(steps=STEPS)
 @THOROUGH
 def test_gcs_thoroughly(way: str, steps: list[tuple[list[Fault], str]]) -> None:

@@ -18,7 +18,7 @@ from hardware.devices.controllers import (
     AsciiController,
     AsciiDialect,
 )
-from hardware.devices.transport import serial_transport
+from hardware.devices.transport import SerialTransport
 from hardware.errors import LimitViolation, LinkLost, ProtocolFault, TimedOut
 from hardware.simulators.control.client import LocalClock
 from hardware.simulators.controllers import ASCII_DEVICES, AsciiFront, CommandWatchdog, Fault
@@ -42,7 +42,7 @@ def line(name: str, dialect: AsciiDialect | None = None) -> Iterator[Line]:
     rig = Rig(Spring())
     front = AsciiFront(rig, name)
     dialect = dialect or ASCII_DIALECTS[name]
-    transport = serial_transport(front.start(), dialect.settings)
+    transport = SerialTransport(front.start(), dialect.settings)
     controller = AsciiController(dialect, transport, LocalClock(rig), TIMEOUT)
     try:
         yield Line(rig, front, controller)
@@ -177,7 +177,7 @@ def test_watchdog_option() -> None:
     device = Nv200(rig, CommandWatchdog(0.2))
     front = AsciiFront(rig, device)
     controller = AsciiController(
-        NV200, serial_transport(front.start()), LocalClock(rig), TIMEOUT, watchdog=True
+        NV200, SerialTransport(front.start()), LocalClock(rig), TIMEOUT, watchdog=True
     )
     controller.power_up()
     controller.write(60.0)

@@ -1,4 +1,4 @@
-"""The rows of the fault table that concern a controller, by our own client and by PIPython."""
+"""The rows of the fault table that concern a controller, by our own socket and by PIPython's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""GCS over a serial line: our client, and PIPython by our transport and by its own."""
+"""GCS over a serial line: by our transport and by that of PIPython."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from hardware.devices.controllers import (
+    GatewayTransport,
     GcsController,
     GcsRecorder,
     GcsTalk,
-    OwnGcsTalk,
-    PIPythonTalk,
 )
-from hardware.devices.transport import serial_transport
+from hardware.devices.transport import SerialTransport
 from hardware.errors import LinkLost
 from hardware.simulators.control.client import LocalClock
 from hardware.simulators.controllers import Fault, GcsFront
@@ -26,18 +25,15 @@ from tests.hardware.waits import waits
 
 def talk_over(path: str, way: str) -> GcsTalk:
     if way == "own":
-        return OwnGcsTalk(serial_transport(path), TIMEOUT)
-    for package in ("pipython", "serial"):
-        if importlib.util.find_spec(package) is None:
-            pytest.skip(f"{package} is not installed (pip install 'bondsight[bench]')")
-    if way == "pipython":
-        return PIPythonTalk(serial_transport(path), TIMEOUT)
+        return GcsTalk(SerialTransport(path), TIMEOUT)
+    if importlib.util.find_spec("pipython") is None:
+        pytest.skip("PIPython is not installed (pip install 'bondsight[bench]')")
     from pipython.pidevice.interfaces.piserial import PISerial
 
-    return PIPythonTalk(lambda: PISerial(path, 115200), TIMEOUT, address=path)
+    return GcsTalk(GatewayTransport(lambda: PISerial(path, 115200), path), TIMEOUT)
 
 
-@pytest.fixture(params=["own", "pipython", "piserial"])
+@pytest.fixture(params=["own", "piserial"])
 def there(request: pytest.FixtureRequest) -> Iterator[tuple[Rig, GcsFront, GcsController]]:
     rig = Rig(Spring())
     front = GcsFront(rig, over="pty")

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnusableInput
-from hardware.devices.controllers import GcsSetup, PIPythonTalk, device_error
+from hardware.devices.controllers import GatewayTransport, GcsSetup, GcsTalk, device_error
 from hardware.devices.controllers.gcs_errors import MEANINGS
-from hardware.devices.controllers.walking import walk
-from hardware.devices.transport import TcpTransport
+from hardware.devices.walking import walk
 from hardware.errors import DriverMissing, LimitViolation, LinkLost, Overrun, ProtocolFault
 from hardware.simulators.control.client import LocalClock
 from hardware.simulators.controllers.gcs_device import GcsDevice
@@ -48,13 +47,13 @@ def test_error_numbers() -> None:
 
 
 def test_without_pipython(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pipython.pidevice", None)
+    monkeypatch.setitem(sys.modules, "pipython.pidevice.interfaces.pisocket", None)
     with pytest.raises(DriverMissing, match="pip install"):
-        PIPythonTalk(TcpTransport("127.0.0.1", 1)).open()
+        GatewayTransport.by_pisocket("127.0.0.1", 1).open()
 
 
 def test_never_opened() -> None:
-    talk = PIPythonTalk(TcpTransport("127.0.0.1", 1))
+    talk = GcsTalk(GatewayTransport.by_pisocket("127.0.0.1", 1))
     with pytest.raises(LinkLost, match="not open"):
         talk.send("SVA 1 0")
     talk.close()

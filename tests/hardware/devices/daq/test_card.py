@@ -217,7 +217,7 @@ def test_a_cut_connection_a_slow_answer_and_nobody_there() -> None:
         registers = SocketRegisters(address)
         card = card_on(front, rig, registers)
         card.power_up()
-        front.injectors()["card_cut"]({})
+        front.faults.cut = 1
         with pytest.raises(LinkLost, match="link lost"):
             card.write(0, 1.0)
         with pytest.raises(LinkLost, match="closed"):
@@ -297,10 +297,8 @@ def test_an_interruption_in_the_middle_of_an_exchange_does_not_shift_the_answers
         front.stop()
 
 
-def test_unknown_faults_and_cards_are_refused() -> None:
-    rig, front = bench()
-    with pytest.raises(ValueError, match="takes value"):
-        front.injectors()["card_gone"]({"much": 1.0})
+def test_unknown_cards_are_refused() -> None:
+    rig, _ = bench()
     with pytest.raises(ValueError, match="no card"):
         CardFront(rig, model="MF614")
 

@@ -15,11 +15,22 @@ from numpy.typing import NDArray
 
 from hardware.contracts import Acquisition, Chunk
 from hardware.devices.interferometer import Interferometer, VendorLibrary
+from hardware.simulators.control.client import LocalClock
+from hardware.simulators.plant_contract import PlantMotion
 from hardware.simulators.rig import DeviceClock, Rig
-from hardware.simulators.siosifm import Faults, Follower, InterferometerFront, RigClock, build
+from hardware.simulators.siosifm import Faults, InterferometerFront, build
 
 GAIN = 1e-7
 """Displacement by voltage of the bench's plant (m/V)."""
+
+
+class Follower:
+    """A plant that follows its voltage at once."""
+
+    step = 1e-4
+
+    def advance(self, volts: NDArray[np.float64]) -> PlantMotion:
+        return PlantMotion(GAIN * np.asarray(volts), np.zeros(len(volts)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,12 +72,12 @@ def make_bench(
     clock: DeviceClock | None = None, *, zero: bool = True, keep: float = 5.0, **front: Any
 ) -> Iterator[Bench]:
     """Make a bench; `front` goes to `InterferometerFront`."""
-    rig = Rig(Follower(GAIN), keep=keep)
+    rig = Rig(Follower(), keep=keep)
     served = InterferometerFront(rig, clock, **front)
     address = served.start()
     try:
         with Interferometer(
-            f"net:{address}", library=VendorLibrary(stub()), clock=RigClock(rig)
+            f"net:{address}", library=VendorLibrary(stub()), clock=LocalClock(rig)
         ) as device:
             if zero:
                 device.zero()

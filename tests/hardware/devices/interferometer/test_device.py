@@ -16,9 +16,10 @@ from hardware.devices.interferometer import VARIABLE, Interferometer, Streaming,
 from hardware.devices.interferometer.quietly import quietly
 from hardware.devices.interferometer.signatures import SIGNATURES
 from hardware.errors import BeamLost, DriverMissing, LinkLost, ProtocolFault
+from hardware.simulators.control.client import LocalClock
 from hardware.simulators.rig import Rig
-from hardware.simulators.siosifm import AirAround, Follower, Quadrature, RigClock, index_of_air
-from tests.hardware.devices.interferometer.bench import GAIN, Bench, make_bench, stub
+from hardware.simulators.siosifm import AirAround, Quadrature, index_of_air
+from tests.hardware.devices.interferometer.bench import GAIN, Bench, Follower, make_bench, stub
 
 
 def test_no_library_is_said_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -49,7 +50,7 @@ def test_all_ways_to_open_lead_to_the_device(
     bench: Bench, monkeypatch: pytest.MonkeyPatch, address: str
 ) -> None:
     monkeypatch.setenv("BONDSIGHT_BENCH_SIOS", bench.address)
-    with Interferometer(address, library=stub(), clock=RigClock(bench.rig)) as device:
+    with Interferometer(address, library=stub(), clock=LocalClock(bench.rig)) as device:
         assert (device.identity.maker, device.identity.model) == ("SIOS", "RE-10")
         assert device.identity.serial == "B001234"
 
@@ -57,7 +58,7 @@ def test_all_ways_to_open_lead_to_the_device(
 def test_nobody_there_and_unreadable_addresses(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    clock = RigClock(bench.rig)
+    clock = LocalClock(bench.rig)
     monkeypatch.setenv("BONDSIGHT_BENCH_SIOS", "127.0.0.1:1")
     with pytest.raises(LinkLost, match="no device on USB"):
         Interferometer("usb", library=stub(), clock=clock)
@@ -74,13 +75,13 @@ def test_nobody_there_and_unreadable_addresses(
 def test_closing_one_device_leaves_the_others_open(bench: Bench) -> None:
     address = f"net:{bench.address}"
     for _ in range(3):
-        with Interferometer(address, library=stub(), clock=RigClock(bench.rig)) as other:
+        with Interferometer(address, library=stub(), clock=LocalClock(bench.rig)) as other:
             other.zero()
     assert bench.device.present
     bench.device.close()
     for _ in range(10):  # more than the library has room for at once
         with pytest.raises(LinkLost):
-            Interferometer("net:127.0.0.1:1", library=stub(), clock=RigClock(bench.rig))
+            Interferometer("net:127.0.0.1:1", library=stub(), clock=LocalClock(bench.rig))
     bench.device.reopen()
     bench.device.zero()
 
@@ -104,7 +105,7 @@ def test_dead_path_and_preset_are_handed_over_before_the_zero() -> None:
     with make_bench(zero=False) as bench:
         address = f"net:{bench.address}"
         with Interferometer(
-            address, library=stub(), clock=RigClock(bench.rig), dead_path=0.12, preset=5e-6
+            address, library=stub(), clock=LocalClock(bench.rig), dead_path=0.12, preset=5e-6
         ) as device:
             device.zero()
             asked = [r.split()[0] for r in bench.front.requests]
@@ -120,12 +121,12 @@ def test_dead_path_takes_the_drift_of_the_air_away() -> None:
     # 1 K on 100 mm of air is about 93 nm
     shift = []
     for told in (0.0, 0.1):
-        rig = Rig(Follower(GAIN), keep=5.0)
+        rig = Rig(Follower(), keep=5.0)
         air = AirAround(warming=0.01)
         with make_bench(zero=False, air=air, dead_path=0.1) as bench:
             rig = bench.rig
             with Interferometer(
-                f"net:{bench.address}", library=stub(), clock=RigClock(rig), dead_path=told
+                f"net:{bench.address}", library=stub(), clock=LocalClock(rig), dead_path=told
             ) as device:
                 device.zero()
                 rig.wait(100.0)

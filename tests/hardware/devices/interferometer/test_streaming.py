@@ -10,9 +10,17 @@ from hardware.contracts import Acquisition, Chunk, Flag, WallClock
 from hardware.devices.interferometer import Block, Interferometer, Streaming, Triggered
 from hardware.errors import BeamLost, LinkLost, Overrun, TimedOut
 from hardware.simulators.rig import DeviceClock, Rig
-from hardware.simulators.siosifm import Follower, InterferometerFront, Quadrature
+from hardware.simulators.siosifm import InterferometerFront, Quadrature
 from tests.benchmarks.interferometer import stream as count_stream
-from tests.hardware.devices.interferometer.bench import GAIN, Bench, flags, joined, make_bench, stub
+from tests.hardware.devices.interferometer.bench import (
+    GAIN,
+    Bench,
+    Follower,
+    flags,
+    joined,
+    make_bench,
+    stub,
+)
 from tests.hardware.waits import waits
 
 
@@ -361,7 +369,7 @@ def test_a_minute_at_16_khz_loses_nothing_in_bounded_memory(bench: Bench) -> Non
 @pytest.mark.long
 def test_a_minute_of_real_time_at_16_khz_loses_nothing() -> None:
     clock = WallClock()
-    rig = Rig(Follower(GAIN), keep=10.0)
+    rig = Rig(Follower(), keep=10.0)
     front = InterferometerFront(rig)
     begin = clock.now()
     rig.pace(lambda: clock.now() - begin)

@@ -9,7 +9,7 @@ import pytest
 
 from hardware.devices.interferometer import ThesisInterface
 from hardware.errors import Overrun, ProtocolFault, TimedOut
-from hardware.simulators.siosifm import RigClock
+from hardware.simulators.control.client import LocalClock
 from tests.hardware.devices.interferometer.bench import GAIN, Bench, make_bench, stub
 
 
@@ -17,7 +17,7 @@ from tests.hardware.devices.interferometer.bench import GAIN, Bench, make_bench,
 def thesis() -> Iterator[tuple[Bench, ThesisInterface]]:
     """Make the interface, not configured yet."""
     with make_bench() as bench:
-        made = ThesisInterface(f"net:{bench.address}", library=stub(), clock=RigClock(bench.rig))
+        made = ThesisInterface(f"net:{bench.address}", library=stub(), clock=LocalClock(bench.rig))
         yield bench, made
         made.unconfig_sios_usb_device()
 

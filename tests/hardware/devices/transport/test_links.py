@@ -1,4 +1,4 @@
-"""TCP, serial lines and pyserial: the same promises."""
+"""TCP, serial lines and a gateway of PIPython: the same promises."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ import pytest
 
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Transport
+from hardware.devices.controllers import GatewayTransport
 from hardware.devices.transport import (
-    PosixSerialTransport,
-    PySerialTransport,
+    Link,
     SerialSettings,
+    SerialTransport,
     TcpTransport,
-    serial_transport,
 )
 from hardware.errors import DriverMissing, LinkLost, ProtocolFault, TimedOut
 from tests.hardware.waits import waits
@@ -40,10 +40,12 @@ class Ends:
 
 
 @contextlib.contextmanager
-def over_tcp(most: int) -> Iterator[Ends]:
+def over_tcp(most: int, gateway: bool = False) -> Iterator[Ends]:
     listener = socket.create_server(("127.0.0.1", 0))
     port = listener.getsockname()[1]
-    link = TcpTransport("127.0.0.1", port, write_timeout=SHORT, most=most)
+    link: Link = TcpTransport("127.0.0.1", port, write_timeout=SHORT, most=most)
+    if gateway:
+        link = GatewayTransport.by_pisocket("127.0.0.1", port, write_timeout=SHORT)
     link.open()
     far, _ = listener.accept()
     try:
@@ -55,12 +57,11 @@ def over_tcp(most: int) -> Iterator[Ends]:
 
 
 @contextlib.contextmanager
-def over_pty(kind: str, most: int) -> Iterator[Ends]:
+def over_pty(most: int) -> Iterator[Ends]:
     near, far = os.openpty()
     tty.setraw(far)
     settings = SerialSettings(write_timeout=SHORT, most=most)
-    by = "pyserial" if kind == "pyserial" else "termios"
-    link = serial_transport(os.ttyname(far), settings, by=by)  # type: ignore[arg-type]
+    link = SerialTransport(os.ttyname(far), settings)
     link.open()
     opened = [near, far]
 
@@ -79,15 +80,15 @@ def over_pty(kind: str, most: int) -> Iterator[Ends]:
 
 
 def over(kind: str, most: int = 1 << 20) -> contextlib.AbstractContextManager[Ends]:
-    if kind == "pyserial" and importlib.util.find_spec("serial") is None:
-        pytest.skip("pyserial is not installed (pip install 'bondsight[bench]')")
-    return over_tcp(most) if kind == "tcp" else over_pty(kind, most)
+    if kind == "pisocket" and importlib.util.find_spec("pipython") is None:
+        pytest.skip("PIPython is not installed (pip install 'bondsight[bench]')")
+    return over_pty(most) if kind == "serial" else over_tcp(most, kind == "pisocket")
 
 
-KINDS = ("tcp", "termios", "pyserial")
+KINDS = ("tcp", "serial")
 
 
-@pytest.fixture(params=KINDS)
+@pytest.fixture(params=[*KINDS, "pisocket"])
 def ends(request: pytest.FixtureRequest) -> Iterator[Ends]:
     with over(request.param) as e:
         yield e
@@ -139,7 +140,7 @@ def test_drain_forgets_and_does_not_wait(ends: Ends) -> None:
     assert late.value.partial == b""
 
 
-@pytest.mark.parametrize("kind", ["tcp", "termios"])
+@pytest.mark.parametrize("kind", [*KINDS, "pisocket"])
 def test_link_cut_in_the_middle(kind: str) -> None:
     with over(kind) as ends:
         ends.send(b"whole\npart")
@@ -186,7 +187,7 @@ def test_babble_is_bounded(kind: str) -> None:
         assert ends.link.read_until(b"\n", SHORT).endswith(b"fine\n")
 
 
-@pytest.mark.parametrize("kind", ["tcp", "termios"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_other_side_takes_nothing(kind: str) -> None:
     with over(kind) as ends, waits() as waited:
         with pytest.raises(TimedOut) as stuck:
@@ -202,23 +203,19 @@ def test_nobody_there() -> None:
     listener.close()
     with pytest.raises(LinkLost, match="cannot connect"):
         TcpTransport("127.0.0.1", port).open()
-    for link in (
-        serial_transport("/dev/no-such-line", by="termios"),
-        serial_transport("/dev/no-such-line", by="pyserial"),
-    ):
-        with pytest.raises((LinkLost, DriverMissing)):
-            link.open()
+    with pytest.raises(LinkLost, match="cannot connect"):
+        SerialTransport("/dev/no-such-line").open()
 
 
 def test_no_serial_line() -> None:
-    with pytest.raises(LinkLost, match="not a serial line"):
-        PosixSerialTransport("/dev/null", SerialSettings()).open()
+    with pytest.raises(LinkLost, match="configure port"):
+        SerialTransport("/dev/null").open()
 
 
 def test_strange_speed() -> None:
     near, far = os.openpty()
-    with pytest.raises(LinkLost, match="12345 baud"):
-        PosixSerialTransport(os.ttyname(far), SerialSettings(baud=12345)).open()
+    with pytest.raises(LinkLost, match="cannot connect"):
+        SerialTransport(os.ttyname(far), SerialSettings(baud=1 << 40)).open()
     os.close(near)
     os.close(far)
 
@@ -228,8 +225,6 @@ def test_settings_are_checked() -> None:
         SerialSettings(bits=9)  # type: ignore[arg-type]
     with pytest.raises(UnusableInput):
         SerialSettings(baud=0)
-    with pytest.raises(UnusableInput, match="by="):
-        serial_transport("COM3", by="magic")  # type: ignore[arg-type]
 
 
 def test_without_pyserial(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -237,7 +232,7 @@ def test_without_pyserial(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setitem(sys.modules, "serial", None)
     with pytest.raises(DriverMissing, match="pip install"):
-        PySerialTransport("COM3", SerialSettings()).open()
+        SerialTransport("COM3").open()
 
 
 def test_reopened() -> None:

@@ -73,7 +73,7 @@ cases = sorted(draw("reduced", 3), key=lambda c: c.samples)[:3]
 truths = generate(cases, sys.argv[1])
 load_case(sys.argv[1], cases[0].id)
 seal(truths, "salt")
-tops = ("bondgraph", "actuators", "hardware", "identification")
+tops = ("bondsight", "bondgraph", "actuators", "hardware", "identification", "tests")
 print(json.dumps(sorted(m for m in sys.modules if m.split(".")[0] in tops)))
 """
 
@@ -90,4 +90,4 @@ def test_a_run_loads_nothing_of_the_project(tmp_path: Path) -> None:
     loaded = json.loads(made.stdout)
     assert OWN + ".making" in loaded
     others = [m for m in loaded if not (m == OWN or m.startswith(OWN + "."))]
-    assert others == ["identification", "tests.proof.trial"]
+    assert others == ["tests", "tests.proof", "tests.proof.trial"]

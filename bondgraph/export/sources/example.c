@@ -1,10 +1,3 @@
-"""The example program of a C export: a simulator between standard input and output."""
-
-from __future__ import annotations
-
-__all__ = ["EXAMPLE"]
-
-EXAMPLE = """\
 /* Reads lines "time input input ..." in SI units and writes "time output output ..." for each.
  * Usage: program [steps between two lines] < inputs > outputs
  * Build: cc -std=c99 -O2 @.c @_example.c -lm */
@@ -30,7 +23,7 @@ int main(int argc, char **argv)
   int i, k, first = 1, status;
   @_start(x, z, p, m);
   if (steps < 1 || !read_row(&t, last)) {
-    fprintf(stderr, "give at least one step and one line of time and inputs\\n");
+    fprintf(stderr, "give at least one step and one line of time and inputs\n");
     return 2;
   }
   do {
@@ -57,13 +50,12 @@ int main(int argc, char **argv)
       for (i = 0; i < @_N_INPUTS; i++) last[i] = next[i];
     }
     if (status != @_OK) {
-      fprintf(stderr, "no solution found at t = %g s; take more steps\\n", t);
+      fprintf(stderr, "no solution found at t = %g s; take more steps\n", t);
       return 1;
     }
     printf("%.17g", t);
     for (i = 0; i < @_N_OUTPUTS; i++) printf(" %.17g", y[i]);
-    printf("\\n");
+    printf("\n");
   } while (read_row(&t_next, next));
   return 0;
 }
-"""

@@ -1,0 +1,277 @@
+"""A record through the compiled step of a model that is linear up to scalar laws.
+
+The linear part is exact, laws are implicit, memory changes on accepted steps only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bondgraph.simulation.start import fine_inputs
+from bondgraph.support.errors import BondsightError, unknown_name
+
+if TYPE_CHECKING:
+    from bondgraph.laws.law import Law
+    from bondgraph.simulation.lure import Compiled
+
+# discrete and kernel need CasADi; they are imported when something is simulated
+
+Array = np.ndarray
+Memories = Mapping[str, Sequence[float]]
+LARGEST = 256
+"""Sub-steps between two samples."""
+
+
+@dataclass(frozen=True)
+class KernelRun:
+    """One pass of the kernel: values and derivatives.
+
+    Attributes
+    ----------
+    y : ndarray, shape (N, n_y)
+    dy : ndarray, shape (N, n_y, n_d)
+    s, w : ndarray, shape (N, n_w)
+        Arguments and deviations of the laws.
+    x : ndarray, shape (n_x,)
+        State at the last sample.
+    memory : dict of str to tuple of float
+        Memory of each law that has one, at the last sample, by element.
+    settled : bool
+        See `Trajectory.settled`.
+    dx : ndarray, shape (n_x, n_d)
+        Derivatives of the last state.
+    """
+
+    y: Array
+    dy: Array
+    s: Array
+    w: Array
+    x: Array
+    memory: dict[str, tuple[float, ...]]
+    settled: bool = True
+    dx: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A model at one parameter vector, ready to run over any inputs.
+
+    Attributes
+    ----------
+    still, moving : tuple of ndarray
+        Packed matrices and their derivatives for a step of zero and for a sub-step.
+    """
+
+    compiled: Compiled
+    n_p: int
+    n_d: int
+    n_sub: int
+    q: Array
+    dq: Array
+    still: tuple[Array, Array]
+    moving: tuple[Array, Array]
+
+
+def prepare(
+    compiled: Compiled,
+    p: Array,
+    step: float,
+    n_sub: int = 1,
+    directions: Sequence[int] = (),
+    state_directions: bool = False,
+) -> Prepared:
+    """Discretise `compiled` at parameters `p` (SI, shape (n_p,)) for samples `step` (s) apart."""
+    from bondgraph.simulation.first_order_hold import discretise
+
+    wanted = np.asarray(directions, int)
+    n_p = wanted.size
+    n_d = n_p + (compiled.n_x if state_directions else 0)
+    law_positions = np.asarray(compiled.law_parameters, int)
+    dq = np.zeros((law_positions.size, n_d))
+    for column, i in enumerate(wanted):
+        dq[law_positions == i, column] = 1.0
+
+    def packed(h: float) -> tuple[Array, Array]:
+        d = discretise(compiled, p, h, wanted)
+        return d.packed, np.hstack([d.derivative, np.zeros((d.packed.size, n_d - n_p))])
+
+    return Prepared(
+        compiled, n_p, n_d, n_sub, p[law_positions], dq, packed(0.0), packed(step / n_sub)
+    )
+
+
+def run_prepared(
+    ready: Prepared,
+    u: Array,
+    x0: Array,
+    hold: str = "linear",
+    fine: Array | None = None,
+    *,
+    every_substep: bool = False,
+    memory: Memories | None = None,
+) -> KernelRun:
+    """Simulate inputs `u` (shape (N, n_u)) from state `x0`; `fine` are their sub-step values.
+
+    With `every_substep` the result has ``(N - 1) * n_sub + 1`` rows instead of N. `memory` replaces
+    the virgin memory of the laws it names.
+    """
+    from bondgraph.simulation.lure_kernel import layout, runner
+
+    compiled, n_p, n_x = ready.compiled, ready.n_p, ready.compiled.n_x
+    lay = layout(compiled, ready.n_d)
+    run = runner(compiled, ready.n_d)
+    z = np.zeros((lay.n_z, 1 + ready.n_d))
+    z[:n_x, 0] = x0
+    if ready.n_d > n_p:
+        z[:n_x, 1 + n_p :] = np.eye(n_x)
+    _initial_memory(compiled, lay, *ready.still, u[0], z)
+    _given_memory(compiled, lay, memory or {}, z)
+    at_rest = np.stack([u[:1], u[:1]], axis=1)
+    first, z = run(at_rest, z, 1, ready.still[0], ready.q, ready.still[1], ready.dq)
+    if fine is None:
+        fine = fine_inputs(u, ready.n_sub, hold)
+    stride = 1 if every_substep else ready.n_sub
+    rest, z = run(fine, z, stride, ready.moving[0], ready.q, ready.moving[1], ready.dq)
+    out = np.concatenate([first, rest])
+    n_y, n_w = lay.n_y, lay.n_w
+    return KernelRun(
+        out[:, :n_y, 0],
+        out[:, :n_y, 1:],
+        out[:, n_y : n_y + n_w, 0],
+        out[:, n_y + n_w :, 0],
+        z[:n_x, 0].copy(),
+        {e: tuple(z[rows, 0].tolist()) for e, rows, _ in _memories(compiled, lay)},
+        dx=z[:n_x, 1:].copy(),
+    )
+
+
+def run_record(
+    compiled: Compiled,
+    p: Array,
+    u: Array,
+    step: float,
+    x0: Array,
+    *,
+    n_sub: int = 1,
+    hold: str = "linear",
+    directions: Sequence[int] = (),
+    state_directions: bool = False,
+    memory: Memories | None = None,
+) -> KernelRun:
+    """Simulate a record and, if asked, its derivatives.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n_p,), SI
+    u : ndarray, shape (N, n_u), SI
+        Inputs at the samples, pseudo-inputs included.
+    step : float
+        Time between samples, s.
+    x0 : ndarray, shape (n_x,)
+        State at the first sample.
+    directions : sequence of int
+        Parameters (positions in `p`) to differentiate by.
+    state_directions : bool
+        Differentiate by the initial state too (last n_x columns of ``dy``).
+    memory : dict of str to sequence of float, optional
+        Memory to start from, by element; virgin where not given.
+    """
+    ready = prepare(compiled, p, step, n_sub, directions, state_directions)
+    return run_prepared(ready, u, x0, hold, memory=memory)
+
+
+def settle(
+    compiled: Compiled,
+    p: Array,
+    u: Array,
+    step: float,
+    x0: Array,
+    hold: str,
+    accuracy: float,
+    largest: int = LARGEST,
+    memory: Memories | None = None,
+    loud: bool = False,
+) -> tuple[int, KernelRun]:
+    """Double the sub-steps until the outputs settle; returns the number and the last run.
+
+    A run that does not settle says so in `KernelRun.settled`.
+
+    Raises
+    ------
+    BondsightError
+        If `loud`: they are not finite.
+    """
+    n_sub = 1 if hold != "band-limited" else 2
+    run = run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold, memory=memory)
+    if compiled.n_w == 0 and hold != "band-limited":
+        return n_sub, run
+    change = float("inf")
+    while n_sub < largest:
+        finer = run_record(compiled, p, u, step, x0, n_sub=2 * n_sub, hold=hold, memory=memory)
+        change = relative_change(run.y, finer.y)
+        run, n_sub = finer, 2 * n_sub
+        if change < accuracy:
+            return n_sub, run
+    if loud and not np.isfinite(run.y).all():
+        first = int(np.argmin(np.isfinite(run.y).all(axis=1)))
+        raise BondsightError(
+            f"{compiled.space.name}: the outputs are not finite from sample {first} on, at "
+            f"{largest} sub-steps a sample; check parameters and start, or sample faster"
+        )
+    run = replace(run, settled=False)
+    return n_sub, run
+
+
+def relative_change(before: Array, after: Array) -> float:
+    """Return the largest root mean square of a change, relative to the range of its column."""
+    floor = np.maximum(1e-12 * np.abs(after).max(axis=0, initial=0.0), 1e-150)
+    span = np.maximum(np.ptp(after, axis=0), floor)
+    return float(np.sqrt(np.mean(((after - before) / span) ** 2, axis=0)).max(initial=0.0))
+
+
+def _memories(compiled: Compiled, lay: Any) -> list[tuple[str, slice, Law]]:
+    """Element, rows among the carried numbers and law of each memory."""
+    from bondgraph.simulation.lure import law_slices
+
+    at = lay.n_x + lay.n_w
+    return [
+        (port.element, slice(at + ms.start, at + ms.stop), port.law)
+        for port, ms, _ in law_slices(compiled)
+        if port.law.n_memory
+    ]
+
+
+def _given_memory(compiled: Compiled, lay: Any, memory: Memories, z: Array) -> None:
+    """Replace virgin memories by those given; they do not depend on the parameters."""
+    known = {element: (rows, law) for element, rows, law in _memories(compiled, lay)}
+    for element, states in memory.items():
+        if element not in known:
+            raise unknown_name("law with memory", element, compiled.space.name, known)
+        rows, law = known[element]
+        z[rows, 0] = law.checked_memory(states)
+        z[rows, 1:] = 0.0
+
+
+def _initial_memory(
+    compiled: Compiled, lay: Any, packed: Array, dpacked: Array, u: Array, z: Array
+) -> None:
+    """Relax the memories at the initial arguments (and their derivatives)."""
+    if not lay.n_m:
+        return
+    at = sum(r * c for r, c in lay.pieces[:3])
+    end = at + lay.n_w * (lay.n_x + lay.n_u)
+    known = np.concatenate([z[: lay.n_x, 0], u])
+    c = packed[at:end].reshape(lay.n_w, known.size, order="F")
+    s = c[:, : lay.n_x] @ z[: lay.n_x]
+    s[:, 0] += c[:, lay.n_x :] @ u
+    for d in range(dpacked.shape[1]):
+        s[:, 1 + d] += dpacked[at:end, d].reshape(c.shape, order="F") @ known
+    place = {port.element: j for j, port in enumerate(compiled.space.laws)}
+    for element, rows, law in _memories(compiled, lay):
+        j = place[element]
+        z[rows, 0] = law.initial_memory(float(s[j, 0]))
+        z[rows, 1:] = np.outer(law.memory_sensitivity(float(s[j, 0])), s[j, 1:])

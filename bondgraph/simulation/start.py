@@ -1,0 +1,128 @@
+"""Inputs and states of a run as arrays: the even grid, commands between samples, the start."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bondgraph.signals.band_limited import between_samples
+from bondgraph.support.errors import UnusableInput, unknown_name
+
+if TYPE_CHECKING:
+    from bondgraph.simulation.lure import Compiled
+
+Array = np.ndarray
+HOLDS = ("hold", "linear", "band-limited")
+
+
+def even_grid(name: str, time: Array) -> Array:
+    """Return times as an array, shape (N,), s; refused unless they rise evenly."""
+    time = np.asarray(time, float)
+    if time.ndim != 1 or time.size < 2:
+        raise UnusableInput(f"{name}: time needs at least two samples on one axis")
+    steps = np.diff(time)
+    if not np.allclose(steps, steps.mean(), rtol=1e-3, atol=0) or steps.mean() <= 0:
+        raise UnusableInput(f"{name}: time must rise evenly; resample it first")
+    return time
+
+
+def checked_commands(
+    model: str, commands: Mapping[str, Array] | None, time: Array
+) -> dict[str, Array]:
+    """Return commands as arrays of the shape of `time`; refused unless finite."""
+    try:
+        commands = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
+    except (TypeError, ValueError):
+        raise UnusableInput(f"{model}: a command is not made of numbers; give arrays") from None
+    for name, v in commands.items():
+        if v.shape != time.shape:
+            raise UnusableInput(f"{model}: input {name} has shape {v.shape}, time has {time.shape}")
+        if not np.isfinite(v).all():
+            raise UnusableInput(f"{model}: input {name} holds NaN or infinity; clean it first")
+    return commands
+
+
+def inputs_of(compiled: Compiled, commands: Mapping[str, Array], n: int) -> Array:
+    """Input matrix, shape (n, n_u), from commands by source name; pseudo-inputs are filled in."""
+    u = np.empty((n, compiled.n_u))
+    for i, name in enumerate(compiled.space.input_names):
+        given = commands.get(name, own_input(name, n))
+        if given is None:
+            raise unknown_name("input", name, "the commands", list(commands))
+        u[:, i] = given
+    return u
+
+
+def own_input(name: str, n: int) -> Array | None:
+    """Return an input that nobody commands, shape (n,): the constant and powers of the ramp."""
+    if name == "one":
+        return np.ones(n)
+    if re.fullmatch(r"ramp\d*", name):
+        return np.asarray(np.linspace(0.0, 1.0, n) ** int(name[4:] or 1))
+    return None
+
+
+def fine_inputs(u: Array, n_sub: int, hold: str) -> Array:
+    """Return the inputs at both ends of each sub-step, shape ((N - 1) * n_sub, 2, n_u).
+
+    Parameters
+    ----------
+    u : ndarray, shape (N, n_u)
+    hold : {"hold", "linear", "band-limited"}
+        What the input does between samples.
+    """
+    if hold not in HOLDS:
+        raise unknown_name("inter-sample behaviour", hold, "simulate", HOLDS)
+    n = u.shape[0] - 1
+    if hold == "hold":
+        left = np.repeat(u[:-1], n_sub, axis=0)
+        return np.stack([left, left], axis=1)
+    if hold == "linear":
+        part = np.arange(n_sub + 1) / n_sub
+        nodes = u[:-1, None, :] + (u[1:] - u[:-1])[:, None, :] * part[None, :, None]
+    else:
+        fine = between_samples(u, n_sub)
+        index = np.arange(n)[:, None] * n_sub + np.arange(n_sub + 1)[None, :]
+        nodes = fine[index]
+    pairs = np.stack([nodes[:, :-1], nodes[:, 1:]], axis=2)
+    return pairs.reshape(n * n_sub, 2, u.shape[1])
+
+
+def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
+    """State at rest under constant inputs `u` (shape (n_u,)); integrators stay at zero."""
+    from bondgraph.simulation.first_order_hold import blocks
+
+    block = np.asarray(compiled.matrices(p).full(), float)
+    parts = blocks(compiled, block)
+    a, b = parts.a, parts.b[:, : compiled.n_u] @ u
+    if not a.size:
+        return np.zeros(0)
+    largest = np.abs(a).max(axis=1)
+    held = largest > 0.0  # a row of zeros is a pure integral of the inputs: it never rests
+    scale = np.sqrt(largest[held])
+    x, *_ = np.linalg.lstsq(a[held] / scale[:, None], -b[held] / scale, rcond=1e-12)
+    return np.asarray(x)
+
+
+def initial_state(name: str, x0: object, states: Sequence[str]) -> Array:
+    """Return a state given as an array, shape (n_x,), refused unless it is finite and fits."""
+    start = np.asarray(x0, float)
+    if start.shape != (len(states),) or not np.isfinite(start).all():
+        raise UnusableInput(
+            f"{name}: x0 has shape {start.shape}; it needs {len(states)} finite numbers, one a "
+            f"state: {', '.join(states)}"
+        )
+    return start
+
+
+def state_by_name(name: str, x0: Mapping[str, float], states: Sequence[str]) -> Array:
+    """Return an initial state given by names; all must be there."""
+    for n in x0:
+        if n not in states:
+            raise unknown_name("state", n, name, states)
+    if missing := [n for n in states if n not in x0]:
+        raise UnusableInput(f"{name}: x0 has no value for {', '.join(missing)}; give all states")
+    return np.array([float(x0[n]) for n in states])

@@ -1,0 +1,76 @@
+"""Dead times and clocks of sources and sensors, around a simulation that knows neither."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor, Source
+from bondgraph.signals.fractional_delay import delayed
+from bondgraph.signals.varying_delay import at_clock
+from bondgraph.support.errors import real_number
+
+Array = np.ndarray
+
+
+def is_timed(graph: BondGraph) -> bool:
+    """Whether anything is late or has a clock of its own."""
+    delayed_source = any(e.drive and e.drive.delay for e in graph.of_type(Source))
+    return delayed_source or any(e.delay or e.clock for e in graph.of_type(Sensor))
+
+
+def dead_times(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Dead time in seconds of sources and sensors that have one."""
+    names = {e.name: e.drive.delay for e in graph.of_type(Source) if e.drive and e.drive.delay}
+    names |= {e.name: e.delay for e in graph.of_type(Sensor) if e.delay}
+    return _values_of(graph, names, parameters)
+
+
+def clock_errors(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Ratio errors of the sensors' clocks, where they have one of their own."""
+    names = {e.name: e.clock for e in graph.of_type(Sensor) if e.clock}
+    return _values_of(graph, names, parameters)
+
+
+def _values_of(
+    graph: BondGraph, names: Mapping[str, str], parameters: Mapping[str, float]
+) -> dict[str, float]:
+    """Values of the parameters that elements name, by element."""
+    known = graph.parameters if names else {}
+    found = {}
+    for element, n in names.items():
+        if n not in known:
+            graph.require_sound()
+        found[element] = real_number(n, parameters.get(n, known[n].value))
+    return found
+
+
+def without_timing(graph: BondGraph) -> BondGraph:
+    """Return the graph with neither dead times nor clocks."""
+    for e in graph.of_type(Source):
+        if e.drive and e.drive.delay:
+            graph = graph.with_element(e.name, drive=replace(e.drive, delay=None))
+    for e in graph.of_type(Sensor):
+        if e.delay or e.clock:
+            graph = graph.with_element(e.name, delay=None, clock=None)
+    return graph
+
+
+def late(signals: Mapping[str, Array], held: Mapping[str, float], time: Array) -> dict[str, Array]:
+    """Delay the signals that have a dead time; before the first sample they rest."""
+    step = float(np.diff(time).mean()) if time.size > 1 else 1.0
+    return {
+        n: delayed(np.asarray(v, float), held[n] / step)[0] if held.get(n) else v
+        for n, v in signals.items()
+    }
+
+
+def clocked(signals: Mapping[str, Array], ratios: Mapping[str, float]) -> dict[str, Array]:
+    """Take the signals at the times of their sensors' clocks."""
+    found = dict(signals)
+    for n, ratio in ratios.items():
+        found[n] = at_clock(found[n], ratio)
+    return found

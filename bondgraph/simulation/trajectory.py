@@ -1,0 +1,69 @@
+"""What a simulation returns: outputs over time, and where a later run goes on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from bondgraph.support.errors import BondsightError, unknown_name
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Simulated outputs over time.
+
+    Attributes
+    ----------
+    time : ndarray, shape (N,), s
+    outputs : dict of str to ndarray, shape (N,), SI
+        Sensor readings, then observed signals.
+    laws : dict of str to tuple of ndarray
+        For each nonlinear law its argument and its deviation, shape (N,) each.
+    steps_per_sample : int
+        Sub-steps that met the accuracy asked for.
+    state : ndarray, shape (n_x,)
+        State at the last sample; with `memory` a later run goes on from here.
+    memory : dict of str to tuple of float
+        Memory of each law that has one, at the last sample, by element.
+    states : tuple of str
+        Names of the states, in the order of `state`.
+    settled : bool
+        Whether the last doubling of the sub-steps changed the outputs by less than the accuracy
+        asked for; not where an output only rests, or jumps between samples.
+    """
+
+    name: str
+    time: Array
+    outputs: dict[str, Array]
+    laws: dict[str, tuple[Array, Array]] = field(default_factory=dict)
+    steps_per_sample: int = 1
+    state: Array = field(default_factory=lambda: np.zeros(0))
+    memory: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    states: tuple[str, ...] = ()
+    settled: bool = True
+
+    def __getitem__(self, name: str) -> Array:
+        """Output by name."""
+        if name not in self.outputs:
+            raise unknown_name("output", name, self.name, self.outputs)
+        return self.outputs[name]
+
+    def __repr__(self) -> str:
+        """Short text."""
+        unsettled = "" if self.settled else ", not settled"
+        outputs = ", ".join(self.outputs)
+        return f"Trajectory({self.name!r}, {self.time.size} samples, {outputs}{unsettled})"
+
+    def to_pandas(self) -> Any:
+        """Return a data frame with time as index (needs pandas)."""
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise BondsightError(
+                "to_pandas needs pandas: pip install 'bondsight[tables]'"
+            ) from error
+        return pd.DataFrame(self.outputs, index=pd.Index(self.time, name="t"))
