@@ -10,18 +10,6 @@ from typing import Any, Self
 
 from bondgraph.support.errors import BondsightError
 
-__all__ = [
-    "BeamLost",
-    "ClockSkewError",
-    "DriverMissing",
-    "HardwareError",
-    "LimitViolation",
-    "LinkLost",
-    "Overrun",
-    "ProtocolFault",
-    "TimedOut",
-]
-
 
 class HardwareError(BondsightError):
     """Base of everything a device or its link can do wrong.

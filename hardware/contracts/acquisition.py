@@ -8,8 +8,6 @@ from typing import Protocol, runtime_checkable
 
 from hardware.contracts.chunk import Chunk
 
-__all__ = ["Acquisition", "Air", "Identity"]
-
 
 @dataclass(frozen=True, slots=True)
 class Identity:

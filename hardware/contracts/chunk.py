@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["Chunk", "Flag"]
-
 
 class Flag(IntFlag):
     """What is known against a sample; zero is good. The numbers are stored: never reuse one."""

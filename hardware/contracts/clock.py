@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from typing import Protocol, final, runtime_checkable
 
-__all__ = ["Clock", "WallClock"]
-
 
 @runtime_checkable
 class Clock(Protocol):

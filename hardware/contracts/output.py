@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from hardware.contracts.acquisition import Identity
 from hardware.contracts.chunk import Chunk
 
-__all__ = ["RawOutput", "VoltageOut", "WaveOut", "WaveProgress"]
-
 
 @runtime_checkable
 class RawOutput(Protocol):

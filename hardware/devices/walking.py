@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 from hardware.contracts import Clock
 
-__all__ = ["walk"]
-
 _PERIOD = 0.01
 
 

@@ -3,20 +3,12 @@
 The last two stand in modules of their own: `with_pymeasure` and `with_qcodes`.
 """
 
-from hardware.ecosystem.block import BlockPlan, PartialTake, block_arrays, take_block
-from hardware.ecosystem.bluesky_block import BlueskyBlock
-from hardware.ecosystem.bluesky_displacement import BlueskyDisplacement, DisplacementSource
-from hardware.ecosystem.bluesky_voltage import BlueskyVoltage
-from hardware.ecosystem.status import ActionStatus
-
-__all__ = [
-    "ActionStatus",
-    "BlockPlan",
-    "BlueskyBlock",
-    "BlueskyDisplacement",
-    "BlueskyVoltage",
-    "DisplacementSource",
-    "PartialTake",
-    "block_arrays",
-    "take_block",
-]
+from hardware.ecosystem.block import BlockPlan as BlockPlan
+from hardware.ecosystem.block import PartialTake as PartialTake
+from hardware.ecosystem.block import block_arrays as block_arrays
+from hardware.ecosystem.block import take_block as take_block
+from hardware.ecosystem.bluesky_block import BlueskyBlock as BlueskyBlock
+from hardware.ecosystem.bluesky_displacement import BlueskyDisplacement as BlueskyDisplacement
+from hardware.ecosystem.bluesky_displacement import DisplacementSource as DisplacementSource
+from hardware.ecosystem.bluesky_voltage import BlueskyVoltage as BlueskyVoltage
+from hardware.ecosystem.status import ActionStatus as ActionStatus

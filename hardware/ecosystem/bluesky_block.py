@@ -16,8 +16,6 @@ from hardware.ecosystem.block import BlockPlan, PartialTake, block_arrays, take_
 from hardware.ecosystem.documents import array_key, number_key, readings, source_of
 from hardware.ecosystem.status import ActionStatus
 
-__all__ = ["BlueskyBlock"]
-
 _OUTPUT_UNITS = {"V": "V"}
 
 

@@ -9,8 +9,6 @@ from hardware.ecosystem.documents import number_key, readings, source_of
 from hardware.ecosystem.status import ActionStatus
 from hardware.errors import BeamLost
 
-__all__ = ["BlueskyDisplacement", "DisplacementReading", "DisplacementSource"]
-
 
 class DisplacementReading(Protocol):
     """One displacement and what is known against it."""

@@ -9,8 +9,6 @@ from hardware.ecosystem.documents import number_key, readings, source_of
 from hardware.ecosystem.status import ActionStatus
 from hardware.envelope import GuardedOutput, OutputState, check_ramp
 
-__all__ = ["BlueskyVoltage"]
-
 
 @final
 class BlueskyVoltage:

@@ -10,8 +10,6 @@ import numpy as np
 
 from hardware.contracts import Identity
 
-__all__ = ["array_key", "number_key", "readings", "source_of"]
-
 
 def source_of(identity: Identity) -> str:
     """Return who measured, as the event model's source."""

@@ -8,8 +8,6 @@ from typing import Self, final
 
 from hardware.errors import TimedOut
 
-__all__ = ["ActionStatus"]
-
 
 @final
 class ActionStatus:

@@ -20,8 +20,6 @@ try:
 except ImportError as missing:
     raise DriverMissing("PyMeasure is not installed; pip install pymeasure") from missing
 
-__all__ = ["AdapterTransport", "PyMeasureDisplacement", "PyMeasureVoltage"]
-
 
 @final
 class AdapterTransport:

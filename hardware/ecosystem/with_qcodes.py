@@ -23,8 +23,6 @@ try:
 except ImportError as missing:
     raise DriverMissing("QCoDeS is not installed; pip install qcodes") from missing
 
-__all__ = ["BlockInstrument", "QCoDeSDisplacement", "QCoDeSVoltage"]
-
 
 @final
 class QCoDeSVoltage(Instrument):

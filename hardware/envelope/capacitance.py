@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from bondgraph.support.errors import UnusableInput
 from hardware.envelope.plain_numbers import engineering
 
-__all__ = ["Capacitance"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

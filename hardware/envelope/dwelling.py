@@ -7,8 +7,6 @@ from typing import final
 
 from hardware.envelope.limits import ROUNDING, Dwell, Envelope
 
-__all__ = ["Dwelling"]
-
 
 @final
 class Dwelling:

@@ -19,8 +19,6 @@ from hardware.envelope.way_down import close, park
 from hardware.envelope.way_up import power_up
 from hardware.errors import HardwareError, LimitViolation
 
-__all__ = ["GuardedOutput"]
-
 
 @final
 class GuardedOutput:

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from hardware.contracts import Chunk, Flag, WaveProgress
 
-__all__ = ["marked"]
-
 
 def marked(written: WaveProgress, cut: NDArray[np.bool_]) -> WaveProgress:
     """Return the report with the samples flagged that were cut to the limits."""

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from hardware.errors import LimitViolation
 
-__all__ = ["engineering", "finite_number", "finite_wave"]
-
 _PREFIXES = {-4: "p", -3: "n", -2: "u", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}
 
 

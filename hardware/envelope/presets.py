@@ -8,8 +8,6 @@ from types import MappingProxyType
 
 from hardware.envelope.limits import Envelope
 
-__all__ = ["P840_1", "P840_1_UNIPOLAR", "PRESETS"]
-
 P840_1 = Envelope(
     v_min=-20.0,
     v_max=100.0,

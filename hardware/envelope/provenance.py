@@ -10,8 +10,6 @@ from hardware.contracts import Identity
 from hardware.envelope.limits import Converter, Envelope
 from hardware.envelope.state import OutputStatus
 
-__all__ = ["provenance"]
-
 
 def provenance(
     identity: Identity,

@@ -6,8 +6,6 @@ from hardware.envelope.line import OutputLine
 from hardware.envelope.state import OutputState
 from hardware.errors import LimitViolation
 
-__all__ = ["refuse_again", "require_open", "require_ready", "require_rest"]
-
 
 def require_open(line: OutputLine, what: str) -> None:
     """Refuse what comes after `close`, or while a stop is on its way down."""

@@ -8,8 +8,6 @@ from hardware.envelope.limits import ROUNDING, Converter, Envelope
 from hardware.envelope.plain_numbers import engineering, finite_number
 from hardware.errors import LimitViolation
 
-__all__ = ["check_ramp", "check_range", "check_set"]
-
 
 def check_set(
     envelope: Envelope,

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-__all__ = ["OutputState", "OutputStatus"]
-
 
 class OutputState(Enum):
     """Whether somebody has to be afraid of the terminals."""

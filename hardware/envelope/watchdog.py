@@ -7,8 +7,6 @@ from typing import Protocol, final, runtime_checkable
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import RawOutput
 
-__all__ = ["Fed", "Heartbeat"]
-
 
 @runtime_checkable
 class Fed(Protocol):

@@ -8,8 +8,6 @@ from hardware.envelope.line import PLAUSIBLE, OutputLine
 from hardware.envelope.state import OutputState
 from hardware.errors import ProtocolFault
 
-__all__ = ["close", "park"]
-
 
 def park(line: OutputLine) -> None:
     """Park, and return when that is done; commands are refused until then.

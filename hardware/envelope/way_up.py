@@ -11,8 +11,6 @@ from hardware.envelope.state import OutputState
 from hardware.envelope.way_down import park
 from hardware.errors import HardwareError
 
-__all__ = ["power_up"]
-
 
 def power_up(line: OutputLine, step: float, noise: float) -> None:
     """Park what is driven, let the device come up, go to the safe value, prove the read-back.

@@ -13,8 +13,6 @@ from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk, Clock, Flag
 from hardware.live.state import RECENT, ChannelState, LiveState, StreamState
 
-__all__ = ["Gathering"]
-
 
 @final
 class Gathering:

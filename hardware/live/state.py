@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["RECENT", "ChannelState", "LiveState", "StreamState"]
-
 RECENT = 240
 """Points of a channel that are kept for drawing."""
 

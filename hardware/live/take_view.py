@@ -9,8 +9,6 @@ from pathlib import Path
 from hardware.live import Gathering, LiveView, Snapshot, Watching
 from hardware.recorder import OUTPUT, Station, TakePlan
 
-__all__ = ["watching"]
-
 
 @contextmanager
 def watching(

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from hardware.live.state import ChannelState, LiveState, StreamState
 
-__all__ = ["bar", "engineering", "one_line", "printable", "render", "spark"]
-
 _BLOCKS = " \u2581\u2582\u2583\u2584\u2585\u2586\u2587\u2588"
 _PLAIN = " .:-=+*#@"
 _PREFIXES = {-5: "f", -4: "p", -3: "n", -2: "u", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}

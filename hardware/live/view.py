@@ -10,8 +10,6 @@ from typing import TextIO, final
 from hardware.live.state import LiveState
 from hardware.live.text import one_line, printable, render
 
-__all__ = ["LiveView"]
-
 _MAX_LINES = 40
 
 

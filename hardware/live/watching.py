@@ -10,8 +10,6 @@ from hardware.live.gathering import Gathering
 from hardware.live.snapshot import Snapshot
 from hardware.live.view import LiveView
 
-__all__ = ["Report", "Watching"]
-
 
 class Report(Protocol):
     """What the recorder tells of a running take."""

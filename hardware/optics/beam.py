@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 
-__all__ = ["BeamState", "BeamWatch", "watch_beam"]
-
 
 @dataclass(frozen=True, slots=True)
 class BeamWatch:

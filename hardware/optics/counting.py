@@ -8,16 +8,6 @@ from __future__ import annotations
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = [
-    "block_duration",
-    "displacement_per_fringe",
-    "increments_of_bits",
-    "largest_rate",
-    "largest_speed",
-    "smallest_step",
-    "wavelength_in_air",
-]
-
 
 def wavelength_in_air(vacuum: float, index: float) -> float:
     """Wavelength (m) in air of refraction index `index`.

@@ -1,26 +1,18 @@
 """One take: drive a waveform, record all that arrives, align, store with its provenance."""
 
-from hardware.recorder.assembling import OUTPUT, Assembled, assemble
-from hardware.recorder.plan import SYNCHRONISATIONS, Synchronisation, TakePlan
-from hardware.recorder.recording import Taken, record
-from hardware.recorder.station import GuardedVoltage, Preparation, Station, no_preparation
-from hardware.recorder.taking import Notebook, TakeProgress, Watch, take
-
-__all__ = [
-    "OUTPUT",
-    "SYNCHRONISATIONS",
-    "Assembled",
-    "GuardedVoltage",
-    "Notebook",
-    "Preparation",
-    "Station",
-    "Synchronisation",
-    "TakePlan",
-    "TakeProgress",
-    "Taken",
-    "Watch",
-    "assemble",
-    "no_preparation",
-    "record",
-    "take",
-]
+from hardware.recorder.assembling import OUTPUT as OUTPUT
+from hardware.recorder.assembling import Assembled as Assembled
+from hardware.recorder.assembling import assemble as assemble
+from hardware.recorder.plan import SYNCHRONISATIONS as SYNCHRONISATIONS
+from hardware.recorder.plan import Synchronisation as Synchronisation
+from hardware.recorder.plan import TakePlan as TakePlan
+from hardware.recorder.recording import Taken as Taken
+from hardware.recorder.recording import record as record
+from hardware.recorder.station import GuardedVoltage as GuardedVoltage
+from hardware.recorder.station import Preparation as Preparation
+from hardware.recorder.station import Station as Station
+from hardware.recorder.station import no_preparation as no_preparation
+from hardware.recorder.taking import Notebook as Notebook
+from hardware.recorder.taking import TakeProgress as TakeProgress
+from hardware.recorder.taking import Watch as Watch
+from hardware.recorder.taking import take as take

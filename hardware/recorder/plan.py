@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from bondgraph.support.errors import UnusableInput, real_number
 
-__all__ = ["SYNCHRONISATIONS", "Synchronisation", "TakePlan"]
-
 Synchronisation = Literal["clock", "start", "none"]
 SYNCHRONISATIONS: tuple[Synchronisation, ...] = ("clock", "start", "none")
 

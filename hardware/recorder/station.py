@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike
 
 from hardware.contracts import Acquisition, Air, Clock, VoltageOut, WaveOut
 
-__all__ = ["GuardedVoltage", "Preparation", "Station", "no_preparation"]
-
 
 class GuardedVoltage(VoltageOut, Protocol):
     """A guarded output as the recorder uses it."""

@@ -8,8 +8,6 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
-__all__ = ["LoopbackServer"]
-
 _JOIN = 2.0
 
 

@@ -34,8 +34,6 @@ from hardware.envelope import RawWave
 from hardware.recorder.plan import Synchronisation
 from hardware.station.settings import AmplifierSettings, OutputSettings
 
-__all__ = ["Driven", "open_output"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Driven:

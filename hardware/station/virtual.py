@@ -8,8 +8,6 @@ from typing import Any
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["station_table", "station_text", "stub_library"]
-
 
 def station_table(
     addresses: Mapping[str, str], config: Any, library: str, ppm: float = 0.0

@@ -7,8 +7,6 @@ from pathlib import Path
 from hardware.errors import HardwareError
 from hardware.storage.lock import is_locked
 
-__all__ = ["JournalFailed", "why_not"]
-
 
 class JournalFailed(HardwareError):
     """The journal cannot be made or continued; everything appended before is intact.

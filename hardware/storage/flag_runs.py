@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 
-__all__ = ["FlagRun", "expanded", "flag_runs"]
-
 
 @dataclass(frozen=True, slots=True, order=True)
 class FlagRun:

@@ -54,24 +54,6 @@ from numpy.typing import NDArray
 
 from bondgraph.support.json_codec import from_plain, to_plain
 
-__all__ = [
-    "FORMAT",
-    "HEAD_SIZE",
-    "MAGIC",
-    "MARK",
-    "MAX_NUMBER",
-    "Frame",
-    "FrameKind",
-    "broken_because",
-    "chunk_payload",
-    "document",
-    "frames",
-    "head",
-    "json_payload",
-    "parse_head",
-    "split_chunk",
-]
-
 FORMAT = "bondsight-journal/1"
 """Name and version of the form."""
 MAGIC = b"\x89BSJOURNAL/1\r\n\x1a\n"

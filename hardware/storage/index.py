@@ -19,8 +19,6 @@ from hardware.storage.frames import (
 )
 from hardware.storage.stream import StreamLayout
 
-__all__ = ["Index", "Note"]
-
 
 @dataclass(frozen=True, slots=True)
 class Note:

@@ -36,8 +36,6 @@ from hardware.storage.frames import (
 from hardware.storage.lock import lock
 from hardware.storage.syncing import Syncing, sync_folder
 
-__all__ = ["Journal", "utc_now"]
-
 _BINARY = getattr(os, "O_BINARY", 0)  # Windows would translate line ends
 
 _Layout = tuple[int, str, dict[str, str]]  # number, name, unit of every channel

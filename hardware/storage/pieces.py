@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from hardware.storage.flag_runs import FlagRun, flag_runs
 from hardware.storage.stream import StreamData
 
-__all__ = ["Piece", "joined", "pieces"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:

@@ -8,8 +8,6 @@ from typing import Any, TypeVar
 
 from bondgraph.support.typed_reader import Rules, bad, record
 
-__all__ = ["fields_of", "made_from"]
-
 _T = TypeVar("_T")
 
 

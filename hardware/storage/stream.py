@@ -9,8 +9,6 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["StreamData", "StreamGap", "StreamLayout"]
-
 
 @dataclass(frozen=True, slots=True)
 class StreamGap:

@@ -8,8 +8,6 @@ import threading
 from pathlib import Path
 from typing import final
 
-__all__ = ["Syncing", "sync_folder"]
-
 _PATIENCE = 10.0  # s; a disk that hangs longer must not hang the program
 
 

@@ -10,34 +10,19 @@
 2.000 ms
 """
 
-from hardware.synchrony.align import align
-from hardware.synchrony.alignment import Alignment, SilentLoss
-from hardware.synchrony.between import between
-from hardware.synchrony.budget import Budget, checked, false_width
-from hardware.synchrony.by_copy import align_by_copy
-from hardware.synchrony.by_length import align_by_length
-from hardware.synchrony.held import HeldColumns
-from hardware.synchrony.merge import Merged, merged
-from hardware.synchrony.several_tones import delay_from_lags
-from hardware.synchrony.stream import Stream
-from hardware.synchrony.time_map import TimeMap
-from hardware.synchrony.wiring import ClockWiring
-
-__all__ = [
-    "Alignment",
-    "Budget",
-    "ClockWiring",
-    "HeldColumns",
-    "Merged",
-    "SilentLoss",
-    "Stream",
-    "TimeMap",
-    "align",
-    "align_by_copy",
-    "align_by_length",
-    "between",
-    "checked",
-    "delay_from_lags",
-    "false_width",
-    "merged",
-]
+from hardware.synchrony.align import align as align
+from hardware.synchrony.alignment import Alignment as Alignment
+from hardware.synchrony.alignment import SilentLoss as SilentLoss
+from hardware.synchrony.between import between as between
+from hardware.synchrony.budget import Budget as Budget
+from hardware.synchrony.budget import checked as checked
+from hardware.synchrony.budget import false_width as false_width
+from hardware.synchrony.by_copy import align_by_copy as align_by_copy
+from hardware.synchrony.by_length import align_by_length as align_by_length
+from hardware.synchrony.held import HeldColumns as HeldColumns
+from hardware.synchrony.merge import Merged as Merged
+from hardware.synchrony.merge import merged as merged
+from hardware.synchrony.several_tones import delay_from_lags as delay_from_lags
+from hardware.synchrony.stream import Stream as Stream
+from hardware.synchrony.time_map import TimeMap as TimeMap
+from hardware.synchrony.wiring import ClockWiring as ClockWiring

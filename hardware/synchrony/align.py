@@ -15,8 +15,6 @@ from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.wiring import ClockWiring
 
-__all__ = ["align"]
-
 
 def align(
     drive: Stream,

@@ -10,8 +10,6 @@ from bondgraph.support.errors import UnusableInput
 from hardware.errors import ClockSkewError
 from hardware.synchrony.alignment import Alignment
 
-__all__ = ["Budget", "checked", "false_width"]
-
 
 def false_width(stroke: float, frequency: float, misfit: float) -> float:
     """Return the width that a misfit of time alone gives to the loop of a sine (unit of stroke).

@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["delay_from_lags"]
-
 
 def delay_from_lags(frequencies: ArrayLike, lags: ArrayLike) -> tuple[float, float]:
     """Return delay (s) and phase (rad) of a plant without rate from its lags at several tones.

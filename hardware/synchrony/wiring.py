@@ -11,8 +11,6 @@ from bondgraph.support.errors import UnusableInput
 from hardware.synchrony.held import Hold
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["ClockWiring"]
-
 
 @dataclass(frozen=True, slots=True)
 class ClockWiring:

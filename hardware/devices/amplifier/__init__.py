@@ -1,28 +1,15 @@
 """Amplifiers without a digital interface, behind any converter."""
 
-from hardware.devices.amplifier.analogue import AnalogueAmplifier
-from hardware.devices.amplifier.calibration import (
-    CalibrationLine,
-    calibrated,
-    fit_line,
-    monitor_calibrated,
-)
-from hardware.devices.amplifier.channel import AnalogueChannel, AnalogueInputs, DigitalLines
-from hardware.devices.amplifier.data import EPA_104, Amplifier, Monitors
-from hardware.devices.amplifier.ultrasonic_driver import UltrasonicDriver, UltrasonicLimits
-
-__all__ = [
-    "EPA_104",
-    "Amplifier",
-    "AnalogueAmplifier",
-    "AnalogueChannel",
-    "AnalogueInputs",
-    "CalibrationLine",
-    "DigitalLines",
-    "Monitors",
-    "UltrasonicDriver",
-    "UltrasonicLimits",
-    "calibrated",
-    "fit_line",
-    "monitor_calibrated",
-]
+from hardware.devices.amplifier.analogue import AnalogueAmplifier as AnalogueAmplifier
+from hardware.devices.amplifier.calibration import CalibrationLine as CalibrationLine
+from hardware.devices.amplifier.calibration import calibrated as calibrated
+from hardware.devices.amplifier.calibration import fit_line as fit_line
+from hardware.devices.amplifier.calibration import monitor_calibrated as monitor_calibrated
+from hardware.devices.amplifier.channel import AnalogueChannel as AnalogueChannel
+from hardware.devices.amplifier.channel import AnalogueInputs as AnalogueInputs
+from hardware.devices.amplifier.channel import DigitalLines as DigitalLines
+from hardware.devices.amplifier.data import EPA_104 as EPA_104
+from hardware.devices.amplifier.data import Amplifier as Amplifier
+from hardware.devices.amplifier.data import Monitors as Monitors
+from hardware.devices.amplifier.ultrasonic_driver import UltrasonicDriver as UltrasonicDriver
+from hardware.devices.amplifier.ultrasonic_driver import UltrasonicLimits as UltrasonicLimits

@@ -12,8 +12,6 @@ from hardware.devices.walking import walk
 from hardware.envelope.limits import Converter
 from hardware.errors import HardwareError, LimitViolation, TimedOut
 
-__all__ = ["AnalogueAmplifier"]
-
 
 @final
 class AnalogueAmplifier:

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike
 from bondgraph.support.errors import UnusableInput
 from hardware.devices.amplifier.data import Amplifier, Monitors
 
-__all__ = ["CalibrationLine", "calibrated", "fit_line", "monitor_calibrated"]
-
 
 @dataclass(frozen=True, slots=True)
 class CalibrationLine:

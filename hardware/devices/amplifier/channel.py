@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from hardware.contracts import Identity
 
-__all__ = ["AnalogueChannel", "AnalogueInputs", "DigitalLines"]
-
 
 @runtime_checkable
 class AnalogueChannel(Protocol):

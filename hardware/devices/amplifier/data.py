@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from bondgraph.support.errors import UnusableInput
 from hardware.errors import LimitViolation
 
-__all__ = ["EPA_104", "Amplifier", "Monitors"]
-
 
 @dataclass(frozen=True, slots=True)
 class Monitors:

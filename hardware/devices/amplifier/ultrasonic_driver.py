@@ -24,8 +24,6 @@ from hardware.devices.amplifier.data import Amplifier
 from hardware.envelope.limits import Converter
 from hardware.errors import HardwareError, LimitViolation
 
-__all__ = ["UltrasonicDriver", "UltrasonicLimits"]
-
 _RANGE = 10.0
 
 

@@ -13,8 +13,6 @@ from hardware.devices.transport import back_in_step
 from hardware.devices.walking import walk
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
-__all__ = ["AsciiController"]
-
 _SKIPPED = 8
 """Frames without the answer looked for, before it counts as nonsense."""
 

@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 from bondgraph.support.errors import UnusableInput
 from hardware.devices.transport import SerialSettings
 
-__all__ = ["AsciiDialect"]
-
 
 @dataclass(frozen=True, slots=True)
 class AsciiDialect:

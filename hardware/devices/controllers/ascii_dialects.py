@@ -6,8 +6,6 @@ from types import MappingProxyType
 
 from hardware.devices.controllers.ascii_dialect import AsciiDialect
 
-__all__ = ["ASCII_DIALECTS", "D_DRIVE", "MDT69X", "NV200"]
-
 _NUMBER = r"([-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)"
 _JENA_FRAME = b"\x11\x13\r\n\x01\x00 "
 # of the codes 1 to 10 these three are about ranges

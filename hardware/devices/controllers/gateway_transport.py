@@ -10,8 +10,6 @@ from typing import Any, final
 
 from hardware.devices.transport import Link
 
-__all__ = ["GatewayTransport"]
-
 _CODEPAGE = "cp1252"
 _LOOK = 5e-4
 

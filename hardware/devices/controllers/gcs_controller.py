@@ -18,8 +18,6 @@ from hardware.devices.controllers.gcs_talk import GcsTalk
 from hardware.devices.walking import walk
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
-__all__ = ["GcsController"]
-
 _STOPPED = 10
 _SERVO_TIME = 0x0E000200
 _TELLING = 2.0

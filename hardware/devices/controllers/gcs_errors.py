@@ -8,8 +8,6 @@ from typing import TypeVar
 
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault
 
-__all__ = ["MEANINGS", "UNKNOWN", "device_error", "forgiven"]
-
 _T = TypeVar("_T")
 UNKNOWN = 2
 """Number of a command that the controller does not know."""

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["GcsSetup"]
-
 
 @dataclass(frozen=True, slots=True)
 class GcsSetup:

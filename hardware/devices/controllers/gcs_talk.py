@@ -11,8 +11,6 @@ from hardware.devices.controllers.gcs_errors import device_error
 from hardware.devices.transport import back_in_step
 from hardware.errors import HardwareError, LinkLost, ProtocolFault, TimedOut
 
-__all__ = ["GcsTalk", "OutOfStep"]
-
 _CODEPAGE = "cp1252"
 _MOST = 1 << 23
 _T = TypeVar("_T")

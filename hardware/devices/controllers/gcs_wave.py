@@ -18,8 +18,6 @@ from hardware.devices.controllers.gcs_controller import GcsController
 from hardware.devices.controllers.gcs_errors import UNKNOWN, forgiven
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault, TimedOut
 
-__all__ = ["GcsWave"]
-
 _GENERATOR_TRIGGER = 4
 _REPORT = 0.02
 _SLACK = 0.01

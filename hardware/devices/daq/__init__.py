@@ -1,48 +1,30 @@
 """Converter cards: Humusoft MF624 and MF634 by their registers, NI by its driver."""
 
-from hardware.devices.daq.card import MF624, MF634, Card
-from hardware.devices.daq.card_wave import CardWave, CardWiring, SampleClock
-from hardware.devices.daq.channels import CardChannel, CardInputs
-from hardware.devices.daq.codes import dac_codes, dac_volts, input_volts
-from hardware.devices.daq.compiled_wave import CompiledWave
-from hardware.devices.daq.mapped import MappedRegisters, MemoryRegisters
-from hardware.devices.daq.ni import NiChannel, NiTimedInputs
-from hardware.devices.daq.ni_acquisition import NiAcquisition
-from hardware.devices.daq.ni_wave import NiTerminals, NiWave
-from hardware.devices.daq.register_map import RegisterMap
-from hardware.devices.daq.registers import Access, AccessKind, Registers
-from hardware.devices.daq.schedule import Schedule
-from hardware.devices.daq.socket_registers import SocketRegisters
-from hardware.devices.daq.uio import PciRegisters, UioRegisters
-from hardware.devices.daq.wave import SoftwareTimedWave
-
-__all__ = [
-    "MF624",
-    "MF634",
-    "Access",
-    "AccessKind",
-    "Card",
-    "CardChannel",
-    "CardInputs",
-    "CardWave",
-    "CardWiring",
-    "CompiledWave",
-    "MappedRegisters",
-    "MemoryRegisters",
-    "NiAcquisition",
-    "NiChannel",
-    "NiTerminals",
-    "NiTimedInputs",
-    "NiWave",
-    "PciRegisters",
-    "RegisterMap",
-    "Registers",
-    "SampleClock",
-    "Schedule",
-    "SocketRegisters",
-    "SoftwareTimedWave",
-    "UioRegisters",
-    "dac_codes",
-    "dac_volts",
-    "input_volts",
-]
+from hardware.devices.daq.card import MF624 as MF624
+from hardware.devices.daq.card import MF634 as MF634
+from hardware.devices.daq.card import Card as Card
+from hardware.devices.daq.card_wave import CardWave as CardWave
+from hardware.devices.daq.card_wave import CardWiring as CardWiring
+from hardware.devices.daq.card_wave import SampleClock as SampleClock
+from hardware.devices.daq.channels import CardChannel as CardChannel
+from hardware.devices.daq.channels import CardInputs as CardInputs
+from hardware.devices.daq.codes import dac_codes as dac_codes
+from hardware.devices.daq.codes import dac_volts as dac_volts
+from hardware.devices.daq.codes import input_volts as input_volts
+from hardware.devices.daq.compiled_wave import CompiledWave as CompiledWave
+from hardware.devices.daq.mapped import MappedRegisters as MappedRegisters
+from hardware.devices.daq.mapped import MemoryRegisters as MemoryRegisters
+from hardware.devices.daq.ni import NiChannel as NiChannel
+from hardware.devices.daq.ni import NiTimedInputs as NiTimedInputs
+from hardware.devices.daq.ni_acquisition import NiAcquisition as NiAcquisition
+from hardware.devices.daq.ni_wave import NiTerminals as NiTerminals
+from hardware.devices.daq.ni_wave import NiWave as NiWave
+from hardware.devices.daq.register_map import RegisterMap as RegisterMap
+from hardware.devices.daq.registers import Access as Access
+from hardware.devices.daq.registers import AccessKind as AccessKind
+from hardware.devices.daq.registers import Registers as Registers
+from hardware.devices.daq.schedule import Schedule as Schedule
+from hardware.devices.daq.socket_registers import SocketRegisters as SocketRegisters
+from hardware.devices.daq.uio import PciRegisters as PciRegisters
+from hardware.devices.daq.uio import UioRegisters as UioRegisters
+from hardware.devices.daq.wave import SoftwareTimedWave as SoftwareTimedWave

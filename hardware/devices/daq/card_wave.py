@@ -17,8 +17,6 @@ from hardware.devices.daq.card import Card
 from hardware.devices.daq.codes import dac_codes, dac_volts
 from hardware.errors import HardwareError, ProtocolFault
 
-__all__ = ["REPORT", "CardWave", "CardWiring", "LoadedWave", "SampleClock"]
-
 REPORT = 0.02
 """Time between two reports (s)."""
 _UNITS = {"V": "V", "V_mon": "V", "i": "A", "instant": "s"}

@@ -12,8 +12,6 @@ from hardware.contracts import Identity
 from hardware.devices.daq.card import Card
 from hardware.devices.daq.codes import HIGHEST, LOWEST, STEP
 
-__all__ = ["CardChannel", "CardInputs"]
-
 
 @final
 class CardChannel:

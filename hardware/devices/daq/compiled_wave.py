@@ -27,8 +27,6 @@ from hardware.devices.daq.codes import input_volts
 from hardware.devices.daq.mapped import MappedRegisters
 from hardware.errors import DriverMissing, HardwareError, TimedOut
 
-__all__ = ["CompiledWave"]
-
 _FLAGS = ("-O2", "-fPIC", "-shared", "-Wall")
 _PLAYING, _DONE, _STOPPED, _GONE, _ENDLESS = range(5)
 _CLOCKING = {SampleClock.NONE: 0, SampleClock.TOGGLE: 1, SampleClock.PULSE: 2}

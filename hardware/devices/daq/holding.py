@@ -13,8 +13,6 @@ from pathlib import Path
 
 from hardware.errors import DriverMissing, LinkLost
 
-__all__ = ["held"]
-
 
 def held(path: Path, flags: int, opened: contextlib.ExitStack) -> int:
     """Open a file or folder, lock it, and return its descriptor.

@@ -8,8 +8,6 @@ from typing import final
 from hardware.devices.daq.registers import Access, AccessKind
 from hardware.errors import LinkLost
 
-__all__ = ["MappedRegisters", "MemoryRegisters"]
-
 
 class MappedRegisters:
     """Registers behind writable memory, one piece a BAR.

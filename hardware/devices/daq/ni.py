@@ -26,8 +26,6 @@ from hardware.errors import (
     TimedOut,
 )
 
-__all__ = ["NiChannel", "NiTimedInputs", "clocked", "driver", "translated"]
-
 _KINDS: Mapping[int, type[HardwareError]] = {
     -200324: LinkLost,  # device absent or unavailable
     -201003: LinkLost,  # device cannot be accessed

@@ -9,8 +9,6 @@ from hardware.contracts import Chunk, Identity
 from hardware.devices.daq.ni import NiChannel, NiTimedInputs
 from hardware.errors import ProtocolFault
 
-__all__ = ["NiAcquisition"]
-
 
 @final
 class NiAcquisition:

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple, Protocol, runtime_checkable
 
-__all__ = ["Access", "AccessKind", "Registers"]
-
 
 class AccessKind(IntEnum):
     """Width and direction of one access; the numbers are those of the wire."""

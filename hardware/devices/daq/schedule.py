@@ -7,8 +7,6 @@ from typing import final
 
 from hardware.contracts import Clock, WallClock
 
-__all__ = ["Schedule"]
-
 _SPIN = 200e-6
 _TOLERANCE = 1e-9
 

@@ -16,8 +16,6 @@ from typing import final
 from hardware.devices.daq.registers import Access, AccessKind
 from hardware.errors import LinkLost, ProtocolFault, TimedOut
 
-__all__ = ["SocketRegisters"]
-
 _HEAD = struct.Struct("<H")
 _ACCESS = struct.Struct("<BBHI")
 _PORT = struct.Struct("<I")

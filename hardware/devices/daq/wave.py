@@ -20,8 +20,6 @@ from hardware.devices.daq.registers import Access
 from hardware.devices.daq.schedule import Schedule
 from hardware.errors import HardwareError
 
-__all__ = ["SoftwareTimedWave"]
-
 
 @final
 class SoftwareTimedWave(CardWave):

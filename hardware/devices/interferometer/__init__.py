@@ -7,28 +7,17 @@ signal: a copy of the voltage cannot be sampled beside the length, so one clock 
 the external sample clock.
 """
 
-from hardware.devices.interferometer.block import Block
-from hardware.devices.interferometer.constants import Trigger
-from hardware.devices.interferometer.device import Interferometer
-from hardware.devices.interferometer.environment import AirCorrection
-from hardware.devices.interferometer.library import VARIABLE, VendorLibrary
-from hardware.devices.interferometer.readouts import EllipseCorrection, Health, OpticalReading
-from hardware.devices.interferometer.streaming import NORMAL_RATE, Streaming, Triggered
-from hardware.devices.interferometer.thesis import Superfast, ThesisInterface
-
-__all__ = [
-    "NORMAL_RATE",
-    "VARIABLE",
-    "AirCorrection",
-    "Block",
-    "EllipseCorrection",
-    "Health",
-    "Interferometer",
-    "OpticalReading",
-    "Streaming",
-    "Superfast",
-    "ThesisInterface",
-    "Trigger",
-    "Triggered",
-    "VendorLibrary",
-]
+from hardware.devices.interferometer.block import Block as Block
+from hardware.devices.interferometer.constants import Trigger as Trigger
+from hardware.devices.interferometer.device import Interferometer as Interferometer
+from hardware.devices.interferometer.environment import AirCorrection as AirCorrection
+from hardware.devices.interferometer.library import VARIABLE as VARIABLE
+from hardware.devices.interferometer.library import VendorLibrary as VendorLibrary
+from hardware.devices.interferometer.readouts import EllipseCorrection as EllipseCorrection
+from hardware.devices.interferometer.readouts import Health as Health
+from hardware.devices.interferometer.readouts import OpticalReading as OpticalReading
+from hardware.devices.interferometer.streaming import NORMAL_RATE as NORMAL_RATE
+from hardware.devices.interferometer.streaming import Streaming as Streaming
+from hardware.devices.interferometer.streaming import Triggered as Triggered
+from hardware.devices.interferometer.thesis import Superfast as Superfast
+from hardware.devices.interferometer.thesis import ThesisInterface as ThesisInterface

@@ -12,8 +12,6 @@ from hardware.devices.interferometer.measurement import Measurement
 from hardware.devices.interferometer.pump import drain
 from hardware.errors import LinkLost, Overrun, TimedOut
 
-__all__ = ["Block"]
-
 
 @final
 class Block(Measurement):

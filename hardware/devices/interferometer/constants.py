@@ -5,19 +5,6 @@ from __future__ import annotations
 from enum import IntEnum, IntFlag
 from typing import Final
 
-__all__ = [
-    "BLOCK_MEMORY",
-    "BLOCK_RATE",
-    "AirFlag",
-    "Aux",
-    "Info",
-    "Measure",
-    "Quality",
-    "Trigger",
-    "ValueStatus",
-    "trigger_mode",
-]
-
 BLOCK_MEMORY: Final = 32_768
 """Values that the memory of the thesis' device holds."""
 

@@ -26,8 +26,6 @@ from hardware.devices.interferometer.readouts import (
 from hardware.devices.interferometer.watch import MeasurementWatch
 from hardware.errors import BeamLost, ProtocolFault, TimedOut
 
-__all__ = ["Interferometer"]
-
 _READ_RATE = 1000.0
 _TRIES = 10
 _AT_REST = 10e-6

@@ -9,8 +9,6 @@ from hardware.contracts import Air, Clock, Flag
 from hardware.devices.interferometer.constants import AirFlag, Info
 from hardware.devices.interferometer.library import VendorLibrary
 
-__all__ = ["OLDEST", "RANGES", "AirCorrection", "EnvironmentWatch"]
-
 OLDEST: Final = 4.0
 """Age (s) from which a value of the air is stale."""
 

@@ -15,8 +15,6 @@ from bondgraph.support.errors import UnusableInput
 from hardware.devices.interferometer.signatures import SIGNATURES
 from hardware.errors import DriverMissing, HardwareError, LinkLost, Overrun, ProtocolFault, TimedOut
 
-__all__ = ["VARIABLE", "VendorLibrary"]
-
 VARIABLE: Final = "BONDSIGHT_SIOS_LIB"
 """Environment variable with the path of the library."""
 

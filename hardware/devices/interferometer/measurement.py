@@ -16,8 +16,6 @@ from hardware.devices.interferometer.quietly import quietly
 from hardware.devices.interferometer.watch import MeasurementWatch
 from hardware.errors import BeamLost, HardwareError, LinkLost, Overrun, ProtocolFault
 
-__all__ = ["EXTRAS", "Measurement"]
-
 EXTRAS = ("sin", "cos", "clock")
 _LOOK_EVERY = 1.0
 _WEAK = 0.3

@@ -8,8 +8,6 @@ from bondgraph.support.errors import UnusableInput
 from hardware.devices.interferometer.library import VendorLibrary
 from hardware.errors import LinkLost
 
-__all__ = ["open_handle"]
-
 _FORMS = "usb, usb:INDEX, usb:serial=NUMBER, com:PORT, net:HOST:PORT, demo or demo:CHANNELS"
 
 

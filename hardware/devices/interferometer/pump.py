@@ -16,8 +16,6 @@ from bondgraph.support.native import build
 from hardware.devices.interferometer.constants import Aux
 from hardware.devices.interferometer.library import VendorLibrary
 
-__all__ = ["Drained", "compiled", "drain"]
-
 _SOURCE = Path(__file__).parent / "c" / "pump.c"
 _FLAGS = ("-O2", "-std=c11", "-shared", "-fPIC")
 _ORDER = (Aux.COSINE, Aux.SINE, Aux.NORM, Aux.CLOCK, Aux.SAMPLE)

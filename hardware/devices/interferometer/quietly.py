@@ -5,8 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-__all__ = ["quietly"]
-
 
 def quietly(action: Callable[[], object], seconds: float = 3.0) -> bool:
     """Do something in a thread of its own; give up waiting after a real time (s).

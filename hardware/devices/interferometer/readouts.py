@@ -9,17 +9,6 @@ from hardware.contracts import Flag, Identity
 from hardware.devices.interferometer.constants import Info, Quality, ValueStatus
 from hardware.devices.interferometer.library import VendorLibrary
 
-__all__ = [
-    "EllipseCorrection",
-    "Health",
-    "OpticalReading",
-    "ellipse_of",
-    "health_of",
-    "identity_of",
-    "info",
-    "number_at",
-]
-
 _MODELS = {1: "demo", 2: "RE-10", 3: "RE-06"}
 _SERIAL_SIZE = 12
 _LOWEST = 0xFFFF  # an "address" not above it is an error code or nothing

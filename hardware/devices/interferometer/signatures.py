@@ -6,8 +6,6 @@ import ctypes
 import sys
 from typing import Any, Final
 
-__all__ = ["SIGNATURES"]
-
 _I, _U, _D = ctypes.c_int32, ctypes.c_uint32, ctypes.c_double
 _TEXT = ctypes.c_char_p
 _PORT = _I if sys.platform == "win32" else _TEXT

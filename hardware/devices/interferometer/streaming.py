@@ -12,8 +12,6 @@ from hardware.devices.interferometer.measurement import Measurement
 from hardware.devices.interferometer.pump import drain
 from hardware.errors import LinkLost, TimedOut
 
-__all__ = ["NORMAL_RATE", "Streaming", "Triggered"]
-
 NORMAL_RATE: Final = 16_000.0
 """Largest rate of primary values in the thesis' normal mode (Hz)."""
 

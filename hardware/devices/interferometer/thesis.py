@@ -21,8 +21,6 @@ from hardware.devices.interferometer.library import VendorLibrary
 from hardware.devices.interferometer.streaming import Streaming
 from hardware.errors import HardwareError, Overrun, ProtocolFault, TimedOut
 
-__all__ = ["Superfast", "ThesisInterface"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Superfast:

@@ -14,8 +14,6 @@ from hardware.contracts import Chunk, Flag
 from hardware.devices.interferometer.constants import Aux, ValueStatus
 from hardware.devices.interferometer.pump import Drained
 
-__all__ = ["WARNING_LEVEL", "LostSamples", "MeasurementWatch"]
-
 WARNING_LEVEL: Final = 0.5
 """Share of the amplitude at the zero below which samples are flagged as dim."""
 

@@ -6,8 +6,6 @@ from typing import final
 
 from hardware.errors import ProtocolFault
 
-__all__ = ["MOST", "ReceiveBuffer"]
-
 MOST = 1 << 20
 """Bytes buffered by default."""
 

@@ -11,8 +11,6 @@ from hardware.contracts import Transport
 from hardware.devices.transport.buffer import MOST, ReceiveBuffer
 from hardware.errors import DriverMissing, LinkLost, TimedOut
 
-__all__ = ["Link"]
-
 
 class Link(Transport, ABC):
     """A transport by four steps that move bytes; any error of theirs loses the link.

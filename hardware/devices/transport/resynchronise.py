@@ -9,8 +9,6 @@ from typing import TypeVar
 from hardware.contracts import Transport
 from hardware.errors import HardwareError, LinkLost, ProtocolFault, TimedOut
 
-__all__ = ["back_in_step", "resynchronise"]
-
 _T = TypeVar("_T")
 
 

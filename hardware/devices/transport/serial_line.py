@@ -8,8 +8,6 @@ from typing import Any, final
 from hardware.devices.transport.link import Link
 from hardware.devices.transport.serial_settings import SerialSettings
 
-__all__ = ["SerialTransport"]
-
 _PIECE = 256
 """Bytes handed over at once; pyserial does not tell how many of them were taken in time."""
 _SOON = 1e-3

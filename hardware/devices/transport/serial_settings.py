@@ -7,8 +7,6 @@ from typing import Literal
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["SerialSettings"]
-
 
 @dataclass(frozen=True, slots=True)
 class SerialSettings:

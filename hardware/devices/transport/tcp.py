@@ -9,8 +9,6 @@ from typing import TypeVar, final
 from hardware.devices.transport.buffer import MOST
 from hardware.devices.transport.link import Link
 
-__all__ = ["TcpTransport"]
-
 _PIECE = 1 << 16
 _T = TypeVar("_T")
 

@@ -1,24 +1,11 @@
 """A whole virtual bench: plant, devices before it, and the program's clock, in one place."""
 
-from hardware.simulators.bench_server.config import (
-    AirConfig,
-    BenchConfig,
-    PlantConfig,
-    load_config,
-)
-from hardware.simulators.bench_server.plants import Stand, stand_of
-from hardware.simulators.bench_server.sealing import SealedEnvelope
-from hardware.simulators.bench_server.server import BenchServer
-from hardware.simulators.bench_server.serving import serve
-
-__all__ = [
-    "AirConfig",
-    "BenchConfig",
-    "BenchServer",
-    "PlantConfig",
-    "SealedEnvelope",
-    "Stand",
-    "load_config",
-    "serve",
-    "stand_of",
-]
+from hardware.simulators.bench_server.config import AirConfig as AirConfig
+from hardware.simulators.bench_server.config import BenchConfig as BenchConfig
+from hardware.simulators.bench_server.config import PlantConfig as PlantConfig
+from hardware.simulators.bench_server.config import load_config as load_config
+from hardware.simulators.bench_server.plants import Stand as Stand
+from hardware.simulators.bench_server.plants import stand_of as stand_of
+from hardware.simulators.bench_server.sealing import SealedEnvelope as SealedEnvelope
+from hardware.simulators.bench_server.server import BenchServer as BenchServer
+from hardware.simulators.bench_server.serving import serve as serve

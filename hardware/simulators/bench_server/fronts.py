@@ -11,8 +11,6 @@ from hardware.simulators.bench_server.config import BenchConfig
 from hardware.simulators.control import Fault
 from hardware.simulators.rig import Rig
 
-__all__ = ["BenchDevice", "Front", "make_device", "stub_library"]
-
 
 class Front(Protocol):
     """A simulated device behind an address."""

@@ -8,8 +8,6 @@ from typing import final
 
 from hardware.simulators.rig import Rig
 
-__all__ = ["Pacer"]
-
 _TICK = 2e-3
 
 

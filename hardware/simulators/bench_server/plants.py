@@ -22,8 +22,6 @@ from hardware.simulators.plants import (
     Vibration,
 )
 
-__all__ = ["PlantMaker", "Stand", "stand_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class Stand:

@@ -10,8 +10,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
-__all__ = ["SealedEnvelope"]
-
 
 @dataclass(frozen=True, slots=True)
 class SealedEnvelope:

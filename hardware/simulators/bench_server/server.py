@@ -13,8 +13,6 @@ from hardware.simulators.bench_server.sealing import SealedEnvelope
 from hardware.simulators.control import ConnectionWatchdog, ControlFront, Departure, Fault
 from hardware.simulators.rig import Extremes, Rig
 
-__all__ = ["BenchServer"]
-
 
 @final
 class BenchServer:

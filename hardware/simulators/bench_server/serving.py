@@ -15,8 +15,6 @@ from hardware.simulators.bench_server.config import BenchConfig
 from hardware.simulators.bench_server.plants import PlantMaker
 from hardware.simulators.bench_server.server import BenchServer
 
-__all__ = ["describe", "serve"]
-
 _LOOK = 0.1
 
 

@@ -11,8 +11,6 @@ from hardware.simulators.control.lines import LONGEST_LINE
 from hardware.simulators.noise import white
 from hardware.simulators.rig import Rig
 
-__all__ = ["BenchClock", "LocalClock", "ask"]
-
 _FIRST = 2.0
 """Longest wait for the first answer (s): a bench that is there tells the time at once."""
 _LONGEST_ANSWER = 64 * LONGEST_LINE

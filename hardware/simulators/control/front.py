@@ -29,8 +29,6 @@ from hardware.simulators.control.lines import LineServer
 from hardware.simulators.control.watchdog import ConnectionWatchdog
 from hardware.simulators.rig import Rig
 
-__all__ = ["ControlFront", "Departure", "Fault"]
-
 Fault = Callable[[Mapping[str, float | str]], None]
 """What injects a fault; raises ValueError for arguments it does not know."""
 

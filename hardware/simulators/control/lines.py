@@ -8,8 +8,6 @@ from typing import final
 
 from hardware.simulators.loopback import LoopbackServer
 
-__all__ = ["LONGEST_LINE", "LineServer"]
-
 LONGEST_LINE = 1024
 """Bytes of a question; a longer one ends the connection."""
 

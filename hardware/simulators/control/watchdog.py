@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 from hardware.simulators.rig import Rig
 
-__all__ = ["ConnectionWatchdog"]
-
 
 @dataclass(frozen=True, slots=True)
 class ConnectionWatchdog:

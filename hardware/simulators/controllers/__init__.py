@@ -1,19 +1,10 @@
 """Digital controllers in front of the virtual bench, speaking their own bytes."""
 
-from hardware.simulators.controllers.ascii_devices import ASCII_DEVICES, AsciiDevice
-from hardware.simulators.controllers.ascii_front import AsciiFront
-from hardware.simulators.controllers.faults import Fault, FaultQueue
-from hardware.simulators.controllers.gcs_front import GcsFront
-from hardware.simulators.controllers.gcs_model import GcsModel
-from hardware.simulators.controllers.watchdog import CommandWatchdog
-
-__all__ = [
-    "ASCII_DEVICES",
-    "AsciiDevice",
-    "AsciiFront",
-    "CommandWatchdog",
-    "Fault",
-    "FaultQueue",
-    "GcsFront",
-    "GcsModel",
-]
+from hardware.simulators.controllers.ascii_devices import ASCII_DEVICES as ASCII_DEVICES
+from hardware.simulators.controllers.ascii_devices import AsciiDevice as AsciiDevice
+from hardware.simulators.controllers.ascii_front import AsciiFront as AsciiFront
+from hardware.simulators.controllers.faults import Fault as Fault
+from hardware.simulators.controllers.faults import FaultQueue as FaultQueue
+from hardware.simulators.controllers.gcs_front import GcsFront as GcsFront
+from hardware.simulators.controllers.gcs_model import GcsModel as GcsModel
+from hardware.simulators.controllers.watchdog import CommandWatchdog as CommandWatchdog

@@ -16,8 +16,6 @@ from hardware.simulators.controllers.command_log import CommandLog, standing_sti
 from hardware.simulators.controllers.watchdog import ArmedWatchdog, CommandWatchdog
 from hardware.simulators.rig import Rig
 
-__all__ = ["ASCII_DEVICES", "AsciiDevice", "DDrive", "Mdt69x", "Nv200"]
-
 _LONGEST = 1 << 12
 
 

@@ -9,8 +9,6 @@ from hardware.simulators.controllers.faults import FaultQueue
 from hardware.simulators.controllers.serving import PtyDoorway, Serving
 from hardware.simulators.rig import Rig
 
-__all__ = ["AsciiFront"]
-
 
 @final
 class AsciiFront(Serving):

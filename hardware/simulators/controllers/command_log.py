@@ -7,8 +7,6 @@ from typing import TypeVar, final
 
 from hardware.simulators.rig import Rig
 
-__all__ = ["CommandLog", "standing_still"]
-
 _T = TypeVar("_T")
 
 _MOST = 100_000

@@ -7,8 +7,6 @@ from collections import deque
 from dataclasses import dataclass
 from typing import final
 
-__all__ = ["SOUND", "Fault", "FaultQueue"]
-
 
 @dataclass(frozen=True, slots=True)
 class Fault:

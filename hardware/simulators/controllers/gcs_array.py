@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["gcs_array"]
-
 
 def gcs_array(
     identity: str, period: float, names: list[str], values: NDArray[np.float64]

@@ -10,8 +10,6 @@ from hardware.simulators.controllers.gcs_model import GcsModel, Refusal
 from hardware.simulators.noise import white
 from hardware.simulators.rig import Rig
 
-__all__ = ["SimulatedAxis"]
-
 _STEP = 1e-3
 """Step of the simulated servo (s)."""
 

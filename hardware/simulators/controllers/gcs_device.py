@@ -15,8 +15,6 @@ from hardware.simulators.controllers.gcs_wave_commands import WaveCommands
 from hardware.simulators.controllers.watchdog import ArmedWatchdog
 from hardware.simulators.rig import DeviceClock, Rig
 
-__all__ = ["GcsDevice"]
-
 _LONGEST = 1 << 14
 _HALT, _MOVING, _READY, _GENERATOR = 24, 5, 7, 9
 _CODES = (_HALT, _MOVING, _READY, _GENERATOR)

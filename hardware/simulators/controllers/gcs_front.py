@@ -10,8 +10,6 @@ from hardware.simulators.controllers.gcs_model import GcsModel
 from hardware.simulators.controllers.serving import PtyDoorway, Serving, TcpDoorway
 from hardware.simulators.rig import DeviceClock, Rig
 
-__all__ = ["GcsFront"]
-
 
 @final
 class GcsFront(Serving):

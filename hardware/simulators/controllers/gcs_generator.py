@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from hardware.simulators.controllers.gcs_model import GcsModel, Refusal
 from hardware.simulators.rig import DeviceClock, Rig
 
-__all__ = ["Generator"]
-
 _BLOCK = 1024
 
 

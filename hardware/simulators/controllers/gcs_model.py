@@ -8,8 +8,6 @@ from typing import TypeAlias
 
 from hardware.simulators.controllers.watchdog import CommandWatchdog
 
-__all__ = ["Acts", "Arguments", "Asks", "GcsModel", "Refusal"]
-
 Arguments: TypeAlias = Sequence[str]
 Acts: TypeAlias = dict[str, Callable[[Arguments], None]]
 Asks: TypeAlias = dict[str, Callable[[Arguments], list[str]]]

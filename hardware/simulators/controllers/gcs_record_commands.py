@@ -8,8 +8,6 @@ from hardware.simulators.controllers.gcs_array import gcs_array
 from hardware.simulators.controllers.gcs_model import Acts, Arguments, Asks, GcsModel, Refusal
 from hardware.simulators.controllers.gcs_recorder import OPTIONS, DataRecorder
 
-__all__ = ["RecordCommands"]
-
 _AT_ONCE = 4
 
 

@@ -11,8 +11,6 @@ from hardware.simulators.controllers.gcs_model import GcsModel
 from hardware.simulators.noise import white
 from hardware.simulators.rig import DeviceClock, Rig
 
-__all__ = ["OPTIONS", "DataRecorder"]
-
 OPTIONS = {
     0: "Nothing is recorded",
     2: "Current Position of axis",

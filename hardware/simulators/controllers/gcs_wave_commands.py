@@ -12,8 +12,6 @@ from hardware.simulators.controllers.gcs_generator import Generator
 from hardware.simulators.controllers.gcs_model import Acts, Arguments, Asks, GcsModel, Refusal
 from hardware.simulators.controllers.gcs_recorder import DataRecorder
 
-__all__ = ["WaveCommands"]
-
 
 @final
 class WaveCommands:

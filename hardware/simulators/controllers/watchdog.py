@@ -8,8 +8,6 @@ from typing import final
 
 from hardware.simulators.rig import Rig
 
-__all__ = ["ArmedWatchdog", "CommandWatchdog"]
-
 _STEP = 1e-3
 
 

@@ -1,22 +1,10 @@
 """Plants of the virtual bench, and what disturbs them."""
 
-from hardware.simulators.plants.disturbance import (
-    AirPath,
-    Disturbance,
-    Disturbed,
-    SensorNoise,
-    Vibration,
-)
-from hardware.simulators.plants.memory import Creeping, HystereticPlant
-from hardware.simulators.plants.stack import StackPlant
-
-__all__ = [
-    "AirPath",
-    "Creeping",
-    "Disturbance",
-    "Disturbed",
-    "HystereticPlant",
-    "SensorNoise",
-    "StackPlant",
-    "Vibration",
-]
+from hardware.simulators.plants.disturbance import AirPath as AirPath
+from hardware.simulators.plants.disturbance import Disturbance as Disturbance
+from hardware.simulators.plants.disturbance import Disturbed as Disturbed
+from hardware.simulators.plants.disturbance import SensorNoise as SensorNoise
+from hardware.simulators.plants.disturbance import Vibration as Vibration
+from hardware.simulators.plants.memory import Creeping as Creeping
+from hardware.simulators.plants.memory import HystereticPlant as HystereticPlant
+from hardware.simulators.plants.stack import StackPlant as StackPlant

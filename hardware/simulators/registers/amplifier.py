@@ -8,8 +8,6 @@ from typing import final
 
 from hardware.simulators.rig import Rig
 
-__all__ = ["AmplifierData", "SimulatedAmplifier"]
-
 _PIECES = 16
 
 

@@ -19,8 +19,6 @@ from hardware.simulators.registers.holding import Holder, drives
 from hardware.simulators.registers.model import CardFaults, Logged, RegisterModel, Wires
 from hardware.simulators.rig import DeviceClock, Rig
 
-__all__ = ["CardFront"]
-
 _HEAD = struct.Struct("<H")
 _ACCESS = struct.Struct("<BBHI")
 _REFUSED = 0xFFFF

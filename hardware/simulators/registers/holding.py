@@ -8,8 +8,6 @@ import threading
 from collections.abc import Iterable
 from typing import final
 
-__all__ = ["Holder", "drives"]
-
 _PATIENCE, _LOOK = 0.3, 0.02
 _READ16, _READ32 = 0, 2
 _DATA_BAR, _LINES_IN = 2, 0x10

@@ -17,8 +17,6 @@ import numpy as np
 from hardware.simulators.registers.amplifier import AmplifierData, SimulatedAmplifier
 from hardware.simulators.rig import DeviceClock, Rig
 
-__all__ = ["CardFaults", "Logged", "RegisterModel", "Wires"]
-
 READ16, WRITE16, READ32, WRITE32 = range(4)
 _CONVERTING, _HOLD, _ENABLE = 1 << 17, 1 << 23, 1 << 26
 _ZERO, _TOP, _RESET = 0x2000, 0x3FFF, 0x3FFF

@@ -4,16 +4,9 @@
 is the device, standing before a `Rig`, that the stub asks over TCP.
 """
 
-from hardware.simulators.siosifm.build import build
-from hardware.simulators.siosifm.faults import Faults
-from hardware.simulators.siosifm.front import InterferometerFront
-from hardware.simulators.siosifm.optics import AirAround, Quadrature, index_of_air
-
-__all__ = [
-    "AirAround",
-    "Faults",
-    "InterferometerFront",
-    "Quadrature",
-    "build",
-    "index_of_air",
-]
+from hardware.simulators.siosifm.build import build as build
+from hardware.simulators.siosifm.faults import Faults as Faults
+from hardware.simulators.siosifm.front import InterferometerFront as InterferometerFront
+from hardware.simulators.siosifm.optics import AirAround as AirAround
+from hardware.simulators.siosifm.optics import Quadrature as Quadrature
+from hardware.simulators.siosifm.optics import index_of_air as index_of_air

@@ -6,8 +6,6 @@ from pathlib import Path
 
 from hardware.simulators.compiling import compiled
 
-__all__ = ["build"]
-
 _SOURCE = Path(__file__).parent / "c" / "siosifm.c"
 
 

@@ -10,8 +10,6 @@ from hardware.simulators.rig import Rig
 from hardware.simulators.siosifm.counter import Counter
 from hardware.simulators.siosifm.optics import VACUUM
 
-__all__ = ["Answer", "Condition"]
-
 Answer = tuple[int, bytes]
 
 REQUEST, USB = -11, -12

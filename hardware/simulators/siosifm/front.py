@@ -14,8 +14,6 @@ from hardware.simulators.siosifm.faults import Faults
 from hardware.simulators.siosifm.optics import AirAround, Quadrature
 from hardware.simulators.siosifm.run import Edges
 
-__all__ = ["InterferometerFront"]
-
 
 @final
 class InterferometerFront(LoopbackServer):
