@@ -1,4 +1,4 @@
-"""Figures as files: SVG in the style of the report, other formats as they are."""
+"""Figures as files, in the style of the report."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ def save_figure(path: Path, draw: Callable[[], Figure]) -> Path:
     from identification.report.style import PLOT
 
     writable(path.parent)
-    if path.suffix.lower() == ".svg":
-        with mpl.rc_context({**PLOT, "svg.hashsalt": "figure"}):
-            write_atomically(path, inline(draw(), "figure") + "\n")
-        return path
-    figure = draw()
-    with replacing(path) as stream:
-        figure.savefig(stream, format=path.suffix[1:] or "png", dpi="figure")
+    with mpl.rc_context({**PLOT, "svg.hashsalt": "figure"}):
+        figure = draw()
+        if path.suffix.lower() == ".svg":
+            write_atomically(path, inline(figure, "figure") + "\n")
+        else:
+            with replacing(path) as stream:
+                figure.savefig(stream, format=path.suffix[1:] or "png", dpi="figure")
     return path
