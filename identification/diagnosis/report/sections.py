@@ -42,7 +42,7 @@ def answer(d: Diagnosis) -> str:
     named = d.findings if d.kind == "missing_physics" else ()
     r = d.recording
     rate = quantity(1 / r.dt, "Hz", 3) if r.n > 1 else ""
-    hashes = [p["sha256"] for p in r.meta.get("parts", ())] or [r.sha256]
+    hashes = dict.fromkeys([p["sha256"] for p in r.meta.get("parts", ())] or [r.sha256])
     pairs = [
         ("confidence", ", ".join(percent(round(s.confidence, 3)) for s in named)),
         ("of the misfit explained", ", ".join(percent(s.share) for s in named)),

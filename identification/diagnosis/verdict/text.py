@@ -307,8 +307,9 @@ def _basis(v: Data) -> list[str]:
 
 
 def _hashes(r: Data) -> str:
-    """Beginning of the hash, that of each recording where there are several."""
-    return " + ".join(part["sha256"][:12] or "not from a file" for part in r.get("parts") or [r])
+    """Beginning of the hash, that of each file where there are several."""
+    files = dict.fromkeys(part["sha256"] for part in r.get("parts") or [r])
+    return " + ".join(hashed[:12] or "not from a file" for hashed in files)
 
 
 def _value(p: Data) -> str:
