@@ -6,7 +6,7 @@ import ast
 import sys
 from collections.abc import Callable
 from importlib import import_module
-from pathlib import Path
+from importlib.resources import files
 from typing import Any
 
 
@@ -32,18 +32,27 @@ def attach(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]],
     Type checkers and editors read the stub; a program pays only for the names it uses (PEP 562).
     """
     module = sys.modules[package]
-    assert module.__file__ is not None
-    places = stub_names(Path(module.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    stub = files(package).joinpath("__init__.pyi")
+    places = stub_names(stub.read_text(encoding="utf-8"))
 
     def getattr_(name: str) -> Any:
         if name not in places:
-            raise AttributeError(f"module {package!r} has no attribute {name!r}", name=name)
+            from bondgraph.support.errors import nearest
+
+            close = () if name.startswith("_") else nearest(name, places, 1)
+            meant = f". Did you mean {close[0]!r}?" if close else ""
+            raise AttributeError(f"module {package!r} has no attribute {name!r}{meant}", name=name)
         home, there = places[name]
+        # parents first: a thread that holds a leaf and waits for its parent may meet another one
+        for end, sign in enumerate(home):
+            if sign == ".":
+                import_module(home[:end])
         value = getattr(import_module(home), there)
         setattr(module, name, value)
         return value
 
     def dir_() -> list[str]:
-        return sorted({*vars(module), *places})
+        dunders = {n for n in vars(module) if n.startswith("__")}
+        return sorted({*dunders, *places})
 
     return getattr_, dir_, sorted(places)

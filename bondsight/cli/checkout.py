@@ -13,15 +13,29 @@ from typing import Any
 import bondsight
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["add_developer_commands", "evidence", "has_evidence"]
-
 VERBS = {
-    "blind": ("tests.proof.trial.command", "add_blind_command"),
-    "conformance": ("tests.proof.conformance.command", "add_conformance_command"),
-    "coverage": ("tests.proof.coverage.command", "add_coverage_command"),
-    "published": ("tests.proof.published.command", "add_published_command"),
+    "blind": (
+        "tests.proof.trial.command",
+        "add_blind_command",
+        "the sealed trial: recordings whose physics is concealed",
+    ),
+    "conformance": (
+        "tests.proof.conformance.command",
+        "add_conformance_command",
+        "published bond graphs with known results, judged case by case",
+    ),
+    "coverage": (
+        "tests.proof.coverage.command",
+        "add_coverage_command",
+        "whether 95 %% intervals hold the truth, by simulation",
+    ),
+    "published": (
+        "tests.proof.published.command",
+        "add_published_command",
+        "fit public benchmarks under their published protocols",
+    ),
 }
-"""Verb: module, and the function that adds it to the parser."""
+"""Verb: its module, the function that adds it to a parser, and what it is."""
 
 
 def _root() -> Path:
@@ -46,26 +60,32 @@ def evidence(module: str, verb: str) -> ModuleType:
     Raises
     ------
     UnusableInput
-        The tests folder is not there: the tool was installed without it.
+        The tests folder is not there: the tool was installed without it; or another package of
+        that name is in use.
     """
     if not has_evidence():
         raise UnusableInput(
             f"bondsight {verb} works in a checkout of the project only: its folder tests is not "
             "installed with the tool; get the sources and run it there"
         )
-    root = str(_root())
-    if root not in sys.path:
-        sys.path.insert(0, root)
+    # a package tests of the user's own, in the working folder say, would come first
+    sys.path.insert(0, str(_root()))
+    tests = import_module("tests")
+    if Path(str(tests.__file__)).resolve().parent != _root() / "tests":
+        raise UnusableInput(
+            f"bondsight {verb}: another package called tests is imported, {tests.__file__}; run "
+            "it from another program or folder"
+        )
     return import_module(module)
 
 
-def add_developer_commands(verbs: Any) -> None:
-    """Add the verbs of `VERBS`; where the tests folder is missing, verbs that say so."""
-    for verb, (module, add) in VERBS.items():
-        if has_evidence():
+def add_developer_commands(verbs: Any, called: str) -> None:
+    """Add the verbs of `VERBS`; only the one that is `called` imports what it needs."""
+    for verb, (module, add, what) in VERBS.items():
+        if verb == called and has_evidence():
             getattr(evidence(module, verb), add)(verbs)
         else:
-            p = verbs.add_parser(verb, help="needs a checkout of the project")
+            p = verbs.add_parser(verb, help=what)
             p.add_argument("rest", nargs=argparse.REMAINDER)
             p.set_defaults(run=_refusal(module, verb))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -34,19 +35,23 @@ COMMANDS: Final = (
     add_draw_command, add_bench_command, add_acquire_command, add_explain_command,
     add_effects_command, add_export_command, add_thesis_command, add_compensate_command,
     add_stack_command, add_ultrasonic_command, add_sizing_command, add_fit_command,
-    add_identifiability_command, add_recordings_command, add_developer_commands,
+    add_identifiability_command, add_recordings_command,
 )  # fmt: skip
 """In the order of the help."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns the exit code (0 finished, 2 unusable input)."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    if not hasattr(options, "run"):
-        parser.print_help()
-        return 0
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a sign that the terminal lacks ends nothing
     try:
+        parser = _parser(*words[:1])
+        options = parser.parse_args(words)
+        if not hasattr(options, "run"):
+            parser.print_help()
+            return 0
         return int(options.run(options))
     except BondsightError as error:
         # notes say what became of data and outputs; they belong to the line
@@ -75,7 +80,7 @@ class _OneLine(argparse.ArgumentParser):
         self.exit(2, f"bondsight: {' '.join(message.split())}; see {self.prog} --help\n")
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(called: str = "") -> argparse.ArgumentParser:
     parser = _OneLine(
         prog="bondsight",
         description="Find the physics that a model leaves out, from a recording.",
@@ -84,6 +89,7 @@ def _parser() -> argparse.ArgumentParser:
 
     for add in COMMANDS:
         add(verbs)
+    add_developer_commands(verbs, called)
     return parser
 
 
