@@ -72,14 +72,6 @@ class _Elements(Mapping[str, Element]):
         return repr(dict(self))
 
 
-@dataclass(frozen=True, slots=True)
-class _Order:
-    """Bonds in the order of declaration and by element; derived once between two changes."""
-
-    bonds: tuple[Bond, ...]
-    at: dict[str, tuple[Bond, ...]]
-
-
 class BondGraph:
     """A physical system as named elements joined by power bonds.
 
@@ -103,8 +95,9 @@ class BondGraph:
 
         self.name = name
         self._network: nx.DiGraph = nx.DiGraph(name=name)
-        self._drawn = 0
-        self._known: _Order | None = None
+        self._bonds: list[Bond] = []
+        self._read: tuple[Bond, ...] | None = None
+        self._at: dict[str, tuple[Bond, ...]] = {}
         self._gathered: dict[str, Parameter] | None = None
         self._parameters: dict[str, Parameter] = {}
         self._token: Any = None
@@ -147,9 +140,11 @@ class BondGraph:
         self._draw(Bond(*ends))
 
     def _draw(self, bond: Bond) -> None:
-        self._network.add_edge(bond.tail, bond.head, number=self._drawn, bond=bond)
-        self._drawn += 1
-        self._known = None
+        self._network.add_edge(bond.tail, bond.head, number=len(self._bonds), bond=bond)
+        self._bonds.append(bond)
+        self._read = None
+        for end in (bond.tail, bond.head):  # what is known of all other elements stays true
+            self._at.pop(end, None)
 
     def parameter(self, name: str, value: float, unit: str = "1", **more: Any) -> sp.Symbol:
         """Declare a parameter that ratios and values may use; returns its symbol."""
@@ -182,22 +177,6 @@ class BondGraph:
         return self._network.copy(as_view=True)
 
     @property
-    def _order(self) -> _Order:
-        if self._known is None:
-            by_number: dict[int, Bond] = {
-                edge["number"]: edge["bond"]
-                for _, heads in self._network.adjacency()
-                for edge in heads.values()
-            }
-            bonds = tuple(by_number[i] for i in range(self._drawn))
-            at: dict[str, list[Bond]] = {}
-            for b in bonds:
-                at.setdefault(b.tail, []).append(b)
-                at.setdefault(b.head, []).append(b)
-            self._known = _Order(bonds, {n: tuple(here) for n, here in at.items()})
-        return self._known
-
-    @property
     def elements(self) -> Mapping[str, Element]:
         """Elements by name, in the order of their declaration; read-only."""
         return _Elements(self._network._node)
@@ -205,7 +184,9 @@ class BondGraph:
     @property
     def bonds(self) -> tuple[Bond, ...]:
         """Bonds in the order of their declaration."""
-        return self._order.bonds
+        if self._read is None:
+            self._read = tuple(self._bonds)
+        return self._read
 
     def __getitem__(self, name: str) -> Element:
         """Element by name; a typo is answered with the nearest names."""
@@ -216,13 +197,12 @@ class BondGraph:
 
     def bonds_of(self, name: str) -> tuple[Bond, ...]:
         """Bonds at an element."""
-        if self._known is not None or self._token is None:
-            return self._order.at.get(name, ())
-        if name not in self._network:
-            return ()
-        # while the graph is being built: what is known of all others changes with every bond
-        at = (*self._network.pred[name].values(), *self._network.succ[name].values())
-        return tuple(e["bond"] for e in sorted(at, key=itemgetter("number")))
+        if name not in self._at:
+            if name not in self._network:
+                return ()
+            at = (*self._network.pred[name].values(), *self._network.succ[name].values())
+            self._at[name] = tuple(e["bond"] for e in sorted(at, key=itemgetter("number")))
+        return self._at[name]
 
     def neighbour(self, name: str) -> str:
         """Return the one element a one-port is bonded to."""
@@ -341,7 +321,7 @@ class BondGraph:
         g = BondGraph(name or self.name)
         g._network = self._network.copy()
         g._network.graph["name"] = g.name
-        g._drawn = self._drawn
+        g._bonds = list(self._bonds)
         g._parameters = dict(self._parameters)
         return g
 
@@ -416,12 +396,13 @@ class BondGraph:
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything but what can be derived again."""
-        return {**self.__dict__, "_known": None, "_gathered": None}
+        return {**self.__dict__, "_read": None, "_at": {}, "_gathered": None}
 
     # -- showing --------------------------------------------------------------------------
     def __repr__(self) -> str:
         """Short text."""
-        return f"BondGraph({self.name!r}, {len(self.elements)} elements, {len(self.bonds)} bonds)"
+        elements, bonds = len(self._network), len(self._bonds)
+        return f"BondGraph({self.name!r}, {elements} elements, {bonds} bonds)"
 
     def _repr_html_(self) -> str:
         """Drawing for notebooks."""

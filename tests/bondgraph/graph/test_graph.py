@@ -31,6 +31,7 @@ from bondgraph import (
     derive,
 )
 from bondgraph.graph.elements import Parameter, symbol
+from tests.counted import calls
 
 
 def test_a_chain_reads_from_left_to_right() -> None:
@@ -99,6 +100,34 @@ def test_reading_while_a_graph_is_built() -> None:
     assert tuple(g.parameters) == ("r", "R_2")
 
 
+def _built_and_read(size: int, read: Callable[[BondGraph, str], object]) -> None:
+    g = BondGraph("chain")
+    last: One | Zero = One("j0")
+    g.add(last)
+    for k in range(size):
+        following = Zero(f"j{k + 1}") if k % 2 == 0 else One(f"j{k + 1}")
+        g.bond(last, following)
+        read(g, last.name)
+        last = following
+
+
+@pytest.mark.parametrize(
+    "read",
+    [
+        lambda g, _: g.bonds[-1],
+        lambda g, _: repr(g),
+        lambda g, name: g.bonds_of(name),
+        lambda g, name: (g.bonds, g.bonds_of(name), g.bonds_of("j0")),
+    ],
+)
+def test_reading_between_additions_takes_linear_work(
+    read: Callable[[BondGraph, str], object],
+) -> None:
+    few = calls(lambda: _built_and_read(100, read))
+    many = calls(lambda: _built_and_read(400, read))
+    assert many < 4 * 1.3 * few
+
+
 def test_copies_are_independent_values() -> None:
     g = resonator()
     made: dict[str, BondGraph] = {
@@ -121,8 +150,10 @@ def test_copies_are_independent_values() -> None:
 
 def test_a_graph_can_be_sent_to_another_process() -> None:
     g = resonator()
+    unread = pickle.dumps(g.copy())
     assert g.bonds  # what was derived from the network is not sent along
-    assert b"_Order" not in pickle.dumps(g)
+    assert g.bonds_of("body")
+    assert len(pickle.dumps(g)) == len(unread)
     (back,) = joblib.Parallel(n_jobs=2)([joblib.delayed(BondGraph.copy)(g, "back")])
     assert (back.name, dict(back.elements), back.bonds) == ("back", dict(g.elements), g.bonds)
 
