@@ -105,13 +105,17 @@ class BondGraph:
     # -- building -------------------------------------------------------------------------
     def __enter__(self) -> BondGraph:
         """Start building: new elements join this graph."""
+        if self._token is not None:
+            raise GraphError(
+                f"{self.name}: the graph is being built already; leave out the inner 'with'"
+            )
         self._token = building.enter(self)
         return self
 
     def __exit__(self, *_: object) -> None:
         """Stop building."""
-        building.leave(self._token)
-        self._token = None
+        token, self._token = self._token, None
+        building.leave(token)
 
     def add(self, element: Element) -> Element:
         """Add `element`; its name must be new."""
@@ -206,7 +210,13 @@ class BondGraph:
 
     def neighbour(self, name: str) -> str:
         """Return the one element a one-port is bonded to."""
-        (b,) = self.bonds_of(name)
+        bonds = self.bonds_of(self[name].name)
+        if len(bonds) != 1:
+            raise GraphError(
+                f"{self.name}: {name} has {len(bonds)} bonds, so it has no one neighbour; "
+                "read bonds_of"
+            )
+        (b,) = bonds
         return b.head if b.tail == name else b.tail
 
     def of_type(self, *types: type[Element]) -> tuple[Any, ...]:
@@ -325,6 +335,10 @@ class BondGraph:
         g._parameters = dict(self._parameters)
         return g
 
+    def __copy__(self) -> BondGraph:
+        """Return an independent copy; a shallow one would share what is stored."""
+        return self.copy()
+
     def with_element(self, name: str, **changes: Any) -> BondGraph:
         """Return the graph with fields of one element changed."""
         g = self.copy()
@@ -395,8 +409,8 @@ class BondGraph:
         return g
 
     def __getstate__(self) -> dict[str, Any]:
-        """Everything but what can be derived again."""
-        return {**self.__dict__, "_read": None, "_at": {}, "_gathered": None}
+        """Everything but what can be derived again; no copy is being built."""
+        return {**self.__dict__, "_read": None, "_at": {}, "_gathered": None, "_token": None}
 
     # -- showing --------------------------------------------------------------------------
     def __repr__(self) -> str:

@@ -30,6 +30,7 @@ from bondgraph import (
     Zero,
     derive,
 )
+from bondgraph.graph import building
 from bondgraph.graph.elements import Parameter, symbol
 from tests.counted import calls
 
@@ -128,10 +129,47 @@ def test_reading_between_additions_takes_linear_work(
     assert many < 4 * 1.3 * few
 
 
+def test_a_graph_is_built_by_one_block_at_a_time() -> None:
+    with BondGraph("outer") as outer, BondGraph("g") as g:
+        One("loop")
+        with pytest.raises(GraphError, match="g: the graph is being built already"), g:
+            pass
+        with pytest.raises(GraphError, match="outer: the graph is being built already"), outer:
+            pass
+        assert building.current() == (outer, g)
+    assert building.current() == ()
+    with g:  # one block after another is fine
+        Zero("node")
+    assert tuple(g.elements) == ("loop", "node")
+
+
+def test_a_graph_copied_while_it_is_built_is_not_being_built() -> None:
+    with BondGraph("g") as g:
+        One("loop")
+        made = copy.copy(g), copy.deepcopy(g), pickle.loads(pickle.dumps(g))
+        for other in made:
+            with other:
+                Zero("node")
+            assert tuple(other.elements) == ("loop", "node")
+    assert tuple(g.elements) == ("loop",)
+
+
+def test_only_an_element_with_one_bond_has_a_neighbour() -> None:
+    g = resonator()
+    with pytest.raises(GraphError, match=r"body has \d bonds, so it has no one neighbour"):
+        g.neighbour("body")
+    g.add(R("loose", 1.0))
+    with pytest.raises(GraphError, match="loose has 0 bonds"):
+        g.neighbour("loose")
+    with pytest.raises(UnknownName, match="Did you mean 'body'"):
+        g.neighbour("bdy")
+
+
 def test_copies_are_independent_values() -> None:
     g = resonator()
     made: dict[str, BondGraph] = {
         "copy": g.copy("other"),
+        "shallow": copy.copy(g),
         "deep": copy.deepcopy(g),
         "pickled": pickle.loads(pickle.dumps(g)),
     }
@@ -143,17 +181,17 @@ def test_copies_are_independent_values() -> None:
         assert other.bonds_of("body")[-1].head == f"R_{how}"
         assert f"R_{how}" not in g.elements
     # a graph is itself only: equal content is compared by elements and bonds
-    assert len({g, *made.values()}) == 4
+    assert len({g, *made.values()}) == 5
     changed = g.with_element("d", value=7.0)
     assert changed.network.nodes["d"]["element"] == changed["d"] != g["d"]
 
 
 def test_a_graph_can_be_sent_to_another_process() -> None:
     g = resonator()
-    unread = pickle.dumps(g.copy())
     assert g.bonds  # what was derived from the network is not sent along
     assert g.bonds_of("body")
-    assert len(pickle.dumps(g)) == len(unread)
+    state = g.__getstate__()
+    assert (state["_read"], state["_at"]) == (None, {})
     (back,) = joblib.Parallel(n_jobs=2)([joblib.delayed(BondGraph.copy)(g, "back")])
     assert (back.name, dict(back.elements), back.bonds) == ("back", dict(g.elements), g.bonds)
 
