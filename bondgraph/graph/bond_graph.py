@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from types import MappingProxyType
@@ -70,6 +71,39 @@ class _Elements(Mapping[str, Element]):
 
     def __repr__(self) -> str:
         return repr(dict(self))
+
+
+class _ReadOnly(Mapping[str, Any]):
+    """Dicts nested `depth` deep, to read; a view, so making it copies nothing."""
+
+    __slots__ = ("_depth", "_stored")
+
+    def __init__(self, stored: Mapping[str, Any], depth: int) -> None:
+        self._stored = stored
+        self._depth = depth
+
+    def __getitem__(self, key: str) -> Any:
+        value = self._stored[key]
+        return _ReadOnly(value, self._depth - 1) if self._depth > 1 else value
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._stored)
+
+    def __len__(self) -> int:
+        return len(self._stored)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._stored
+
+    def __repr__(self) -> str:
+        return repr(self._stored)
+
+    def copy(self) -> dict[str, Any]:
+        """Return a dict to write to, as networkx asks for when it copies a graph."""
+        return dict(self)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Any:
+        return deepcopy(self._stored, memo)
 
 
 class BondGraph:
@@ -167,8 +201,9 @@ class BondGraph:
         Nodes are in the order of declaration. The number of an edge is that of its bond in the
         order of declaration; port i of a multiport is the i-th of its edges by number (one bond
         carries all power between two elements, so no two edges are parallel). A view, made in
-        constant time: adding or removing raises `networkx.NetworkXError`; attributes are not to
-        be set, `with_element` changes elements. ``nx.Graph(g.network)`` is a copy to work on.
+        constant time: adding or removing raises `networkx.NetworkXError`, setting an attribute
+        `TypeError`; `with_element` changes elements. ``nx.Graph(g.network)`` is a copy to work
+        on.
 
         Examples
         --------
@@ -178,7 +213,12 @@ class BondGraph:
         >>> list(g.network.edges(data="number"))
         [('V', 'loop', 0), ('loop', 'R_1', 1)]
         """
-        return self._network.copy(as_view=True)
+        view = self._network.copy(as_view=True)
+        view.graph = dict(self._network.graph)
+        view._node = _ReadOnly(self._network._node, 2)
+        view._succ = _ReadOnly(self._network._succ, 3)
+        view._pred = _ReadOnly(self._network._pred, 3)
+        return view
 
     @property
     def elements(self) -> Mapping[str, Element]:

@@ -84,6 +84,80 @@ def test_the_network_is_read_only() -> None:
     assert (dict(g.elements), g.bonds) == before
 
 
+def test_the_attributes_of_the_network_are_read_only() -> None:
+    g = resonator()
+    (first, *_) = g.bonds
+    tail, head = first.tail, first.head
+    attempts: tuple[Callable[[nx.DiGraph], object], ...] = (
+        lambda n: nx.set_node_attributes(n, {tail: 1}, "element"),
+        lambda n: nx.set_edge_attributes(n, 7, "number"),
+        lambda n: n.nodes[tail].update(element=1),
+        lambda n: n.nodes[tail].clear(),
+        lambda n: n.edges[tail, head].__setitem__("number", 7),
+        lambda n: n[tail][head].__setitem__("number", 7),
+        lambda n: n.pred[head][tail].__setitem__("number", 7),
+        lambda n: n.subgraph([tail]).nodes[tail].__setitem__("element", 1),
+        lambda n: n.reverse(copy=False)[head][tail].__setitem__("number", 7),
+        lambda n: n.to_undirected(as_view=True)[head][tail].__setitem__("number", 7),
+        lambda n: n._adj[tail].pop(head),
+    )
+    before = dict(g.elements), g.copy().bonds
+    for attempt in attempts:
+        with pytest.raises((TypeError, AttributeError), match="_ReadOnly"):
+            attempt(g.network)
+    g.network.graph["name"] = "other"
+    assert g.network.name == g.name
+    assert (dict(g.elements), g.copy().bonds) == before
+    assert [edge["number"] for *_, edge in g.network.edges(data=True)] == [
+        g.bonds.index(edge["bond"]) for *_, edge in g.network.edges(data=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [
+        nx.Graph,
+        nx.DiGraph,
+        nx.DiGraph.copy,
+        nx.DiGraph.to_undirected,
+        nx.DiGraph.reverse,
+        copy.deepcopy,
+        lambda n: nx.relabel_nodes(n, {"body": "mass"}),
+        lambda n: n.subgraph(list(n)).copy(),
+    ],
+)
+def test_a_copy_of_the_network_is_for_work(copied: Callable[[nx.DiGraph], nx.Graph]) -> None:
+    g = resonator()
+    made = copied(g.network)
+    assert nx.is_isomorphic(nx.Graph(made), nx.Graph(g.network))
+    before = dict(g.elements), g.copy().bonds
+    nx.set_node_attributes(made, 1, "element")
+    nx.set_edge_attributes(made, 7, "number")
+    assert {*dict(made.nodes(data="element")).values()} == {1}
+    assert {number for *_, number in made.edges(data="number")} == {7}
+    assert (dict(g.elements), g.copy().bonds) == before
+    assert sorted(number for *_, number in g.network.edges(data="number")) == [*range(len(g.bonds))]
+
+
+def test_networkx_reads_the_network() -> None:
+    g = resonator()
+    network = g.network
+    assert [*nx.weakly_connected_components(network)] == [set(g.elements)]
+    assert nx.is_isomorphic(network, pickle.loads(pickle.dumps(network)))
+    assert nx.is_directed_acyclic_graph(network)
+    assert network.degree["body"] == len(g.bonds_of("body"))
+    assert network.nodes["d"] == {"element": g["d"]}
+    assert nx.to_numpy_array(network).sum() == len(g.bonds)
+
+
+def test_the_network_is_made_in_constant_time() -> None:
+    few, many = BondGraph("few"), BondGraph("many")
+    for g, size in ((few, 10), (many, 1000)):
+        for k in range(size):
+            g.add(R(f"R_{k}", 1.0))
+    assert calls(lambda: few.network) == calls(lambda: many.network)
+
+
 def test_reading_while_a_graph_is_built() -> None:
     with BondGraph("g") as g:
         loop = One("loop")
