@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from types import MappingProxyType
@@ -72,12 +73,37 @@ class _Elements(Mapping[str, Element]):
         return repr(dict(self))
 
 
-@dataclass(frozen=True, slots=True)
-class _Order:
-    """Bonds in the order of declaration and by element; derived once between two changes."""
+class _ReadOnly(Mapping[str, Any]):
+    """Dicts nested `depth` deep, to read; a view, so making it copies nothing."""
 
-    bonds: tuple[Bond, ...]
-    at: dict[str, tuple[Bond, ...]]
+    __slots__ = ("_depth", "_stored")
+
+    def __init__(self, stored: Mapping[str, Any], depth: int) -> None:
+        self._stored = stored
+        self._depth = depth
+
+    def __getitem__(self, key: str) -> Any:
+        value = self._stored[key]
+        return _ReadOnly(value, self._depth - 1) if self._depth > 1 else value
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._stored)
+
+    def __len__(self) -> int:
+        return len(self._stored)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._stored
+
+    def __repr__(self) -> str:
+        return repr(self._stored)
+
+    def copy(self) -> dict[str, Any]:
+        """Return a dict to write to, as networkx asks for when it copies a graph."""
+        return dict(self)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Any:
+        return deepcopy(self._stored, memo)
 
 
 class BondGraph:
@@ -103,8 +129,9 @@ class BondGraph:
 
         self.name = name
         self._network: nx.DiGraph = nx.DiGraph(name=name)
-        self._drawn = 0
-        self._known: _Order | None = None
+        self._bonds: list[Bond] = []
+        self._read: tuple[Bond, ...] | None = None
+        self._at: dict[str, tuple[Bond, ...]] = {}
         self._gathered: dict[str, Parameter] | None = None
         self._parameters: dict[str, Parameter] = {}
         self._token: Any = None
@@ -112,13 +139,17 @@ class BondGraph:
     # -- building -------------------------------------------------------------------------
     def __enter__(self) -> BondGraph:
         """Start building: new elements join this graph."""
+        if self._token is not None:
+            raise GraphError(
+                f"{self.name}: the graph is being built already; leave out the inner 'with'"
+            )
         self._token = building.enter(self)
         return self
 
     def __exit__(self, *_: object) -> None:
         """Stop building."""
-        building.leave(self._token)
-        self._token = None
+        token, self._token = self._token, None
+        building.leave(token)
 
     def add(self, element: Element) -> Element:
         """Add `element`; its name must be new."""
@@ -147,9 +178,11 @@ class BondGraph:
         self._draw(Bond(*ends))
 
     def _draw(self, bond: Bond) -> None:
-        self._network.add_edge(bond.tail, bond.head, number=self._drawn, bond=bond)
-        self._drawn += 1
-        self._known = None
+        self._network.add_edge(bond.tail, bond.head, number=len(self._bonds), bond=bond)
+        self._bonds.append(bond)
+        self._read = None
+        for end in (bond.tail, bond.head):  # what is known of all other elements stays true
+            self._at.pop(end, None)
 
     def parameter(self, name: str, value: float, unit: str = "1", **more: Any) -> sp.Symbol:
         """Declare a parameter that ratios and values may use; returns its symbol."""
@@ -168,8 +201,9 @@ class BondGraph:
         Nodes are in the order of declaration. The number of an edge is that of its bond in the
         order of declaration; port i of a multiport is the i-th of its edges by number (one bond
         carries all power between two elements, so no two edges are parallel). A view, made in
-        constant time: adding or removing raises `networkx.NetworkXError`; attributes are not to
-        be set, `with_element` changes elements. ``nx.Graph(g.network)`` is a copy to work on.
+        constant time: adding or removing raises `networkx.NetworkXError`, setting an attribute
+        `TypeError`; `with_element` changes elements. ``nx.Graph(g.network)`` is a copy to work
+        on.
 
         Examples
         --------
@@ -179,23 +213,12 @@ class BondGraph:
         >>> list(g.network.edges(data="number"))
         [('V', 'loop', 0), ('loop', 'R_1', 1)]
         """
-        return self._network.copy(as_view=True)
-
-    @property
-    def _order(self) -> _Order:
-        if self._known is None:
-            by_number: dict[int, Bond] = {
-                edge["number"]: edge["bond"]
-                for _, heads in self._network.adjacency()
-                for edge in heads.values()
-            }
-            bonds = tuple(by_number[i] for i in range(self._drawn))
-            at: dict[str, list[Bond]] = {}
-            for b in bonds:
-                at.setdefault(b.tail, []).append(b)
-                at.setdefault(b.head, []).append(b)
-            self._known = _Order(bonds, {n: tuple(here) for n, here in at.items()})
-        return self._known
+        view = self._network.copy(as_view=True)
+        view.graph = dict(self._network.graph)
+        view._node = _ReadOnly(self._network._node, 2)
+        view._succ = _ReadOnly(self._network._succ, 3)
+        view._pred = _ReadOnly(self._network._pred, 3)
+        return view
 
     @property
     def elements(self) -> Mapping[str, Element]:
@@ -205,7 +228,9 @@ class BondGraph:
     @property
     def bonds(self) -> tuple[Bond, ...]:
         """Bonds in the order of their declaration."""
-        return self._order.bonds
+        if self._read is None:
+            self._read = tuple(self._bonds)
+        return self._read
 
     def __getitem__(self, name: str) -> Element:
         """Element by name; a typo is answered with the nearest names."""
@@ -216,17 +241,22 @@ class BondGraph:
 
     def bonds_of(self, name: str) -> tuple[Bond, ...]:
         """Bonds at an element."""
-        if self._known is not None or self._token is None:
-            return self._order.at.get(name, ())
-        if name not in self._network:
-            return ()
-        # while the graph is being built: what is known of all others changes with every bond
-        at = (*self._network.pred[name].values(), *self._network.succ[name].values())
-        return tuple(e["bond"] for e in sorted(at, key=itemgetter("number")))
+        if name not in self._at:
+            if name not in self._network:
+                return ()
+            at = (*self._network.pred[name].values(), *self._network.succ[name].values())
+            self._at[name] = tuple(e["bond"] for e in sorted(at, key=itemgetter("number")))
+        return self._at[name]
 
     def neighbour(self, name: str) -> str:
         """Return the one element a one-port is bonded to."""
-        (b,) = self.bonds_of(name)
+        bonds = self.bonds_of(self[name].name)
+        if len(bonds) != 1:
+            raise GraphError(
+                f"{self.name}: {name} has {len(bonds)} bonds, so it has no one neighbour; "
+                "read bonds_of"
+            )
+        (b,) = bonds
         return b.head if b.tail == name else b.tail
 
     def of_type(self, *types: type[Element]) -> tuple[Any, ...]:
@@ -341,9 +371,13 @@ class BondGraph:
         g = BondGraph(name or self.name)
         g._network = self._network.copy()
         g._network.graph["name"] = g.name
-        g._drawn = self._drawn
+        g._bonds = list(self._bonds)
         g._parameters = dict(self._parameters)
         return g
+
+    def __copy__(self) -> BondGraph:
+        """Return an independent copy; a shallow one would share what is stored."""
+        return self.copy()
 
     def with_element(self, name: str, **changes: Any) -> BondGraph:
         """Return the graph with fields of one element changed."""
@@ -415,13 +449,14 @@ class BondGraph:
         return g
 
     def __getstate__(self) -> dict[str, Any]:
-        """Everything but what can be derived again."""
-        return {**self.__dict__, "_known": None, "_gathered": None}
+        """Everything but what can be derived again; no copy is being built."""
+        return {**self.__dict__, "_read": None, "_at": {}, "_gathered": None, "_token": None}
 
     # -- showing --------------------------------------------------------------------------
     def __repr__(self) -> str:
         """Short text."""
-        return f"BondGraph({self.name!r}, {len(self.elements)} elements, {len(self.bonds)} bonds)"
+        elements, bonds = len(self._network), len(self._bonds)
+        return f"BondGraph({self.name!r}, {elements} elements, {bonds} bonds)"
 
     def _repr_html_(self) -> str:
         """Drawing for notebooks."""

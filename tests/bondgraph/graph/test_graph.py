@@ -30,7 +30,9 @@ from bondgraph import (
     Zero,
     derive,
 )
+from bondgraph.graph import building
 from bondgraph.graph.elements import Parameter, symbol
+from tests.counted import calls
 
 
 def test_a_chain_reads_from_left_to_right() -> None:
@@ -82,6 +84,80 @@ def test_the_network_is_read_only() -> None:
     assert (dict(g.elements), g.bonds) == before
 
 
+def test_the_attributes_of_the_network_are_read_only() -> None:
+    g = resonator()
+    (first, *_) = g.bonds
+    tail, head = first.tail, first.head
+    attempts: tuple[Callable[[nx.DiGraph], object], ...] = (
+        lambda n: nx.set_node_attributes(n, {tail: 1}, "element"),
+        lambda n: nx.set_edge_attributes(n, 7, "number"),
+        lambda n: n.nodes[tail].update(element=1),
+        lambda n: n.nodes[tail].clear(),
+        lambda n: n.edges[tail, head].__setitem__("number", 7),
+        lambda n: n[tail][head].__setitem__("number", 7),
+        lambda n: n.pred[head][tail].__setitem__("number", 7),
+        lambda n: n.subgraph([tail]).nodes[tail].__setitem__("element", 1),
+        lambda n: n.reverse(copy=False)[head][tail].__setitem__("number", 7),
+        lambda n: n.to_undirected(as_view=True)[head][tail].__setitem__("number", 7),
+        lambda n: n._adj[tail].pop(head),
+    )
+    before = dict(g.elements), g.copy().bonds
+    for attempt in attempts:
+        with pytest.raises((TypeError, AttributeError), match="_ReadOnly"):
+            attempt(g.network)
+    g.network.graph["name"] = "other"
+    assert g.network.name == g.name
+    assert (dict(g.elements), g.copy().bonds) == before
+    assert [edge["number"] for *_, edge in g.network.edges(data=True)] == [
+        g.bonds.index(edge["bond"]) for *_, edge in g.network.edges(data=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [
+        nx.Graph,
+        nx.DiGraph,
+        nx.DiGraph.copy,
+        nx.DiGraph.to_undirected,
+        nx.DiGraph.reverse,
+        copy.deepcopy,
+        lambda n: nx.relabel_nodes(n, {"body": "mass"}),
+        lambda n: n.subgraph(list(n)).copy(),
+    ],
+)
+def test_a_copy_of_the_network_is_for_work(copied: Callable[[nx.DiGraph], nx.Graph]) -> None:
+    g = resonator()
+    made = copied(g.network)
+    assert nx.is_isomorphic(nx.Graph(made), nx.Graph(g.network))
+    before = dict(g.elements), g.copy().bonds
+    nx.set_node_attributes(made, 1, "element")
+    nx.set_edge_attributes(made, 7, "number")
+    assert {*dict(made.nodes(data="element")).values()} == {1}
+    assert {number for *_, number in made.edges(data="number")} == {7}
+    assert (dict(g.elements), g.copy().bonds) == before
+    assert sorted(number for *_, number in g.network.edges(data="number")) == [*range(len(g.bonds))]
+
+
+def test_networkx_reads_the_network() -> None:
+    g = resonator()
+    network = g.network
+    assert [*nx.weakly_connected_components(network)] == [set(g.elements)]
+    assert nx.is_isomorphic(network, pickle.loads(pickle.dumps(network)))
+    assert nx.is_directed_acyclic_graph(network)
+    assert network.degree["body"] == len(g.bonds_of("body"))
+    assert network.nodes["d"] == {"element": g["d"]}
+    assert nx.to_numpy_array(network).sum() == len(g.bonds)
+
+
+def test_the_network_is_made_in_constant_time() -> None:
+    few, many = BondGraph("few"), BondGraph("many")
+    for g, size in ((few, 10), (many, 1000)):
+        for k in range(size):
+            g.add(R(f"R_{k}", 1.0))
+    assert calls(lambda: few.network) == calls(lambda: many.network)
+
+
 def test_reading_while_a_graph_is_built() -> None:
     with BondGraph("g") as g:
         loop = One("loop")
@@ -99,10 +175,75 @@ def test_reading_while_a_graph_is_built() -> None:
     assert tuple(g.parameters) == ("r", "R_2")
 
 
+def _built_and_read(size: int, read: Callable[[BondGraph, str], object]) -> None:
+    g = BondGraph("chain")
+    last: One | Zero = One("j0")
+    g.add(last)
+    for k in range(size):
+        following = Zero(f"j{k + 1}") if k % 2 == 0 else One(f"j{k + 1}")
+        g.bond(last, following)
+        read(g, last.name)
+        last = following
+
+
+@pytest.mark.parametrize(
+    "read",
+    [
+        lambda g, _: g.bonds[-1],
+        lambda g, _: repr(g),
+        lambda g, name: g.bonds_of(name),
+        lambda g, name: (g.bonds, g.bonds_of(name), g.bonds_of("j0")),
+    ],
+)
+def test_reading_between_additions_takes_linear_work(
+    read: Callable[[BondGraph, str], object],
+) -> None:
+    few = calls(lambda: _built_and_read(100, read))
+    many = calls(lambda: _built_and_read(400, read))
+    assert many < 4 * 1.3 * few
+
+
+def test_a_graph_is_built_by_one_block_at_a_time() -> None:
+    with BondGraph("outer") as outer, BondGraph("g") as g:
+        One("loop")
+        with pytest.raises(GraphError, match="g: the graph is being built already"), g:
+            pass
+        with pytest.raises(GraphError, match="outer: the graph is being built already"), outer:
+            pass
+        assert building.current() == (outer, g)
+    assert building.current() == ()
+    with g:  # one block after another is fine
+        Zero("node")
+    assert tuple(g.elements) == ("loop", "node")
+
+
+def test_a_graph_copied_while_it_is_built_is_not_being_built() -> None:
+    with BondGraph("g") as g:
+        One("loop")
+        made = copy.copy(g), copy.deepcopy(g), pickle.loads(pickle.dumps(g))
+        for other in made:
+            with other:
+                Zero("node")
+            assert tuple(other.elements) == ("loop", "node")
+    assert tuple(g.elements) == ("loop",)
+
+
+def test_only_an_element_with_one_bond_has_a_neighbour() -> None:
+    g = resonator()
+    with pytest.raises(GraphError, match=r"body has \d bonds, so it has no one neighbour"):
+        g.neighbour("body")
+    g.add(R("loose", 1.0))
+    with pytest.raises(GraphError, match="loose has 0 bonds"):
+        g.neighbour("loose")
+    with pytest.raises(UnknownName, match="Did you mean 'body'"):
+        g.neighbour("bdy")
+
+
 def test_copies_are_independent_values() -> None:
     g = resonator()
     made: dict[str, BondGraph] = {
         "copy": g.copy("other"),
+        "shallow": copy.copy(g),
         "deep": copy.deepcopy(g),
         "pickled": pickle.loads(pickle.dumps(g)),
     }
@@ -114,7 +255,7 @@ def test_copies_are_independent_values() -> None:
         assert other.bonds_of("body")[-1].head == f"R_{how}"
         assert f"R_{how}" not in g.elements
     # a graph is itself only: equal content is compared by elements and bonds
-    assert len({g, *made.values()}) == 4
+    assert len({g, *made.values()}) == 5
     changed = g.with_element("d", value=7.0)
     assert changed.network.nodes["d"]["element"] == changed["d"] != g["d"]
 
@@ -122,7 +263,9 @@ def test_copies_are_independent_values() -> None:
 def test_a_graph_can_be_sent_to_another_process() -> None:
     g = resonator()
     assert g.bonds  # what was derived from the network is not sent along
-    assert b"_Order" not in pickle.dumps(g)
+    assert g.bonds_of("body")
+    state = g.__getstate__()
+    assert (state["_read"], state["_at"]) == (None, {})
     (back,) = joblib.Parallel(n_jobs=2)([joblib.delayed(BondGraph.copy)(g, "back")])
     assert (back.name, dict(back.elements), back.bonds) == ("back", dict(g.elements), g.bonds)
 
