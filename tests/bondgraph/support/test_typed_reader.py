@@ -112,8 +112,9 @@ def test_rules() -> None:
 def test_literals_take_their_choices_only() -> None:
     kind = Literal["N", 1, None]
     assert [read(kind, v, "file") for v in ("N", 1, None)] == ["N", 1, None]
-    for value in ("E", True, 1.0, 2, [], {"N": 1}):
-        with pytest.raises(UnusableInput, match="^file: .* is not one of 'N', 1, null$"):
+    wrong: tuple[Any, ...] = ("E", True, 1.0, 2, [], {"N": 1})
+    for value in wrong:
+        with pytest.raises(UnusableInput, match=r"^file: .* is not one of 'N', 1, null$"):
             read(kind, value, "file")
 
 
@@ -123,13 +124,13 @@ def test_lists_and_mappings() -> None:
     assert read(dict[str, int], {"a": 1}, "file") == {"a": 1}
     with pytest.raises(UnusableInput, match=r"^file\[1\]: '2' is not a whole number$"):
         read(list[int], [1, "2"], "file")
-    with pytest.raises(UnusableInput, match="^file: an object is not a list$"):
+    with pytest.raises(UnusableInput, match=r"^file: an object is not a list$"):
         read(list[int], {}, "file")
 
 
 @pytest.mark.parametrize("kind", [complex, object, bytes, list, dict, set[int], type[int]])
 def test_an_annotation_without_a_reader_is_the_programs_mistake(kind: Any) -> None:
-    with pytest.raises(TypeError, match="^file: no reader for the annotation"):
+    with pytest.raises(TypeError, match=r"^file: no reader for the annotation"):
         read(kind, {}, "file")
 
 
