@@ -19,6 +19,11 @@ from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
 FURTHER_LAWS = (PlusLinear,)
 """Laws of `actuators` that a model file may hold."""
+_HOME = Path(__file__).parents[2]
+_NOT_THE_MODEL = (
+    *(_HOME / k for k in ("actuators", "bondgraph", "bondsight", "hardware", "identification")),
+    Path(importlib.__file__).parent,
+)
 
 
 def load_model(text: str) -> BondGraph:
@@ -73,10 +78,19 @@ def _from_file(path: Path) -> Callable[[], Any]:
 def _from_module(module: str, factory: str) -> Callable[[], Any]:
     sys.path.insert(0, str(Path.cwd()))
     try:
-        found = _run(lambda: importlib.import_module(module), module)
+        found = _run(lambda: _imported(module), module)
     finally:
         sys.path.remove(str(Path.cwd()))
     return _factory(found, factory, module)
+
+
+def _imported(module: str) -> ModuleType:
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{module}.".startswith(f"{error.name}."):
+            raise  # the module is there and lacks another one
+        raise UnusableInput(f"no module {error.name!r}; check the name") from None
 
 
 def _factory(module: ModuleType, name: str, where: str) -> Callable[[], Any]:
@@ -101,13 +115,22 @@ def _run(action: Callable[[], Any], where: str) -> Any:
     except BondsightError:
         raise
     except (Exception, SystemExit) as error:
-        frames = traceback.extract_tb(error.__traceback__)
-        line = next((f for f in reversed(frames) if "identification" not in f.filename), frames[-1])
-        if isinstance(error, SyntaxError) and error.lineno:
-            place = f"line {error.lineno}"
-        else:
-            place = f"{Path(line.filename).name} line {line.lineno}"
         text = " ".join(str(error).split()) or "no message"
         raise UnusableInput(
-            f"model {where} raised {type(error).__name__} at {place}: {text}; mend the model"
+            f"model {where} raised {type(error).__name__}{_place(error)}: {text}; mend the model"
         ) from None
+
+
+def _place(error: BaseException) -> str:
+    """Return the last line that belongs to the model, as `` at place``; empty if there is none."""
+    if isinstance(error, SyntaxError) and error.lineno:
+        return f" at line {error.lineno}"
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [f for f in frames if _of_the_model(f.filename)]
+    return f" at {Path(own[-1].filename).name} line {own[-1].lineno}" if own else ""
+
+
+def _of_the_model(file: str) -> bool:
+    return not file.startswith("<frozen importlib") and not any(
+        Path(file).is_relative_to(k) for k in _NOT_THE_MODEL
+    )

@@ -15,7 +15,7 @@ from bondgraph.graph.elements import symbol
 
 
 def relations_of(space: StateSpace, made: Relations) -> Relations:
-    """Return the relations of a derived state space, for `deriving` to order.
+    """Return the relations of a derived state space, for `derivation` to order.
 
     Parameters
     ----------

@@ -39,7 +39,6 @@ from bondgraph.support.errors import UnusableInput
 __all__ = ["UnitStatement", "dimensions_of", "domain_problems", "groups_of_bonds", "statements"]
 
 SECOND: Dimension = (0, 0, 1, 0, 0)
-QUANTITY = {"e": "effort", "f": "flow", "z": "effort over flow"}
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,7 @@ __all__ = [
 ]
 
 _SHOWN = 12
+_LONGEST = 80
 
 
 class BondsightError(Exception):
@@ -107,13 +108,15 @@ def unknown_name(kind: str, name: object, where: str, known: Iterable[str]) -> U
     no parameter 'Ra' in dc_motor. Did you mean 'R_a'? Known: R_a, L_a
     """
     names = list(dict.fromkeys(str(k) for k in known))
-    close = nearest(str(name), names)
+    text = str(name)
+    written = text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."
+    close = nearest(written, names)
     place = f" in {where}" if where else ""
     hint = f" Did you mean {' or '.join(repr(k) for k in close)}?" if close else ""
     shown = ", ".join(names[:_SHOWN]) + (
         f", ... ({len(names)} in all)" if len(names) > _SHOWN else ""
     )
-    return UnknownName(f"no {kind} {str(name)!r}{place}.{hint} Known: {shown or 'none'}")
+    return UnknownName(f"no {kind} {written!r}{place}.{hint} Known: {shown or 'none'}")
 
 
 def real_number(name: str, value: object) -> float:

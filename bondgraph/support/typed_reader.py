@@ -10,7 +10,17 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from functools import cache
 from types import NoneType, UnionType
-from typing import Annotated, Any, Generic, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    Generic,
+    Literal,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 
@@ -219,6 +229,8 @@ def record(
     ------
     UnusableInput
         A field is unknown or missing, or holds what it must not; one line says which and where.
+    TypeError
+        An annotation is none that can be read: a mistake of the program, not of the file.
 
     Examples
     --------
@@ -262,7 +274,11 @@ def read(kind: Any, value: Any, place: str, rules: Rules = _PLAIN) -> Any:
         return _one_of(inner, value, place, rules)
     if origin is tuple:
         return _several(inner, value, place, rules)
-    if origin is not None:
+    if origin is list:
+        return list(_several((*inner, ...), value, place, rules))
+    if origin is Literal:
+        return _literal(inner, value, place)
+    if origin in (Mapping, dict):
         content = require_object(value, place, "names and values")
         return {
             read(inner[0], k, place, rules): read(inner[1], v, f"{place}.{shown(k)[1:-1]}", rules)
@@ -270,7 +286,9 @@ def read(kind: Any, value: Any, place: str, rules: Rules = _PLAIN) -> Any:
         }
     if is_dataclass(kind):
         return record(kind, value, place, rules)  # type: ignore[arg-type]
-    return value
+    if kind is Any:
+        return value
+    raise TypeError(f"{place}: no reader for the annotation {kind}; give one in Rules(readers=)")
 
 
 def _within(bounds: Iterable[Bound], value: Any, place: str) -> Any:
@@ -292,6 +310,13 @@ def _one_of(kinds: tuple[Any, ...], value: Any, place: str, rules: Rules) -> Any
         except UnusableInput:
             continue
     return read(last, value, place, rules)
+
+
+def _literal(choices: tuple[Any, ...], value: Any, place: str) -> Any:
+    for choice in choices:
+        if type(value) is type(choice) and value == choice:
+            return choice
+    raise bad(place, value, f"one of {', '.join(map(shown, choices))}")
 
 
 def _several(inner: tuple[Any, ...], value: Any, place: str, rules: Rules) -> tuple[Any, ...]:
@@ -320,6 +345,8 @@ def _number(value: Any, place: str) -> float | int:
 def _whole(value: Any, place: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise bad(place, value, "a whole number")
+    if abs(value) > MAX_INTEGER:
+        raise bad(place, value, "a whole number within 2**53")
     return value
 
 

@@ -2,7 +2,7 @@
 
 Linear graphs are decided exactly (see `transfer_jacobian`). Others are decided by their exact
 sensitivities on rich random inputs of many sizes and speeds, at random parameter values, with a
-gap in the singular values as the judge (see `rich_sensitivities`); a gap that is not wide is said.
+gap in the singular values as the judge (see `joint_sensitivities`); a gap that is not wide is said.
 Local identifiability at generic values is meant throughout: a combination that is called
 determined may still have a finite number of values (Ljung and Glad, Automatica 30 (1994) 265).
 """

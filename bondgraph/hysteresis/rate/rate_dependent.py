@@ -198,7 +198,7 @@ class RateDependentPrandtlIshlinskii(RatedPlays["RateDependentInverse"]):
         """Return the inverse by the recursion of the weights; pair it with `closed_form_memory`.
 
         Its cost is linear in n, that of `inverse` quadratic. It is exact only for motions that pass
-        `bondgraph.hysteresis.rate_dependent_inverse.closed_form_check`.
+        `bondgraph.hysteresis.rate.closed_form_check`.
 
         Raises
         ------

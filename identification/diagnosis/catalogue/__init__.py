@@ -113,7 +113,7 @@ def by_name(name: str) -> Effect:
     'kelvin_voigt'
     """
     if name not in _BY_NAME:
-        raise unknown_name("effect", name, "the catalogue", _BY_NAME)
+        raise unknown_name("effect", name, "the catalogue", (e.name for e in CATALOGUE))
     return _BY_NAME[name]
 
 

@@ -18,6 +18,7 @@ from identification.diagnosis.report.found import after_of, confidence_of, found
 from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
+from identification.diagnosis.verdict.document import parts_of
 from identification.estimation.single_record import Fit
 from identification.report import html
 from identification.report.numbers import percent, quantity
@@ -42,7 +43,7 @@ def answer(d: Diagnosis) -> str:
     named = d.findings if d.kind == "missing_physics" else ()
     r = d.recording
     rate = quantity(1 / r.dt, "Hz", 3) if r.n > 1 else ""
-    hashes = dict.fromkeys([p["sha256"] for p in r.meta.get("parts", ())] or [r.sha256])
+    hashes = dict.fromkeys([p["sha256"] for p in parts_of(r)] or [r.sha256])
     pairs = [
         ("confidence", ", ".join(percent(round(s.confidence, 3)) for s in named)),
         ("of the misfit explained", ", ".join(percent(s.share) for s in named)),

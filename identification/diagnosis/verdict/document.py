@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ KINDS = (
     "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data"
 )  # fmt: skip
 SCHEMA = "bondsight.verdict/1"
+_PART = {"name": str, "sha256": str, "samples": int}
 
 
 def verdict(d: Diagnosis) -> dict[str, Any]:
@@ -38,7 +40,7 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
             "sha256": d.recording.sha256,
             "samples": int(d.recording.n),
             "channels": list(d.recording.channels),
-            **_parts(d.recording),
+            **({"parts": parts} if (parts := parts_of(d.recording)) else {}),
         },
         "findings": _findings(d),
         "fit": {
@@ -55,11 +57,19 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
     } | ({} if d.limits == Thresholds() else {"limits": asdict(d.limits)})
 
 
-def _parts(recording: Recording) -> dict[str, Any]:
-    """Return name, hash and samples of every recording where there are several."""
-    found = recording.meta.get("parts", ())
-    keys = ("name", "sha256", "samples")
-    return {"parts": [{k: part[k] for k in keys} for part in found]} if found else {}
+def parts_of(recording: Recording) -> list[dict[str, Any]]:
+    """Return name, hash and samples of every recording where several were joined.
+
+    Empty too if ``meta["parts"]`` is something of the user's own.
+    """
+    found = recording.meta.get("parts")
+    if not isinstance(found, list | tuple) or not all(map(_is_part, found)):
+        return []
+    return [{k: part[k] for k in _PART} for part in found]
+
+
+def _is_part(part: Any) -> bool:
+    return isinstance(part, Mapping) and all(isinstance(part.get(k), t) for k, t in _PART.items())
 
 
 def _findings(d: Diagnosis) -> list[dict[str, Any]]:

@@ -16,7 +16,7 @@ from identification.estimation.prediction.places import Places, places
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """What a runner needs for a record; directions are columns, in the order of `Slots.of_record`.
+    """What a runner needs for a record; directions are columns, as in `FilterSlots.of_record`.
 
     Attributes
     ----------

@@ -189,6 +189,8 @@ def test_unknown_name_shows_nearest_and_known() -> None:
     error = unknown_name("parameter", "Ra", "dc_motor", ["R_a", "L_a", "K_t"])
     assert isinstance(error, KeyError)
     assert str(error) == ("no parameter 'Ra' in dc_motor. Did you mean 'R_a'? Known: R_a, L_a, K_t")
+    long = str(unknown_name("x", "q" * 5000, "", ["a"]))
+    assert long == f"no x '{'q' * 77}...'. Known: a"
     assert "(40 in all)" in str(unknown_name("x", "q", "", [f"n{i}" for i in range(40)]))
     assert "Known: none" in str(unknown_name("x", "q", "", []))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pytest
@@ -107,6 +107,38 @@ def test_rules() -> None:
         read(Mapping[str, NonNegative], {"\x1b": -1}, "file", loose)
     made = Rules({Inner: lambda kind, value, place: kind(value)})
     assert record(Outer, {"name": "a", "inner": 7}, "file", made).inner == Inner(7)
+
+
+def test_literals_take_their_choices_only() -> None:
+    kind = Literal["N", 1, None]
+    assert [read(kind, v, "file") for v in ("N", 1, None)] == ["N", 1, None]
+    wrong: tuple[Any, ...] = ("E", True, 1.0, 2, [], {"N": 1})
+    for value in wrong:
+        with pytest.raises(UnusableInput, match=r"^file: .* is not one of 'N', 1, null$"):
+            read(kind, value, "file")
+
+
+def test_lists_and_mappings() -> None:
+    assert read(list[int], (1, 2), "file") == [1, 2]
+    assert read(list[int], [], "file") == []
+    assert read(dict[str, int], {"a": 1}, "file") == {"a": 1}
+    with pytest.raises(UnusableInput, match=r"^file\[1\]: '2' is not a whole number$"):
+        read(list[int], [1, "2"], "file")
+    with pytest.raises(UnusableInput, match=r"^file: an object is not a list$"):
+        read(list[int], {}, "file")
+
+
+@pytest.mark.parametrize("kind", [complex, object, bytes, list, dict, set[int], type[int]])
+def test_an_annotation_without_a_reader_is_the_programs_mistake(kind: Any) -> None:
+    with pytest.raises(TypeError, match=r"^file: no reader for the annotation"):
+        read(kind, {}, "file")
+
+
+def test_whole_numbers_are_exact_floats() -> None:
+    assert read(int, -(2**53), "file") == -(2**53)
+    for value in (2**53 + 1, -(10**400)):
+        with pytest.raises(UnusableInput, match=r"is not a whole number within 2\*\*53$"):
+            read(int, value, "file")
 
 
 def test_the_outermost_place_may_be_empty() -> None:

@@ -136,6 +136,10 @@ def test_a_declared_converter_of_several_recordings_is_no_missing_physics() -> N
     assert f"{12 * 'a'} + {12 * 'b'}" in " ".join(retold(v).split())
     assert f"{12 * 'a'} + {12 * 'b'}" in answer(d)
     assert "parts" not in verdict(replace(d, recording=parts[0]))["recording"]
+    for own in (7, "left, right", ["left", "right"], [{"name": "left"}], {"left": 1}):
+        own_meta = replace(d, recording=replace(parts[0], meta={"parts": own}))
+        assert "parts" not in verdict(own_meta)["recording"]
+        assert 12 * "a" in answer(own_meta)
 
 
 def test_a_diagnosis_uses_them_all_and_holds_one_out() -> None:

@@ -100,10 +100,11 @@ def _interim(options: argparse.Namespace) -> int:
     from tests.proof.trial.truths import read_public, read_truths
 
     layout = Layout(options.folder)
+    public = read_public(layout.public)
     truths = read_truths(json.loads(layout.truths.read_text(encoding="utf-8")))
     answers = read_answers(layout.answers)
     outcomes = [judge(truths[i], answers[i]) for i in sorted(answers)]
-    print(f"answers counted: {len(outcomes)} of {len(read_public(layout.public))}, no oracle asked")
+    print(f"answers counted: {len(outcomes)} of {len(public)}, no oracle asked")
     print(gate_lines(gates(outcomes)))
     return 0
 

@@ -89,6 +89,8 @@ def test_a_trial_takes_neither_seed_nor_count(tmp_path: Path) -> None:
 def test_the_command_refuses_steps_out_of_order(
     layout: Layout, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    assert main(["blind", "interim", "--folder", str(tmp_path / "none")]) == 2
+    assert "run bondsight blind generate first" in capsys.readouterr().err
     assert main(["blind", "run", "--folder", str(tmp_path / "none")]) == 2
     assert "bondsight blind generate" in capsys.readouterr().err
     assert main(["blind", "score", "--folder", str(layout.folder)]) == 2
