@@ -38,7 +38,7 @@ class Link(Transport, ABC):
 
     @abstractmethod
     def _put(self, data: memoryview, seconds: float) -> int:
-        """Send some of it; the number of bytes taken, 0 if none within the time."""
+        """Send some of it; the number of bytes taken, 0 if the time is over: that is final."""
 
     @abstractmethod
     def _get(self, seconds: float) -> bytes:
@@ -73,13 +73,18 @@ class Link(Transport, ABC):
         self._buffer.clear()
 
     def write(self, data: bytes) -> None:
-        """Send all of it; the `partial` of a time-out is the number of bytes surely sent."""
+        """Send all of it, no byte twice.
+
+        The `partial` of a time-out is the number of bytes surely sent. Where the driver does not
+        tell how many were taken in time, those of the piece it had may have gone out too.
+        """
         rest = memoryview(data)
         deadline = time.monotonic() + self._write_timeout
         while rest:
             left = deadline - time.monotonic()
             taken = self._sent(rest, max(left, 0.0))
-            if not taken and left <= 0.0:
+            if not taken:
+                # what timed out may be on the wire in part: it must not be sent again
                 raise TimedOut(
                     f"{self.address}: {len(rest)} of {len(data)} bytes not taken within "
                     f"{self._write_timeout:g} s; the device is stuck or holds the line (XOFF)",
