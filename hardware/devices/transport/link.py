@@ -11,6 +11,8 @@ from hardware.contracts import Transport
 from hardware.devices.transport.buffer import MOST, ReceiveBuffer
 from hardware.errors import DriverMissing, LinkLost, TimedOut
 
+_CLOSED = "not open; call open() first"
+
 
 class Link(Transport, ABC):
     """A transport by four steps that move bytes; any error of theirs loses the link.
@@ -31,6 +33,7 @@ class Link(Transport, ABC):
         self._most = most
         self._buffer = ReceiveBuffer(most, self.address)
         self._open = False
+        self._why = _CLOSED
 
     @abstractmethod
     def _connect(self) -> None:
@@ -65,6 +68,7 @@ class Link(Transport, ABC):
                 "and that no other program holds it"
             ) from error
         self._open = True
+        self._why = _CLOSED
         self._buffer = ReceiveBuffer(self._most, self.address)
 
     def close(self) -> None:
@@ -112,7 +116,7 @@ class Link(Transport, ABC):
     def drain(self) -> bytes:
         """Return and forget everything that waits, without waiting."""
         taken = bytearray(self._buffer.clear())
-        # a lost link has nothing; a device that never stops sending must not keep us here
+        # a lost link has nothing, and its next use says why; a device that never stops sending must not keep us here
         with suppress(LinkLost):
             while self._open and len(taken) < self._most and (data := self._come(0.0)):
                 taken += data
@@ -143,12 +147,14 @@ class Link(Transport, ABC):
 
     def _require_open(self) -> None:
         if not self._open:
-            raise LinkLost(f"{self.address}: not open; call open() first", self._buffer.waiting)
+            raise LinkLost(f"{self.address}: {self._why}", self._buffer.waiting)
 
     def _lost(self, error: Exception) -> LinkLost:
         so_far = self._buffer.clear()
         self._drop()
         why = _reason(error)
+        # whoever uses it next learns why, also where nobody was told now (`drain`)
+        self._why = f"link lost ({why}); call open() again"
         return LinkLost(f"{self.address}: link lost ({why}); {len(so_far)} bytes had come", so_far)
 
     def _drop(self) -> None:

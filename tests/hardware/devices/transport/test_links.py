@@ -158,6 +158,14 @@ def test_link_cut_in_the_middle(kind: str) -> None:
         assert ends.link.drain() == b""
 
 
+def test_reason_is_kept_where_draining_lost_the_link(ends: Ends) -> None:
+    ends.cut()
+    assert ends.link.drain() == b""
+    for use in (lambda: ends.link.write(b"x\n"), lambda: ends.link.read_until(b"\n", 1.0)):
+        with pytest.raises(LinkLost, match=r"link lost \(.+\); call open\(\) again"):
+            use()
+
+
 def test_close_any_number_of_times_and_on_a_dead_link(ends: Ends) -> None:
     ends.cut()
     with waits() as waited:
@@ -270,4 +278,6 @@ def test_reopened() -> None:
         second.sendall(b"new\n")
         assert link.read_until(b"\n", 1.0) == b"new\n"
         second.close()
+    with pytest.raises(LinkLost, match="not open"):  # an older loss is no reason any more
+        link.write(b"x")
     listener.close()
