@@ -116,7 +116,8 @@ class Link(Transport, ABC):
     def drain(self) -> bytes:
         """Return and forget everything that waits, without waiting."""
         taken = bytearray(self._buffer.clear())
-        # a lost link has nothing, and its next use says why; a device that never stops sending must not keep us here
+        # a lost link has nothing, and its next use says why; a device that never stops sending
+        # must not keep us here
         with suppress(LinkLost):
             while self._open and len(taken) < self._most and (data := self._come(0.0)):
                 taken += data
