@@ -179,7 +179,7 @@ def _recorded_only(graph: Any, path: Path, maps: list[str]) -> Any:
 
 def _record(options: argparse.Namespace, settings: Any) -> Path:
     """Record one take with a live view; returns the file."""
-    from bondsight.cli.acquire_signal import waveform
+    from bondsight.cli.acquire_signal import erasure, waveform
     from hardware.live.take_view import watching
     from hardware.recorder import TakePlan, record
     from hardware.station import open_station
@@ -189,8 +189,7 @@ def _record(options: argparse.Namespace, settings: Any) -> Path:
     )
     erase = None
     if options.erase is not None:
-        decay = f"demagnetise:{options.erase!r}"
-        erase = waveform(decay, rate, options.samples, settings.envelope, 0)[0]
+        erase = erasure(options.erase, rate, settings.envelope)
     plan = TakePlan(volts, rate, options.name, options.synchronise, erase=erase)
     print(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
     print(

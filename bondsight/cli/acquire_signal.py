@@ -54,10 +54,23 @@ def waveform(
     if kind == "sine":
         return _sine(text, rest, hz, samples, limits), hz
     if kind == "demagnetise":
-        return _demagnetise(rest, hz, envelope, limits), hz
+        bias = 0.5 * (envelope.v_min + envelope.v_max)
+        bias = real_number("--signal demagnetise", rest) if rest else bias
+        return _decay(f"--signal demagnetise:{bias:g}", bias, hz, envelope), hz
     if Path(text).exists() or Path(text).suffix:
         return _from_file(Path(text), rate)
     raise UnusableInput(f"--signal {text}: is no signal; give {KINDS}")
+
+
+def erasure(volts: float, rate: float, envelope: Envelope) -> NDArray[np.float64]:
+    """Return the decay around `volts` that goes before a take (V, (N,)), at `rate` (Hz).
+
+    Raises
+    ------
+    UnusableInput
+        There is no room for it in the envelope.
+    """
+    return _decay(f"--erase {volts:g}", volts, rate, envelope)
 
 
 def _sine(
@@ -77,19 +90,15 @@ def _sine(
     return np.asarray(low + 0.5 * (high - low) * (1.0 - np.cos(2.0 * np.pi * frequency * t)))
 
 
-def _demagnetise(
-    rest: str, rate: float, envelope: Envelope, limits: DriveLimits
-) -> NDArray[np.float64]:
+def _decay(asked: str, bias: float, rate: float, envelope: Envelope) -> NDArray[np.float64]:
     low, high = envelope.v_min, envelope.v_max
-    bias = real_number("--signal demagnetise", rest) if rest else 0.5 * (low + high)
     room = min(bias - low, high - bias)
     if not room > 0.0:
         raise UnusableInput(
-            f"--signal demagnetise:{bias:g}: is outside of {low:g} .. {high:g} V; give a voltage "
-            "between them"
+            f"{asked}: is outside of {low:g} .. {high:g} V; give a voltage between them"
         )
     thresholds = [share * room for share in (0.1, 0.2, 0.4, 0.8)]
-    return demagnetise(thresholds, bias, rate, envelope=limits, start=envelope.safe).values
+    return demagnetise(thresholds, bias, rate, envelope=envelope.limits, start=envelope.safe).values
 
 
 def _from_file(file: Path, rate: float | None) -> tuple[NDArray[np.float64], float]:

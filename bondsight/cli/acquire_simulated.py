@@ -35,7 +35,7 @@ def simulated(
     LinkLost
         It does not answer.
     """
-    from bondsight.cli.acquire_signal import waveform
+    from bondsight.cli.acquire_signal import erasure, waveform
     from bondsight.cli.bench_serve import bench_config
     from hardware.envelope import P840_1_UNIPOLAR
     from hardware.simulators import effects
@@ -51,7 +51,10 @@ def simulated(
             str(unknown_name("effect", config.plant.effect, "the bench", effects()))
         )
     # refused before a process is started for it
-    waveform(options.signal, options.rate, options.samples, P840_1_UNIPOLAR, options.seed)
+    envelope = P840_1_UNIPOLAR
+    _, rate = waveform(options.signal, options.rate, options.samples, envelope, options.seed)
+    if options.erase is not None:
+        erasure(options.erase, rate, envelope)
     library = stub_library()
     with tempfile.TemporaryDirectory(prefix="bondsight-bench-") as scratch:
         folder = Path(scratch)

@@ -54,6 +54,9 @@ def test_a_simulated_take_ends_with_its_seal(
         (["--simulated", "--samples", "10"], "too few"),
         (["--simulated", "--rate", "0"], "positive number"),
         (["--simulated", "--rate", "nan"], "positive number"),
+        *((["--simulated", "--erase", v], f"--erase {v}: is outside of") for v in ("nan", "inf")),
+        (["--simulated", "--erase=-5"], "--erase -5: is outside of"),
+        (["--simulated", "--signal", "demagnetise:-5"], "--signal demagnetise:-5: is outside"),
         (["--simulated", "--name", "../up"], "no plain file name"),
         (["--simulated", "--name", ""], "no plain file name"),
         (["--simulated", "--name", "a\nb"], "no plain file name"),
@@ -67,9 +70,10 @@ def test_bad_input_gets_one_line(
     arguments: list[str], says: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["acquire", *arguments, "--out", str(tmp_path)]) == 2
-    error = capfd.readouterr().err
+    out, error = capfd.readouterr()
     assert says in error
     assert error.count("\n") == 1
+    assert "sealed" not in out, "refused before a bench is started"
     assert not list(tmp_path.iterdir())
 
 

@@ -76,11 +76,14 @@ class GatewayTransport(Link):
         self._gateway.settimeout(int(1e3 * self._write_timeout))
 
     def _put(self, data: memoryview, seconds: float) -> int:
-        with suppress(BlockingIOError):
-            self._gateway.send(bytes(data).decode(_CODEPAGE))
-            return len(data)
-        time.sleep(min(_LOOK, seconds))
-        return 0
+        deadline = time.monotonic() + seconds
+        while True:
+            with suppress(BlockingIOError):
+                self._gateway.send(bytes(data).decode(_CODEPAGE))
+                return len(data)
+            if time.monotonic() >= deadline:
+                return 0
+            time.sleep(_LOOK)
 
     def _get(self, seconds: float) -> bytes:
         deadline = time.monotonic() + seconds

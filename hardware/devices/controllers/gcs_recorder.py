@@ -84,11 +84,20 @@ class GcsRecorder:
         ------
         Overrun
             If a table does not hold so many points; nothing is set up then.
+        ProtocolFault
+            If the controller has not the two tables.
         UnusableInput
             If the rate is not the servo rate by a whole number.
         """
         c, talk = self._controller, self._controller.talk
-        room = int(c.parameter("1", POINTS)) // c.integer("TNR?")
+        tables = c.integer("TNR?")
+        if tables < 2:
+            raise ProtocolFault(
+                f"{talk.address}: has {tables} recorder tables by TNR?, 2 are needed; check that "
+                "this model has a data recorder, or record with another device",
+                tables,
+            )
+        room = int(c.parameter("1", POINTS)) // tables
         if self._points > room:
             raise Overrun(
                 f"{talk.address}: {self._points} points asked for, a recorder table holds {room}; "

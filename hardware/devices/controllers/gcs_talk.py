@@ -58,19 +58,19 @@ class GcsTalk:
         return self._transport.address
 
     def open(self) -> str:
-        """Connect; return the answer to ``*IDN?``."""
+        """Connect; return the answer to ``*IDN?``. After an error the link is closed."""
         self._transport.open()
         self._transport.drain()
         try:
             self._write("*IDN?")
             line = self._transport.read_until(b"\n", self._timeout)
             identity = _checked_identity(line, self.address)
+            self._identity = line.strip()
+            # an old error must not be laid to the next command
+            self._in_step("ERR?", lambda: self._number("ERR?"))
         except HardwareError:
             self.close()
             raise
-        self._identity = line.strip()
-        # an old error must not be laid to the next command
-        self._in_step("ERR?", lambda: self._number("ERR?"))
         return identity
 
     def send(self, command: str) -> None:

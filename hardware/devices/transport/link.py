@@ -11,6 +11,8 @@ from hardware.contracts import Transport
 from hardware.devices.transport.buffer import MOST, ReceiveBuffer
 from hardware.errors import DriverMissing, LinkLost, TimedOut
 
+_CLOSED = "not open; call open() first"
+
 
 class Link(Transport, ABC):
     """A transport by four steps that move bytes; any error of theirs loses the link.
@@ -31,6 +33,7 @@ class Link(Transport, ABC):
         self._most = most
         self._buffer = ReceiveBuffer(most, self.address)
         self._open = False
+        self._why = _CLOSED
 
     @abstractmethod
     def _connect(self) -> None:
@@ -38,7 +41,7 @@ class Link(Transport, ABC):
 
     @abstractmethod
     def _put(self, data: memoryview, seconds: float) -> int:
-        """Send some of it; the number of bytes taken, 0 if none within the time."""
+        """Send some of it; the number of bytes taken, 0 if the time is over: that is final."""
 
     @abstractmethod
     def _get(self, seconds: float) -> bytes:
@@ -65,6 +68,7 @@ class Link(Transport, ABC):
                 "and that no other program holds it"
             ) from error
         self._open = True
+        self._why = _CLOSED
         self._buffer = ReceiveBuffer(self._most, self.address)
 
     def close(self) -> None:
@@ -73,13 +77,18 @@ class Link(Transport, ABC):
         self._buffer.clear()
 
     def write(self, data: bytes) -> None:
-        """Send all of it; the `partial` of a time-out is the number of bytes surely sent."""
+        """Send all of it, no byte twice.
+
+        The `partial` of a time-out is the number of bytes surely sent. Where the driver does not
+        tell how many were taken in time, those of the piece it had may have gone out too.
+        """
         rest = memoryview(data)
         deadline = time.monotonic() + self._write_timeout
         while rest:
             left = deadline - time.monotonic()
             taken = self._sent(rest, max(left, 0.0))
-            if not taken and left <= 0.0:
+            if not taken:
+                # what timed out may be on the wire in part: it must not be sent again
                 raise TimedOut(
                     f"{self.address}: {len(rest)} of {len(data)} bytes not taken within "
                     f"{self._write_timeout:g} s; the device is stuck or holds the line (XOFF)",
@@ -107,7 +116,8 @@ class Link(Transport, ABC):
     def drain(self) -> bytes:
         """Return and forget everything that waits, without waiting."""
         taken = bytearray(self._buffer.clear())
-        # a lost link has nothing; a device that never stops sending must not keep us here
+        # a lost link has nothing, and its next use says why; a device that never stops sending
+        # must not keep us here
         with suppress(LinkLost):
             while self._open and len(taken) < self._most and (data := self._come(0.0)):
                 taken += data
@@ -138,12 +148,14 @@ class Link(Transport, ABC):
 
     def _require_open(self) -> None:
         if not self._open:
-            raise LinkLost(f"{self.address}: not open; call open() first", self._buffer.waiting)
+            raise LinkLost(f"{self.address}: {self._why}", self._buffer.waiting)
 
     def _lost(self, error: Exception) -> LinkLost:
         so_far = self._buffer.clear()
         self._drop()
         why = _reason(error)
+        # whoever uses it next learns why, also where nobody was told now (`drain`)
+        self._why = f"link lost ({why}); call open() again"
         return LinkLost(f"{self.address}: link lost ({why}); {len(so_far)} bytes had come", so_far)
 
     def _drop(self) -> None:

@@ -18,6 +18,9 @@ _SOON = 1e-3
 class SerialTransport(Link):
     """A serial line.
 
+    After a time-out of `write`, up to 256 bytes more than those surely sent may have gone out, in
+    their order and none of them twice.
+
     Parameters
     ----------
     path : str

@@ -234,6 +234,16 @@ def test_too_long_for_the_tables() -> None:
         assert not any("DRC " in c for c in there.front.device.commands[before:])
 
 
+@pytest.mark.parametrize("tables", [0, 1])
+def test_controller_without_the_recorder_tables(tables: int) -> None:
+    with bench("own", GcsModel(tables=tables)) as there:
+        there.controller.power_up()
+        before = len(there.front.device.commands)
+        with pytest.raises(ProtocolFault, match=f"has {tables} recorder tables"):
+            GcsRecorder(there.controller, 100, 20e3).kickoff()
+        assert not any("DRC " in c for c in there.front.device.commands[before:])
+
+
 def test_recorder_at_once_with_a_clock_of_its_own() -> None:
     clock = DeviceClock(ppm=200.0, offset=3e-4)
     with bench("own", GcsModel(noise=1e-9, seed=3), clock) as there:

@@ -189,3 +189,16 @@ def test_something_else_answers(way: str) -> None:
         with pytest.raises((ProtocolFault, TimedOut)):
             there.controller.open()
         there.controller.close()
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("fault", [Fault(silent=True), Fault(garbage=b"nonsense\n")])
+def test_link_is_closed_where_the_first_error_question_fails(way: str, fault: Fault) -> None:
+    with bench(way, timeout=TIMEOUT) as there:
+        there.front.faults.next(Fault(), fault)
+        with pytest.raises((ProtocolFault, TimedOut)):
+            there.controller.open()
+        with pytest.raises(LinkLost, match="not open"):
+            there.talk.ask("POS? 1")
+        there.controller.open()
+        assert there.controller.identity.serial == "0120034567"

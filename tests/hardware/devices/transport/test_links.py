@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import os
+import select
 import socket
 import time
 import tty
@@ -37,6 +38,7 @@ class Ends:
     send: Any
     receive: Any
     cut: Any
+    near: int = -1
 
 
 @contextlib.contextmanager
@@ -73,7 +75,7 @@ def over_pty(most: int) -> Iterator[Ends]:
         return os.read(near, 1 << 16)
 
     try:
-        yield Ends(link, lambda data: os.write(near, data), receive, cut)
+        yield Ends(link, lambda data: os.write(near, data), receive, cut, near)
     finally:
         link.close()
         cut()
@@ -156,6 +158,14 @@ def test_link_cut_in_the_middle(kind: str) -> None:
         assert ends.link.drain() == b""
 
 
+def test_reason_is_kept_where_draining_lost_the_link(ends: Ends) -> None:
+    ends.cut()
+    assert ends.link.drain() == b""
+    for _ in range(2):
+        with pytest.raises(LinkLost, match=r"link lost \(.+\); call open\(\) again"):
+            ends.link.write(b"x\n")
+
+
 def test_close_any_number_of_times_and_on_a_dead_link(ends: Ends) -> None:
     ends.cut()
     with waits() as waited:
@@ -195,6 +205,27 @@ def test_other_side_takes_nothing(kind: str) -> None:
         assert 0 < stuck.value.partial < 64 << 20
         ends.link.close()
         assert waited.seconds <= SHORT
+
+
+@pytest.mark.parametrize("size", [12, 30_000])
+def test_nothing_goes_out_twice_on_a_serial_line_that_nobody_reads(size: int) -> None:
+    with over("serial") as ends:
+        wanted, surely, stuck = b"", 0, False
+        while not stuck:
+            line = b"".join(b"%05d\n" % (len(wanted) + k) for k in range(0, size, 6))
+            wanted += line
+            try:
+                ends.link.write(line)
+                surely += len(line)
+            except TimedOut as error:
+                surely += error.partial
+                stuck = True
+        got = b""
+        # the terminal hands on what it holds as room comes
+        while select.select([ends.near], [], [], SHORT if len(got) >= surely else 5.0)[0]:
+            got += ends.receive()
+    assert wanted.startswith(got)
+    assert surely <= len(got) <= surely + 256
 
 
 def test_nobody_there() -> None:
@@ -249,4 +280,6 @@ def test_reopened() -> None:
         second.sendall(b"new\n")
         assert link.read_until(b"\n", 1.0) == b"new\n"
         second.close()
+    with pytest.raises(LinkLost, match="not open"):  # an older loss is no reason any more
+        link.write(b"x")
     listener.close()
