@@ -16,7 +16,7 @@ help:
 	@echo "make demo       set up and show what the project does"
 	@echo "make test       set up, then lint, types, tests"
 	@echo "make coverage   set up, then the tests with coverage by line"
-	@echo "make proofs     set up, then the tests of more than a minute"
+	@echo "make proofs     set up, then proofs and tests of more than a minute"
 	@echo "make proof      set up, then the sealed trial into the folder TRIAL (hours; resumes)"
 	@echo "make wheel      set up, then build the wheel and try it in an empty environment"
 	@echo "make bench      set up, then the virtual bench"

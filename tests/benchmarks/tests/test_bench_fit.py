@@ -14,6 +14,7 @@ def test_exponent_of_a_power() -> None:
     assert exponent([1, 10, 100], [2, 2e2, 2e4]) == pytest.approx(2.0)
 
 
+@pytest.mark.long
 def test_all_tools_find_the_same_minimum() -> None:
     recording = duffing_record(300)
     ours, casadi, scipy = by_us(recording, 1), by_casadi(recording, 1), by_scipy(recording)
@@ -25,6 +26,7 @@ def test_all_tools_find_the_same_minimum() -> None:
     assert min(ours.wall, casadi.wall, scipy.wall) > 0
 
 
+@pytest.mark.long
 def test_the_stack_with_operators_is_found() -> None:
     study, truth = stack_study(4096, 3)
     made = estimate(study)

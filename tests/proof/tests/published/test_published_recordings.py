@@ -30,12 +30,14 @@ def test_silverbox() -> None:
     assert made.error("multisine").value < 0.05 * linear.value
 
 
+@pytest.mark.long
 def test_wiener_hammerstein() -> None:
     made = judged("wiener_hammerstein", 0.12)
     assert made.reached
     assert made.error("last 78,800 samples, linear").value == pytest.approx(43.4, rel=0.02)
 
 
+@pytest.mark.long
 def test_bouc_wen() -> None:
     made = judged("bouc_wen", 0.3)
     assert made.reached
@@ -43,6 +45,7 @@ def test_bouc_wen() -> None:
         assert abs(p.distance) < 0.02, p.name
 
 
+@pytest.mark.long
 def test_coupled_drives() -> None:
     made = judged("coupled_drives")
     assert not made.official
@@ -53,6 +56,7 @@ def test_coupled_drives() -> None:
         assert made.error(f"rectified, dry friction, +-{level}").value < linear
 
 
+@pytest.mark.long
 def test_emps() -> None:
     made = judged("emps")
     assert made.reached

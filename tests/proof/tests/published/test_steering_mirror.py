@@ -157,6 +157,7 @@ def test_levels_must_agree() -> None:
         compare({"100mV": []}, {})
 
 
+@pytest.mark.long
 @pytest.mark.recordings
 def test_memory_beats_a_linear_model_of_all_levels() -> None:
     folder = os.environ.get("BONDSIGHT_RECORDINGS")

@@ -54,7 +54,7 @@ def scored(layout: Layout) -> Score:
     return score(truths, read_answers(layout.answers), read_oracles(layout.oracle))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_no_crash_no_false_alarm_no_wrong_name(scored: Score) -> None:
     said = [(o.truth, o.named, o.placed) for o in scored.outcomes]
     gates = {g.name: g for g in scored.gates}
@@ -64,14 +64,14 @@ def test_no_crash_no_false_alarm_no_wrong_name(scored: Score) -> None:
         assert gate.passed is not False, said
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_oracles_answered_for_the_singles(scored: Score) -> None:
     singles = {o.truth.id for o in scored.outcomes if o.truth.cell == "single"}
     assert set(scored.oracles) == singles
     assert [o.error for o in scored.oracles.values() if o.error] == []
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_result_is_published(scored: Score, layout: Layout) -> None:
     commitment = json.loads(layout.commitment.read_text(encoding="utf-8"))
     path: Path = publish(scored, commitment, layout.score)
