@@ -70,7 +70,7 @@ def evidence(module: str, verb: str) -> ModuleType:
         )
     # a package tests of the user's own, in the working folder say, would come first
     sys.path.insert(0, str(_root()))
-    tests = import_module("tests")
+    tests = import_module(module.split(".")[0])
     if Path(str(tests.__file__)).resolve().parent != _root() / "tests":
         raise UnusableInput(
             f"bondsight {verb}: another package called tests is imported, {tests.__file__}; run "
