@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import threading
+import time
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -250,10 +251,13 @@ def test_abort_in_the_middle_of_a_ramp_parks(
 
     def sleeping(seconds: float) -> None:
         sleep(seconds)
-        if bench.rig.volts >= 20.0:
-            # the ramp waits there for the pause, however late it comes
+        if bench.rig.volts >= 20.0 and not stopped.is_set():
+            # the ramp waits there for the way down to begin, however late that is
             reached.set()
             stopped.wait(HANGS)
+            late = time.monotonic() + HANGS
+            while bench.rig.volts >= 20.0 and time.monotonic() < late:
+                time.sleep(0.001)
 
     def stopping(*arguments: Any, **options: Any) -> Any:
         stopped.set()
