@@ -45,6 +45,7 @@ class Insertion:
     simpler: tuple[str, ...] = ()
     confused_with: tuple[str, ...] = ()
     sentence: str = ""
+    kind: str = ""
 
     @property
     def label(self) -> str:
@@ -101,7 +102,8 @@ class Hint:
 class Effect(ABC):
     """A physical effect; abstract.
 
-    Class attributes: `name` and `family` from the vocabulary, `law`, one `sentence` for the user,
+    Class attributes: `name` and `family` from the vocabulary, the `kind` of physics (one of
+    `screening.flexible_forms.KINDS`), `law`, one `sentence` for the user,
     `looks` (what its trace looks like), `confused_with`, `separated_by` (the experiment that tells
     it from those), `simpler` (effects it contains as special cases), `source` of the law. `home`
     is False where the effect can sit but seldom does: such a place counts only if it explains more
@@ -110,6 +112,7 @@ class Effect(ABC):
 
     name: ClassVar[str]
     family: ClassVar[str]
+    kind: ClassVar[str] = ""
     law: ClassVar[str]
     sentence: ClassVar[str]
     looks: ClassVar[str] = ""
@@ -164,5 +167,5 @@ class Effect(ABC):
         """Label a rewritten graph."""
         return Insertion(
             self.name, self.family, self.law, element.name, graph, starts, strengths,
-            self.simpler, self.confused_with, self.sentence,
+            self.simpler, self.confused_with, self.sentence, self.kind,
         )  # fmt: skip

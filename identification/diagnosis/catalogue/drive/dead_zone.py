@@ -20,6 +20,7 @@ class DeadZoneEffect(Effect):
 
     name = "dead_zone"
     family = "drive"
+    kind = "command"
     law = "dead_zone"
     sentence = "it does not respond within a band of commands"
     looks = "a flat piece wherever the command crosses the band, large commands a constant short"

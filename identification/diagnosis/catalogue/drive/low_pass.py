@@ -15,6 +15,7 @@ class LowPass(Effect):
 
     name = "low_pass"
     family = "drive"
+    kind = "command"
     law = "first_order_lag"
     sentence = "it follows the command with a first-order lag"
     looks = "late and smaller the faster the command, the same at every amplitude"

@@ -28,6 +28,7 @@ class SaturationEffect(Effect):
 
     name = "saturation"
     family = "drive"
+    kind = "command"
     law = "soft_saturation"
     sentence = "its output stays behind the command near the ends of the range"
     looks = "missing only at large commands: the response is cut, whatever the frequency"

@@ -23,6 +23,7 @@ class SlewLimitEffect(Effect):
 
     name = "slew_limit"
     family = "drive"
+    kind = "command"
     law = "slew_limit"
     sentence = "its output cannot change faster than a limited rate"
     looks = "sines become triangles and steps become ramps; slow commands pass unharmed"

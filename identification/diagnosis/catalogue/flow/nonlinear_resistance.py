@@ -21,6 +21,7 @@ class NonlinearResistanceEffect(Effect):
 
     name = "nonlinear_resistance"
     family = "flow"
+    kind = "dissipative"
     law = "cubic_characteristic"
     sentence = "its effort bends away from the straight line as more flows"
     looks = "effort over flow is one curve, the same at every speed and with no loop"

@@ -17,6 +17,7 @@ class SquareRootFlow(Effect):
 
     name = "square_root_flow"
     family = "flow"
+    kind = "dissipative"
     law = "quadratic_pressure_drop"
     sentence = "its flow grows with the square root of the pressure, as through an orifice"
     looks = "emptying slows down in a parabola that ends, not in an exponential that does not"

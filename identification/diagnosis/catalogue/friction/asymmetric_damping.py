@@ -16,6 +16,7 @@ class AsymmetricDampingEffect(Effect):
 
     name = "asymmetric_damping"
     family = "friction"
+    kind = "dissipative"
     law = "asymmetric_damping"
     sentence = "it damps one direction of motion more than the other"
     looks = "even harmonics and a shift of the mean that grow in proportion to the amplitude"

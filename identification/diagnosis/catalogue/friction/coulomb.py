@@ -17,6 +17,7 @@ class CoulombFriction(Effect):
 
     name = "coulomb_friction"
     family = "friction"
+    kind = "dissipative"
     law = "coulomb"
     sentence = "a force of constant size opposes every motion and holds at rest"
     looks = (

@@ -17,6 +17,7 @@ class Drag(Effect):
 
     name = "quadratic_drag"
     family = "friction"
+    kind = "dissipative"
     law = "quadratic_drag"
     sentence = "a force that grows with the square of the speed opposes the motion"
     looks = "peaks at high speed are too low, slow motion is right; damping grows with amplitude"

@@ -20,6 +20,7 @@ class StribeckFriction(Effect):
 
     name = "stribeck_friction"
     family = "friction"
+    kind = "dissipative"
     law = "stribeck"
     sentence = "dry friction that is larger near rest than in motion"
     looks = "as Coulomb friction, with a peak of the force where the motion starts, and stick-slip"

@@ -34,6 +34,7 @@ class PeriodicError(Effect):
 
     name = "periodic_error"
     family = "measurement"
+    kind = "sensing"
     law = "sinusoid_of_reading"
     sentence = "its reading errs periodically along the way"
     looks = "a ripple over the reading, always at the same places, whatever the speed"

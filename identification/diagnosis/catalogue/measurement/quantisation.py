@@ -25,6 +25,7 @@ class Quantisation(Effect):
 
     name = "quantisation"
     family = "measurement"
+    kind = "sensing"
     law = "rounding"
     sentence = "its reading is rounded to few values"
     looks = "stairs: few distinct values, the residual even between half a step below and above"

@@ -16,6 +16,7 @@ class SensorDrift(Effect):
 
     name = "sensor_drift"
     family = "measurement"
+    kind = "sensing"
     law = "polynomial_in_time"
     sentence = "its reading wanders slowly with time, whatever is measured"
     looks = "a straight or bent line under the whole record, also where nothing moves"

@@ -15,6 +15,7 @@ class SensorLag(Effect):
 
     name = "sensor_lag"
     family = "measurement"
+    kind = "sensing"
     law = "first_order_lag"
     sentence = "its reading follows the true value with a first-order lag"
     looks = "late and smaller the faster the motion, in this reading alone"

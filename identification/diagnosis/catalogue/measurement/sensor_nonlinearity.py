@@ -15,6 +15,7 @@ class SensorNonlinearity(Effect):
 
     name = "sensor_nonlinearity"
     family = "measurement"
+    kind = "sensing"
     law = "polynomial"
     sentence = "its reading bends away from the true value"
     looks = "the error is one curve over the reading, at every speed"

@@ -32,6 +32,7 @@ class SensorOffset(Effect):
 
     name = "sensor_offset"
     family = "measurement"
+    kind = "sensing"
     law = "jump_of_zero"
     sentence = "the zero of its reading jumps at one time"
     looks = "the residual is flat, then flat again at another level"

@@ -21,6 +21,7 @@ class SensorRectification(Effect):
 
     name = "sensor_rectification"
     family = "measurement"
+    kind = "sensing"
     law = "rectifier"
     sentence = "its reading loses the sign of what it measures"
     looks = "the reading turns back at zero with a corner, at twice the frequency of the motion"

@@ -24,6 +24,7 @@ class Creep(Effect):
 
     name = "creep"
     family = "memory"
+    kind = "slow"
     law = "kelvin_voigt"
     sentence = "it keeps yielding for a while after a step, over several time scales"
     looks = (

@@ -22,6 +22,7 @@ class Hysteresis(Effect):
 
     name = "hysteresis"
     family = "memory"
+    kind = "memory"
     law = "prandtl_ishlinskii"
     sentence = "its output depends on the turning points of the past, whatever the speed"
     looks = (

@@ -29,6 +29,7 @@ class ExternalDisturbance(Effect):
 
     name = "external_disturbance"
     family = "outside"
+    kind = "exogenous"
     law = "tone_or_onset"
     sentence = "something from outside acts on it in time, whatever the motion is"
     looks = (

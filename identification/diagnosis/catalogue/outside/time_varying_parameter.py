@@ -17,6 +17,7 @@ class TimeVaryingParameter(Effect):
 
     name = "time_varying_parameter"
     family = "outside"
+    kind = "time"
     law = "ageing"
     sentence = "its value changes while the record lasts"
     looks = (

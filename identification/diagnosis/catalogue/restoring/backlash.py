@@ -21,6 +21,7 @@ class BacklashEffect(Effect):
 
     name = "backlash"
     family = "restoring"
+    kind = "restoring"
     law = "backlash"
     sentence = "it has free play: within a gap it carries no force"
     looks = "a flat piece in the middle of force over displacement, softer at small amplitude"

@@ -20,6 +20,7 @@ class BilinearStiffness(Effect):
 
     name = "bilinear_stiffness"
     family = "restoring"
+    kind = "restoring"
     law = "bilinear"
     sentence = "it has another stiffness beyond one point of its stroke"
     looks = "effort over displacement is two straight lines with one corner"

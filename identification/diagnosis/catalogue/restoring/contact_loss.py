@@ -28,6 +28,7 @@ class ContactLossEffect(Effect):
 
     name = "contact_loss"
     family = "restoring"
+    kind = "restoring"
     law = "contact_loss"
     sentence = "it is a preloaded contact that opens: it cannot pull"
     looks = "force over displacement is level on one side, long flights on that side"

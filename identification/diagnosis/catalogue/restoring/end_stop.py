@@ -26,6 +26,7 @@ class EndStopEffect(Effect):
 
     name = "end_stop"
     family = "restoring"
+    kind = "restoring"
     law = "end_stop"
     sentence = "it runs against a stiff stop at the end of its stroke"
     looks = "cut peaks of the displacement, sharp peaks of force or acceleration at the same times"

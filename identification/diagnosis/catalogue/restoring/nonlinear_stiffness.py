@@ -17,6 +17,7 @@ class NonlinearStiffness(Effect):
 
     name = "nonlinear_stiffness"
     family = "restoring"
+    kind = "restoring"
     law = "polynomial"
     sentence = "its effort bends away from the straight line as it is charged or stretched"
     looks = "a smooth curve of effort over displacement without loops; resonance shifts with level"

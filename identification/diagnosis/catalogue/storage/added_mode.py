@@ -20,6 +20,7 @@ class AddedMode(Effect):
 
     name = "added_mode"
     family = "storage"
+    kind = "mode"
     law = "attached_oscillator"
     sentence = "a resonance is missing: a further mass on a spring hangs on it"
     looks = "the misfit lives in a narrow band and rings on after every shock"

@@ -16,6 +16,7 @@ class Leakage(Effect):
 
     name = "leakage"
     family = "storage"
+    kind = "slow"
     law = "parallel_resistor"
     sentence = "it leaks: what it holds seeps away in proportion to its effort"
     looks = "the level sinks while nothing is drawn, and slow changes come out too small"

@@ -22,6 +22,7 @@ class SelfHeatingEffect(Effect):
 
     name = "self_heating"
     family = "storage"
+    kind = "slow"
     law = "lumped_heat"
     sentence = "it grows with its own heat, which leaves with a time constant"
     looks = "the current sinks slowly under load and recovers in pauses, whatever its sign"

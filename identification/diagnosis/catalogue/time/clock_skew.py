@@ -29,6 +29,7 @@ class ClockSkewEffect(Effect):
 
     name = "clock_skew"
     family = "time"
+    kind = "sensing"
     law = "clock_ratio"
     sentence = "its samples are taken by a clock that runs at another rate than the command's"
     looks = "on time at the start, later and later (or earlier) towards the end"

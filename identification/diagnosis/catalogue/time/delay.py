@@ -27,6 +27,7 @@ class Delay(Effect):
 
     name = "delay"
     family = "time"
+    kind = "command"
     law = "dead_time"
     sentence = "everything after it comes a fixed time late"
     looks = "shifted along time, the same at every frequency and amplitude, gain untouched"

@@ -29,6 +29,7 @@ class NonlinearRatio(Effect):
     costly = True
     name = "nonlinear_ratio"
     family = "transduction"
+    kind = "ratio"
     law = "modulated_ratio"
     sentence = "its ratio is not constant but changes with position or current"
     looks = (

@@ -21,6 +21,7 @@ class PositionPeriodicForce(Effect):
 
     name = "position_periodic_force"
     family = "transduction"
+    kind = "restoring"
     law = "periodic_force"
     sentence = "a force that repeats along its way pushes it forth and back"
     looks = (

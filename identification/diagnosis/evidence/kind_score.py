@@ -1,0 +1,178 @@
+"""What any law of a kind could explain at a port: flexible forms, fitted along the best trajectory.
+
+The candidate that describes the recording best tells how every port has moved, whatever its law.
+Along these histories each flexible form is linear in its weights, and so is its answer through the
+linear rest of the model; together with the parameters and initial states it is fitted by least
+squares and scored on stretches left out, like every law (`block_score`). So "a memory at this
+port" is a hypothesis of its own: it speaks where no law of the catalogue fits, and it is the most
+that any law of its kind could reach.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bondgraph.support.arrays import Array
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.evidence.block_score import BlockScore, score_of
+from identification.diagnosis.evidence.leave_out import Rows, held_out, rows_of, states_of
+from identification.diagnosis.screening.flexible_forms import flexible_forms, kind_at
+from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.screening.port_response import Probes, probes
+from identification.diagnosis.screening.score_test import Screened
+from identification.estimation.single_record import Fit
+from identification.study.problem import Problem
+from identification.study.residual import Point, evaluate, slots, weighted, windows
+
+
+@dataclass(frozen=True, eq=False)
+class KindScore:
+    """A kind of physics at a port.
+
+    Attributes
+    ----------
+    element, kind : str
+    score : BlockScore
+        Of its best fit; the stretches are those of every candidate.
+    addition : ndarray, shape (N,), SI
+        What the fitted form adds at the port.
+    """
+
+    element: str
+    kind: str
+    score: BlockScore
+    addition: Array
+
+    @property
+    def label(self) -> str:
+        """Text such as ``a memory at C_nl``."""
+        article = "an" if self.kind[0] in "aeiou" else "a"
+        return f"{article} {self.kind} effect at {self.element}"
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """The declared model at the values of a better one: what forms are fitted on.
+
+    Attributes
+    ----------
+    residual : ndarray, shape (M,)
+        Training residual of the declared model there, over the floor.
+    columns : ndarray, shape (M, p)
+        What parameters, nuisances and initial states change.
+    """
+
+    problem: Problem
+    rows: Rows
+    residual: Array
+    columns: Array
+    probed: Probes
+
+
+def bench_of(base: Fit, better: Fit) -> Bench:
+    """Put the declared model of `base` where `better` ended, its own laws left out."""
+    problem = base.problem
+    fit = replace(base, point=_carried(base, better))
+    e = evaluate(problem, fit.point)
+    columns = np.hstack([e.jacobian, states_of(problem, e)])
+    return Bench(problem, rows_of(problem), e.residual, columns, probes(fit, problem.with_offsets))
+
+
+def _carried(base: Fit, better: Fit) -> Point:
+    """Return the point of `base`'s problem with the values of another fit."""
+    problem, values = base.problem, better.values
+    at, there = slots(problem), slots(better.problem)
+    theta = base.point.theta.copy()
+    for i, f in enumerate(problem.free):
+        value = values.get(f.parameter.name)
+        if value is not None and (not f.log or value > 0):
+            theta[i] = np.log(value / f.start) if f.log else (value - f.start) / f.scale
+    theta[at.lags] = better.point.theta[there.lags]
+    theta[at.offsets] = better.point.theta[there.offsets]
+    states = base.point.states.copy()
+    if states.shape[0] == better.point.states.shape[0]:
+        names = better.problem.engine.state_names
+        for i, n in enumerate(problem.engine.state_names):
+            if n in names:
+                states[:, i] = better.point.states[:, names.index(n)]
+    return Point(theta, states)
+
+
+def kind_scores(
+    bench: Bench, scene: FittedModel, ranked: Sequence[Screened], places: Iterable[str]
+) -> list[KindScore]:
+    """Score every kind at the given places, best first.
+
+    Parameters
+    ----------
+    scene : FittedModel
+        Of the best candidate: its ports' histories are used.
+    ranked : sequence of Screened
+        Effects screened there; the additions they ask for join the forms of their kind.
+    """
+    wanted = []
+    for name in places:
+        if name not in scene.past or not bench.probed.knows(name):
+            continue
+        if name not in bench.problem.graph.elements:
+            continue
+        element = bench.problem.graph[name]
+        forms = dict(flexible_forms(element, scene.past[name]))
+        for s in ranked:
+            if s.element.name == name and s.effect.kind and s.latent is not None:
+                column = np.nan_to_num(s.latent)[:, None]
+                kind = kind_at(s.effect.kind, element)
+                known = forms.get(kind)
+                forms[kind] = column if known is None else np.hstack([known, column])
+        wanted += [(name, kind, x) for kind, x in forms.items()]
+    found = []
+    for name, kind, form in wanted:
+        made = _scored(bench, name, form)
+        if made is not None:
+            found.append(KindScore(name, kind, *made))
+    return sorted(found, key=lambda k: k.score.mean)
+
+
+def _scored(bench: Bench, element: str, form: Array) -> tuple[BlockScore, Array] | None:
+    form = form[:, np.ptp(form, axis=0) > 0]
+    if not form.shape[1] or not np.isfinite(form).all():
+        return None
+    form = form / np.abs(form).max(axis=0)
+    try:
+        x = rows_in_order(bench.problem, bench.probed.respond(element, form))
+    except BondsightError:
+        return None
+    if not np.isfinite(x).all():
+        return None
+    all_columns = np.hstack([bench.columns, x])
+    size = np.linalg.norm(all_columns, axis=0)
+    used = size > 0
+    scaled = all_columns[:, used] / size[used]
+    # a little precision: forms that nearly coincide must not run against each other
+    gram = scaled.T @ scaled
+    precision = RIDGE * np.ones(gram.shape[0])
+    weights = np.linalg.solve(gram + np.diag(precision), scaled.T @ bench.residual)
+    left = bench.residual - scaled @ weights
+    full = np.zeros(size.size)
+    full[used] = weights / size[used]
+    out = held_out(scaled, left, precision, bench.rows)
+    return score_of(out), np.asarray(form @ full[bench.columns.shape[1] :])
+
+
+RIDGE = 1e-9
+"""Precision of the weights of unit columns."""
+
+
+def rows_in_order(problem: Problem, response: Array) -> Array:
+    """Training rows of responses (N, n_y, k), over the floor, in the order of the residual."""
+    train = problem.data.mask("train")
+    parts = []
+    for w in windows(problem):
+        chosen = train[w]
+        if chosen.any():
+            block = weighted(problem, response[w][chosen].transpose(1, 0, 2))
+            parts.append(block.reshape(-1, response.shape[2]))
+    return np.concatenate(parts) if parts else np.zeros((0, response.shape[2]))

@@ -1,0 +1,162 @@
+"""Every training sample held out once, for the price of the one fit that used them all.
+
+Leaving a stretch b out moves the optimum of the fit so that the residual of b becomes
+
+    r_b(-b) = r_b + J_b (A - J_b' J_b)^-1 J_b' r_b,     A = J' J + L,
+
+with the exact sensitivities J (initial states among the columns) and the precision L of the
+priors: an identity for linear models, the infinitesimal jackknife for others (Giordano et al.,
+A Swiss army infinitesimal jackknife, AISTATS 2019).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.support.arrays import Array
+from identification.estimation.single_record import Fit
+from identification.statistics.blocks import block_index
+from identification.study.joint import STATE_WEIGHT, stack_of
+from identification.study.problem import Problem
+from identification.study.residual import ResidualEvaluation, evaluate, windows
+
+Index = NDArray[np.intp]
+
+BLOCKS = 40
+"""Stretches of the training samples."""
+HEAVY = 0.9
+"""Leverage of a stretch above which the identity is not followed further: it decides alone."""
+FEW = 400
+"""Columns of initial states that are counted; with more windows each keeps its own states."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Sample, channel and stretch of every training residual, shapes (M,)."""
+
+    sample: Index
+    channel: Index
+    block: Index
+
+    @property
+    def blocks(self) -> int:
+        """Number of stretches."""
+        return int(self.block.max(initial=-1)) + 1
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """Training residuals over the floor, each predicted without its own stretch.
+
+    Attributes
+    ----------
+    residual : ndarray, shape (M,)
+    leverage : ndarray, shape (B,)
+        Largest share of a direction of the unknowns that each stretch decides alone.
+    """
+
+    rows: Rows
+    residual: Array
+    leverage: Array
+
+
+def rows_of(problem: Problem, blocks: int = BLOCKS) -> Rows:
+    """Return where every training residual of a problem stands."""
+    train = problem.data.mask("train")
+    n_y = len(problem.data.names)
+    order = np.zeros(train.size, np.intp)
+    order[train] = block_index(int(train.sum()), blocks)
+    samples, channels = [], []
+    for w in windows(problem):
+        chosen = np.flatnonzero(train[w]) + (w.start or 0)
+        samples.append(np.tile(chosen, n_y))
+        channels.append(np.repeat(np.arange(n_y), chosen.size))
+    none = [np.zeros(0, np.intp)]
+    sample = np.concatenate(samples or none)
+    return Rows(sample, np.concatenate(channels or none), order[sample])
+
+
+def left_out(fit: Fit, blocks: int = BLOCKS) -> LeftOut:
+    """Predict every training stretch of a fit from the others."""
+    e = evaluate(fit.problem, fit.point)
+    rows = rows_of(fit.problem, blocks)
+    columns, precision = _unknowns(fit, e)
+    return held_out(columns, e.residual, precision, rows)
+
+
+def held_out(columns: Array, residual: Array, precision: Array, rows: Rows) -> LeftOut:
+    """Apply the identity.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (M, p)
+        Sensitivities at the optimum.
+    residual : ndarray, shape (M,)
+    precision : ndarray, shape (p,)
+        Diagonal of the prior's precision.
+    """
+    size = np.sqrt(np.sum(columns**2, axis=0) + precision)
+    used = (size > 0) & np.isfinite(size)
+    x = columns[:, used] / size[used]
+    a = x.T @ x + np.diag(precision[used] / size[used] ** 2)
+    power, axes = np.linalg.eigh(a)
+    kept = power > 1e-12 * power.max(initial=0.0)
+    root = axes[:, kept] / np.sqrt(power[kept])
+    out, leverage = residual.copy(), np.zeros(rows.blocks)
+    order = np.argsort(rows.block, kind="stable")
+    ends = np.searchsorted(rows.block[order], np.arange(rows.blocks + 1))
+    for b in range(rows.blocks):
+        part = order[ends[b] : ends[b + 1]]
+        seen = x[part] @ root
+        lever, turn = np.linalg.eigh(seen.T @ seen)
+        score = turn.T @ (seen.T @ residual[part])
+        out[part] += seen @ (turn @ (score / np.maximum(1.0 - lever, 1.0 - HEAVY)))
+        leverage[b] = lever[-1] if lever.size else 0.0
+    return LeftOut(rows, out, leverage)
+
+
+def _unknowns(fit: Fit, e: ResidualEvaluation) -> tuple[Array, Array]:
+    """Columns of everything the fit moved, and the precision of its priors; bounds hold still."""
+    problem = fit.problem
+    stack = stack_of((problem,))
+    weight = stack.prior[0]
+    lower, upper = stack.bounds
+    free = (fit.point.theta > lower + 1e-9) & (fit.point.theta < upper - 1e-9)
+    parts, precision = [e.jacobian[:, free]], [weight[free] ** 2]
+    states = states_of(problem, e)
+    parts.append(states)
+    each = problem.free_states.size
+    own = (STATE_WEIGHT / problem.state_scale[problem.free_states]) ** 2 if each else np.zeros(0)
+    if problem.window is not None:
+        own = 0.0 * own
+    precision.append(np.tile(own, states.shape[1] // max(each, 1)))
+    return np.hstack(parts), np.concatenate(precision)
+
+
+def states_of(problem: Problem, e: ResidualEvaluation) -> Array:
+    """Columns of the initial states of all windows, shape (M, k); none where they are too many."""
+    total = sum(matrix.shape[1] for _, matrix in e.local)
+    if total > FEW:
+        return np.zeros((e.residual.size, 0))
+    out = np.zeros((e.residual.size, total))
+    at = 0
+    for rows, matrix in e.local:
+        out[rows, at : at + matrix.shape[1]] = matrix
+        at += matrix.shape[1]
+    return out
+
+
+def stretch_sums(rows: Rows, values: Array, channels: int) -> Array:
+    """Sum values (M,) by stretch and channel, shape (B, channels)."""
+    place = rows.block * channels + rows.channel
+    total = np.bincount(place, values, rows.blocks * channels)
+    return total.reshape(rows.blocks, channels)
+
+
+def channels_of(rows: Sequence[int] | Index) -> int:
+    """Number of channels."""
+    return int(np.max(rows, initial=-1)) + 1

@@ -1,0 +1,159 @@
+"""Physics without a name: what a port may add by its kind, as columns with free weights.
+
+A kind says what the addition depends on (its own displacement, its flow, its past, time). The
+columns span far more than any law of the catalogue; what they leave is no matter of the law's
+shape, and what they explain is the most that any law of that kind could.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from bondgraph.graph.elements import GY, TF, C, Element, I, R, Sensor, Source
+from bondgraph.hysteresis import play_record
+from bondgraph.support.arrays import Array
+from identification.diagnosis.catalogue.memory.creep import lagged
+from identification.diagnosis.screening.port_history import PortHistory
+
+KINDS = (
+    "restoring", "dissipative", "surface", "memory", "slow", "mode", "ratio", "command", "sensing",
+    "time", "exogenous",
+)  # fmt: skip
+"""Kinds of physics, in the order in which they are told."""
+HATS = 9
+"""Columns of a curve over its argument."""
+WIDTHS = (0.02, 0.06, 0.15, 0.3, 0.5, 0.75)
+"""Widths of plays over half of their argument's range."""
+SLOW = (0.004, 0.02, 0.08, 0.3)
+"""Time constants of slow relaxations over the duration of the record."""
+QUICK = (1.0, 3.0, 10.0)
+"""Time constants of short filters, samples."""
+TIMES = 7
+"""Columns of a coefficient that changes in time."""
+
+
+def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Array]:
+    """Return the columns of every kind that makes sense at an element, shapes (N, k), SI.
+
+    Additions to the output of the port along its history, as signatures of effects are; of order
+    one.
+    """
+    q = _unit(past.argument)
+    match element:
+        case C():
+            moving = np.gradient(q)
+            return {
+                "restoring": curve(q),
+                "memory": np.hstack([plays(q), plays(past.output)]),
+                "surface": np.hstack([curve(q), products(q, _unit(moving))]),
+                "slow": slow(q, past.dt),
+                "time": in_time(q),
+            }
+        case R():
+            moved = _unit(past.moved) if past.moved is not None else q
+            power = lagged_power(past)
+            return {
+                "dissipative": np.hstack([curve(q), dry(q)]),
+                "memory": np.hstack([plays(moved), dry(q)]),
+                "surface": np.hstack([curve(q), dry(q), products(moved, q)]),
+                "slow": np.hstack([slow(q, past.dt), power]),
+                "time": in_time(q),
+            }
+        case TF() | GY():
+            return {"ratio": np.hstack([curve(q), products(_unit(past.output), q)])}
+        case Source():
+            return {"command": np.hstack([curve(q), quick(q, past.dt), rates(q)])}
+        case Sensor():
+            return {
+                "sensing": np.hstack([curve(q), quick(q, past.dt), rates(q), drifts(past.n)]),
+            }
+        case I():
+            return {}
+        case _:
+            return {}
+
+
+def kind_at(kind: str, element: Element) -> str:
+    """Return the kind that an effect's kind means at an element: all at a sensor is sensing."""
+    return "sensing" if isinstance(element, Sensor) else (
+        "command" if isinstance(element, Source) else kind
+    )
+
+
+def curve(z: Array) -> Array:
+    """Quadratic splines over the range of `z`, most of them where most samples are."""
+    low, high = float(z.min()), float(z.max())
+    if high <= low:
+        return np.zeros((z.size, 1))
+    even = np.linspace(low, high, HATS - 1)
+    filled = np.quantile(z, np.linspace(0, 1, HATS - 1))
+    inner = 0.5 * (even + filled)
+    inner[0], inner[-1] = low, high
+    knots = np.concatenate([[low] * 2, inner, [high] * 2])
+    return np.asarray(BSpline.design_matrix(np.clip(z, low, high), knots, 2).toarray())
+
+
+def dry(flow: Array) -> Array:
+    """Direction of a flow, its square with the sign, and two levels that fade with speed."""
+    speed = np.abs(flow)
+    size = float(np.sqrt(np.mean(flow**2))) or 1.0
+    fading = [np.sign(flow) * np.exp(-((speed / (s * size)) ** 2)) for s in (0.05, 0.3)]
+    return np.stack([np.sign(flow), flow * speed, *fading], axis=1)
+
+
+def plays(z: Array) -> Array:
+    """A bank of plays of `z`."""
+    half = 0.5 * float(np.ptp(z)) or 1.0
+    widths = half * np.array(WIDTHS)
+    x = np.ascontiguousarray(z, dtype=float)
+    made = x[:, None] - play_record(x, widths, np.full(widths.size, x[0]))
+    return np.asarray(made / np.maximum(np.abs(made).max(axis=0), 1e-300))
+
+
+def products(displacement: Array, flow: Array) -> Array:
+    """Products of a displacement and a flow: what no sum of curves of either can be."""
+    x, v = displacement, flow
+    return np.stack([x * v, x**2 * v, x * np.sign(v), x**2 * np.sign(v), x * v**2], axis=1)
+
+
+def slow(z: Array, dt: float) -> Array:
+    """Slow relaxations of `z` and of its square."""
+    duration = dt * z.size
+    parts = [lagged(y, s * duration, dt) for s in SLOW for y in (z, z**2)]
+    return np.stack(parts, axis=1)
+
+
+def lagged_power(past: PortHistory) -> Array:
+    """Flow times the heat that the port has kept, for several time constants."""
+    power = _unit(past.argument * past.output)
+    duration = past.dt * past.n
+    flow = _unit(past.argument)
+    return np.stack([flow * lagged(power, s * duration, past.dt) for s in SLOW], axis=1)
+
+
+def quick(z: Array, dt: float) -> Array:
+    """Short lags of `z`."""
+    return np.stack([lagged(z, s * dt, dt) for s in QUICK], axis=1)
+
+
+def rates(z: Array) -> Array:
+    """Rate of `z`, its direction, and its square with the sign."""
+    rate = _unit(np.gradient(z))
+    return np.stack([rate, np.sign(rate), rate * np.abs(rate)], axis=1)
+
+
+def drifts(n: int) -> Array:
+    """Smooth curves of time, shape (n, TIMES)."""
+    return curve(np.linspace(-1.0, 1.0, n))
+
+
+def in_time(z: Array) -> Array:
+    """`z` times smooth curves of time."""
+    return np.asarray(z[:, None] * drifts(z.size))
+
+
+def _unit(z: Array) -> Array:
+    return np.asarray(z / (float(np.abs(z).max()) or 1.0))
