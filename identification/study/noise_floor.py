@@ -90,13 +90,18 @@ REST = 200
 
 
 def _repeat_level(y: Array, lag: int, runs: list[slice]) -> float:
-    """Smallest over the stretches: in the last period of each, transients have died out."""
+    """Smallest over the stretches, late in the last period of each: transients have died out."""
     levels = []
     for s in runs:
         last = slice(max(s.start, s.stop - lag), s.stop)
         apart = y[last.start + lag : last.stop + lag] - y[last]
-        levels.append(float(apart.std() / np.sqrt(2.0)))
+        late = np.array_split(apart, PIECES)[PIECES // 3 :]
+        levels.append(float(np.sqrt(np.median([np.mean(p**2) for p in late if p.size]) / 2.0)))
     return min(levels)
+
+
+PIECES = 12
+"""Parts of a period; a transient spoils the first of them."""
 
 
 def _rest_level(y: Array) -> float:
@@ -111,7 +116,16 @@ def _white_level(y: Array) -> float:
         return float(np.abs(np.diff(y, 2)).std() / np.sqrt(6.0)) if y.size > 3 else 0.0
     _, density = welch(y, window=("kaiser", 14.0), nperseg=min(y.size // 4, 2048), detrend="linear")
     top = density[int(0.8 * density.size) : -1]
-    return float(np.sqrt(np.median(top) * 0.5))
+    return min(float(np.sqrt(np.median(top) * 0.5)), _rough_level(y))
+
+
+def _rough_level(y: Array) -> float:
+    """Return the level by third differences, the largest left out: a few jumps are no noise."""
+    rough = np.sort(np.abs(np.diff(y, 3)))
+    kept = rough[: int(0.8 * rough.size)]
+    # mean of the lower four fifths of a normal size, and the gain of the third difference
+    level = float(kept.mean()) / 0.5586 / np.sqrt(20.0)
+    return level if level > 0 else np.inf
 
 
 def _rounding(y: Array) -> float:

@@ -1,84 +1,101 @@
-"""Name, list look-alikes, or abstain: held-out data decides."""
+"""Read the answer off the set of hypotheses that the data cannot tell from the best.
+
+Hypotheses are the model as it is, every law that was fitted, and every kind of physics at every
+place (flexible forms). All are scored alike on stretches left out (`block_score`). Who lags behind
+the best by more than the noise can explain leaves the set; what stays is the answer, from coarse
+to fine: nothing, a kind at a place, one law (exact, or approximate where a flexible form of its
+kind does better), look-alikes, or unknown. A set is relative; whether what is left is noise is
+asked apart (`remaining`), and only then nothing is said to be missing.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.stats import spearmanr
 
-from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue import UNNAMED
-from identification.diagnosis.evidence.residual_pattern import ResidualPattern
+from identification.diagnosis.evidence.block_score import BlockScore, behind
+from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
-from identification.estimation.single_record import Fit
-from identification.statistics.blocks import paired_z
 
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Limits of the decision, set on development seeds and then kept.
+    """The knobs of the decision, set on development seeds and then kept.
 
     Attributes
     ----------
-    mismatch : float
-        Held-out mean square over the floor above which the nominal model is in doubt.
     z : float
-        Standard errors by which an improvement (or a lead over a rival) must show.
-    drop : float
-        Least part of the held-out misfit that an effect must remove.
-    share : float
-        Part of the explicable excess that a named effect must explain.
-    simpler : float
-        A richer law must remove this part of what a simpler one leaves.
-    rival : float
-        Another effect within this factor of the best one's remaining excess is a rival.
-    pattern, pattern_z : float
-        Part of the remaining misfit and standard errors from which a pattern is looked at.
-    exact, exact_z : float
-        A pattern beside a repair says that the law is another one, if it would remove this part of
-        what the repair has removed, and shows by so many standard errors.
-    still : float
-        Part of the remaining misfit below which nothing is left but noise.
-    least, clean : float
-        Where only noise is left, a share of `least` of the excess over the floor counts as `clean`.
-    active : float
-        Standard errors by which what is left may follow the motion and still be noise.
-    loud : float
-        Standard errors from which a misfit that follows the motion is physics.
-    again, part : float
-        Least part of the held-out misfit, and of that before any effect, that a further one must
-        remove: laws of real things are never quite those of the catalogue.
-    strange : float
-        Standard errors from which a pattern that no effect explains is physics, not noise.
-    certain : float
-        Robust misfit over a measured floor that is no noise, even if nothing explains it.
-    confidence : float
-        Least confidence of a name.
+        Standard errors by which a hypothesis must lag behind the best to leave the set.
+    noise : float
+        Root mean square over a measured noise above which what is left is no noise.
+    gain : float
+        Least gain worth naming: mean square that an effect removes, in units of the noise.
+    law : float
+        Least part of what its kind explains at its place that a named law must explain.
     """
 
-    mismatch: float = 1.05
     z: float = 3.0
-    drop: float = 0.02
-    share: float = 0.85
-    simpler: float = 0.3
-    rival: float = 1.25
-    pattern: float = 0.05
-    pattern_z: float = 2.5
-    exact: float = 0.03
-    exact_z: float = 3.5
-    still: float = 0.02
-    least: float = 0.5
-    clean: float = 0.95
-    active: float = 2.5
-    loud: float = 3.5
-    again: float = 0.1
-    part: float = 0.01
-    strange: float = 3.5
-    certain: float = 1.5
-    confidence: float = 0.6
+    noise: float = 1.3
+    gain: float = 0.05
+    law: float = 0.8
+
+
+EXACT = 0.97
+"""Part of what its kind explains from which a law is called exact."""
+SAME = 0.005
+"""Part of the gain by which two laws may differ through their numerics alone."""
+MOST = 3
+"""More effects than this are no set of look-alikes but nothing known."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """A fitted law with its score."""
+
+    trial: Candidate
+    score: BlockScore
+
+    @property
+    def element(self) -> str:
+        """Its place."""
+        return self.trial.element
+
+
+Hypothesis = Scored | KindScore
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Everything that one decision looks at.
+
+    Attributes
+    ----------
+    plain : BlockScore
+        The model without a further effect.
+    laws : tuple of Scored
+        Best first; the unnamed curve may be among them.
+    kinds : tuple of KindScore
+        Best first.
+    before : Remaining
+        What is left without a further effect.
+    nominal : float
+        Held-out mean square over the floor without one.
+    further : bool
+        Effects have been named before this one.
+    """
+
+    plain: BlockScore
+    laws: tuple[Scored, ...]
+    kinds: tuple[KindScore, ...]
+    before: Remaining
+    nominal: float
+    classes: Isolability | None = None
+    further: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,28 +105,32 @@ class Decision:
     Attributes
     ----------
     kind : {"explained", "missing_physics", "unknown_physics"}
+    answer : {"exact", "approximate", "look_alikes", "family", "kind", "unknown"}
     chosen : Candidate or None
         The named effect, or the best description when nothing may be named.
+    physics : str
+        Kind of physics (`screening.flexible_forms.KINDS`); empty where none can be told.
+    places : tuple of str
+        Elements in the set, the likeliest first; empty where they are too many.
     richer : tuple of Candidate
         Richer forms of the named effect that these data neither need nor exclude.
     same_place : tuple of Candidate
         The same effect at other elements, not separable.
     rivals : tuple of Candidate
-        Other effects that explain the held-out data as well.
+        Other effects that describe the data as well.
     share : float
         Part of the excess misfit that `chosen` explains.
+    law_fit : float
+        Part of what any law of its kind could explain at its place; NaN without a law.
     confidence : float
+        Calibrated chance that the answer is right.
     reasons : tuple of str
-    left : ResidualPattern or None
-        What a second screening finds in the residual of `chosen`.
+    remaining : Remaining or None
+        What is left beside `chosen`.
     trials : tuple of Candidate
         All that was fitted for this decision.
     nominal : float
         Held-out mean square over the floor before this decision.
-    complete : bool
-        `chosen` explains enough for a name; only its rivals may forbid one.
-    ample : bool
-        `chosen` removes as much of the misfit as a name needs, whatever else speaks against it.
     """
 
     kind: str
@@ -120,11 +141,15 @@ class Decision:
     confidence: float
     reasons: tuple[str, ...]
     richer: tuple[Candidate, ...] = ()
-    left: ResidualPattern | None = None
+    remaining: Remaining | None = None
     trials: tuple[Candidate, ...] = ()
     nominal: float = float("nan")
-    complete: bool = False
-    ample: bool = False
+    answer: str = "unknown"
+    physics: str = ""
+    places: tuple[str, ...] = ()
+    law_fit: float = float("nan")
+    kinds: tuple[KindScore, ...] = ()
+    features: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def possible(self) -> tuple[Candidate, ...]:
@@ -132,253 +157,201 @@ class Decision:
         return self.rivals if self.chosen is None else (self.chosen, *self.rivals)
 
     @property
-    def answer(self) -> str:
-        """What kind of answer it is: ``exact``, ``family``, ``look_alikes`` or ``unknown``.
-
-        A family or a set of look-alikes is an answer only if its members explain the misfit; where
-        the exact law is another one, at most the family is.
-        """
-        if self.kind == "missing_physics":
-            return "exact"
-        alike = {t.effect for t in self.possible}
-        if self.complete and alike:
-            return (
-                "family" if len(alike) == 1 else "look_alikes" if len(alike) <= MOST else "unknown"
-            )
-        return "family" if self.ample and self._families_agree else "unknown"
-
-    @property
     def family(self) -> str:
         """Family of what is missing; ``outside`` where none can be given."""
-        known = self.answer != "unknown" and self._families_agree
-        return self.possible[0].insertion.family if known else "outside"
-
-    @property
-    def _families_agree(self) -> bool:
-        return len({t.insertion.family for t in self.possible}) == 1
+        families = {t.insertion.family for t in self.possible}
+        known = self.answer not in ("unknown", "kind") and len(families) == 1
+        return families.pop() if known else "outside"
 
 
-MOST = 3
-"""More effects than this are no set of look-alikes but nothing known."""
-Remaining = Callable[[Candidate], ResidualPattern]
+def excess(score: BlockScore, best: BlockScore) -> float:
+    """Mean square beyond that of the best hypothesis, in units of its noise."""
+    return float(np.mean((score.noise / best.noise) ** 2)) - 1.0
 
 
-def decide(
-    nominal: float,
-    nominal_blocks: Array,
-    trials: Sequence[Candidate],
-    limits: Thresholds | None = None,
-    *,
-    declared: float = np.inf,
-    before: ResidualPattern | None = None,
-    certain: float = 0.0,
-    further: bool = False,
-    whole: float = 0.0,
-    remaining: Remaining | None = None,
-    classes: Isolability | None = None,
+def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
+    """Decide what the evidence supports."""
+    t, e = limits or Thresholds(), evidence
+    trials = tuple(s.trial for s in e.laws)
+    quiet = Decision(
+        "explained", None, (), (), 0.0, 0.0, (), nominal=e.nominal, trials=trials,
+        remaining=e.before,
+    )  # fmt: skip
+    laws = [s for s in e.laws if s.trial.effect != UNNAMED.name and strength_shown(s.trial)]
+    law = _best_law(laws, t)
+    best = _best([*([law] if law else []), *e.kinds[:1]])
+    if best is None or not _shows(e.plain, best.score, t):
+        return _nothing(quiet, e, t)
+    kind = e.kinds[0] if e.kinds else None
+    if law is None or (kind is not None and _beyond(law, kind, e, t)):
+        assert kind is not None
+        near = _best([s for s in laws if _together(s.element, kind.element, e.classes)])
+        if near is None or not _shows(e.plain, near.score, t):
+            return _kind(quiet, e, kind, law, t)
+        assert isinstance(near, Scored)
+        fit = law_fit(near, kind, e)
+        if fit < t.law:
+            return _kind(quiet, e, kind, near, t)
+        law = near
+    return _named(quiet, e, law, laws, t)
+
+
+def _best(found: Sequence[Hypothesis]) -> Hypothesis | None:
+    return min(found, key=lambda h: h.score.loss) if found else None
+
+
+def _best_law(laws: Sequence[Scored], t: Thresholds) -> Scored | None:
+    """Return the best law at a usual place, or one elsewhere that beats it clearly."""
+    home = [s for s in laws if s.trial.home]
+    away = [s for s in laws if not s.trial.home]
+    if not home or not away:
+        return min(laws, key=lambda s: s.score.loss, default=None)
+    best, other = (min(x, key=lambda s: s.score.loss) for x in (home, away))
+    return other if behind(best.score, other.score) > 2 * t.z else best
+
+
+def _shows(plain: BlockScore, best: BlockScore, t: Thresholds) -> bool:
+    """Whether a hypothesis improves on the model as it is, surely and by enough."""
+    return behind(plain, best) > t.z and excess(plain, best) > t.gain
+
+
+def _beyond(law: Scored, kind: KindScore, e: Evidence, t: Thresholds) -> bool:
+    """Whether a flexible form does better than any law, surely and by enough."""
+    return not _alike(law.score, kind.score, e.plain, t.z)
+
+
+def _alike(worse: BlockScore, better: BlockScore, plain: BlockScore, z: float) -> bool:
+    """Whether the data cannot tell two hypotheses apart."""
+    if behind(worse, better) < z:
+        return True
+    return excess(worse, better) < SAME * excess(plain, better)
+
+
+def law_fit(law: Scored, kind: KindScore, e: Evidence) -> float:
+    """Part of what a kind explains that a law explains too, 0 .. 1."""
+    whole = excess(e.plain, kind.score)
+    return float(np.clip(1.0 - excess(law.score, kind.score) / max(whole, 1e-12), 0.0, 1.0))
+
+
+def _together(one: str, other: str, classes: Isolability | None) -> bool:
+    """Whether the readings cannot tell two places apart, whatever the law."""
+    return one == other or (classes is not None and other in classes.class_of(one))
+
+
+def _nothing(quiet: Decision, e: Evidence, t: Thresholds) -> Decision:
+    """Nothing improves the model: then what is left is noise, or something without a pattern."""
+    said = e.before.words
+    if e.before.is_noise(t.noise):
+        return replace(quiet, reasons=(f"no law and no kind of physics improves it; {said}",))
+    reason = f"no law and no kind of physics explains it, and {said}: that is no noise"
+    return replace(quiet, kind="unknown_physics", reasons=(reason,))
+
+
+def _named(
+    quiet: Decision, e: Evidence, law: Scored, laws: Sequence[Scored], t: Thresholds
 ) -> Decision:
-    """Decide from the held-out mean squares of the nominal fit and of all trials.
-
-    Parameters
-    ----------
-    declared : float
-        Held-out mean square with the declared parameters: a repair must beat that too.
-    before : ResidualPattern, optional
-        What the screening finds in the nominal residual.
-    certain : float
-        Robust mean square of the nominal residual over a floor that was measured; 0 where the floor
-        is only an estimate.
-    further : bool
-        Effects have been named before this one.
-    whole : float
-        Held-out mean square before any of them.
-    remaining : callable, optional
-        Screens the residual of a trial once more.
-    classes : Isolability, optional
-        Ports that a residual alone cannot separate.
-    """
-    t = limits or Thresholds()
-    named = [x for x in trials if x.effect != UNNAMED.name and x.home]
-    quiet = Decision("explained", None, (), (), 0.0, 0.0, (), nominal=nominal, trials=tuple(trials))
-    if not named:
-        return _without_name(
-            quiet, nominal, before, certain, t, "no effect of the catalogue is present"
-        )
-    level = min(1.0, *(x.test for x in trials))
-    best = _simplest(min(named, key=lambda x: x.test), named, level, t)
-    away = [x for x in trials if x.effect != UNNAMED.name and not x.home]
-    for x in sorted(away, key=lambda x: x.test):
-        if (
-            x.test - level < (1 - t.simpler) * (best.test - level)
-            and paired_z(best.blocks, x.blocks) > t.z
-        ):
-            best = x
-            break
-    gain = paired_z(nominal_blocks, best.blocks)
-    drop = (nominal - best.test) / nominal
-    little = nominal - best.test < t.part * (whole - level) if further else drop < t.drop
-    if further and drop < t.again:
-        little = True
-    if gain < t.z or little or nominal < t.mismatch * level:
-        reason = (
-            f"no effect of the catalogue improves the held-out part clearly ({best.label}: "
-            f"z {gain:.1f}, {100 * drop:.1f} %)"
-        )
-        return _without_name(quiet, nominal, before, certain, t, reason)
-    if declared < 1.02 * best.test:
-        reason = (
-            "the declared parameters already explain the held-out part as well as any effect does"
-        )
-        return replace(quiet, reasons=(reason,))
-    left = remaining(best) if remaining else None
-    share = explained_share(nominal, best, left, level, t)
-    same, rivals = _alike(best, trials, level, t)
-    same = tuple(dict.fromkeys((*same, *_same_class(best, trials, nominal, level, share, classes))))
+    """Name one law, or those that the data cannot tell from it."""
+    alike = [s for s in laws if s is law or _alike(s.score, law.score, e.plain, t.z)]
+    chosen = _simplest(law, alike)
+    nested = richer_names(chosen.trial, [s.trial for s in laws])
+    same = tuple(s.trial for s in alike if s is not chosen and s.trial.effect == chosen.trial.effect)
+    richer = tuple(
+        s.trial for s in alike
+        if s.trial.effect in nested and s.element == chosen.element
+    )  # fmt: skip
+    others = [
+        s for s in alike
+        if s.trial.effect != chosen.trial.effect and s.trial.effect not in nested and s.trial.home
+    ]  # fmt: skip
+    here = [k for k in e.kinds if _together(k.element, chosen.element, e.classes)]
+    fit = law_fit(chosen, here[0], e) if here else 1.0
+    best = _best([chosen, *e.kinds[:1]])
+    assert best is not None
+    share = 1.0 - excess(chosen.score, best.score) / max(excess(e.plain, best.score), 1e-12)
     reasons = [
-        f"{best.label} lowers the held-out mean square from {nominal:.4g} to "
-        f"{best.test:.4g} times the floor (z {gain:.1f})"
+        f"{chosen.trial.label} lowers the held-out mean square from {e.nominal:.4g} to "
+        f"{chosen.trial.test:.4g} times the floor (z {behind(e.plain, chosen.score):.1f})",
+        f"the law explains {100 * fit:.0f} % of what its kind could explain there",
     ]
-    if left is not None and left.share > t.pattern:
-        reasons.append(left.words())
-    enough = share >= t.share
-    beside = 0.0 if left is None or left.z < t.exact_z else left.share * best.test
-    if enough and beside > t.exact * (nominal - best.test):
-        enough = False
-        reasons.append("what is left follows a pattern: the law is another one, or not the only")
-    bare = _better_without_name(best, trials, t)
-    if enough and bare is not None:
-        enough = False
-        reasons.append(
-            f"an unnamed curve at {bare.element} describes the held-out part better "
-            f"({bare.test:.4g} times the floor): the law is another one"
-        )
-    if not enough:
-        reasons.append(
-            f"it explains {100 * share:.0f} % of what can be explained, {100 * t.share:.0f} % are "
-            "needed for a name"
-        )
-    if rivals:
-        reasons.append("as good on held-out data: " + ", ".join(r.label for r in rivals))
-    confidence = _confidence(best, trials, share, t) if enough and not rivals else 0.0
-    sure = confidence >= t.confidence
-    if enough and not rivals and not sure:
-        reasons.append(
-            f"the lead over the next effect is too small for a name (confidence {confidence:.2f})"
-        )
-    kind = "missing_physics" if sure else "unknown_physics"
-    richer = _richer(best, trials)
+    if others:
+        reasons.append("as good: " + ", ".join(s.trial.label for s in others))
     if richer:
         reasons.append("not needed but not excluded: " + ", ".join(r.label for r in richer))
-    return Decision(
-        kind, best, same, rivals, min(share, 1.0), confidence, tuple(reasons), richer, left,
-        tuple(trials), nominal, enough, share >= t.share,
+    answer = _answer(chosen, others, fit)
+    members = [chosen, *others]
+    physics = {s.trial.insertion.kind for s in members}
+    places = tuple(dict.fromkeys([s.element for s in members] + [s.element for s in same]))
+    decided = replace(
+        quiet, kind="missing_physics" if answer in ("exact", "approximate", "family")
+        else "unknown_physics",
+        chosen=chosen.trial, same_place=same, rivals=tuple(s.trial for s in others),
+        share=float(np.clip(share, 0.0, 1.0)), reasons=tuple(reasons), richer=richer,
+        answer=answer, physics=physics.pop() if len(physics) == 1 else "", places=places,
+        law_fit=fit, kinds=tuple(here[:1]), features=_features(e, chosen, others, fit, t),
     )  # fmt: skip
+    return replace(decided, confidence=probability(decided))
 
 
-def _without_name(
-    quiet: Decision,
-    nominal: float,
-    before: ResidualPattern | None,
-    certain: float,
-    t: Thresholds,
-    reason: str,
+def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:
+    if not others:
+        return "exact" if fit >= EXACT else "approximate"
+    effects = {chosen.trial.effect, *(s.trial.effect for s in others)}
+    families = {chosen.trial.insertion.family, *(s.trial.insertion.family for s in others)}
+    if len(families) == 1 and all(s.element == chosen.element for s in others):
+        return "family"
+    return "look_alikes" if len(effects) <= MOST else "unknown"
+
+
+def _kind(
+    quiet: Decision, e: Evidence, kind: KindScore, law: Scored | None, t: Thresholds
 ) -> Decision:
-    """Nothing of the catalogue helps: noise, or physics outside of it."""
-    strange = before is not None and before.z > t.strange and before.share > 0.05
-    if strange and nominal > 1.3:
-        assert before is not None
-        return replace(quiet, kind="unknown_physics", reasons=(reason, before.words()), left=before)
-    if certain > t.certain:
-        above = f"the misfit of {certain:.3g} times the floor is no noise"
-        return replace(quiet, kind="unknown_physics", reasons=(reason, above), left=before)
-    return replace(quiet, reasons=(reason,))
+    """No law fits: tell the kind and the place, as far as the set agrees on them."""
+    alike = [k for k in e.kinds if k is kind or _alike(k.score, kind.score, e.plain, t.z)]
+    here = [k for k in alike if _together(k.element, kind.element, e.classes)]
+    placed = len(here) == len(alike)
+    kinds = {k.kind for k in here}
+    physics = plainest(kinds)
+    gain = behind(e.plain, kind.score)
+    reasons = [f"no law of the catalogue fits; {kind.label} does much better (z {gain:.1f})"]
+    fit = float("nan")
+    if law is not None:
+        fit = law_fit(law, kind, e)
+        reasons.append(f"{law.trial.label} explains {100 * fit:.0f} % of what that explains")
+    if not placed:
+        reasons.append("as good: " + ", ".join(k.label for k in alike if k not in here))
+    decided = replace(
+        quiet, kind="unknown_physics", chosen=law.trial if law else None, law_fit=fit,
+        reasons=tuple(reasons), answer="kind" if placed and physics else "unknown",
+        physics=physics, places=tuple(dict.fromkeys(k.element for k in alike)),
+        kinds=tuple(alike), share=0.0 if law is None else float(np.nan_to_num(fit)),
+        features={"elsewhere": float(len(alike) - len(here)), "z": gain},
+    )  # fmt: skip
+    return replace(decided, confidence=probability(decided))
 
 
-def explained_share(
-    nominal: float, best: Candidate, left: ResidualPattern | None, level: float, t: Thresholds
-) -> float:
-    """Part of the excess that `best` explains.
+WIDER = {"surface": ("restoring", "dissipative"), "memory": ()}
+"""Kinds that contain others."""
 
-    The excess counts from the floor (from `level`, if something comes below it), or from what is
-    left when no pattern shows in it any more: coloured noise lies above a floor that was read from
-    the top of the spectrum.
+
+def plainest(kinds: set[str]) -> str:
+    """Return the one kind of a set, kinds that only contain others left out; empty for several.
+
+    Examples
+    --------
+    >>> plainest({"surface", "restoring"}), plainest({"memory", "slow"})
+    ('restoring', '')
     """
-    share = (nominal - best.test) / max(nominal - level, 1e-12)
-    noise = left is not None and left.share < t.still and not best.fit.problem.data.floor_measured
-    if noise and share > t.least and activity(best.fit) < t.active:
-        share = max(share, t.clean)
-    return share
+    left = {k for k in kinds if not any(inner in kinds for inner in WIDER.get(k, ()))}
+    return left.pop() if len(left) == 1 else ""
 
 
-def activity(fit: Fit) -> float:
-    """Return the standard errors by which the misfit is larger where more moves.
-
-    Noise does not know what the model does; physics left out mostly follows it.
-    """
-    data = fit.problem.data
-    inside = data.mask("train") | data.mask("test")
-    r = ((data.readings - fit.simulated)[inside] / data.floor) ** 2
-    found = []
-    for c in range(r.shape[1]):
-        y = fit.simulated[inside, c]
-        stretches = [s for s in np.array_split(np.arange(y.size), ACTIVITY) if s.size > 4]
-        misfit = np.array([np.log(np.mean(r[s, c]) + 1e-300) for s in stretches])
-        for signal in (y - np.mean(y), np.gradient(y)):
-            motion = np.array([np.mean(signal[s] ** 2) for s in stretches])
-            if np.ptp(motion) > 0:
-                rho = float(spearmanr(motion, misfit).statistic)
-                found.append(rho * np.sqrt(len(stretches) - 1))
-    return max(found, default=0.0)
-
-
-ACTIVITY = 40
-"""Stretches in which motion and misfit are compared."""
-
-
-def _better_without_name(
-    best: Candidate, trials: Sequence[Candidate], t: Thresholds
-) -> Candidate | None:
-    """Return the unnamed curve that beats the best law clearly, if there is one."""
-    for x in trials:
-        gap = best.test - x.test
-        ahead = x.effect == UNNAMED.name and gap > t.simpler * max(best.test - 1.0, 0.02)
-        if ahead and paired_z(best.blocks, x.blocks) > t.z:
-            return x
-    return None
-
-
-def _simplest(
-    best: Candidate, named: Sequence[Candidate], level: float, t: Thresholds
-) -> Candidate:
-    """Return a simpler effect at the same place when the richer one adds little."""
-    for name in best.insertion.simpler:
-        for x in named:
-            if x.effect == name and x.element == best.element:
-                if (x.test - best.test) < t.simpler * max(
-                    x.test - level, 0.0
-                ) or x.test < best.test * 1.02:
-                    return x
-    return best
-
-
-def _alike(
-    best: Candidate, trials: Sequence[Candidate], level: float, t: Thresholds
-) -> tuple[tuple[Candidate, ...], tuple[Candidate, ...]]:
-    same, rivals = [], []
-    nested = richer_names(best, trials)
-    for x in trials:
-        if x is best:
-            continue
-        above, own = x.test - level, best.test - level
-        close = paired_z(x.blocks, best.blocks) < t.z or above < t.rival * own
-        close = close and above < 2.0 * max(own, 0.05 * level)
-        if not close:
-            continue
-        if x.effect == best.effect:
-            same.append(x)
-        elif x.effect != UNNAMED.name and x.effect not in nested and x.home:
-            rivals.append(x)
-    return tuple(same), tuple(rivals)
+def _simplest(law: Scored, alike: Sequence[Scored]) -> Scored:
+    """Return a simpler law at the same place that the data do not tell from the best."""
+    for name in law.trial.insertion.simpler:
+        for s in alike:
+            if s.trial.effect == name and s.element == law.element:
+                return _simplest(s, alike)
+    return law
 
 
 def richer_names(best: Candidate, trials: Sequence[Candidate]) -> set[str]:
@@ -388,48 +361,37 @@ def richer_names(best: Candidate, trials: Sequence[Candidate]) -> set[str]:
     }
 
 
-def _richer(best: Candidate, trials: Sequence[Candidate]) -> tuple[Candidate, ...]:
-    nested = richer_names(best, trials)
-    return tuple(
-        x
-        for x in trials
-        if x.element == best.element and x.effect in nested and x.test <= best.test * 1.02 + 0.02
-    )
+def strength_shown(t: Candidate) -> bool:
+    """Whether one of the parameters that make the effect differs from zero at 95 %."""
+    found = {e.name: e.ci95 for e in t.fit.estimates}
+    known = [n for n in t.insertion.strengths if n in found]
+    return not known or any(found[n][0] > 0 or found[n][1] < 0 for n in known)
 
 
-def _same_class(
-    best: Candidate,
-    trials: Sequence[Candidate],
-    nominal: float,
-    level: float,
-    share: float,
-    classes: Isolability | None,
-) -> tuple[Candidate, ...]:
-    """Return the effect at other ports of the class, where it explains practically as much.
-
-    Within a class only the shape of the law speaks; a percent or two of the misfit is no evidence
-    for a place.
-    """
-    if classes is None or nominal <= level:
-        return ()
-    group = classes.class_of(best.element)
-    return tuple(
-        x
-        for x in trials
-        if x.effect == best.effect
-        and x.element != best.element
-        and x.element in group
-        and (nominal - x.test) / (nominal - level) > max(0.9, share - 0.02)
-    )
+def _features(
+    e: Evidence, chosen: Scored, others: Sequence[Scored], fit: float, t: Thresholds
+) -> dict[str, float]:
+    """What the calibration of the probability looks at."""
+    rest = [
+        behind(s.score, chosen.score)
+        for s in e.laws
+        if s.trial.effect not in (chosen.trial.effect, UNNAMED.name) and s.trial.home
+    ]
+    near = [k for k in e.kinds if _alike(k.score, chosen.score, e.plain, t.z)]
+    away = {k.element for k in near if not _together(k.element, chosen.element, e.classes)}
+    return {
+        "law_fit": fit,
+        "lead": float(min(rest, default=50.0)),
+        "elsewhere": float(len(away)),
+        "gain": excess(e.plain, chosen.score),
+        "z": behind(e.plain, chosen.score),
+    }
 
 
-def _confidence(best: Candidate, trials: Sequence[Candidate], share: float, t: Thresholds) -> float:
-    """From the lead over the best other effect and the share explained; at most 0.99."""
-    # a richer form of the same law is no rival: it caps the confidence instead
-    nested = richer_names(best, trials)
-    others = [x for x in trials if x.home and x.effect not in {best.effect, UNNAMED.name, *nested}]
-    lead = min((paired_z(x.blocks, best.blocks) for x in others), default=10.0)
-    certainty = 1.0 - 0.5 * float(np.exp(-max(lead, 0.0) / t.z))
-    if _richer(best, trials):
-        certainty = min(certainty, 0.7)
-    return float(np.clip(certainty * min(1.0, 0.5 + 0.5 * share), 0.0, 0.99))
+def probability(d: Decision) -> float:
+    """Chance that the answer is right, before it is calibrated."""
+    f = d.features
+    if d.kind != "missing_physics":
+        return 0.0
+    doubt = 0.02 + 0.1 * (1 - f["law_fit"]) + 0.03 * min(f["elsewhere"], 5)
+    return float(np.clip(1.0 - doubt - 0.3 * np.exp(-f["lead"] / 2), 0.0, 0.99))

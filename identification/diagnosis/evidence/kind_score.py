@@ -17,7 +17,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.evidence.block_score import BlockScore, score_of
+from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.leave_out import Rows, held_out, rows_of, states_of
 from identification.diagnosis.screening.flexible_forms import flexible_forms, kind_at
 from identification.diagnosis.screening.port_history import FittedModel
@@ -133,7 +133,7 @@ def kind_scores(
         made = _scored(bench, name, form)
         if made is not None:
             found.append(KindScore(name, kind, *made))
-    return sorted(found, key=lambda k: k.score.mean)
+    return sorted(found, key=lambda k: k.score.loss)
 
 
 def _scored(bench: Bench, element: str, form: Array) -> tuple[BlockScore, Array] | None:
@@ -159,7 +159,7 @@ def _scored(bench: Bench, element: str, form: Array) -> tuple[BlockScore, Array]
     full = np.zeros(size.size)
     full[used] = weights / size[used]
     out = held_out(scaled, left, precision, bench.rows)
-    return score_of(out), np.asarray(form @ full[bench.columns.shape[1] :])
+    return BlockScore(out), np.asarray(form @ full[bench.columns.shape[1] :])
 
 
 RIDGE = 1e-9

@@ -28,7 +28,7 @@ Index = NDArray[np.intp]
 
 BLOCKS = 40
 """Stretches of the training samples."""
-HEAVY = 0.9
+HEAVY = 0.5
 """Leverage of a stretch above which the identity is not followed further: it decides alone."""
 FEW = 400
 """Columns of initial states that are counted; with more windows each keeps its own states."""

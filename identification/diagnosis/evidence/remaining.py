@@ -1,0 +1,92 @@
+"""What a model leaves: how much over the noise, in which reading, and whether it is noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from bondgraph.support.arrays import Array
+from identification.estimation.single_record import Fit
+
+COLOURED = 12.0
+"""Root mean square over a noise that was only read off the top of the spectrum, above which no
+colour of the noise explains it."""
+FOLLOWS = 3.5
+"""Standard errors from which a misfit that is larger where more moves is no noise."""
+STRETCHES = 40
+"""Stretches in which motion and misfit are compared."""
+
+
+@dataclass(frozen=True)
+class Remaining:
+    """What is left of every reading on held-out samples.
+
+    Attributes
+    ----------
+    over_noise : dict of str to float
+        Robust root mean square over the noise, by reading: a few outliers are no misfit.
+    measured : bool
+        The noise was read off itself, not off the top of the spectrum.
+    follows : float
+        Standard errors by which the misfit is larger where more moves.
+    """
+
+    over_noise: dict[str, float]
+    measured: bool
+    follows: float
+
+    @property
+    def most(self) -> float:
+        """The largest of all readings."""
+        return max(self.over_noise.values(), default=0.0)
+
+    def is_noise(self, limit: float) -> bool:
+        """Whether what is left may be noise: at its level, or coloured where it is not known."""
+        if self.most <= limit:
+            return True
+        return not self.measured and self.most < COLOURED and self.follows < FOLLOWS
+
+    @property
+    def words(self) -> str:
+        """One phrase."""
+        name = max(self.over_noise, key=lambda n: self.over_noise[n], default="")
+        level = "the noise" if self.measured else "the noise read off its spectrum"
+        return f"what is left of {name} is {self.most:.3g} times {level}"
+
+
+def remaining(fit: Fit) -> Remaining:
+    """Measure what a fit leaves."""
+    data = fit.problem.data
+    r = fit.residuals("test") / data.floor
+    level = np.median(np.abs(r), axis=0) / 0.6745 if r.size else np.zeros(len(data.names))
+    return Remaining(
+        dict(zip(data.names, map(float, level), strict=True)), data.floor_measured, activity(fit)
+    )
+
+
+def activity(fit: Fit) -> float:
+    """Return the standard errors by which the misfit is larger where more moves.
+
+    Noise does not know what the model does; physics left out mostly follows it.
+    """
+    data = fit.problem.data
+    inside = data.mask("train") | data.mask("test")
+    r = ((data.readings - fit.simulated)[inside] / data.floor) ** 2
+    found = []
+    for c in range(r.shape[1]):
+        y = fit.simulated[inside, c]
+        stretches = [s for s in np.array_split(np.arange(y.size), STRETCHES) if s.size > 4]
+        misfit = np.array([np.log(np.mean(r[s, c]) + 1e-300) for s in stretches])
+        for signal in (y - np.mean(y), np.gradient(y)):
+            found.append(_follows(signal, misfit, stretches))
+    return max(found, default=0.0)
+
+
+def _follows(signal: Array, misfit: Array, stretches: list[Array]) -> float:
+    motion = np.array([np.mean(signal[s] ** 2) for s in stretches])
+    if not np.ptp(motion) > 0:
+        return 0.0
+    rho = float(spearmanr(motion, misfit).statistic)
+    return rho * float(np.sqrt(len(stretches) - 1))
