@@ -48,6 +48,7 @@ def _case(level: str, name: str) -> RealCase:
             ),
             Truth("sensor_nonlinearity", ("y",), "the same as a general curve of the reading"),
         ),
+        kinds=("sensing",),
         published=Published(
             0.074, "ticks/s", "CT-SUBNET, as tabulated for the nonlinear benchmarks",
             "other records: uniform commands, which are not here",

@@ -57,6 +57,7 @@ def _case(part: str, bar: int) -> RealCase:
             Truth(effect, ("seal",), _WHY)
             for effect in ("coulomb_friction", "stribeck_friction", "presliding_friction")
         ),
+        kinds=("dissipative", "memory", "surface"),
         comment=f"O-ring at {bar} bar; friction also depends on position, which no term describes",
     )
 

@@ -22,8 +22,9 @@ from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.datasets import FOLDER_VARIABLE, SETS, set_available
 from identification.study.noise_floor import noise_floor
 from identification.study.problem import data_for, drives
+from tests.proof.real.case import KINDS
 from tests.proof.real.judging import OUTCOMES, judge
-from tests.proof.real.outcome import Outcome, read_outcome, table
+from tests.proof.real.outcome import Outcome, counts, read_outcome, table
 from tests.proof.real.preparing import boundary_split, joined, thinned
 from tests.proof.real.registry import REAL_CASES, chosen_cases
 from tests.proof.real.running import run_cases
@@ -63,6 +64,9 @@ def test_truths_name_elements_of_the_model(name: str) -> None:
         assert truth.family
         assert truth.evidence
         assert set(truth.places) <= set(graph.elements), truth.effect
+    assert case.kinds
+    assert len(set(case.kinds)) == len(case.kinds)
+    assert set(case.kinds) <= set(KINDS)
 
 
 def test_a_wrong_case_gets_the_nearest_names() -> None:
@@ -175,6 +179,14 @@ def said(effect: str, element: str, *same: str, **more: Any) -> dict[str, Any]:
             ),
             "look-alike set",
         ),
+        (said("unknown", "c", answer="kind", kind="dissipative"), "right kind"),
+        (said("unknown", "F", "c", answer="kind", kind="memory"), "right kind"),
+        (said("unknown", "F", answer="kind", kind="dissipative"), "wrong place"),
+        (said("unknown", "c", answer="kind", kind="sensing"), "wrong name"),
+        (said("unknown", "F", answer="kind", kind="sensing"), "wrong name"),
+        (said("unknown", "", answer="kind", kind="dissipative"), "unknown"),
+        (said("unknown", "c", family="outside", kind="dissipative"), "unknown"),
+        (said("presliding_friction", "c", answer="exact", kind="dissipative"), "right"),
         ({"verdict": "unknown_physics", "findings": []}, "unknown"),
         ({"verdict": "explained", "findings": []}, "no finding"),
         ({"verdict": "insufficient_data", "findings": []}, "no finding"),
@@ -195,6 +207,20 @@ def test_worst_of_several_findings_counts_and_a_control_may_be_quiet() -> None:
     assert made.place == "c + F"
     quiet = {"verdict": "explained", "findings": []}
     assert judge(REAL_CASES["f16_level1"], quiet).outcome == "right"
+
+
+def test_kinds_are_judged_among_several_findings() -> None:
+    case = REAL_CASES["mr_damper"]
+    kind = said("unknown", "c", answer="kind", kind="memory")
+    made = judge(case, kind)
+    assert (made.said, made.place, made.note) == ("memory (kind)", "c", "")
+    two = {**kind, "findings": kind["findings"] + said("delay", "F")["findings"]}
+    assert judge(case, two).outcome == "wrong name"
+    two["findings"] = kind["findings"] + said("unknown", "F")["findings"]
+    assert judge(case, two).outcome == "right kind"
+    other = judge(case, said("unknown", "c", answer="kind", kind="time"))
+    assert other.note == "right kinds are dissipative, memory"
+    assert judge(case, said("unknown", "F", answer="kind", kind="memory")).note.endswith(" at c")
 
 
 # --- running --------------------------------------------------------------------------------
@@ -265,7 +291,58 @@ def test_table_shows_values_with_units() -> None:
     )  # fmt: skip
     row = table((o,)).splitlines()[2]
     assert "2e-06 m | 1e-07 m | 9e-08 m | 1 um / me | 3 | right" in row
-    assert "1 unseen: 1 right." in table((o,))
+    assert "1 unseen: 1 right name, 0 right kind," in table((o,))
+
+
+def ended(outcome: str, place: str = "C", **more: Any) -> Outcome:
+    return Outcome("case", more.pop("label", "unseen"), outcome, place=place, **more)
+
+
+def silent(verdict: str, error: float, **more: Any) -> Outcome:
+    errors = {"a": 1.0, "b": error}
+    return ended(
+        more.pop("outcome", "no finding"), "", said="nothing", verdict=verdict, before=errors,
+        floor={"a": 1.0, "b": 1.0}, **more,
+    )  # fmt: skip
+
+
+def test_summary_counts_every_outcome_and_what_was_answered() -> None:
+    found = [
+        ended("right"), ended("right kind"), ended("right kind"), ended("family"),
+        ended("family", ""), ended("look-alike set"), ended("unknown"),
+        silent("explained", 3.1), silent("parameters_only", 2.9),
+        silent("insufficient_data", 9.0), ended("wrong name"), ended("wrong place"),
+        ended("failed", ""), ended("absent", ""), ended("right", label="seen before"),
+    ]  # fmt: skip
+    unseen, seen = counts(found).split("\n\n")
+    assert unseen == (
+        "14 unseen: 1 right name, 2 right kind, 2 family, 1 look-alikes, 1 unknown, 3 no finding "
+        "(1 of these false reassurance), 1 wrong name, 1 wrong place, 1 failed, 1 absent. "
+        "Answered (right name, family, or kind at the right place): 4 of 13."
+    )
+    assert seen.startswith("1 seen before: 1 right name, 0 right kind")
+    assert seen.endswith("1 of 1.")
+    assert counts(()) == "nothing was run."
+
+
+def test_false_reassurance_needs_a_quiet_verdict_and_one_loud_reading() -> None:
+    assert silent("explained", 3.1).false_reassurance
+    assert not silent("explained", 3.0).false_reassurance
+    assert not silent("unknown_physics", 3.1).false_reassurance
+    repaired = Outcome(
+        "case",
+        "unseen",
+        "right",
+        verdict="parameters_only",
+        before={"y": 9.0},
+        after={"y": 1.0},
+        floor={"y": 1.0},
+    )
+    assert not repaired.false_reassurance
+    control = silent("explained", 3.1, outcome="right")
+    assert "0 right name" in counts([control])
+    assert "1 rightly nothing (1 of these false reassurance)" in counts([control])
+    assert counts([control]).endswith("0 of 1.")
 
 
 def test_command_lists_the_cases(capsys: pytest.CaptureFixture[str]) -> None:
