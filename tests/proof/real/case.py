@@ -104,8 +104,9 @@ class RealCase:
         Of `KINDS`: what is right at a place of these effects although no law of the catalogue is.
     published : Published or None
         Best published value.
-    label : "unseen" or "seen before"
-        Whether the tool was ever diagnosed with this recording while it was built.
+    label : "unseen", "seen before" or "simulated"
+        Whether the tool was ever diagnosed with this recording while it was built; or that it is
+        simulated by others, and proves nothing about real devices.
     control : bool
         Nearly nothing is missing: to find nothing is right too.
     comment : str
@@ -120,7 +121,7 @@ class RealCase:
     truth: tuple[Truth, ...]
     kinds: tuple[str, ...]
     published: Published | None = None
-    label: Literal["unseen", "seen before"] = "unseen"
+    label: Literal["unseen", "seen before", "simulated"] = "unseen"
     control: bool = False
     comment: str = ""
 

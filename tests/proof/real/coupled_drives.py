@@ -57,4 +57,4 @@ def _case(level: str, name: str) -> RealCase:
     )  # fmt: skip
 
 
-CASES = (_case("1V", "1v"), _case("1.5V", "1v5"))
+CASES = (_case("1V", "1v"), _case("1.5V", "1v5"), _case("0.5V", "0v5"))

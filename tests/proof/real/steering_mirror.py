@@ -117,4 +117,4 @@ def _case(level: str) -> RealCase:
     )  # fmt: skip
 
 
-CASES = (_case("300mV"), _case("100mV"))
+CASES = (_case("300mV"), _case("100mV"), _case("200mV"))

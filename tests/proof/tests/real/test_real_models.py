@@ -25,7 +25,7 @@ from identification.study.problem import data_for, drives
 from tests.proof.real.case import KINDS
 from tests.proof.real.judging import OUTCOMES, judge
 from tests.proof.real.outcome import Outcome, counts, read_outcome, table
-from tests.proof.real.preparing import boundary_split, joined, thinned
+from tests.proof.real.preparing import apart, boundary_split, joined, stretches_of, thinned
 from tests.proof.real.registry import REAL_CASES, chosen_cases
 from tests.proof.real.running import run_cases
 from tests.proof.real.steering_mirror import BAND, PERIOD, below_resonance
@@ -33,6 +33,7 @@ from tests.proof.real.steering_mirror import BAND, PERIOD, below_resonance
 UNSEEN = {
     "steering_mirror", "pnzt_creep", "mr_damper", "pendulum", "rack_and_pinion",
     "pneumatic_cylinder", "coupled_drives", "wiener_hammerstein", "f16", "ball_and_beam",
+    "friction_damper", "motoshield", "tclab", "hobby_servo", "piezo_beam",
 }  # fmt: skip
 SEEN = {"piezo_actuator", "emps", "silverbox", "hair_dryer"}
 NAMES = tuple(REAL_CASES)
@@ -44,9 +45,9 @@ NAMES = tuple(REAL_CASES)
 def test_registry_holds_every_set_with_a_documented_physics() -> None:
     by_label = {
         label: {c.dataset for c in REAL_CASES.values() if c.label == label}
-        for label in ("unseen", "seen before")
+        for label in ("unseen", "seen before", "simulated")
     }
-    assert by_label == {"unseen": UNSEEN, "seen before": SEEN}
+    assert by_label == {"unseen": UNSEEN, "seen before": SEEN, "simulated": {"bouc_wen"}}
     assert all(n == c.name for n, c in REAL_CASES.items())
     assert [c.dataset for c in REAL_CASES.values() if c.control] == ["f16"]
     for case in REAL_CASES.values():
@@ -106,6 +107,45 @@ def test_piston_balances_pressure_and_seal() -> None:
     assert np.allclose(made.outputs["F"], 5e-4 * p + 80.0 * v)
 
 
+def test_maxwell_damper_yields_and_springs_back() -> None:
+    graph = REAL_CASES["friction_damper_70lb"].model()
+    v = np.concatenate((np.full(2000, 0.05), np.zeros(2000)))
+    made = simulate(graph, 1e-3 * np.arange(4000), {"v": v}, {"k": 5e6, "c": 1e5}, x0=np.zeros(1))
+    force = made.outputs["F"]
+    assert force[1] == pytest.approx(5e6 * 0.05 * 1e-3, rel=0.05)  # the spring takes the first way
+    assert force[1999] == pytest.approx(1e5 * 0.05, rel=1e-3)  # then the dashpot yields
+    assert force[2021] == pytest.approx(force[2001] / np.e, rel=0.02)  # c / k is 20 ms
+
+
+def test_motor_and_servo_settle_where_textbooks_say() -> None:
+    motor = REAL_CASES["dc_motor_board1"].model()
+    made = simulate(motor, 1e-3 * np.arange(2000), {"u": np.full(2000, 3.0)}, x0=np.zeros(1))
+    assert made.outputs["w"][-1] == pytest.approx(3.0 * 2e-3 / (2e-3**2 + 10.0 * 6e-7), rel=1e-3)
+    servo = REAL_CASES["hobby_servo_small"].model()
+    made = simulate(servo, 1e-3 * np.arange(2000), {"u": np.full(2000, 0.3)}, x0=np.zeros(2))
+    assert made.outputs["q"][-1] == pytest.approx(0.3, rel=1e-3)
+
+
+def test_heaters_balance_loss_and_exchange() -> None:
+    graph = REAL_CASES["heaters_setpoints"].model()
+    n = 3000
+    made = simulate(
+        graph, np.arange(n, dtype=float), {"Q1": np.full(n, 0.5), "Q2": np.zeros(n)}, x0=np.zeros(2)
+    )
+    t1, t2 = (made.outputs[k][-1] for k in ("T1", "T2"))
+    assert t2 / 83.0 == pytest.approx((t1 - t2) / 200.0, rel=1e-3)
+    assert (t1 + t2) / 83.0 == pytest.approx(0.5, rel=1e-3)
+
+
+def test_first_mode_rings_at_20_hz() -> None:
+    graph = REAL_CASES["piezo_beam"].model()
+    kick = np.zeros(2000)
+    kick[0] = 1.0
+    made = simulate(graph, 1e-3 * np.arange(2000), {"i": kick}, x0=np.zeros(2))
+    ringing = np.abs(np.fft.rfft(made.outputs["v"]))
+    assert np.fft.rfftfreq(2000, 1e-3)[ringing.argmax()] == pytest.approx(20.0, abs=0.5)
+
+
 def test_f16_accelerometers_read_accelerations() -> None:
     graph = REAL_CASES["f16_level1"].model()
     made = simulate(graph, 1e-4 * np.arange(200), {"F": np.full(200, 5.0)}, x0=np.zeros(4))
@@ -137,6 +177,18 @@ def test_parts_are_joined_thinned_and_split() -> None:
         boundary_split(whole, 100, "rule")
     with pytest.raises(UnusableInput, match="differ in rate"):
         joined("whole", (r, made_up(dt=0.02)), "")
+
+
+def test_recordings_from_own_states_are_joined_and_taken_apart() -> None:
+    parts = [made_up(f"r{i}", n) for i, n in enumerate((40, 30, 20))]
+    whole, split = apart("whole", 1, "the last judges", {"u": "u", "y": "y"})(*parts)
+    assert whole.meta["breaks"] == (40, 70)
+    assert (split.train, split.test) == (slice(0, 70), slice(70, 90))
+    back = stretches_of(whole)
+    assert [r.name for r in back] == ["r0", "r1", "r2"]
+    for one, was in zip(back, parts, strict=True):
+        assert np.array_equal(one["y"], was["y"])
+    assert stretches_of(parts[0]) == (parts[0],)
 
 
 def test_mirror_keeps_low_lines_and_the_noise_between_lines() -> None:
@@ -273,6 +325,38 @@ def test_each_case_is_run_once_and_failures_are_kept(tmp_path: Path) -> None:
     (kept / "outcome.json").write_text("{}")
     with pytest.raises(UnusableInput, match="remove the folder"):
         read_outcome(kept)
+
+
+def write_servo(folder: Path) -> None:
+    rows = [
+        f"{i},4,{j / 50},{np.sin(j + i):.5f},{np.sin(j + i - 1):.5f}\n"
+        for i in range(96) for j in range(60)
+    ]  # fmt: skip
+    (folder / "hobby-servo-arm").mkdir(parents=True)
+    head = "rollout,kind,t_s,command_rad,angle_rad\n"
+    (folder / "hobby-servo-arm" / "rollouts.csv").write_text(head + "".join(rows))
+
+
+def test_rollouts_are_diagnosed_as_recordings_of_their_own(tmp_path: Path) -> None:
+    from identification.diagnosis.diagnose import Diagnosis
+
+    write_servo(tmp_path)
+    given: list[Any] = []
+
+    def looked(graph: Any, recording: Any, split: Any, **more: Any) -> Diagnosis:
+        given.append((recording, split))
+        return Diagnosis("insufficient_data", more["model"], recording[0], graph)
+
+    place = str(tmp_path)
+    (made,) = run_cases(tmp_path / "out", ("hobby_servo_large",), recordings=place, diagnose=looked)
+    ((stretches, split),) = given
+    assert made.outcome == "no finding"
+    assert made.samples == 12 * 60
+    assert [r.n for r in stretches] == [60] * 12
+    assert [r.name.rpartition("/")[2] for r in stretches[-4:]] == [
+        f"rollout_{i}" for i in (42, 45, 48, 51)
+    ]
+    assert (split.train, split.test) == (slice(0, 480), slice(480, 720))
 
 
 def test_diagnosis_takes_what_it_is_called_with() -> None:
