@@ -13,7 +13,7 @@ from identification.report.tables import markdown
 from tests.proof.real.case import RealCase
 from tests.proof.real.judging import NOTHING, REASSURING
 
-__all__ = ["Outcome", "counts", "read_outcome", "table"]
+__all__ = ["Outcome", "counts", "documented", "read_outcome", "table"]
 
 FILE = "outcome.json"
 REASSURED = 3.0

@@ -54,7 +54,8 @@ CASES = (
         kinds=("mode",),
         comment=(
             "random excitation, both patches short-circuited: the coupling of the patches, which "
-            "the other files of the set show, is not seen here"
+            "the other files of the set show, is not seen here. Of what one mode leaves, 0.36 of "
+            "the spread, 0.30 lie at 110 to 125 Hz and 0.14 at the first resonance, undocumented"
         ),
     ),
 )  # fmt: skip

@@ -438,7 +438,12 @@ def test_command_lists_the_cases(capsys: pytest.CaptureFixture[str]) -> None:
     add_real_command(parser.add_subparsers())
     options = parser.parse_args(["real", "--list"])
     assert options.run(options) == 0
-    assert len(capsys.readouterr().out.splitlines()) == len(NAMES)
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == len(NAMES)
+    assert (
+        "hair_dryer (seen before): delay, low_pass, sensor_lag, added_mode (kind: command"
+        in (lines[-1])
+    )
 
 
 # --- the recordings: channels, units, and a plain fit ---------------------------------------
