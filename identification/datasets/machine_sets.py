@@ -15,6 +15,13 @@ _PINION = ("KonradMnich/friction-identification", "8b477df1747f606c68387096b613b
 _BEAM = ("elchape99/SSCSA", "aaf445cbb0df3616089fa3c7ab309bfdfd2b8695")
 _PIEZO = ("chandratue/SmartHysteresis", "e7672dabcabbc75341e9ea965d073f68b27e5cda")
 _PNZT = ("mavasbel/matlab-preisach-model", "e083eb995b8f7c84e06e8d1ac58ac564aec539ee")
+_DAMPER = (
+    "ARTS-Laboratory/Dataset-Friction-Damper-with-Backlash",
+    "0e09aa9d950760277e31c08cd93fd01f39a5af09",
+)
+_MOTO = ("gergelytakacs/AutomationShield", "bc0778f97a156d4ea5158725e09068d438e59a39")
+_SERVO = ("mauicv/servo-sysid", "e4a48407899108cae084ff25e8b5d12e3da070cc")
+_TCLAB = ("rawlings-group/mlid_2024", "9f1c939c2efb81bc57c7459404fc04dfcf36b910")
 _NONE = "none stated by the repository: do not redistribute"
 _DAISY = "DaISy: licence not verified, the database asks for citation"
 _DE_MOOR = "B. De Moor (ed.), DaISy: Database for the Identification of Systems, KU Leuven"
@@ -25,9 +32,33 @@ _PNZT_FILES = (
     "loop09_1Hz_800V", "loop10_1Hz_800V",
 )  # fmt: skip
 _SEALS = ("O_ring_1bar", "O_ring_3bar", "O_ring_5bar", "O_ring_7bar", "X_ring257_3bar")
+_BANDS = {
+    "harmonic_0p5Hz_1in_70lb": "dataset-1/characterization datasets/0.5Hz70lbtension.json",
+    "harmonic_0p25Hz_1p5in_36lb": (
+        "dataset-2/characterization datasets/0.25Hz36lbtension1.5amplitude.json"
+    ),
+    "harmonic_0p5Hz_1in_30lb": (
+        "dataset-2/characterization datasets/0.5Hz30lbtension1amplitude.json"
+    ),
+    "harmonic_1Hz_0p5in_36lb": (
+        "dataset-2/characterization datasets/1Hz36lbtension0.5amplitude.json"
+    ),
+    "earthquake_imperial_valley_DBE": "dataset-2/earthquake profiles/ImperialValleyDBE.json",
+    "earthquake_kocaeli_MCE": "dataset-2/earthquake profiles/KocaeliMCE.json",
+}
+_HEATERS = ("open_loop_prbs", "closed_loop_setpoints", "closed_loop_collapse")
+_ROLLOUTS = tuple(f"rollout_{i:02d}" for i in range(read.SERVO_ROLLOUTS))
 _LAST_THIRD = sides(Fraction(2, 3))
 _PNZT_COLUMNS = {
     "V": "voltage_V", "i": "current_A", "P": "polarization_uC_per_cm2", "x": "displacement_nm",
+}  # fmt: skip
+_HEATER_COLUMNS = {
+    "Q1": "heater_1_percent[%]", "Q2": "heater_2_percent[%]",
+    "T1": "temperature_1_C[degC]", "T2": "temperature_2_C[degC]",
+}  # fmt: skip
+_BAND_COLUMNS = {
+    "x": "displacement_m", "v": "velocity_m_per_s", "F": "force_N",
+    "F1": "band_end_1_force_N", "F2": "band_end_2_force_N",
 }  # fmt: skip
 _CYLINDER_COLUMNS = {"clock": "t_s[s]", "x": "position_mm", "p": "pressure_bar", "F": "force_N"}
 
@@ -246,5 +277,102 @@ MACHINE_SETS = (
             "time counts samples"
         ),
         aliases=("daisy-mechatronics/flexible_robot_arm",),
+    ),
+    PublicSet(
+        name="friction_damper",
+        title="Banded rotary friction damper: velocity to force (dry friction, backlash)",
+        citation=(
+            "A. Downey, L. Cao, S. Laflamme, D. Taylor, J. Ricles, High capacity variable friction "
+            "damper based on band brake technology, Engineering Structures 113 (2016) 287-298; "
+            "data by D. Coble, P. Huggins, L. Cao, J. Ricles, A. Downey, 2022"
+        ),
+        licence="CC BY-SA 4.0",
+        folder="friction-damper-backlash",
+        layouts=(tuple(Columns(f"{r}.csv", _BAND_COLUMNS, record=r) for r in _BANDS),),
+        originals=tuple(Original(*_DAMPER, f"data/{path}") for path in _BANDS.values()),
+        inputs=("x", "v"),
+        outputs=("F",),
+        parts=_whole_parts(tuple(_BANDS), tuple(r for r in _BANDS if r.startswith("earthquake"))),
+        init=10,
+        note=(
+            "own parts: harmonic displacements train, earthquakes judge. The converted copy is in "
+            "SI and thinned from 1024 to 256 Hz behind a zero-phase filter; F counts with the "
+            "velocity, F1 and F2 are the ends of the band. The first and last 16 samples are "
+            "edges of the filter"
+        ),
+    ),
+    PublicSet(
+        name="motoshield",
+        title="Small DC motor on two boards: voltage to speed (Coulomb torque, concave curve)",
+        citation="G. Takacs, J. Boldocky, E. Mikulas et al., AutomationShield project: MotoShield",
+        licence="CC BY-NC-ND 4.0: converted files are not redistributed",
+        folder="motoshield-dc-motor",
+        layouts=(
+            tuple(
+                Columns(
+                    f"{board}_steps.csv", {"u": "voltage_V", "w": "speed_rad_per_s"}, record=board
+                )
+                for board in read.MOTO_PULSES
+            ),
+        ),
+        originals=tuple(
+            Original(*_MOTO, f"matlab/examples/MotoShield/{f}")
+            for f in ("aprbsResult.mat", "identification_data.mat")
+        ),
+        inputs=("u",),
+        outputs=("w",),
+        parts=_whole_parts(tuple(read.MOTO_PULSES), ("board2",)),
+        init=5,
+        note=(
+            "own parts: board 1 trains, board 2, another motor with a finer counter, judges; 50 "
+            "Hz. The current reading of board 2 is no current of the motor and is left out"
+        ),
+        prepare=read.motor_pulses,
+    ),
+    PublicSet(
+        name="hobby_servo",
+        title="Hobby servo with a weighted arm: angle command to angle (limits, dry friction)",
+        citation="mauicv, servo-sysid, repository, 2026",
+        licence=_NONE,
+        folder="hobby-servo-arm",
+        layouts=(
+            alone("rollouts.csv", 50.0, u="command_rad", q="angle_rad", rollout="rollout[1]"),
+        ),
+        originals=(Original(*_SERVO, "src/sysid/dataset/dataset.json"),),
+        inputs=("u",),
+        outputs=("q",),
+        parts=_whole_parts(_ROLLOUTS, _ROLLOUTS[::3]),
+        init=2,
+        note=(
+            "own parts: every third rollout judges. 0 chirp; 1-30 steps; 31-51 random binary; "
+            "52-63 ramps; 64-75 triangles; 76-95 squares; each from rest, timed by software"
+        ),
+        prepare=read.rollouts,
+    ),
+    PublicSet(
+        name="tclab",
+        title="Two transistor heaters, two temperature sensors (sensor lag, radiation, room)",
+        citation=(
+            "S. J. Kuntz, J. B. Rawlings, Maximum likelihood identification of linear models with "
+            "integrating disturbances for offset-free control, arXiv 2406.03760; device: J. Park, "
+            "R. A. Martin, J. D. Kelly, J. D. Hedengren, Computers & Chemical Engineering 135 "
+            "(2020) 106736"
+        ),
+        licence="MIT",
+        folder="tclab-heaters",
+        layouts=(tuple(Columns(f"{f}.csv", _HEATER_COLUMNS, record=f) for f in _HEATERS),),
+        originals=tuple(
+            Original(*_TCLAB, f"data/{f}") for f in ("tclab_prbs.pickle", "tclab_cl.pickle")
+        ),
+        inputs=("Q1", "Q2"),
+        outputs=("T1", "T2"),
+        parts=_whole_parts(_HEATERS, _HEATERS[2:]),
+        init=60,
+        note=(
+            "own parts: the open loop and the loop of set-points train, the loop that collapses "
+            "judges; 1 s. Heaters count as shares of full power, temperatures from 0 C; that of "
+            "the room is not recorded. Entries 'Reg. & Cons. ML' and 'Unregularized ML' of the "
+            "second file"
+        ),
     ),
 )

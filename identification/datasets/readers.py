@@ -21,6 +21,11 @@ SILVERBOX_TRAIN, SILVERBOX_STOP = (40_650, 40_650 + 65_062), 127_400
 MIRROR_RATE = 6400.0
 MIRROR_LEVELS = ("100mV", "200mV", "300mV")
 CYLINDER_RATE = 100.0
+MOTO_PULSES = {"board1": 14, "board2": 28}
+"""Pulses of the counter in a turn."""
+SERVO_ROLLOUTS = 96
+SERVO_STEP = 2.0 * np.pi / 4096
+"""rad; the encoder has 12 bits."""
 _GAP = 0.05
 
 
@@ -80,6 +85,37 @@ def _longest_stretch(read: Recording) -> Recording:
     channels = {k: np.asarray(np.interp(time, stamps, read[k][kept])) for k in ("x", "p", "F")}
     units = {k: read.units[k] for k in channels}
     return changed(replace(read, time=time, channels=channels, units=units), channels, units, note)
+
+
+def motor_pulses(records: Records) -> Records:
+    """Small DC motor: the speed is a count of pulses in a sample, whose unit is declared."""
+    return {
+        name: replace(
+            r, meta={**r.meta, "resolution": {"w": 2.0 * np.pi / (MOTO_PULSES[name] * r.dt)}}
+        )
+        for name, r in records.items()
+    }
+
+
+def rollouts(records: Records) -> Records:
+    """Hobby servo: one record a rollout, ``rollout_00`` on, each from time 0."""
+    (read,) = records.values()
+    number = read["rollout"]
+    found = {}
+    for i in range(SERVO_ROLLOUTS):
+        mine = np.flatnonzero(number == i)
+        if not mine.size or mine[-1] - mine[0] != mine.size - 1:
+            raise UnusableInput(
+                f"{read.source}: rollout {i} is absent or in pieces; get the file again"
+            )
+        channels = {k: read[k][mine] for k in ("u", "q")}
+        units = {k: read.units[k] for k in channels}
+        meta = {**read.meta, "resolution": {"q": SERVO_STEP}}
+        time = np.asarray(np.arange(mine.size) * read.dt, dtype=np.float64)
+        found[f"rollout_{i:02d}"] = replace(
+            read, time=time, channels=channels, units=units, meta=meta
+        )
+    return found
 
 
 def steering_mirror(paths: tuple[Path, ...]) -> Records:

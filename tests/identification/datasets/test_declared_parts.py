@@ -51,10 +51,17 @@ SPANS: dict[str, list[tuple[Any, ...]]] = {
 WHOLE = {
     "pnzt_creep": {"train/record1_60s", "train/record3_105s"},
     "pneumatic_cylinder": {"train/O_ring_1bar", "train/O_ring_3bar", "train/O_ring_7bar"},
+    "friction_damper": {
+        "train/harmonic_0p5Hz_1in_70lb", "train/harmonic_0p25Hz_1p5in_36lb",
+        "train/harmonic_0p5Hz_1in_30lb", "train/harmonic_1Hz_0p5in_36lb",
+    },
+    "motoshield": {"train/board1"},
+    "hobby_servo": {f"train/rollout_{i:02d}" for i in range(96) if i % 3},
+    "tclab": {"train/open_loop_prbs", "train/closed_loop_setpoints"},
     "steering_mirror": {
         f"train/{level}_{i}" for level in ("100mV", "200mV", "300mV") for i in range(1, 7)
     },
-}
+}  # fmt: skip
 """Sets of whole records: those that train."""
 
 
@@ -70,7 +77,7 @@ def test_sets_of_whole_records() -> None:
         parts = SETS[name].parts
         assert {p.name for p in parts if p.side == "train"} == train
         assert all((p.start, p.stop, p.held) == (0, None, 0.0) for p in parts)
-    assert [len(SETS[n].parts) for n in WHOLE] == [14, 5, 27]
+    assert [len(SETS[n].parts) for n in WHOLE] == [14, 5, 6, 2, 96, 3, 27]
 
 
 def test_parts_where_the_files_hold_less() -> None:

@@ -193,6 +193,38 @@ def test_pneumatic_cylinder_leaves_pauses_out(tmp_path: Path) -> None:
     assert "samples 99 to 299 of 300" in r.notes[-1]
 
 
+def test_rollouts_of_the_servo_are_records(tmp_path: Path) -> None:
+    folder = tmp_path / "hobby-servo-arm"
+    folder.mkdir()
+    head = "rollout,kind,t_s,command_rad,angle_rad\n"
+    rows = [f"{i},1,{j / 50},{i + 1},{0.01 * i + 0.1 * j}\n" for i in range(96) for j in range(5)]
+    (folder / "rollouts.csv").write_text(head + "".join(rows))
+    p = protocol("hobby_servo", tmp_path)
+    assert (len(p.train), len(p.tests)) == (64, 32)
+    r = p.tests["rollout_42"]
+    assert set(r.channels) == {"u", "q"}
+    assert np.array_equal(r["u"], np.full(5, 43.0))
+    assert r["q"] == pytest.approx(0.42 + 0.1 * np.arange(5))
+    assert r.time == pytest.approx(np.arange(5) / 50)
+    assert r.meta["resolution"] == {"q": pytest.approx(2 * np.pi / 4096)}
+    for wrong in (rows[:-5], [*rows[5:10], *rows[:5], *rows[10:], rows[0]]):
+        (folder / "rollouts.csv").write_text(head + "".join(wrong))
+        with pytest.raises(UnusableInput, match="is absent or in pieces"):
+            protocol("hobby_servo", tmp_path)
+
+
+def test_pulses_of_the_motor_are_declared(tmp_path: Path) -> None:
+    folder = tmp_path / "motoshield-dc-motor"
+    folder.mkdir()
+    rows = "".join(f"{i / 50},3,{i}\n" for i in range(9))
+    for board in ("board1", "board2"):
+        text = "t_s,voltage_V,speed_rad_per_s\n" + rows
+        (folder / f"{board}_steps.csv").write_text(text)
+    p = protocol("motoshield", tmp_path)
+    assert p.train[0].meta["resolution"]["w"] == pytest.approx(22.4399, rel=1e-5)
+    assert p.tests["board2"].meta["resolution"]["w"] == pytest.approx(11.22, rel=1e-4)
+
+
 def test_parts_and_shown(tmp_path: Path) -> None:
     (tmp_path / "silverbox").mkdir()
     original_silverbox(tmp_path / "silverbox")
@@ -248,6 +280,18 @@ def test_real_sizes_units_and_levels() -> None:
     assert real("pendulum").train[0]["theta"][-100:].mean() == pytest.approx(0.0, abs=2e-3)
     assert real("mr_damper").train[0]["v"].max() < 0.5
     assert real("pneumatic_cylinder").train[0]["p"].mean() == pytest.approx(1e5, rel=0.05)
+    heaters = real("tclab")
+    assert heaters.train[0]["Q1"].mean() == pytest.approx(0.3, abs=0.01)
+    assert heaters.tests["closed_loop_collapse"]["T1"][-1] == pytest.approx(24.1, abs=0.2)
+    damper = real("friction_damper").train[0]
+    assert damper.fs == pytest.approx(256.0)
+    slope = np.gradient(damper["x"], damper.dt)
+    assert slope[16:-16] == pytest.approx(damper["v"][16:-16], abs=5e-3)
+    assert np.mean(damper["F"] * damper["v"]) > 0.0
+    assert real("hobby_servo").tests["rollout_42"].n == 150
+    for board in real("motoshield").records:
+        counts = board["w"] / board.meta["resolution"]["w"]
+        assert counts == pytest.approx(np.round(counts), abs=1e-4)
 
 
 @pytest.mark.recordings

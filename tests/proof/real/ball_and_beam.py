@@ -43,6 +43,7 @@ CASES = (
             Truth("presliding_friction", ("c",), _ROLLING),
             Truth("end_stop", ("c", "m", "x"), "the beam has ends"),
         ),
+        kinds=("dissipative", "memory", "restoring"),
         comment="1000 samples at 10 Hz in closed loop around an integrating plant: little to see",
     ),
 )

@@ -2,15 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal
 
 from bondgraph.graph.bond_graph import BondGraph
 from identification.datasets import SETS, LoadedRecording, load, protocol
 from tests.proof.trial.vocabulary import FAMILY_OF
 
-__all__ = ["Published", "RealCase", "Truth"]
+__all__ = ["KINDS", "Published", "RealCase", "Truth"]
+
+KINDS: Mapping[str, str] = MappingProxyType(
+    {
+        "restoring": "a curve over the displacement",
+        "dissipative": "a curve over the flow",
+        "surface": "a surface over displacement and flow",
+        "memory": "turning points of the past, whatever the speed",
+        "slow": "first-order relaxations: creep, heat, lags",
+        "mode": "a resonance that is missing",
+        "ratio": "a ratio that changes",
+        "command": "a curve, a short filter or a delay of the command",
+        "sensing": "a curve, a short filter or a delay of the reading, ripple, drift",
+        "time": "a coefficient that changes with time",
+        "exogenous": "a force from outside",
+    }
+)
+"""Sorts of missing physics that can be seen at a place although no law fits it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,10 +100,13 @@ class RealCase:
         -> impoverished graph; sources and sensors bear the names of the channels.
     truth : tuple of Truth
         Documented effects that the model lacks; each is a right answer.
+    kinds : tuple of str
+        Of `KINDS`: what is right at a place of these effects although no law of the catalogue is.
     published : Published or None
         Best published value.
-    label : "unseen" or "seen before"
-        Whether the tool was ever diagnosed with this recording while it was built.
+    label : "unseen", "seen before" or "simulated"
+        Whether the tool was ever diagnosed with this recording while it was built; or that it is
+        simulated by others, and proves nothing about real devices.
     control : bool
         Nearly nothing is missing: to find nothing is right too.
     comment : str
@@ -98,8 +119,9 @@ class RealCase:
     prepare: Callable[..., LoadedRecording]
     model: Callable[[], BondGraph]
     truth: tuple[Truth, ...]
+    kinds: tuple[str, ...]
     published: Published | None = None
-    label: Literal["unseen", "seen before"] = "unseen"
+    label: Literal["unseen", "seen before", "simulated"] = "unseen"
     control: bool = False
     comment: str = ""
 

@@ -79,13 +79,13 @@ def _names() -> tuple[str, ...]:
 
 
 def _real(options: argparse.Namespace) -> int:
+    from tests.proof.real.outcome import documented
     from tests.proof.real.registry import chosen_cases
 
     cases = chosen_cases(options.names)
     if options.list:
         for c in cases:
-            truth = ", ".join(dict.fromkeys(t.effect for t in c.truth))
-            print(f"{c.name} ({c.label}): {truth}{', or nothing' if c.control else ''}")
+            print(f"{c.name} ({c.label}): {documented(c)}")
         return 0
     names = [c.name for c in cases]
     return real(options.out, names, options.jobs, options.recordings)

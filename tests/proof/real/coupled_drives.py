@@ -48,6 +48,7 @@ def _case(level: str, name: str) -> RealCase:
             ),
             Truth("sensor_nonlinearity", ("y",), "the same as a general curve of the reading"),
         ),
+        kinds=("sensing",),
         published=Published(
             0.074, "ticks/s", "CT-SUBNET, as tabulated for the nonlinear benchmarks",
             "other records: uniform commands, which are not here",
@@ -56,4 +57,4 @@ def _case(level: str, name: str) -> RealCase:
     )  # fmt: skip
 
 
-CASES = (_case("1V", "1v"), _case("1.5V", "1v5"))
+CASES = (_case("1V", "1v"), _case("1.5V", "1v5"), _case("0.5V", "0v5"))

@@ -69,6 +69,7 @@ CASES = (
                 for effect in ("coulomb_friction", "presliding_friction", "backlash")
             ),
         ),
+        kinds=("mode", "dissipative", "memory", "restoring"),
         control=True,
         comment=(
             "nearly linear, but two modes are fewer than the aircraft has: unknown physics or an "

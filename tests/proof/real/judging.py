@@ -13,10 +13,14 @@ from tests.proof.trial.answers import Statement, share_of, statement_of
 __all__ = ["OUTCOMES", "Judgement", "judge"]
 
 OUTCOMES = (
-    "wrong name", "wrong place", "right", "look-alike set", "family", "unknown", "no finding",
-    "failed", "absent",
+    "wrong name", "wrong place", "right", "right kind", "look-alike set", "family", "unknown",
+    "no finding", "failed", "absent",
 )  # fmt: skip
 """Ways in which a case can end; of several findings the first of these counts."""
+REASSURING = ("explained", "parameters_only")
+"""Verdicts that say that no physics is missing."""
+NOTHING = "nothing"
+"""What was said where nothing was found."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,25 +48,47 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
 
     A single name must be a documented effect at one of its places, or at an element that the
     finding calls indistinguishable from such a place. A name that is only of the same family is
-    wrong; a family, or a set of look-alikes, counts if a documented effect is in it. To find
+    wrong; a family, or a set of look-alikes, counts if a documented effect is in it. A kind (a
+    finding with ``answer`` "kind" and its ``kind``) must be one of the case, at a place of a
+    documented effect; another kind is a wrong name, and one without a place is no answer. To find
     nothing is right for a control and "no finding" for all others.
     """
-    kind = str(verdict.get("verdict", ""))
+    overall = str(verdict.get("verdict", ""))
     ports = len(case.model().of_type(C, I, R, Source, Sensor, TwoPort))
-    said = [statement_of(f, ports, share_of(verdict)) for f in verdict.get("findings") or ()]
+    findings = tuple(verdict.get("findings") or ())
+    said = [statement_of(f, ports, share_of(verdict)) for f in findings]
+    kinds = [_kind(f) for f in findings]
     if not said:
-        if kind == "unknown_physics":
+        if overall == "unknown_physics":
             return Judgement("unknown", "unknown", "")
-        nothing = case.control and kind in ("explained", "parameters_only")
-        return Judgement("right" if nothing else "no finding", "nothing", "", kind)
-    each = [_one(case, s) for s in said]
+        nothing = case.control and overall in REASSURING
+        return Judgement("right" if nothing else "no finding", NOTHING, "", overall)
+    both = tuple(zip(said, kinds, strict=True))
+    each = [_of_kind(case, s, k) if k else _one(case, s) for s, k in both]
     worst = min(each, key=lambda e: OUTCOMES.index(e[0]))
     return Judgement(
         worst[0],
-        " + ".join(_words(s) for s in said),
+        " + ".join(f"{k} (kind)" if k else _words(s) for s, k in both),
         " + ".join(", ".join(sorted(s.places, key=lambda p: p != s.element)) for s in said),
         worst[1],
     )
+
+
+def _kind(finding: Mapping[str, Any]) -> str:
+    """Kind that a finding states in place of a name; empty if it does not."""
+    return str(finding.get("kind", "")) if finding.get("answer") == "kind" else ""
+
+
+def _of_kind(case: RealCase, said: Statement, kind: str) -> tuple[str, str]:
+    """Outcome of a finding that is a kind, and a note."""
+    if kind not in case.kinds:
+        return "wrong name", f"right kinds are {', '.join(case.kinds)}"
+    if not said.places:
+        return "unknown", "a kind without a place"
+    known = {p for t in case.truth for p in t.places}
+    if not said.places & known:
+        return "wrong place", f"documented at {', '.join(sorted(known))}"
+    return "right kind", ""
 
 
 def _one(case: RealCase, said: Statement) -> tuple[str, str]:

@@ -40,6 +40,7 @@ CASES = (
             Truth("coulomb_friction", ("c",), _WHY),
             Truth("hysteresis", ("c",), _WHY),
         ),
+        kinds=("dissipative", "memory"),
         comment=(
             "the model has no store, so a yield force that builds up over a displacement is "
             "friction with presliding here; a static law of the velocity leaves half of the error"

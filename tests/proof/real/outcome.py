@@ -11,10 +11,22 @@ from typing import Any
 from bondgraph.support.errors import UnusableInput
 from identification.report.tables import markdown
 from tests.proof.real.case import RealCase
+from tests.proof.real.judging import NOTHING, REASSURING
 
-__all__ = ["Outcome", "counts", "read_outcome", "table"]
+__all__ = ["Outcome", "counts", "documented", "read_outcome", "table"]
 
 FILE = "outcome.json"
+REASSURED = 3.0
+"""Held-out error in noise floors beyond which nobody may be told that nothing is missing."""
+COUNTED = (
+    ("right", "right name"), ("right kind", "right kind"), ("family", "family"),
+    ("look-alike set", "look-alikes"), ("unknown", "unknown"), ("rightly nothing", ""),
+    ("no finding", "no finding"), ("wrong name", "wrong name"), ("wrong place", "wrong place"),
+    ("failed", "failed"), ("absent", ""),
+)  # fmt: skip
+"""Outcomes in the order of the summary, and their words there; those without show if they came."""
+ANSWERED = ("right", "family", "right kind")
+"""Outcomes that say what is missing, and where."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +77,31 @@ class Outcome:
     comment: str = ""
     failure: str = ""
 
+    @property
+    def counted(self) -> str:
+        """Outcome in the summary: to be silent about a control is right, but names nothing."""
+        silent = self.outcome == "right" and self.said == NOTHING
+        return "rightly nothing" if silent else self.outcome
+
+    @property
+    def false_reassurance(self) -> bool:
+        """Nothing is said to be missing while a held-out reading errs by several noise floors."""
+        errors = {**self.before, **self.after}
+        return self.verdict in REASSURING and any(
+            error > REASSURED * self.floor[name]
+            for name, error in errors.items()
+            if name in self.floor
+        )
+
     def text(self) -> str:
         """Return the outcome as JSON."""
         return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
 
 
 def documented(case: RealCase) -> str:
-    """Documented effects of a case in a few words."""
+    """Documented effects of a case, and the kinds that are right too, in a few words."""
     words = ", ".join(dict.fromkeys(t.effect for t in case.truth))
+    words += f" (kind: {' or '.join(case.kinds)})"
     return f"{words}, or nothing" if case.control else words
 
 
@@ -113,12 +142,27 @@ def table(found: Sequence[Outcome]) -> str:
 
 def counts(found: Sequence[Outcome]) -> str:
     """Return how often each outcome came, unseen recordings apart from those seen before."""
-    lines = []
-    for label in dict.fromkeys(o.label for o in found):
-        names = [o.outcome for o in found if o.label == label]
-        each = ", ".join(f"{names.count(n)} {n}" for n in dict.fromkeys(names))
-        lines.append(f"{len(names)} {label}: {each}")
-    return "; ".join(lines) + "." if lines else "nothing was run."
+    labels = dict.fromkeys(o.label for o in found)
+    lines = [_counted(label, [o for o in found if o.label == label]) for label in labels]
+    return "\n\n".join(lines) or "nothing was run."
+
+
+def _counted(label: str, found: Sequence[Outcome]) -> str:
+    words = []
+    for outcome, word in COUNTED:
+        these = [o for o in found if o.counted == outcome]
+        lulled = sum(o.false_reassurance for o in these)
+        told = (
+            f" ({lulled} of these false reassurance)" if outcome == "no finding" or lulled else ""
+        )
+        if word or these:
+            words.append(f"{len(these)} {word or outcome}{told}")
+    run = [o for o in found if o.outcome != "absent"]
+    answered = sum(o.counted in ANSWERED and bool(o.place) for o in run)
+    return (
+        f"{len(found)} {label}: {', '.join(words)}. Answered (right name, family, or kind at the "
+        f"right place): {answered} of {len(run)}."
+    )
 
 
 def _row(o: Outcome) -> tuple[str, ...]:

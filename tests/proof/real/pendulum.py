@@ -58,6 +58,7 @@ CASES = (
             Truth("stribeck_friction", ("d",), f"{_BEARING}; contains dry friction"),
             Truth("presliding_friction", ("d", "k"), f"{_BEARING}; ball bearings roll at first"),
         ),
+        kinds=("dissipative", "memory"),
         comment="released at 0.066 rad; it stops after about 5 s",
     ),
     RealCase(
@@ -71,6 +72,7 @@ CASES = (
             Truth("quadratic_drag", ("d",), "drag of the air that grows with amplitude"),
             Truth("coulomb_friction", ("d",), "the envelope needs a Coulomb part"),
         ),
+        kinds=("restoring", "dissipative"),
         comment=(
             "released at 1.6 rad, three documented effects at once; the angle is as the authors "
             "smoothed it, their angular velocity is not used"

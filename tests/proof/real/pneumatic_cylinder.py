@@ -46,19 +46,24 @@ def _prepared(read: Recording) -> LoadedRecording:
 _WHY = "the force of strokes out and in forms a loop with a break-away peak at each reversal"
 
 
-def _case(part: str, bar: int) -> RealCase:
+def _case(name: str, part: str, seal: str) -> RealCase:
     return RealCase(
-        name=f"pneumatic_cylinder_{bar}bar",
+        name=f"pneumatic_cylinder_{name}",
         dataset="pneumatic_cylinder",
-        parts=(f"train/{part}",),
+        parts=(part,),
         prepare=_prepared,
         model=ideal_piston,
         truth=tuple(
             Truth(effect, ("seal",), _WHY)
             for effect in ("coulomb_friction", "stribeck_friction", "presliding_friction")
         ),
-        comment=f"O-ring at {bar} bar; friction also depends on position, which no term describes",
+        kinds=("dissipative", "memory", "surface"),
+        comment=f"{seal}; friction also depends on position, which no term describes",
     )
 
 
-CASES = (_case("O_ring_1bar", 1), _case("O_ring_3bar", 3))
+CASES = (
+    _case("1bar", "train/O_ring_1bar", "O-ring at 1 bar"),
+    _case("3bar", "train/O_ring_3bar", "O-ring at 3 bar"),
+    _case("x_ring", "test/X_ring257_3bar", "X-ring at 3 bar"),
+)

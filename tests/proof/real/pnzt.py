@@ -76,6 +76,7 @@ def _case(name: str, record: tuple[str, int, str], channel: str, comment: str) -
         prepare=partial(_prepared, channel, boundary, rule),
         model=model,
         truth=(*truth, _BUTTERFLY) if disc else tuple(truth),
+        kinds=("memory", "slow", "ratio") if disc else ("memory", "slow"),
         comment=comment,
     )
 

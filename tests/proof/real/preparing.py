@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from bondgraph.support.errors import UnusableInput
 from identification.datasets import LoadedRecording
 from identification.study.joined import provenance
 
-__all__ = ["at_boundary", "boundary_split", "joined", "noted", "thinned"]
+__all__ = ["apart", "at_boundary", "boundary_split", "joined", "noted", "stretches_of", "thinned"]
 
 
 def noted(recording: Recording, note: str) -> Recording:
@@ -88,3 +89,37 @@ def at_boundary(
         return LoadedRecording(whole, boundary_split(whole, first.n, rule, skip=skip))
 
     return prepared
+
+
+def apart(
+    name: str, held: int, rule: str, channels: Mapping[str, str] | None = None
+) -> Callable[..., LoadedRecording]:
+    """Return what joins recordings that start from states of their own; the last `held` judge.
+
+    Where the further ones begin is in ``meta["breaks"]``; a diagnosis takes them by `stretches_of`.
+    """
+
+    def prepared(*parts: Recording) -> LoadedRecording:
+        if channels is not None:
+            parts = tuple(r.select(channels) for r in parts)
+        ends = np.cumsum([r.n for r in parts])
+        made = joined(name, parts, f"{len(parts)} recordings, each from a state of its own")
+        meta = {**made.meta, "breaks": tuple(int(e) for e in ends[:-1])}
+        edge = int(ends[-held - 1])
+        return LoadedRecording(
+            replace(made, meta=meta), Split(slice(0, edge), slice(edge, made.n), rule)
+        )
+
+    return prepared
+
+
+def stretches_of(recording: Recording) -> tuple[Recording, ...]:
+    """Return the recordings that `apart` joined; the recording itself if it is in one piece."""
+    ends = (0, *recording.meta.get("breaks", ()), recording.n)
+    if len(ends) == 2:
+        return (recording,)
+    names = [str(p["name"]) for p in recording.meta["parts"]]
+    return tuple(
+        replace(recording.slice(first, last), name=name)
+        for name, (first, last) in zip(names, pairwise(ends), strict=True)
+    )

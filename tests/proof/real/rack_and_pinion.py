@@ -42,6 +42,7 @@ CASES = (
             Truth("presliding_friction", ("c",), f"{_WHY}; starts from standstill"),
             Truth("position_periodic_force", ("c", "F", "m"), "a ripple with the teeth is seen"),
         ),
+        kinds=("dissipative", "memory", "surface", "restoring"),
         comment=(
             "one stroke in one direction: dry friction cannot be told from a constant offset of "
             "the force, so to name nothing is honest here; the held-out part is the braking"

@@ -8,10 +8,16 @@ from types import MappingProxyType
 from bondgraph.support.errors import unknown_name
 from tests.proof.real import (
     ball_and_beam,
+    bouc_wen,
     coupled_drives,
+    dc_motor,
     f16,
+    friction_damper,
+    heaters,
+    hobby_servo,
     mr_damper,
     pendulum,
+    piezo_beam,
     pneumatic_cylinder,
     pnzt,
     rack_and_pinion,
@@ -28,7 +34,8 @@ REAL_CASES: Mapping[str, RealCase] = MappingProxyType(
         c.name: c
         for module in (
             steering_mirror, pnzt, mr_damper, pendulum, rack_and_pinion, pneumatic_cylinder,
-            coupled_drives, wiener_hammerstein, f16, ball_and_beam, seen_before,
+            coupled_drives, wiener_hammerstein, f16, ball_and_beam, friction_damper,
+            dc_motor, heaters, hobby_servo, piezo_beam, bouc_wen, seen_before,
         )
         for c in module.CASES
     }

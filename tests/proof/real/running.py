@@ -16,6 +16,7 @@ from identification.datasets import LoadedRecording, set_available
 from tests.proof.real.case import RealCase
 from tests.proof.real.judging import judge
 from tests.proof.real.outcome import FILE, Outcome, documented, read_outcome, table
+from tests.proof.real.preparing import stretches_of
 from tests.proof.real.registry import REAL_CASES, chosen_cases
 
 __all__ = ["Diagnose", "Progress", "collected", "run_cases"]
@@ -134,10 +135,11 @@ def _diagnosed(
     from identification.diagnosis.verdict import verdict, write_verdict
 
     recording, split = loaded
+    stretches = stretches_of(recording)
     graph = case.model()
     result = (given or diagnose)(
         graph,
-        recording,
+        stretches[0] if len(stretches) == 1 else stretches,
         split,
         model=case.name,
         options=DiagnosisOptions(jobs=jobs),

@@ -64,6 +64,7 @@ CASES = (
                 "frequency do not show where",
             ),
         ),
+        kinds=("memory",),
         published=Published(
             0.5, "% of range", "Prandtl-Ishlinskii or asymmetric Bouc-Wen operators, quasi-static",
             "order of magnitude for other actuators",
@@ -80,6 +81,7 @@ CASES = (
             Truth("coulomb_friction", ("F_v",), "Coulomb friction and a constant offset"),
             Truth("stribeck_friction", ("F_v",), "contains Coulomb friction"),
         ),
+        kinds=("dissipative",),
         published=Published(
             0.452, "mm", "dynoNet; linear models 5.53 mm",
             "other record (pulses), free run instead of windows",
@@ -94,6 +96,7 @@ CASES = (
         prepare=_silverbox,
         model=resonator,
         truth=(Truth("nonlinear_stiffness", ("k",), "cubic spring, small even part"),),
+        kinds=("restoring",),
         published=Published(
             0.301, "mV", "GP-NARX; linear models 6.96 mV",
             "same boundary, but over all 21 688 test samples",
@@ -112,5 +115,6 @@ CASES = (
             Truth("sensor_lag", ("y",), "a second lag beside the dead time"),
             Truth("added_mode", ("C_th", "R_th", "u", "y"), "a second lag beside the dead time"),
         ),
+        kinds=("command", "sensing", "slow", "mode"),
     ),
 )  # fmt: skip

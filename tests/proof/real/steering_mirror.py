@@ -109,6 +109,7 @@ def _case(level: str) -> RealCase:
                 "the linear reference has order 28: modes above the band show in it as well",
             ),
         ),
+        kinds=("memory", "slow", "mode"),
         comment=(
             "lines below 160 Hz, a quarter of the first resonance; the floor read off 320 to 400 "
             "Hz agrees with the difference between periods within a factor of three"
@@ -116,4 +117,4 @@ def _case(level: str) -> RealCase:
     )  # fmt: skip
 
 
-CASES = (_case("300mV"), _case("100mV"))
+CASES = (_case("300mV"), _case("100mV"), _case("200mV"))

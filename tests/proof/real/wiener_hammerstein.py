@@ -82,6 +82,7 @@ CASES = (
             Truth("nonlinear_resistance", _BETWEEN, _WHY),
             Truth("saturation", _BETWEEN, _WHY),
         ),
+        kinds=("dissipative", "command"),
         published=Published(
             0.241, "mV", "DT-SUBNET, Beintema 2021; linear models 43.4 mV",
             "same boundary, but over all 78 800 test samples",

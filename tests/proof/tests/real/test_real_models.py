@@ -22,9 +22,10 @@ from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.datasets import FOLDER_VARIABLE, SETS, set_available
 from identification.study.noise_floor import noise_floor
 from identification.study.problem import data_for, drives
+from tests.proof.real.case import KINDS
 from tests.proof.real.judging import OUTCOMES, judge
-from tests.proof.real.outcome import Outcome, read_outcome, table
-from tests.proof.real.preparing import boundary_split, joined, thinned
+from tests.proof.real.outcome import Outcome, counts, read_outcome, table
+from tests.proof.real.preparing import apart, boundary_split, joined, stretches_of, thinned
 from tests.proof.real.registry import REAL_CASES, chosen_cases
 from tests.proof.real.running import run_cases
 from tests.proof.real.steering_mirror import BAND, PERIOD, below_resonance
@@ -32,6 +33,7 @@ from tests.proof.real.steering_mirror import BAND, PERIOD, below_resonance
 UNSEEN = {
     "steering_mirror", "pnzt_creep", "mr_damper", "pendulum", "rack_and_pinion",
     "pneumatic_cylinder", "coupled_drives", "wiener_hammerstein", "f16", "ball_and_beam",
+    "friction_damper", "motoshield", "tclab", "hobby_servo", "piezo_beam",
 }  # fmt: skip
 SEEN = {"piezo_actuator", "emps", "silverbox", "hair_dryer"}
 NAMES = tuple(REAL_CASES)
@@ -43,9 +45,9 @@ NAMES = tuple(REAL_CASES)
 def test_registry_holds_every_set_with_a_documented_physics() -> None:
     by_label = {
         label: {c.dataset for c in REAL_CASES.values() if c.label == label}
-        for label in ("unseen", "seen before")
+        for label in ("unseen", "seen before", "simulated")
     }
-    assert by_label == {"unseen": UNSEEN, "seen before": SEEN}
+    assert by_label == {"unseen": UNSEEN, "seen before": SEEN, "simulated": {"bouc_wen"}}
     assert all(n == c.name for n, c in REAL_CASES.items())
     assert [c.dataset for c in REAL_CASES.values() if c.control] == ["f16"]
     for case in REAL_CASES.values():
@@ -63,6 +65,9 @@ def test_truths_name_elements_of_the_model(name: str) -> None:
         assert truth.family
         assert truth.evidence
         assert set(truth.places) <= set(graph.elements), truth.effect
+    assert case.kinds
+    assert len(set(case.kinds)) == len(case.kinds)
+    assert set(case.kinds) <= set(KINDS)
 
 
 def test_a_wrong_case_gets_the_nearest_names() -> None:
@@ -102,6 +107,45 @@ def test_piston_balances_pressure_and_seal() -> None:
     assert np.allclose(made.outputs["F"], 5e-4 * p + 80.0 * v)
 
 
+def test_maxwell_damper_yields_and_springs_back() -> None:
+    graph = REAL_CASES["friction_damper_70lb"].model()
+    v = np.concatenate((np.full(2000, 0.05), np.zeros(2000)))
+    made = simulate(graph, 1e-3 * np.arange(4000), {"v": v}, {"k": 5e6, "c": 1e5}, x0=np.zeros(1))
+    force = made.outputs["F"]
+    assert force[1] == pytest.approx(5e6 * 0.05 * 1e-3, rel=0.05)  # the spring takes the first way
+    assert force[1999] == pytest.approx(1e5 * 0.05, rel=1e-3)  # then the dashpot yields
+    assert force[2021] == pytest.approx(force[2001] / np.e, rel=0.02)  # c / k is 20 ms
+
+
+def test_motor_and_servo_settle_where_textbooks_say() -> None:
+    motor = REAL_CASES["dc_motor_board1"].model()
+    made = simulate(motor, 1e-3 * np.arange(2000), {"u": np.full(2000, 3.0)}, x0=np.zeros(1))
+    assert made.outputs["w"][-1] == pytest.approx(3.0 * 2e-3 / (2e-3**2 + 10.0 * 6e-7), rel=1e-3)
+    servo = REAL_CASES["hobby_servo_small"].model()
+    made = simulate(servo, 1e-3 * np.arange(2000), {"u": np.full(2000, 0.3)}, x0=np.zeros(2))
+    assert made.outputs["q"][-1] == pytest.approx(0.3, rel=1e-3)
+
+
+def test_heaters_balance_loss_and_exchange() -> None:
+    graph = REAL_CASES["heaters_setpoints"].model()
+    n = 3000
+    made = simulate(
+        graph, np.arange(n, dtype=float), {"Q1": np.full(n, 0.5), "Q2": np.zeros(n)}, x0=np.zeros(2)
+    )
+    t1, t2 = (made.outputs[k][-1] for k in ("T1", "T2"))
+    assert t2 / 83.0 == pytest.approx((t1 - t2) / 200.0, rel=1e-3)
+    assert (t1 + t2) / 83.0 == pytest.approx(0.5, rel=1e-3)
+
+
+def test_first_mode_rings_at_20_hz() -> None:
+    graph = REAL_CASES["piezo_beam"].model()
+    kick = np.zeros(2000)
+    kick[0] = 1.0
+    made = simulate(graph, 1e-3 * np.arange(2000), {"i": kick}, x0=np.zeros(2))
+    ringing = np.abs(np.fft.rfft(made.outputs["v"]))
+    assert np.fft.rfftfreq(2000, 1e-3)[ringing.argmax()] == pytest.approx(20.0, abs=0.5)
+
+
 def test_f16_accelerometers_read_accelerations() -> None:
     graph = REAL_CASES["f16_level1"].model()
     made = simulate(graph, 1e-4 * np.arange(200), {"F": np.full(200, 5.0)}, x0=np.zeros(4))
@@ -133,6 +177,18 @@ def test_parts_are_joined_thinned_and_split() -> None:
         boundary_split(whole, 100, "rule")
     with pytest.raises(UnusableInput, match="differ in rate"):
         joined("whole", (r, made_up(dt=0.02)), "")
+
+
+def test_recordings_from_own_states_are_joined_and_taken_apart() -> None:
+    parts = [made_up(f"r{i}", n) for i, n in enumerate((40, 30, 20))]
+    whole, split = apart("whole", 1, "the last judges", {"u": "u", "y": "y"})(*parts)
+    assert whole.meta["breaks"] == (40, 70)
+    assert (split.train, split.test) == (slice(0, 70), slice(70, 90))
+    back = stretches_of(whole)
+    assert [r.name for r in back] == ["r0", "r1", "r2"]
+    for one, was in zip(back, parts, strict=True):
+        assert np.array_equal(one["y"], was["y"])
+    assert stretches_of(parts[0]) == (parts[0],)
 
 
 def test_mirror_keeps_low_lines_and_the_noise_between_lines() -> None:
@@ -175,6 +231,14 @@ def said(effect: str, element: str, *same: str, **more: Any) -> dict[str, Any]:
             ),
             "look-alike set",
         ),
+        (said("unknown", "c", answer="kind", kind="dissipative"), "right kind"),
+        (said("unknown", "F", "c", answer="kind", kind="memory"), "right kind"),
+        (said("unknown", "F", answer="kind", kind="dissipative"), "wrong place"),
+        (said("unknown", "c", answer="kind", kind="sensing"), "wrong name"),
+        (said("unknown", "F", answer="kind", kind="sensing"), "wrong name"),
+        (said("unknown", "", answer="kind", kind="dissipative"), "unknown"),
+        (said("unknown", "c", family="outside", kind="dissipative"), "unknown"),
+        (said("presliding_friction", "c", answer="exact", kind="dissipative"), "right"),
         ({"verdict": "unknown_physics", "findings": []}, "unknown"),
         ({"verdict": "explained", "findings": []}, "no finding"),
         ({"verdict": "insufficient_data", "findings": []}, "no finding"),
@@ -195,6 +259,20 @@ def test_worst_of_several_findings_counts_and_a_control_may_be_quiet() -> None:
     assert made.place == "c + F"
     quiet = {"verdict": "explained", "findings": []}
     assert judge(REAL_CASES["f16_level1"], quiet).outcome == "right"
+
+
+def test_kinds_are_judged_among_several_findings() -> None:
+    case = REAL_CASES["mr_damper"]
+    kind = said("unknown", "c", answer="kind", kind="memory")
+    made = judge(case, kind)
+    assert (made.said, made.place, made.note) == ("memory (kind)", "c", "")
+    two = {**kind, "findings": kind["findings"] + said("delay", "F")["findings"]}
+    assert judge(case, two).outcome == "wrong name"
+    two["findings"] = kind["findings"] + said("unknown", "F")["findings"]
+    assert judge(case, two).outcome == "right kind"
+    other = judge(case, said("unknown", "c", answer="kind", kind="time"))
+    assert other.note == "right kinds are dissipative, memory"
+    assert judge(case, said("unknown", "F", answer="kind", kind="memory")).note.endswith(" at c")
 
 
 # --- running --------------------------------------------------------------------------------
@@ -249,6 +327,38 @@ def test_each_case_is_run_once_and_failures_are_kept(tmp_path: Path) -> None:
         read_outcome(kept)
 
 
+def write_servo(folder: Path) -> None:
+    rows = [
+        f"{i},4,{j / 50},{np.sin(j + i):.5f},{np.sin(j + i - 1):.5f}\n"
+        for i in range(96) for j in range(60)
+    ]  # fmt: skip
+    (folder / "hobby-servo-arm").mkdir(parents=True)
+    head = "rollout,kind,t_s,command_rad,angle_rad\n"
+    (folder / "hobby-servo-arm" / "rollouts.csv").write_text(head + "".join(rows))
+
+
+def test_rollouts_are_diagnosed_as_recordings_of_their_own(tmp_path: Path) -> None:
+    from identification.diagnosis.diagnose import Diagnosis
+
+    write_servo(tmp_path)
+    given: list[Any] = []
+
+    def looked(graph: Any, recording: Any, split: Any, **more: Any) -> Diagnosis:
+        given.append((recording, split))
+        return Diagnosis("insufficient_data", more["model"], recording[0], graph)
+
+    place = str(tmp_path)
+    (made,) = run_cases(tmp_path / "out", ("hobby_servo_large",), recordings=place, diagnose=looked)
+    ((stretches, split),) = given
+    assert made.outcome == "no finding"
+    assert made.samples == 12 * 60
+    assert [r.n for r in stretches] == [60] * 12
+    assert [r.name.rpartition("/")[2] for r in stretches[-4:]] == [
+        f"rollout_{i}" for i in (42, 45, 48, 51)
+    ]
+    assert (split.train, split.test) == (slice(0, 480), slice(480, 720))
+
+
 def test_diagnosis_takes_what_it_is_called_with() -> None:
     from identification.diagnosis.diagnose import diagnose
     from identification.diagnosis.search.candidates import DiagnosisOptions
@@ -265,7 +375,58 @@ def test_table_shows_values_with_units() -> None:
     )  # fmt: skip
     row = table((o,)).splitlines()[2]
     assert "2e-06 m | 1e-07 m | 9e-08 m | 1 um / me | 3 | right" in row
-    assert "1 unseen: 1 right." in table((o,))
+    assert "1 unseen: 1 right name, 0 right kind," in table((o,))
+
+
+def ended(outcome: str, place: str = "C", **more: Any) -> Outcome:
+    return Outcome("case", more.pop("label", "unseen"), outcome, place=place, **more)
+
+
+def silent(verdict: str, error: float, **more: Any) -> Outcome:
+    errors = {"a": 1.0, "b": error}
+    return ended(
+        more.pop("outcome", "no finding"), "", said="nothing", verdict=verdict, before=errors,
+        floor={"a": 1.0, "b": 1.0}, **more,
+    )  # fmt: skip
+
+
+def test_summary_counts_every_outcome_and_what_was_answered() -> None:
+    found = [
+        ended("right"), ended("right kind"), ended("right kind"), ended("family"),
+        ended("family", ""), ended("look-alike set"), ended("unknown"),
+        silent("explained", 3.1), silent("parameters_only", 2.9),
+        silent("insufficient_data", 9.0), ended("wrong name"), ended("wrong place"),
+        ended("failed", ""), ended("absent", ""), ended("right", label="seen before"),
+    ]  # fmt: skip
+    unseen, seen = counts(found).split("\n\n")
+    assert unseen == (
+        "14 unseen: 1 right name, 2 right kind, 2 family, 1 look-alikes, 1 unknown, 3 no finding "
+        "(1 of these false reassurance), 1 wrong name, 1 wrong place, 1 failed, 1 absent. "
+        "Answered (right name, family, or kind at the right place): 4 of 13."
+    )
+    assert seen.startswith("1 seen before: 1 right name, 0 right kind")
+    assert seen.endswith("1 of 1.")
+    assert counts(()) == "nothing was run."
+
+
+def test_false_reassurance_needs_a_quiet_verdict_and_one_loud_reading() -> None:
+    assert silent("explained", 3.1).false_reassurance
+    assert not silent("explained", 3.0).false_reassurance
+    assert not silent("unknown_physics", 3.1).false_reassurance
+    repaired = Outcome(
+        "case",
+        "unseen",
+        "right",
+        verdict="parameters_only",
+        before={"y": 9.0},
+        after={"y": 1.0},
+        floor={"y": 1.0},
+    )
+    assert not repaired.false_reassurance
+    control = silent("explained", 3.1, outcome="right")
+    assert "0 right name" in counts([control])
+    assert "1 rightly nothing (1 of these false reassurance)" in counts([control])
+    assert counts([control]).endswith("0 of 1.")
 
 
 def test_command_lists_the_cases(capsys: pytest.CaptureFixture[str]) -> None:
@@ -277,7 +438,12 @@ def test_command_lists_the_cases(capsys: pytest.CaptureFixture[str]) -> None:
     add_real_command(parser.add_subparsers())
     options = parser.parse_args(["real", "--list"])
     assert options.run(options) == 0
-    assert len(capsys.readouterr().out.splitlines()) == len(NAMES)
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == len(NAMES)
+    assert (
+        "hair_dryer (seen before): delay, low_pass, sensor_lag, added_mode (kind: command"
+        in (lines[-1])
+    )
 
 
 # --- the recordings: channels, units, and a plain fit ---------------------------------------
