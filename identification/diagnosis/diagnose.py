@@ -15,6 +15,7 @@ from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import interleaved
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.evidence.decision import Decision, Thresholds
+from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import Latent, latent
 from identification.diagnosis.explanation.next_experiment import Experiment, next_experiments
@@ -72,6 +73,10 @@ class Diagnosis:
         What the missing signal looks like at the likeliest ports; made by `characterised`.
     limits : Thresholds
         Limits by which it was decided.
+    left : Remaining or None
+        What the last fit leaves of every reading.
+    regions_left : tuple of Region
+        Where in the recording it leaves it.
     """
 
     kind: str
@@ -95,6 +100,8 @@ class Diagnosis:
     seconds: float = 0.0
     seed: int = 0
     limits: Thresholds = field(default_factory=Thresholds)
+    left: Remaining | None = None
+    regions_left: tuple[Region, ...] = ()
 
     @property
     def decision(self) -> Decision | None:
@@ -202,13 +209,13 @@ def diagnose(
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
-        made = steps(base, options, limits, declared.chi2("test"), classes, say)
+        made = steps(base, options, limits, classes, say)
         if (found := _deeper(nominal, made)) is not None:
             # nothing may be called missing that better values of the same model explain
             nominal = found
             result = replace(result, nominal=nominal)
             base = thinned(template, nominal, options)
-            made = steps(base, options, limits, declared.chi2("test"), classes, say)
+            made = steps(base, options, limits, classes, say)
         say("fitting the repaired model on all training samples", 0.95)
         decisions = unthinned(made.decisions, template, options.holds)
         open_question = not any(d.kind == "missing_physics" for d in decisions)
@@ -223,6 +230,10 @@ def diagnose(
         relations=relations, experiments=experiments,
         notes=(*recording.notes, *_notes(template), *moved(nominal)),
     )  # fmt: skip
+    last = result.repaired or nominal
+    left = remaining(last)
+    where = regions(last, made.scene) if left.most > limits.noise else ()
+    result = replace(result, left=left, regions_left=where)
     from identification.diagnosis.explanation.advice import advice
 
     result = replace(result, advice=advice(result, frequencies))

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.block_score import BlockScore
@@ -72,13 +73,20 @@ class Bench:
     probed: Probes
 
 
-def bench_of(base: Fit, better: Fit) -> Bench:
-    """Put the declared model of `base` where `better` ended, its own laws left out."""
+def bench_of(base: Fit, better: Fit, plain: BondGraph | None = None) -> Bench:
+    """Put the model of `base` where `better` ended, what `better` has beyond it left out.
+
+    Parameters
+    ----------
+    plain : BondGraph, optional
+        The declared model, which is linear where `base` has laws already: forms answer through it.
+    """
     problem = base.problem
-    fit = replace(base, point=_carried(base, better))
+    fit = base if base is better else replace(base, point=_carried(base, better))
     e = evaluate(problem, fit.point)
     columns = np.hstack([e.jacobian, states_of(problem, e)])
-    return Bench(problem, rows_of(problem), e.residual, columns, probes(fit, problem.with_offsets))
+    graph = problem.with_offsets if plain is None else plain
+    return Bench(problem, rows_of(problem), e.residual, columns, probes(fit, graph))
 
 
 def _carried(base: Fit, better: Fit) -> Point:
@@ -102,9 +110,12 @@ def _carried(base: Fit, better: Fit) -> Point:
 
 
 def kind_scores(
-    bench: Bench, scene: FittedModel, ranked: Sequence[Screened], places: Iterable[str]
+    bench: Bench,
+    scene: FittedModel,
+    ranked: Sequence[Screened],
+    places: Iterable[str] | None = None,
 ) -> list[KindScore]:
-    """Score every kind at the given places, best first.
+    """Score every kind at the given places (all, unless given), best first.
 
     Parameters
     ----------
@@ -114,7 +125,7 @@ def kind_scores(
         Effects screened there; the additions they ask for join the forms of their kind.
     """
     wanted = []
-    for name in places:
+    for name in places or list(bench.problem.graph.elements):
         if name not in scene.past or not bench.probed.knows(name):
             continue
         if name not in bench.problem.graph.elements:

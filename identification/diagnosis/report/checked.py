@@ -83,15 +83,12 @@ def _screened(s: Screened) -> str:
 
 
 def _left(d: Diagnosis) -> list[str]:
-    """Say what the last screening still sees in the residual."""
-    if not d.steps or d.steps[-1].left is None:
+    """Say what the last fit leaves."""
+    if d.left is None:
         return []
-    left = d.steps[-1].left
-    if left.z < 4.0:
-        return [
-            "After the last step no effect and no generic curve finds a pattern in the residual."
-        ]
-    return [stopped(spoken(left.words()))]
+    if not d.steps or d.steps[-1].kind == "explained":
+        return [f"No law and no kind of physics improves the last fit; {d.left.words}."]
+    return [f"Something is left after the last step; {d.left.words}."]
 
 
 def limits(d: Diagnosis) -> str:

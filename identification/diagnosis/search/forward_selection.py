@@ -1,18 +1,25 @@
-"""One effect after the other: screen, fit, decide, repair; then whether each is still needed."""
+"""One effect after the other: screen, fit, decide, repair; then whether all is explained."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import UNNAMED, Effect
-from identification.diagnosis.evidence.decision import Decision, Thresholds, activity, decide
-from identification.diagnosis.evidence.residual_pattern import ResidualPattern, strongest
+from identification.diagnosis.evidence.block_score import BlockScore, behind, score
+from identification.diagnosis.evidence.decision import (
+    Decision,
+    Evidence,
+    Scored,
+    Thresholds,
+    decide,
+    excess,
+)
+from identification.diagnosis.evidence.kind_score import KindScore, bench_of, kind_scores
+from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.localisation.structural_classes import Isolability
-from identification.diagnosis.screening.mixups import gross
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import probes
@@ -21,7 +28,6 @@ from identification.diagnosis.search.base import Base, base_of
 from identification.diagnosis.search.candidates import (
     Candidate,
     DiagnosisOptions,
-    blocks_of,
     finish,
     search,
 )
@@ -39,8 +45,14 @@ class SelectionStage:
     ranking: tuple[Screened, ...]
 
 
-class _Screenings:
-    """Screenings made so far: what is left beside a repair is where the next step begins."""
+class _Looks:
+    """Scenes, screenings and kinds made so far: what is left beside a repair starts the next step.
+
+    Parameters
+    ----------
+    plain : BondGraph
+        The declared model: additions at ports are sent through it.
+    """
 
     def __init__(self, catalogue: tuple[Effect, ...], plain: BondGraph) -> None:
         self.catalogue, self.plain = catalogue, plain
@@ -53,42 +65,45 @@ class _Screenings:
             self.known[id(fit)] = (fit, seen, screen(seen, probes(fit, self.plain), self.catalogue))
         return self.known[id(fit)][1:]
 
+    def kinds(self, base: Fit, better: Fit) -> list[KindScore]:
+        """Score every kind at every port, on top of `base`, along the histories of `better`."""
+        try:
+            return kind_scores(bench_of(base, better, self.plain), *self.of(better))
+        except BondsightError:
+            return []
+
 
 def steps(
     base: Base,
     options: DiagnosisOptions,
     limits: Thresholds,
-    declared: float,
     classes: Isolability,
     say: Progress,
 ) -> SelectionStage:
     """Look for one effect after another until nothing more shows."""
     decisions: list[Decision] = []
-    done = _Screenings((*options.catalogue, UNNAMED), base.fit.problem.with_offsets)
+    done = _Looks((*options.catalogue, UNNAMED), base.fit.problem.with_offsets)
     first: tuple[FittedModel, tuple[Screened, ...]] | None = None
-    whole = base.fit.chi2("test")
     for number in range(max(1, options.effects)):
         low = 0.12 + 0.8 * number / max(1, options.effects)
         say("screening every effect at every port", low)
         seen, ranked = done.of(base.fit)
         if first is None:
             first = seen, tuple(ranked)
-        decision = _step(base, done, options, limits, declared, classes, say, low, number, whole)
+        decision = _step(base, done, options, limits, classes, say, low, number)
         decisions.append(decision)
         if decision.chosen is None or not (
             decision.kind == "missing_physics" or _promising(decision, number, options)
         ):
             break
         base = base_of(decision.chosen.fit)
-        declared = float("inf")
     assert first is not None
     return SelectionStage(_together(decisions, limits), *first)
 
 
 def _promising(decision: Decision, number: int, options: DiagnosisOptions) -> bool:
-    """Whether one of two effects may have been found: a clear lead, but not enough alone."""
-    alone = decision.kind == "unknown_physics" and not decision.rivals and decision.share > HALF
-    return number == 0 and alone and options.effects > 1
+    """Whether one of two effects may have been found, though it could not be named alone."""
+    return number == 0 and options.effects > 1 and decision.share > HALF
 
 
 HALF = 0.3
@@ -96,79 +111,78 @@ HALF = 0.3
 
 
 def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, ...]:
-    """Name the first effect after all if a second one explains the rest of the misfit."""
-    first = decisions[0]
-    if first.kind == "missing_physics" or len(decisions) < 2:
+    """Name the first effect after all if others explain what it left."""
+    first, *more = decisions
+    if first.kind == "missing_physics" or not more:
         return tuple(decisions)
-    named = [d for d in decisions[1:] if d.kind == "missing_physics" and d.chosen is not None]
-    if not named or len(named) < len([d for d in decisions[1:] if d.kind != "explained"]):
+    named = [d for d in more if d.kind == "missing_physics" and d.chosen is not None]
+    if not named or len(named) < len([d for d in more if d.kind != "explained"]):
         return (first,)
     last = named[-1].chosen
-    assert last is not None
-    level = min(1.0, *(t.test for d in decisions for t in d.trials))
-    share = (first.nominal - last.test) / max(first.nominal - level, 1e-12)
-    if share < limits.share:
+    assert last is not None and first.chosen is not None
+    left = remaining(last.fit)
+    if first.rivals or not left.is_noise(limits.noise):
         return (first,)
     sure = replace(
-        first, kind="missing_physics", confidence=0.9 * min(d.confidence for d in named),
-        reasons=(*first.reasons, f"together with {last.label} it explains {100 * share:.0f} %"),
-        complete=True,
+        first, kind="missing_physics", answer="approximate",
+        physics=first.chosen.insertion.kind, confidence=0.9 * min(d.confidence for d in named),
+        reasons=(*first.reasons, f"together with {last.label} it leaves nothing but noise"),
     )  # fmt: skip
-    return (sure, *decisions[1:])
+    return (sure, *more)
 
 
 def _step(
     base: Base,
-    done: _Screenings,
+    done: _Looks,
     options: DiagnosisOptions,
     limits: Thresholds,
-    declared: float,
     classes: Isolability,
     say: Progress,
     low: float,
     number: int,
-    whole: float,
 ) -> Decision:
     seen, ranked = done.of(base.fit)
-    nominal = base.fit.chi2("test")
-    before = strongest(ranked, limits.pattern_z)
     span = 0.8 / max(1, options.effects)
 
     def tell(text: str, fraction: float) -> None:
         say(text, low + span * fraction)
 
-    # without a pattern there is nothing to explain: what is left is noise
-    certain = robust_misfit(base.fit) if base.fit.problem.data.floor_measured else 0.0
-    if nominal > limits.certain and (activity(base.fit) > limits.loud or gross(base.fit)):
-        certain = max(certain, nominal)
-    # after a repair only a clear rest is worth another search
-    little = number > 0 and (before.share < limits.pattern or before.z < limits.z)
-    faint = (
-        little or (before.z < limits.z and before.share < 0.2) or before.share < 0.5 * limits.drop
+    plain, before = score(base.fit), remaining(base.fit)
+    kinds = done.kinds(base.fit, base.fit)
+    evidence = Evidence(
+        plain, (), tuple(kinds), before, base.fit.chi2("test"), classes, further=number > 0
     )
-    if faint and certain < limits.certain:
-        return Decision(
-            "explained", None, (), (), 0.0, 0.0,
-            (f"held-out misfit {nominal:.3g} times the floor, no pattern in the residual",),
-            left=before, nominal=nominal,
-        )  # fmt: skip
-    trials = search(seen, base.template, ranked, options, tell)
-    trials = _finished(trials, options)
-
-    def remaining(trial: Candidate) -> ResidualPattern:
-        return strongest(done.of(trial.fit)[1], limits.pattern_z)
-
-    return decide(
-        nominal, blocks_of(base.fit), trials, limits, declared=declared,
-        before=before, certain=certain, further=number > 0, whole=whole, remaining=remaining,
-        classes=classes,
-    )  # fmt: skip
+    # without a pattern there is nothing to explain, and noise is not searched
+    if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):
+        return decide(replace(evidence, kinds=()), limits)
+    trials = _finished(search(seen, base.template, ranked, options, tell), options)
+    laws = scored(trials)
+    best = laws[0].trial if laws and laws[0].score.loss < plain.loss else None
+    if best is not None:
+        kinds = _merged(kinds, done.kinds(base.fit, best.fit))
+    return decide(replace(evidence, laws=laws, kinds=tuple(kinds)), limits)
 
 
-def robust_misfit(fit: Fit) -> float:
-    """Mean square over the floor as the median tells it: a few outliers are no misfit."""
-    r = fit.residuals("test") / fit.problem.data.floor
-    return float((np.median(np.abs(r)) / 0.6745) ** 2)
+def _hopeful(plain: BlockScore, kind: KindScore, limits: Thresholds) -> bool:
+    """Whether a search is worth its time: half of what a name will need."""
+    gain = excess(plain, kind.score)
+    return behind(plain, kind.score) > 0.7 * limits.z and gain > 0.3 * limits.gain
+
+
+def scored(trials: Sequence[Candidate]) -> tuple[Scored, ...]:
+    """Score candidates, best first."""
+    made = [Scored(t, score(t.fit)) for t in trials]
+    return tuple(sorted(made, key=lambda s: s.score.loss))
+
+
+def _merged(first: Sequence[KindScore], second: Sequence[KindScore]) -> list[KindScore]:
+    """Keep the better score of every kind and place, best first."""
+    best: dict[tuple[str, str], KindScore] = {}
+    for k in (*first, *second):
+        at = (k.element, k.kind)
+        if at not in best or k.score.loss < best[at].score.loss:
+            best[at] = k
+    return sorted(best.values(), key=lambda k: k.score.loss)
 
 
 def _finished(trials: list[Candidate], options: DiagnosisOptions) -> list[Candidate]:

@@ -48,6 +48,7 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
             "nominal": _errors(d.nominal),
             "repaired": _errors(d.repaired),
         },
+        "remaining": _remaining(d),
         "parameters": [_estimate(e) for e in last.estimates] if last else [],
         "nuisances": [_nuisance(e) for e in last.nuisances] if last else [],
         "advice": list(d.advice),
@@ -81,19 +82,25 @@ def _findings(d: Diagnosis) -> list[dict[str, Any]]:
 def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
     chosen = step.chosen
     assert chosen is not None
+    same = [t.element for t in step.same_place]
     return {
-        "location": _location(
-            chosen.element, [t.element for t in step.same_place], d, chosen.effect
-        ),
+        "location": _location(chosen.element, same, d, chosen.effect),
         "answer": step.answer,
-        "effect": chosen.effect,
+        "effect": chosen.effect if step.answer in NAMES else "unknown",
         "family": chosen.insertion.family,
+        "kind": step.physics,
         "law": chosen.insertion.law,
+        "law_fit": _rounded(step.law_fit),
         "confidence": round(step.confidence, 3),
+        "probability": round(step.confidence, 3),
         "parameters": [_estimate(e) for e in effect_parameters(chosen, d)],
         "also_possible": [_rival(t) for t in (*step.rivals, *step.richer)],
         "share_of_misfit_explained": round(step.share, 4),
     }
+
+
+NAMES = ("exact", "approximate")
+"""Answers that give one effect its name."""
 
 
 def _unknown(d: Diagnosis) -> dict[str, Any]:
@@ -104,12 +111,37 @@ def _unknown(d: Diagnosis) -> dict[str, Any]:
         "answer": step.answer if step else "unknown",
         "effect": "unknown",
         "family": step.family if step else "outside",
+        "kind": step.physics if step and step.answer != "unknown" else "",
         "law": "none",
+        "law_fit": _rounded(step.law_fit) if step else None,
         "confidence": 0.0,
+        "probability": round(step.confidence, 3) if step else 0.0,
         "parameters": [],
         "also_possible": [_rival(t) for t in step.possible] if step else [],
         "share_of_misfit_explained": round(step.share, 4) if step else 0.0,
     }
+
+
+def _rounded(v: float) -> float | None:
+    return round(float(v), 4) if np.isfinite(v) else None
+
+
+def _remaining(d: Diagnosis) -> dict[str, Any]:
+    """What the last fit leaves of every reading: size over the noise, place, kind, regions."""
+    if d.left is None:
+        return {}
+    last = d.steps[-1] if d.steps else None
+    known = last is not None and last.kind == "unknown_physics"
+    found = {}
+    for name, size in d.left.over_noise.items():
+        above = size > d.limits.noise
+        found[name] = {
+            "over_noise": _number(round(size, 4)),
+            "place": list(last.places) if above and known and last is not None else [],
+            "kind": last.physics if above and known and last is not None else "",
+            "regions": [str(r) for r in d.regions_left if r.channel in ("", name)] if above else [],
+        }
+    return found
 
 
 def unresolved_place(d: Diagnosis) -> dict[str, Any]:
@@ -118,7 +150,7 @@ def unresolved_place(d: Diagnosis) -> dict[str, Any]:
     found = places_of(step, d.structure, d.relations) if step else ()
     if not found:
         return {"element": "", "kind": "junction", "indistinguishable_from": []}
-    effect = step.chosen.effect if step and step.chosen else ""
+    effect = step.chosen.effect if step and step.chosen and step.answer != "kind" else ""
     return _location(found[0], list(found[1:]), d, effect)
 
 
