@@ -121,7 +121,7 @@ def search(
     `template` holds the data (thinned if that loses nothing) and how to score them.
     """
     first = _selection(ranked, options.keep)
-    trials = _fitted(scene, template, first, options, progress, 0.0, 0.65)
+    trials = fitted(scene, template, first, options, progress, 0.0, 0.65)
     named = [t for t in trials if t.effect != UNNAMED.name]
     if named:
         best = min(named, key=lambda t: t.train)
@@ -129,7 +129,7 @@ def search(
             (s.effect.name, s.element.name) for s in first
         }
         second = _rivals(best, ranked, done, options.more)
-        trials += _fitted(scene, template, second, options, progress, 0.65, 1.0, best.train)
+        trials += fitted(scene, template, second, options, progress, 0.65, 1.0, best.train)
     test = scene.data.mask("test")
     trials = [t for t in trials if np.isfinite(t.fit.simulated[test]).all()]
     return sorted(trials, key=lambda t: t.test)
@@ -180,14 +180,14 @@ def _alike(best: Candidate, ranked: Sequence[Screened]) -> set[str]:
     }
 
 
-def _fitted(
+def fitted(
     scene: FittedModel,
     template: Problem,
     todo: Sequence[Screened],
     options: DiagnosisOptions,
-    progress: Progress | None,
-    begin: float,
-    end: float,
+    progress: Progress | None = None,
+    begin: float = 0.0,
+    end: float = 1.0,
     beat: float = np.inf,
 ) -> list[Candidate]:
     """Fit in rounds: all a little, the better half more, the best to the end.

@@ -29,6 +29,7 @@ from identification.diagnosis.search.candidates import (
     Candidate,
     DiagnosisOptions,
     finish,
+    fitted,
     search,
 )
 from identification.estimation.single_record import Fit
@@ -73,6 +74,17 @@ class _Looks:
             return []
 
 
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """What every step of one search shares."""
+
+    done: _Looks
+    options: DiagnosisOptions
+    limits: Thresholds
+    classes: Isolability
+    say: Progress
+
+
 def steps(
     base: Base,
     options: DiagnosisOptions,
@@ -81,24 +93,27 @@ def steps(
     say: Progress,
 ) -> SelectionStage:
     """Look for one effect after another until nothing more shows."""
-    decisions: list[Decision] = []
     done = _Looks((*options.catalogue, UNNAMED), base.fit.problem.with_offsets)
-    first: tuple[FittedModel, tuple[Screened, ...]] | None = None
-    for number in range(max(1, options.effects)):
-        low = 0.12 + 0.8 * number / max(1, options.effects)
-        say("screening every effect at every port", low)
-        seen, ranked = done.of(base.fit)
-        if first is None:
-            first = seen, tuple(ranked)
-        decision = _step(base, done, options, limits, classes, say, low, number)
+    task = _Search(done, options, limits, classes, say)
+    decisions = _forward(base, task, max(1, options.effects))
+    again = _revisited(base, decisions, task)
+    if again is not None and again[-1].remaining is not None:
+        decisions = again
+    seen, ranked = done.of(base.fit)
+    return SelectionStage(_together(decisions, limits), seen, tuple(ranked))
+
+
+def _forward(base: Base, task: _Search, count: int, begin: int = 0) -> list[Decision]:
+    """Decide, repair, and look again, at most `count` times."""
+    decisions: list[Decision] = []
+    for number in range(begin, begin + count):
+        decision = _step(base, task, number)
         decisions.append(decision)
-        if decision.chosen is None or not (
-            decision.kind == "missing_physics" or _promising(decision, number, options)
-        ):
+        more = decision.kind == "missing_physics" or _promising(decision, number, task.options)
+        if decision.chosen is None or not more:
             break
         base = base_of(decision.chosen.fit)
-    assert first is not None
-    return SelectionStage(_together(decisions, limits), *first)
+    return decisions
 
 
 def _promising(decision: Decision, number: int, options: DiagnosisOptions) -> bool:
@@ -110,6 +125,26 @@ HALF = 0.3
 """Part of the excess that the stronger one of two effects explains at least."""
 
 
+def _revisited(base: Base, decisions: list[Decision], task: _Search) -> list[Decision] | None:
+    """Take a first choice that could not be named back, and decide it beside what came after it."""
+    first, *more = decisions
+    named = [d for d in more if d.kind == "missing_physics" and d.chosen is not None]
+    if first.kind == "missing_physics" or not named:
+        return None
+    second = named[0].chosen
+    assert second is not None
+    seen, ranked = task.done.of(base.fit)
+    same = [s for s in ranked if s.effect.name == second.effect and s.element.name == second.element]
+    made = fitted(seen, base.template, same, task.options)
+    if not made:
+        return None
+    alone = finish(made[0], task.options.final_iterations, task.options.holds)
+    after = _forward(base_of(alone.fit), task, task.options.effects - 1, begin=1)
+    if after[0].kind != "missing_physics":
+        return None
+    return [replace(named[0], chosen=alone), *after]
+
+
 def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, ...]:
     """Name the first effect after all if others explain what it left."""
     first, *more = decisions
@@ -119,7 +154,8 @@ def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, 
     if not named or len(named) < len([d for d in more if d.kind != "explained"]):
         return (first,)
     last = named[-1].chosen
-    assert last is not None and first.chosen is not None
+    assert last is not None
+    assert first.chosen is not None
     left = remaining(last.fit)
     if first.rivals or not left.is_noise(limits.noise):
         return (first,)
@@ -131,26 +167,20 @@ def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, 
     return (sure, *more)
 
 
-def _step(
-    base: Base,
-    done: _Looks,
-    options: DiagnosisOptions,
-    limits: Thresholds,
-    classes: Isolability,
-    say: Progress,
-    low: float,
-    number: int,
-) -> Decision:
+def _step(base: Base, task: _Search, number: int) -> Decision:
+    done, options, limits = task.done, task.options, task.limits
+    low = 0.12 + 0.8 * number / max(1, options.effects)
+    task.say("screening every effect at every port", low)
     seen, ranked = done.of(base.fit)
     span = 0.8 / max(1, options.effects)
 
     def tell(text: str, fraction: float) -> None:
-        say(text, low + span * fraction)
+        task.say(text, min(low + span * fraction, 0.94))
 
     plain, before = score(base.fit), remaining(base.fit)
     kinds = done.kinds(base.fit, base.fit)
     evidence = Evidence(
-        plain, (), tuple(kinds), before, base.fit.chi2("test"), classes, further=number > 0
+        plain, (), tuple(kinds), before, base.fit.chi2("test"), task.classes, further=number > 0
     )
     # without a pattern there is nothing to explain, and noise is not searched
     if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):
