@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.parameters import PLANTS
+from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.sizing import Bench, Sized, bench_of, size
 
 __all__ = ["record"]
@@ -52,7 +52,7 @@ def record(case: Case) -> tuple[dict[str, Array | str], dict[str, Any]]:
     truth : dict
         Plain values for JSON.
     """
-    plant = PLANTS[case.plant]
+    plant = ALL_PLANTS[case.plant]
     bench = bench_of(case)
     plain = bench.simulate([])
     assert plain is not None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.proof.trial.generator.native import Run
-from tests.proof.trial.generator.parameters import PLANTS
+from tests.proof.trial.generator.parameters import ALL_PLANTS
 
 __all__ = ["SOURCE_SLOT", "Scale", "scale_of"]
 
@@ -21,6 +21,9 @@ _MASSES: Mapping[str, Mapping[str, tuple[str, float]]] = {
     "corner": {"b_t": ("m_u", 1), "b_s": ("m_u", 1)},
     "probe": {"b": ("m", 1)},
     "tanks": {},
+    "cylinder": {"b": ("m", 1)},
+    "servo": {"b_1": ("J_1", 1), "b_c": ("J_1", 0.5), "b_2": ("J_2", 1)},
+    "oven": {},
 }
 
 
@@ -75,14 +78,16 @@ def _force(plant: str, place: str, values: Mapping[str, float], run: Run) -> flo
             return torque if place in ("J_1", "b_1") else torque * values["n"]
         case "corner":
             return values["k_s"] * float(seen[3, 0])
+        case "cylinder":
+            return values["A"] * float(seen[0, 0]) / values["C_h"]
         case _:
             return ur
 
 
 def scale_of(plant: str, place: str, values: Mapping[str, float], run: Run, samples: int) -> Scale:
     """Return the sizes at a place; for sources and sensors only the common ones are of use."""
-    names = list(PLANTS[plant].nominal)
-    step = PLANTS[plant].step
+    names = list(ALL_PLANTS[plant].nominal)
+    step = ALL_PLANTS[plant].step
     slot = names.index(place) if place in names else SOURCE_SLOT
     row = run.seen[slot] if slot < len(run.seen) else np.ones(4)
     c = values.get(place, 1.0)
