@@ -13,6 +13,7 @@ from tests.proof.exam.vocabulary import (
     EXAM_OUTSIDE,
     EXAM_SINGLES,
     RARE,
+    REWRITTEN,
     SLOW,
     Table,
 )
@@ -26,7 +27,8 @@ __all__ = ["CELLS", "CONTROLS", "draw_exam", "shares"]
 CELLS: Mapping[str, int] = {
     "control": 108,
     "single": 72,
-    "form": 60,
+    "form": 30,
+    "rewritten": 30,
     "outside": 30,
     "two": 30,
     "three": 14,
@@ -48,6 +50,14 @@ CONTROLS: Mapping[str, int] = {
     "declared_delay": 1,
 }
 """What disturbs a control instead of missing physics, with shares."""
+
+_TABLES: Mapping[str, Table] = {
+    "single": EXAM_SINGLES,
+    "form": EXAM_FORMS,
+    "rewritten": REWRITTEN,
+    "outside": EXAM_OUTSIDE,
+    "disturbed": DISTURBED,
+}
 
 QUIET_EVERY = 4
 """In slow and broadband records every fourth conceals nothing."""
@@ -94,9 +104,9 @@ def _one(cell: str, i: int, order: Rng, rng: Rng) -> Case:
     match cell:
         case "control":
             return _control(i, rng)
-        case "single" | "form" | "outside":
-            table = {"single": EXAM_SINGLES, "form": EXAM_FORMS, "outside": EXAM_OUTSIDE}[cell]
-            return _case(cell, *_effect(table, i, order, rng, _strength(rng)), rng)
+        case "single" | "form" | "rewritten" | "outside" | "disturbed":
+            effect = _effect(_TABLES[cell], i, order, rng, _strength(rng))
+            return _case(cell, *effect, rng)
         case "two" | "three":
             return _several(cell, 2 if cell == "two" else 3, rng)
         case "weak_further":
@@ -106,10 +116,8 @@ def _one(cell: str, i: int, order: Rng, rng: Rng) -> Case:
             return _case(cell, plant, effects, rng, "rare")
         case "slow":
             return _slow(i, order, rng)
-        case "broadband":
-            return _broadband(i, order, rng)
         case _:
-            return _case(cell, *_effect(DISTURBED, i, order, rng, _strength(rng)), rng)
+            return _broadband(i, order, rng)
 
 
 def _strength(rng: Rng) -> float:
@@ -234,7 +242,7 @@ def _several(cell: str, n: int, rng: Rng) -> Case:
 def _weak_further(i: int, order: Rng, rng: Rng) -> Case:
     """Return one strong effect with one or two of 1 to 5 % of its mean square."""
     strong = float(rng.uniform(20, 40))
-    table = (*EXAM_SINGLES, *EXAM_FORMS)
+    table = (*EXAM_SINGLES, *EXAM_FORMS, *REWRITTEN)
     plant, effects = _effect(table, i, order, rng, strong)
     parts = 10 ** rng.uniform(-2, np.log10(0.05), int(rng.integers(1, 3)))
     levels = [strong + 10 * float(np.log10(x)) for x in parts]
@@ -260,7 +268,7 @@ def _broadband(i: int, order: Rng, rng: Rng) -> Case:
     if i % QUIET_EVERY == 0:
         plant, effects = list(ALL_PLANTS)[int(rng.integers(len(ALL_PLANTS)))], ()
     else:
-        table = (*EXAM_SINGLES, *EXAM_FORMS)
+        table = (*EXAM_SINGLES, *EXAM_FORMS, *REWRITTEN)
         plant, effects = _effect(table, i, order, rng, _strength(rng))
     case = _case("broadband", plant, effects, rng, "broadband")
     return replace(case, extra={"lead": float(case.samples // 10)})

@@ -6,7 +6,18 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from tests.proof.trial.generator.parameters import EXAM_PLANTS
-from tests.proof.trial.generator.vocabulary import FORMS, OUTSIDE, SINGLES, Places
+from tests.proof.trial.generator.scale import BESIDE
+from tests.proof.trial.generator.vocabulary import (
+    DAMPERS,
+    FORMS,
+    HYSTERETIC,
+    LEAKING,
+    OUTSIDE,
+    SINGLES,
+    SOURCES,
+    SPRINGS,
+    Places,
+)
 
 __all__ = [
     "DISTURBED",
@@ -15,6 +26,7 @@ __all__ = [
     "EXAM_SINGLES",
     "KINDS",
     "RARE",
+    "REWRITTEN",
     "SLOW",
     "Table",
     "kinds_of",
@@ -100,10 +112,25 @@ EXAM_SINGLES: Table = _widened(SINGLES)
 EXAM_FORMS: Table = _widened(FORMS)
 """The same physics, written otherwise than in the catalogue."""
 
+REWRITTEN: Table = (
+    ("backlash", "letting_go_gap", {**SPRINGS, **_COUPLING}),
+    ("presliding_friction", "lugre", {**DAMPERS, **_RUBBING}),
+    ("presliding_friction", "slip_bristles", {**DAMPERS, **_RUBBING}),
+    ("hysteresis", "relay_continuum", {**HYSTERETIC, **_COUPLING}),
+    (
+        "creep",
+        "spread_creep",
+        {"stack": ("C_a", "k"), "chain": ("k_1", "k_2", "k_3"), **_COUPLING, **_HEATED},
+    ),
+    ("low_pass", "amplifier_slew", {**SOURCES, **_SOURCES}),
+    ("leakage", "orifice_leak", {**LEAKING, "cylinder": ("C_h",)}),
+)
+"""Known physics by laws that only the exam has (`laws_exam`)."""
+
 EXAM_OUTSIDE: Table = _widened(OUTSIDE)
 """Physics that no effect of the vocabulary describes."""
 
-_INSIDE: Table = (*EXAM_SINGLES, *EXAM_FORMS)
+_INSIDE: Table = (*EXAM_SINGLES, *EXAM_FORMS, *REWRITTEN)
 
 RARE: Table = _of_laws(
     _INSIDE, "linear_stop round_contact preload hard_limit sharp_overflow weir"
@@ -127,6 +154,7 @@ _NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "bouc_wen": ("presliding_friction",),
         "dahl": ("hysteresis",),
+        "slip_bristles": ("hysteresis",),
         "smooth_two_stiffnesses": ("nonlinear_stiffness",),
         "soft_gap": ("nonlinear_stiffness",),
         "preload": ("bilinear_stiffness",),
@@ -222,26 +250,12 @@ def kinds_of(effect: str, law: str) -> tuple[str, ...]:
     return _KINDS.get(law) or _KINDS[effect]
 
 
-_BESIDE: Mapping[tuple[str, str], str] = MappingProxyType(
-    {
-        **{("chain", f"k_{i}"): f"b_{i}" for i in (1, 2, 3)},
-        ("stack", "k"): "b",
-        ("motor", "k_s"): "b_s",
-        ("corner", "k_t"): "b_t",
-        ("corner", "k_s"): "b_s",
-        ("probe", "k"): "b",
-        ("servo", "k_c"): "b_c",
-    }
-)
-"""Damper beside each spring, at the same two ends."""
-
-
 def places_of(plant: str, law: str, place: str) -> tuple[str, ...]:
     """Return the elements that are right, the one with the law first."""
     if law == "orifice_leak" and plant == "cylinder":
         return (place, "R_l")
-    if law in ("bouc_wen", "dahl", "lugre", "letting_go_gap"):
-        pairs = [(k, b) for (p, k), b in _BESIDE.items() if p == plant]
+    if law in ("bouc_wen", "dahl", "lugre", "slip_bristles", "letting_go_gap"):
+        pairs = [(k, b) for (p, k), b in BESIDE.items() if p == plant]
         both = [pair for pair in pairs if place in pair]
         return (place, *(e for e in (both[0] if both else ()) if e != place))
     return (place,)

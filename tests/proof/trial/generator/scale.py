@@ -10,7 +10,7 @@ import numpy as np
 from tests.proof.trial.generator.native import Run
 from tests.proof.trial.generator.parameters import ALL_PLANTS
 
-__all__ = ["SOURCE_SLOT", "Scale", "scale_of"]
+__all__ = ["BESIDE", "SOURCE_SLOT", "Scale", "scale_of"]
 
 SOURCE_SLOT = 100
 _MASSES: Mapping[str, Mapping[str, tuple[str, float]]] = {
@@ -25,6 +25,18 @@ _MASSES: Mapping[str, Mapping[str, tuple[str, float]]] = {
     "servo": {"b_1": ("J_1", 1), "b_c": ("J_1", 0.5), "b_2": ("J_2", 1)},
     "oven": {},
 }
+
+
+BESIDE: Mapping[tuple[str, str], str] = {
+    **{("chain", f"k_{i}"): f"b_{i}" for i in (1, 2, 3)},
+    ("stack", "k"): "b",
+    ("motor", "k_s"): "b_s",
+    ("corner", "k_t"): "b_t",
+    ("corner", "k_s"): "b_s",
+    ("probe", "k"): "b",
+    ("servo", "k_c"): "b_c",
+}
+"""Damper beside each spring, between the same two ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +59,8 @@ class Scale:
         Largest and rms command, and its fastest change per second.
     step, span : float
         Interval of the samples and length of the record, in s.
-    readings : (sensors,) arrays as tuple
-        Largest readings.
+    partner : int
+        Slot of the damper between the same two ends; -1 without one.
     """
 
     slot: int
@@ -64,6 +76,7 @@ class Scale:
     rate: float
     step: float
     span: float
+    partner: int = -1
 
 
 def _force(plant: str, place: str, values: Mapping[str, float], run: Run) -> float:
@@ -109,4 +122,5 @@ def scale_of(plant: str, place: str, values: Mapping[str, float], run: Run, samp
         float(np.max(jumps)) / step,
         step,
         samples * step,
+        names.index(beside) if (beside := BESIDE.get((plant, place))) else -1,
     )
