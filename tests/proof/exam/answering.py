@@ -20,7 +20,9 @@ from tests.proof.trial.truths import Public
 __all__ = ["exam_answer", "half_answer"]
 
 
-def exam_answer(layout: Layout, public: Public, seed: int = 0, *, part: float = 1.0) -> dict[str, Any]:
+def exam_answer(
+    layout: Layout, public: Public, seed: int = 0, *, part: float = 1.0
+) -> dict[str, Any]:
     """Diagnose one recording, or the first `part` of it; an error becomes part of the answer.
 
     Returns

@@ -167,9 +167,7 @@ def _excitation(plant: str, effects: Sequence[Hidden], rng: Rng) -> str:
     return "noise" if kind == "closed_loop" and not looped else kind
 
 
-def _case(
-    cell: str, plant: str, effects: Sequence[Hidden], rng: Rng, excitation: str = ""
-) -> Case:
+def _case(cell: str, plant: str, effects: Sequence[Hidden], rng: Rng, excitation: str = "") -> Case:
     """Return a case of a plant with effects, everything else drawn."""
     sensors = _sensors(plant, effects, rng)
     kind = excitation or _excitation(plant, effects, rng)
@@ -251,12 +249,12 @@ def _weak_further(i: int, order: Rng, rng: Rng) -> Case:
 
 def _slow(i: int, order: Rng, rng: Rng) -> Case:
     plants = [name for name in ALL_PLANTS if name not in _RESTLESS]
+    effects: tuple[Hidden, ...] = ()
     if i % QUIET_EVERY == 0:
-        plant, effects = plants[int(rng.integers(len(plants)))], ()
+        plant = plants[int(rng.integers(len(plants)))]
     else:
         table = [
-            (e, law, {p: at for p, at in places.items() if p in plants})
-            for e, law, places in SLOW
+            (e, law, {p: at for p, at in places.items() if p in plants}) for e, law, places in SLOW
         ]
         plant, effects = _effect(table, i, order, rng, _strength(rng))
     case = _case("slow", plant, effects, rng, "slow")
@@ -265,8 +263,9 @@ def _slow(i: int, order: Rng, rng: Rng) -> Case:
 
 def _broadband(i: int, order: Rng, rng: Rng) -> Case:
     """Return a record that begins in motion: its first tenth is cut off."""
+    effects: tuple[Hidden, ...] = ()
     if i % QUIET_EVERY == 0:
-        plant, effects = list(ALL_PLANTS)[int(rng.integers(len(ALL_PLANTS)))], ()
+        plant = list(ALL_PLANTS)[int(rng.integers(len(ALL_PLANTS)))]
     else:
         table = (*EXAM_SINGLES, *EXAM_FORMS, *REWRITTEN)
         plant, effects = _effect(table, i, order, rng, _strength(rng))

@@ -6,6 +6,7 @@ import statistics
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from tests.proof.exam.judging import ExamOutcome, judge_exam
 from tests.proof.exam.said import ExamAnswer
@@ -222,7 +223,7 @@ def _reliability(outcomes: Sequence[ExamOutcome]) -> tuple[Reliability, ...]:
         if c.claim.probability is not None and c.claim.answer in ("exact", "approximate")
     ]
     table = []
-    for low, high in zip(_BINS[:-1], _BINS[1:], strict=True):
+    for low, high in pairwise(_BINS):
         here = [(p, right) for p, right in stated if low <= p < high or p == high == 1.0]
         if here:
             mean = statistics.fmean(p for p, _ in here)

@@ -140,9 +140,7 @@ def remaining(noise: Mapping[str, float], rms: Mapping[str, float]) -> dict[str,
     >>> remaining({"x": 3.0}, {"x": 5.0})
     {'x': 1.3333333333333333}
     """
-    return {
-        k: math.sqrt(max(rms[k] ** 2 - s**2, 0.0)) / s for k, s in noise.items() if k in rms
-    }
+    return {k: math.sqrt(max(rms[k] ** 2 - s**2, 0.0)) / s for k, s in noise.items() if k in rms}
 
 
 def judge_exam(truth: ExamTruth, answer: ExamAnswer) -> ExamOutcome:
@@ -163,9 +161,7 @@ def _at(claim: Claim, effects: tuple[ConcealedEffect, ...]) -> tuple[ConcealedEf
     return tuple(e for e in effects if e.places & claim.places)
 
 
-def _name(
-    claim: Claim, truth: ExamTruth
-) -> tuple[bool | None, tuple[ConcealedEffect, ...]]:
+def _name(claim: Claim, truth: ExamTruth) -> tuple[bool | None, tuple[ConcealedEffect, ...]]:
     """Return whether the name is right, with the effects that it may speak of."""
     everything = truth.effects
     if not claim.named or truth.empty:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -107,7 +107,7 @@ def _readings(bench: Bench, effects: Sequence[Sized]) -> Array:
     return made[1]
 
 
-def _effect(plant: str, e: Sized, excess_db: float) -> Mapping[str, Any]:
+def _effect(plant: str, e: Sized, excess_db: float) -> dict[str, Any]:
     h = e.hidden
     kinds = kinds_of(h.effect, h.law)
     return {

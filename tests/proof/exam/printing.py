@@ -30,7 +30,7 @@ def table_lines(new: ExamScore, old: ExamScore | None = None) -> list[str]:
     lines = [_line("recordings", [str(len(s.outcomes)) for s in scores], heads)]
     if old is not None:
         lines.insert(0, _line("", heads, heads))
-    for name in new.rates | (old.rates if old else {}):
+    for name in {**new.rates, **(old.rates if old else {})}:
         lines.append(_line(name, [rate_text(s.rates.get(name, Rate(0, 0))) for s in scores], heads))
     for name in new.seconds:
         lines.append(_line(name, [f"{s.seconds[name]:.1f}" for s in scores], heads))

@@ -47,52 +47,44 @@ _ROTOR: Places = {"servo": ("J_1",)}
 _HEATED: Places = {"oven": ("C_1", "C_2")}
 
 _NEW: Mapping[str, Places] = {
-    **dict.fromkeys(
+    law: places
+    for laws, places in (
         (
             "prandtl_ishlinskii two_stiffnesses linear_stop gap preload bouc_wen two_yield "
             "uneven_yield quintic hyperbolic_sine power_stiffness smooth_two_stiffnesses "
-            "round_contact soft_gap"
-        ).split(),
-        _COUPLING,
-    ),
-    **dict.fromkeys(("polynomial_stiffness", "softening"), {**_COUPLING, "cylinder": ("C_h",)}),
-    **dict.fromkeys(("kelvin_voigt", "log_creep"), {**_COUPLING, **_HEATED}),
-    **dict.fromkeys(
+            "round_contact soft_gap",
+            _COUPLING,
+        ),
+        ("polynomial_stiffness softening", {**_COUPLING, "cylinder": ("C_h",)}),
+        ("kelvin_voigt log_creep", {**_COUPLING, **_HEATED}),
         (
             "coulomb stribeck bristles square_drag two_dampings rational_stribeck dahl power_drag "
-            "smooth_two_dampings diffusive_drag"
-        ).split(),
-        _RUBBING,
-    ),
-    **dict.fromkeys(
+            "smooth_two_dampings diffusive_drag",
+            _RUBBING,
+        ),
         (
             "knee rate_limit first_order dead_band dead_time hyperbolic_tangent hard_limit "
             "uneven_rate_limit two_lags uneven_dead_band soft_dead_band dropouts tiring_gain "
-            "sticking_spool rate_dependent_gain"
-        ).split(),
-        _SOURCES,
-    ),
-    **dict.fromkeys(
+            "sticking_spool rate_dependent_gain",
+            _SOURCES,
+        ),
         (
             "sensor_first_order linear_in_time sensor_polynomial sine_error rounding "
-            "sensor_dead_time sensor_two_lags warming_up compression two_harmonics"
-        ).split(),
-        _SENSORS,
-    ),
-    **dict.fromkeys(("cogging", "cogging_harmonics"), _ROTOR),
-    **dict.fromkeys(
-        ("attached_mass", "attached_hardening_mass"), {"cylinder": ("m",), "servo": ("J_2",)}
-    ),
-    **dict.fromkeys(("turbulent", "orifice_power", "varistor"), _LEAK),
-    "polynomial_resistance": {**_LEAK, "oven": ("R_12", "R_out")},
-    "leak": {"oven": ("C_1",)},
-    "skew": dict.fromkeys(EXAM_PLANTS, ("clock",)),
-    **dict.fromkeys(("sine_force", "pulse_force", "bursts"), _PUSHED),
-    **dict.fromkeys(
-        ("linear_drift", "exponential_drift", "periodic_parameter", "sudden_change"), _AGEING
-    ),
-    "eccentricity": {"servo": ("J_2",)},
-    "healing_fluid": {"cylinder": ("b",)},
+            "sensor_dead_time sensor_two_lags warming_up compression two_harmonics",
+            _SENSORS,
+        ),
+        ("cogging cogging_harmonics", _ROTOR),
+        ("attached_mass attached_hardening_mass", {"cylinder": ("m",), "servo": ("J_2",)}),
+        ("turbulent orifice_power varistor", _LEAK),
+        ("polynomial_resistance", {**_LEAK, "oven": ("R_12", "R_out")}),
+        ("leak", {"oven": ("C_1",)}),
+        ("skew", dict.fromkeys(EXAM_PLANTS, ("clock",))),
+        ("sine_force pulse_force bursts", _PUSHED),
+        ("linear_drift exponential_drift periodic_parameter sudden_change", _AGEING),
+        ("eccentricity", {"servo": ("J_2",)}),
+        ("healing_fluid", {"cylinder": ("b",)}),
+    )
+    for law in laws.split()
 }
 """Places of the three plants that only the exam has, by law."""
 
@@ -132,9 +124,7 @@ EXAM_OUTSIDE: Table = _widened(OUTSIDE)
 
 _INSIDE: Table = (*EXAM_SINGLES, *EXAM_FORMS, *REWRITTEN)
 
-RARE: Table = _of_laws(
-    _INSIDE, "linear_stop round_contact preload hard_limit sharp_overflow weir"
-)
+RARE: Table = _of_laws(_INSIDE, "linear_stop round_contact preload hard_limit sharp_overflow weir")
 """Limits, stops and contacts: they act only where the motion is large."""
 
 SLOW: Table = _of_laws(
@@ -164,7 +154,7 @@ _NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "amplifier_slew": ("slew_limit",),
     }
 )
-"""Further names that are as true as the effect's own, by law: the same function of the same port."""
+"""Further names that are as true as the effect's own, by law: one function of one port."""
 
 _ONE_SIDED = ("linear_stop", "round_contact")
 
@@ -259,5 +249,3 @@ def places_of(plant: str, law: str, place: str) -> tuple[str, ...]:
         both = [pair for pair in pairs if place in pair]
         return (place, *(e for e in (both[0] if both else ()) if e != place))
     return (place,)
-
-
