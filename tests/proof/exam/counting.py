@@ -122,6 +122,13 @@ def _sets(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
     return {
         "sharp: right name at the right place": rate(o.truth.main in o.found for o in shown),
         "sharp: right place, and right name or kind": rate(map(_sorted_out, shown)),
+        "sharp: right place, and a name, set, family or kind that holds": rate(
+            any(
+                here and (c.name is True or c.kind is True)
+                for here, c in zip(_place_of_main(o), o.claims, strict=True)
+            )
+            for o in shown
+        ),
         "sharp: right place": rate(any(_place_of_main(o)) for o in shown),
         "said to miss something": rate(o.answer.alarm for o in shown),
         "truth in the set of names, of those told": rate(map(_name_held, told)),

@@ -119,10 +119,13 @@ def test_relays_take_energy_and_never_give_it() -> None:
 
 def test_relays_wipe_out_small_loops() -> None:
     """A small detour that is crossed again leaves no trace: the way on is as if it never was."""
-    knots = {"direct": [0, 6, -5, 6], "detour": [0, 6, -5, 3, 1, 2, 1.5, 3, 6]}
+    knots: dict[str, list[float]] = {
+        "direct": [0, 6, -5, 6],
+        "detour": [0, 6, -5, 3, 1, 2, 1.5, 3, 6],
+    }
     law = (row("relay_continuum", 1, 4.0, 5e-4),)
     ends = []
-    for path in knots.values():
+    for path in map(np.asarray, knots.values()):
         lengths = np.r_[0, np.cumsum(np.abs(np.diff(path)))] * 80
         u = np.interp(np.arange(int(lengths[-1]) + 400), lengths, path)
         ends.append(swinging_damped(law, u)[-1])

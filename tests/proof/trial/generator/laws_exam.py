@@ -32,11 +32,17 @@ def _lugre(s: float, z: Scale, d: Sequence[float]) -> Numbers:
 
 def _letting_go(s: float, z: Scale, d: Sequence[float]) -> Numbers:
     half_gap = 0.5 * s * z.q
-    return {"half_gap": half_gap, "partner": float(z.partner), "depth": 0.1 * half_gap}
+    depth = max(0.2 * half_gap, 0.01 * z.q)
+    return {"half_gap": half_gap, "partner": float(z.partner), "depth": depth}
+
+
+def _abrupt(z: Scale) -> float:
+    """Rate that asks for 300 sub-steps: what switches on and off is met to first order only."""
+    return 450 / z.step
 
 
 EXAM_LAWS: Mapping[str, Law] = {
-    "letting_go_gap": Law(26, _letting_go),
+    "letting_go_gap": Law(26, _letting_go, fastest=lambda p, z: _abrupt(z)),
     "spread_creep": Law(
         27,
         lambda s, z, d: {
@@ -78,7 +84,7 @@ EXAM_LAWS: Mapping[str, Law] = {
             "slew": z.rate * (1 - 0.9 * s),
         },
         2,
-        lambda p, z: 2 * p["rate"],
+        lambda p, z: max(2 * p["rate"], _abrupt(z)),
     ),
 }
 """The laws by name; kinds of ``c/laws.h`` and ``c/run.c``."""
