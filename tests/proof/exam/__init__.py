@@ -6,8 +6,14 @@ catalogue does not write in that way, and asks what real machines ask: rare effe
 weak further effects, coloured noise, coarse converters.
 
     python -m tests.proof.exam generate --folder F [--count N] [--seed S]
-    python -m tests.proof.exam run --folder F [--cells CELL ...] [--limit N]
+    python -m tests.proof.exam run --folder F [--answers DIR] [--cells CELL ...] [--limit N]
+    python -m tests.proof.exam run --folder F --of half|transplant
     python -m tests.proof.exam score --folder F [--answers DIR] [--beside OLD_DIR] [--list]
+        [--half DIR] [--transplant DIR]
+
+Every recording is diagnosed once and its answer kept; with another ``--answers`` the same exam is
+sat anew. Half recordings and transplants (what the repaired model makes of the same command)
+should be answered as the recordings are, whatever the truth is.
 
 ``cells`` says what is drawn, ``vocabulary`` which laws and what they may be called, ``truths`` and
 ``said`` are the two sides, ``judging`` lays them beside each other, ``counting`` counts.

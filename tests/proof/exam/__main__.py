@@ -35,10 +35,14 @@ def parser() -> argparse.ArgumentParser:
             s.add_argument("--cells", nargs="+", choices=tuple(CELLS), default=None)
         if name == "run":
             s.add_argument("--limit", type=nonnegative, default=None, help="recordings at most")
-            s.add_argument("--half", action="store_true", help="the first half of each recording")
+            s.add_argument(
+                "--of", choices=("whole", "half", "transplant"), default="whole",
+                help="the recording, its first half, or what the repaired model makes of it",
+            )  # fmt: skip
         if name == "score":
             s.add_argument("--beside", type=Path, default=None, help="older answers, first column")
             s.add_argument("--half", type=Path, default=None, help="answers to half recordings")
+            s.add_argument("--transplant", type=Path, default=None, help="answers to transplants")
             s.add_argument("--list", action="store_true", help="every recording gone wrong")
         else:
             s.add_argument("--seed", type=nonnegative, default=0)
@@ -61,7 +65,7 @@ def _generate(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     from bondsight.cli.progress import Bar
-    from tests.proof.exam.answering import exam_answer, half_answer
+    from tests.proof.exam.answering import WORKS
     from tests.proof.trial.running import run_all
     from tests.proof.trial.truths import read_public
 
@@ -71,13 +75,13 @@ def _run(options: argparse.Namespace) -> int:
     if options.cells:
         public = tuple(p for p in public if truths[p.id].cell in options.cells)
     public = public[: options.limit]
-    usual = layout.folder / "answers-half" if options.half else layout.answers
+    usual = layout.answers if options.of == "whole" else layout.folder / f"answers-{options.of}"
     target = options.answers or usual
-    work = half_answer if options.half else exam_answer
     with Bar(quiet=not sys.stderr.isatty()) as bar:
         done = run_all(
-            layout, public, target, work, jobs=options.jobs, seed=options.seed, progress=bar
-        )
+            layout, public, target, WORKS[options.of], jobs=options.jobs, seed=options.seed,
+            progress=bar,
+        )  # fmt: skip
     print(f"{done} recordings diagnosed, {len(public) - done} were there: {target}")
     return 0
 
@@ -92,14 +96,18 @@ def _score(options: argparse.Namespace) -> int:
     if options.cells:
         truths = {i: t for i, t in truths.items() if t.cell in options.cells}
     new = read_exam_answers(options.answers or layout.answers)
-    halves = read_exam_answers(options.half) if options.half else {}
+    again = {
+        word: read_exam_answers(folder)
+        for word, folder in (("half a record", options.half), ("transplant", options.transplant))
+        if folder is not None
+    }
     old = None
     if options.beside is not None:
         beside = read_exam_answers(options.beside)
         # only recordings that both have: two rules are compared on the same questions
         new = {i: a for i, a in new.items() if i in beside}
         old = score_exam(truths, {i: a for i, a in beside.items() if i in new})
-    found = score_exam(truths, new, halves)
+    found = score_exam(truths, new, again)
     print("\n".join(table_lines(found, old)))
     if options.list:
         print("\n".join(["", *bad_lines(found.outcomes)]))

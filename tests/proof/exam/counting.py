@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,6 +15,9 @@ from tests.proof.trial.rates import Rate, rate
 from tests.proof.trial.vocabulary import FAMILIES
 
 __all__ = ["ExamScore", "Reliability", "score_exam"]
+
+LEFT = 1.0
+"""A declared model leaves a misfit if more than this many times the noise remains beside it."""
 
 _BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
 
@@ -53,9 +56,16 @@ class ExamScore:
 def score_exam(
     truths: Mapping[str, ExamTruth],
     answers: Mapping[str, ExamAnswer],
-    halves: Mapping[str, ExamAnswer] | None = None,
+    again: Mapping[str, Mapping[str, ExamAnswer]] | None = None,
 ) -> ExamScore:
-    """Count the answers that are there; `halves` are those to the first half of the recordings."""
+    """Count the answers that are there.
+
+    Parameters
+    ----------
+    again : mapping, optional
+        Answers to the same recordings in another guise (half of them, transplants), by a word for
+        the guise: they should agree with `answers`, whatever the truth is.
+    """
     outcomes = tuple(judge_exam(truths[i], answers[i]) for i in sorted(answers) if i in truths)
     cells: dict[str, Counter[str]] = {}
     for o in outcomes:
@@ -66,7 +76,7 @@ def score_exam(
             **_errors(outcomes),
             **_sets(outcomes),
             **_several(outcomes),
-            **_replicated(outcomes, halves or {}),
+            **{k: v for word, a in (again or {}).items() for k, v in _again(outcomes, a, word)},
         },
         _seconds(outcomes),
         cells,
@@ -119,6 +129,8 @@ def _sets(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
     """Count where one main effect with a name shows."""
     shown = [o for o in outcomes if o.truth.single and o.truth.main and o.truth.main.shows]
     told = [o for o in shown if o.answer.alarm]
+    # where fitted parameters take up what the effect moved, there is nothing left to be named
+    left = [o for o in shown if o.left > LEFT]
     return {
         "sharp: right name at the right place": rate(o.truth.main in o.found for o in shown),
         "sharp: right place, and right name or kind": rate(map(_sorted_out, shown)),
@@ -130,6 +142,12 @@ def _sets(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
             for o in shown
         ),
         "sharp: right place": rate(any(_place_of_main(o)) for o in shown),
+        "sharp where the declared model leaves a misfit: right name and place": rate(
+            o.truth.main in o.found for o in left
+        ),
+        "sharp where the declared model leaves a misfit: right place": rate(
+            any(_place_of_main(o)) for o in left
+        ),
         "said to miss something": rate(o.answer.alarm for o in shown),
         "truth in the set of names, of those told": rate(map(_name_held, told)),
         "truth in the set of places, of those told": rate(map(_place_held, told)),
@@ -181,23 +199,23 @@ def _several(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
     }
 
 
-def _replicated(
-    outcomes: Sequence[ExamOutcome], halves: Mapping[str, ExamAnswer]
-) -> dict[str, Rate]:
-    """Count answers on the first half that contradict those on the whole; needs no truth."""
-    pairs = [(o.answer, halves[o.id]) for o in outcomes if o.id in halves]
-    both = [(a, b) for a, b in pairs if a.claims and b.claims]
-    if not pairs:
-        return {}
-    return {
-        "half a record: alarm on one side only": rate(a.alarm != b.alarm for a, b in pairs),
-        "half a record: names that exclude each other": rate(
-            not _names(a) & _names(b) for a, b in both if _names(a) and _names(b)
-        ),
-        "half a record: places that exclude each other": rate(
-            not _places(a) & _places(b) for a, b in both if _places(a) and _places(b)
-        ),
-    }
+def _again(
+    outcomes: Sequence[ExamOutcome], again: Mapping[str, ExamAnswer], word: str
+) -> Iterator[tuple[str, Rate]]:
+    """Count where a recording and its other guise are answered otherwise; needs no truth."""
+    pairs = [(o.answer, again[o.id]) for o in outcomes if o.id in again]
+    yield f"{word}: alarm on one side only", rate(a.alarm != b.alarm for a, b in pairs)
+    for what, said in (("names", _names), ("places", _places)):
+        both = [(said(a), said(b)) for a, b in pairs]
+        yield (
+            f"{word}: {what} that exclude each other",
+            rate(not a & b for a, b in both if a and b),
+        )
+    yield f"{word}: the same verdict, names and places", rate(_same(a, b) for a, b in pairs)
+
+
+def _same(a: ExamAnswer, b: ExamAnswer) -> bool:
+    return (a.alarm, _names(a), _places(a)) == (b.alarm, _names(b), _places(b))
 
 
 def _names(a: ExamAnswer) -> frozenset[str]:

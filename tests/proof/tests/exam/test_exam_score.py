@@ -6,11 +6,16 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
+from bondgraph.signals.recording import Recording
+from identification.diagnosis.diagnose import Diagnosis
 from tests.proof.exam.__main__ import main
+from tests.proof.exam.answering import transplant
 from tests.proof.exam.counting import ExamScore, score_exam
 from tests.proof.exam.judging import ExamOutcome, judge_exam
 from tests.proof.exam.printing import bad_lines, rate_text, table_lines
@@ -239,10 +244,32 @@ def test_halves_that_contradict_the_whole() -> None:
         "e0": exam_answer_of({**said(MISSING, finding("exact", "creep")), "id": "e0"}),
         "e1": exam_answer_of({**said("explained"), "id": "e1"}),
     }
-    rates = score_exam(rows, whole, half).rates
+    rates = score_exam(rows, whole, {"half a record": half}).rates
     assert rates["half a record: alarm on one side only"] == Rate(1, 2)
     assert rates["half a record: names that exclude each other"] == Rate(1, 1)
     assert rates["half a record: places that exclude each other"] == Rate(0, 1)
+    assert rates["half a record: the same verdict, names and places"] == Rate(0, 2)
+
+
+def test_a_transplant_is_the_model_with_its_residuals_drawn_anew() -> None:
+    n = 400
+    time, command = 0.01 * np.arange(n), np.sin(np.arange(n))
+    model = np.cos(0.05 * np.arange(n))
+    left = 0.1 * np.random.default_rng(1).standard_normal(n)
+    channels = {"F": command, "x": model + left}
+    data = SimpleNamespace(
+        readings=channels["x"][:, None], names=("x",), time=time, commands={"F": command}
+    )
+    fit = SimpleNamespace(problem=SimpleNamespace(data=data), simulated=model[:, None])
+    recording = Recording("r", time, channels, {"F": "N", "x": "m"})
+    found = SimpleNamespace(repaired=None, nominal=fit, recording=recording)
+    made = transplant(cast(Diagnosis, found), 0)
+    residual = made["x"] - model
+    assert np.array_equal(made["F"], command)
+    assert np.std(residual) == pytest.approx(np.std(left), rel=0.2)
+    assert abs(np.corrcoef(residual, left)[0, 1]) < 0.3
+    assert {float(f"{r:.9f}") for r in residual} <= {float(f"{r:.9f}") for r in left}
+    assert transplant(cast(Diagnosis, found), 0)["x"] == pytest.approx(made["x"])
 
 
 def test_the_three_steps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -254,10 +281,12 @@ def test_the_three_steps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert content["error"] is None
     assert content["cpu_seconds"] > 0
     assert set(content["nominal_rms"]) <= set(content["verdict"]["recording"]["channels"])
+    assert main(["run", *folder, "--limit", "1", "--jobs", "1", "--of", "half"]) == 0
     capsys.readouterr()
     assert main(["run", *folder, "--limit", "1", "--jobs", "1"]) == 0
     assert "0 recordings diagnosed, 1 were there" in capsys.readouterr().out
-    assert main(["score", *folder, "--beside", str(path.parent), "--list"]) == 0
+    half = ["--half", str(tmp_path / "exam" / "answers-half")]
+    assert main(["score", *folder, "--beside", str(path.parent), "--list", *half]) == 0
     assert "false alarms, of the controls" in capsys.readouterr().out
     assert main(["score", "--folder", str(tmp_path / "none")]) == 2
     assert "generate first" in capsys.readouterr().err
