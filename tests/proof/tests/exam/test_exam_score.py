@@ -253,7 +253,7 @@ def test_halves_that_contradict_the_whole() -> None:
 
 def test_a_transplant_is_the_model_with_its_residuals_drawn_anew() -> None:
     n = 400
-    time, command = 0.01 * np.arange(n), np.sin(np.arange(n))
+    time, command = np.linspace(0.0, 3.99, n), np.sin(np.arange(n))
     model = np.cos(0.05 * np.arange(n))
     left = 0.1 * np.random.default_rng(1).standard_normal(n)
     channels = {"F": command, "x": model + left}

@@ -81,7 +81,7 @@ EXAM_LAWS: Mapping[str, Law] = {
         lambda s, z, d: {
             "rate": 0.4 / (s * z.step),
             "damping": between(0.4, 1.0, d[0]),
-            "slew": z.rate * (1 - 0.9 * s),
+            "slew": z.rate * (1 - 0.9 * s**0.4),
         },
         2,
         lambda p, z: max(2 * p["rate"], _abrupt(z)),
