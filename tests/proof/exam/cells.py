@@ -66,6 +66,9 @@ _EXCITATIONS = ("multisine", "steps", "sweep", "noise", "closed_loop")
 _EXCITATION_SHARES = (0.40, 0.15, 0.10, 0.20, 0.15)
 _MEASURED = ("sensor_", "quantisation", "periodic_error", "clock_skew", "delay")
 _TIMED = ("rate_limit", "uneven_rate_limit", "dead_time", "sensor_dead_time", "amplifier_slew")
+_WHOLE = ("absolute_value",)
+"""Laws without a strength: they cannot be weak."""
+
 _RESTLESS = ("cylinder", "corner")
 """Plants whose command is a flow: a long step of it carries them away."""
 
@@ -217,7 +220,9 @@ def _others(plant: str, table: Table, without: Sequence[Hidden]) -> list[list[Ch
     """Return the choices of each law of a plant whose effect is not there yet."""
     known = {e.effect for e in without}
     found = [[c for c in each if c.plant == plant] for each in choices(table).values()]
-    return [each for each in found if each and each[0].effect not in known]
+    return [
+        each for each in found if each and each[0].effect not in known and each[0].law not in _WHOLE
+    ]
 
 
 def _further(

@@ -48,7 +48,7 @@ def table_lines(new: ExamScore, old: ExamScore | None = None) -> list[str]:
 
 
 def _line(name: str, values: Sequence[str], heads: Sequence[str]) -> str:
-    return (f"{name:{_WIDE}s}" + "".join(f"{v:30s}" for v in values)).rstrip()
+    return (f"{name:{_WIDE}s}" + "".join(f"{v:34s}" for v in values)).rstrip()
 
 
 def _counts(found: Counter[str]) -> str:
