@@ -18,7 +18,7 @@ from tests.proof.trial.bench_sensing import LateEdges, SensorCarried
 from tests.proof.trial.generator.case import Case
 from tests.proof.trial.generator.drawing import draw
 from tests.proof.trial.generator.laws import LAWS
-from tests.proof.trial.generator.making import _together
+from tests.proof.trial.generator.making import together
 from tests.proof.trial.generator.native import Row
 from tests.proof.trial.generator.parameters import PLANTS
 from tests.proof.trial.generator.resuming import Going
@@ -209,7 +209,7 @@ def _sized(case: Case) -> tuple[Bench | None, list[Sized]]:
         ratio = np.mean((samples - plain[1]) ** 2, axis=0) / std**2
         return float(10 * np.log10(np.mean(ratio[kept]) + 1e-12))
 
-    return bench, _together(bench, [size(bench, h, excess)[0] for h in case.effects])[1]
+    return bench, together(bench, [size(bench, h, excess)[0] for h in case.effects])[1]
 
 
 def _rows(

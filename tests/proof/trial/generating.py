@@ -15,7 +15,7 @@ from bondgraph.support.whole_file import write_atomically
 from tests.proof.trial.commitment import commit
 from tests.proof.trial.generator.case import Case
 from tests.proof.trial.generator.drawing import draw
-from tests.proof.trial.generator.parameters import PLANTS
+from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.writing import generate, load_case
 from tests.proof.trial.layout import Layout
 
@@ -104,7 +104,7 @@ def write_public(layout: Layout, names: Sequence[str]) -> None:
             {
                 "id": name,
                 "plant": plant,
-                "sensors": [k for k in PLANTS[plant].sensors if k in seen],
+                "sensors": [k for k in ALL_PLANTS[plant].sensors if k in seen],
                 "hold": HOLDS[str(seen["hold"])],
                 "delay": float(seen["declared_delay"]),
                 "resolution": units.tolist(),

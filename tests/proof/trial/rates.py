@@ -37,6 +37,14 @@ class Rate:
         found = binomtest(self.hits, self.total).proportion_ci(0.95, method="wilson")
         return float(found.low), float(found.high)
 
+    @property
+    def exact(self) -> tuple[float, float]:
+        """Exact 95 % interval (Clopper and Pearson); everything if there is nothing to count."""
+        if not self.total:
+            return 0.0, 1.0
+        found = binomtest(self.hits, self.total).proportion_ci(0.95, method="exact")
+        return float(found.low), float(found.high)
+
     def __str__(self) -> str:
         """Text such as ``2/150 = 1.3 % (0.4 to 4.7)``."""
         if not self.total:

@@ -1,4 +1,4 @@
-"""Generator of the sealed trial: six plants, their concealed physics, and the recordings.
+"""Generator of the sealed trial: its plants, their concealed physics, and the recordings.
 
 Stands alone: numpy, scipy and C code of its own; nothing of the project is imported, and equations,
 integrator and step are its own. The nominal values in `parameters` are all that both sides know.
@@ -17,6 +17,9 @@ parameters, which may hide part of it.
 
 The plants (``c/``) start from rest and are integrated by the classical Runge-Kutta method with 20
 to 600 sub-steps between samples; dry friction passes zero speed over 0.4 % of the rms speed.
+
+The development exam (`tests.proof.exam`) draws three plants (`EXAM_PLANTS`) and laws (`laws_exam`)
+more, and commands with rare excursions, slow steps and even noise; no case of a trial has them.
 
 A laboratory knows its converter and its wiring: the command's hold, a dead time that it declares
 and the unit of a coarse converter are given to the tool with the recording.

@@ -18,6 +18,9 @@ AMPLITUDE: Mapping[str, float] = {
     "corner": 0.12,
     "tanks": 1.5e-4,
     "probe": 3.0,
+    "cylinder": 2.0e-4,
+    "servo": 0.3,
+    "oven": 50.0,
 }
 """Usual rms of the command of each plant, in its unit."""
 
@@ -28,6 +31,9 @@ BAND: Mapping[str, tuple[float, float]] = {
     "corner": (0.004, 0.40),
     "tanks": (0.002, 0.20),
     "probe": (0.004, 0.40),
+    "cylinder": (0.004, 0.40),
+    "servo": (0.004, 0.40),
+    "oven": (0.002, 0.20),
 }
 """Band of the excitation, in parts of the Nyquist frequency."""
 
@@ -97,6 +103,39 @@ def noise(n: int, band: tuple[float, float], rng: np.random.Generator) -> Array:
     return np.asarray(wave * loud)
 
 
+def rare(n: int, band: tuple[float, float], rng: np.random.Generator) -> Array:
+    """Return quiet noise in the band that is loud in two of forty equal stretches."""
+    wave = noise(n, band, rng)
+    length = n // 40
+    loud = np.full(n, 0.25)
+    for k in rng.choice(np.arange(2, 39), 2, replace=False):
+        loud[k * length : (k + 1) * length] = 1.7
+    # the loudness of `noise` itself wanders; here only the two stretches stand out
+    level = np.sqrt(np.convolve(wave**2, np.full(length, 1 / length), "same")) + 0.1
+    return np.asarray(wave / level * loud)
+
+
+def slow(n: int, band: tuple[float, float], rng: np.random.Generator) -> Array:
+    """Return a few long steps with a weak multisine on them."""
+    out = np.empty(n)
+    k = 0
+    while k < n:
+        length = int(n * rng.uniform(0.06, 0.25))
+        out[k : k + length] = rng.uniform(-1.5, 1.5)
+        k += length
+    wave = multisine(n, band, rng)
+    return np.asarray(out + rng.uniform(0.04, 0.12) * wave)
+
+
+def broadband(n: int, band: tuple[float, float], rng: np.random.Generator) -> Array:
+    """Return Gaussian noise of even loudness up to twice the band: no repeat and no rest."""
+    spectrum = np.fft.rfft(rng.normal(size=n))
+    f = np.fft.rfftfreq(n, 0.5)
+    spectrum[(f < band[0]) | (f > min(2 * band[1], 0.9))] = 0
+    wave = np.fft.irfft(spectrum, n)
+    return np.asarray(wave / np.sqrt(np.mean(wave**2)))
+
+
 def tone(plant: str, n: int, level: float, rng: np.random.Generator) -> Array:
     """Return one sine of constant level well inside the band: little to learn from."""
     low, high = BAND[plant]
@@ -109,6 +148,9 @@ def command(plant: str, kind: str, n: int, level: float, rng: np.random.Generato
     """Return the command, or in closed loop what is added to the controller's part, in its unit."""
     if kind == "tone":
         return tone(plant, n, level, rng)
-    shape = {"multisine": multisine, "steps": steps, "sweep": sweep, "noise": noise}
+    shape = {
+        "multisine": multisine, "steps": steps, "sweep": sweep, "noise": noise,
+        "rare": rare, "slow": slow, "broadband": broadband,
+    }  # fmt: skip
     make = shape.get(kind, multisine if rng.random() < 0.5 else noise)
     return AMPLITUDE[plant] * level * make(n, BAND[plant], rng)

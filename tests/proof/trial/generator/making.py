@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.parameters import PLANTS
+from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.sizing import Bench, Sized, bench_of, size
 
-__all__ = ["record"]
+__all__ = ["UNIT", "disturbed", "noisy", "record", "together"]
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ UNIT = 2.4
 """Unit of a coarse converter in parts of the rms of the noise; such a converter is declared."""
 
 
-def _noisy(case: Case, clean: Array, e: Array, std: Array) -> Array:
+def noisy(case: Case, clean: Array, e: Array, std: Array) -> Array:
     """Add noise; with a coarse converter part of its rms is rounding."""
     if case.noise["kind"] != "quantised":
         return np.asarray(clean + e * std)
@@ -28,7 +28,7 @@ def _noisy(case: Case, clean: Array, e: Array, std: Array) -> Array:
     return np.asarray(unit * np.round((clean + 0.72 * e * std) / unit))
 
 
-def _nuisance(
+def disturbed(
     case: Case, y: Array, std: Array, rng: np.random.Generator
 ) -> tuple[Array, Mapping[str, Any]]:
     """Return the readings with the nuisance of a control, and what was done."""
@@ -52,7 +52,7 @@ def record(case: Case) -> tuple[dict[str, Array | str], dict[str, Any]]:
     truth : dict
         Plain values for JSON.
     """
-    plant = PLANTS[case.plant]
+    plant = ALL_PLANTS[case.plant]
     bench = bench_of(case)
     plain = bench.simulate([])
     assert plain is not None
@@ -65,10 +65,10 @@ def record(case: Case) -> tuple[dict[str, Array | str], dict[str, Any]]:
         return float(10 * np.log10(np.mean(ratio[kept]) + 1e-12))
 
     found = [size(bench, hidden, excess) for hidden in case.effects]
-    made, sized = _together(bench, [e for e, _ in found])
+    made, sized = together(bench, [e for e, _ in found])
     rng = np.random.default_rng(np.random.SeedSequence([case.seed, 1]))
     noise = bench.noise[: case.samples]
-    y, nuisance = _nuisance(case, _noisy(case, made[1], noise, std), std, rng)
+    y, nuisance = disturbed(case, noisy(case, made[1], noise, std), std, rng)
     channels: dict[str, Array | str] = {
         "time": np.asarray(plant.step * np.arange(case.samples)),
         plant.source[0]: made[0][: case.samples],
@@ -103,7 +103,7 @@ def _plain(e: Sized) -> dict[str, Any]:
     }
 
 
-def _together(bench: Bench, effects: list[Sized]) -> tuple[tuple[Array, Array], list[Sized]]:
+def together(bench: Bench, effects: list[Sized]) -> tuple[tuple[Array, Array], list[Sized]]:
     """Simulate all effects; where two together run away, both become weaker."""
     while (made := bench.simulate(effects)) is None:
         effects = [bench.sized(e.hidden, e.strength / 3) for e in effects]

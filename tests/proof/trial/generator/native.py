@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.proof.trial.generator.compiling import compiled
-from tests.proof.trial.generator.parameters import PLANTS
+from tests.proof.trial.generator.parameters import ALL_PLANTS
 
 __all__ = ["OPEN_LOOP", "Row", "Run", "run"]
 
 Array = NDArray[np.float64]
 OPEN_LOOP = (0.0, 0.0, 0.0, 0.0, 0.0)
-_ORDER = ("chain", "stack", "motor", "corner", "tanks", "probe")
+_ORDER = tuple(ALL_PLANTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ def run(
     for k, e in enumerate(effects):
         rows[k, :3] = e.kind, e.slot, e.states
         rows[k, 3 : 3 + len(e.numbers)] = e.numbers
-    sensors = len(PLANTS[plant].sensors)
+    sensors = len(ALL_PLANTS[plant].sensors)
     y = np.zeros((n * over, sensors))
     seen = np.zeros((12, 4))
     c = np.array(values, dtype=float)
@@ -120,7 +120,7 @@ def run(
         _pointer(gains),
         _pointer(w),
         ctypes.c_long(n),
-        ctypes.c_double(PLANTS[plant].step),
+        ctypes.c_double(ALL_PLANTS[plant].step),
         ctypes.c_int(sub),
         ctypes.c_int(over),
         ctypes.c_int(0 if hold == "zero" else 1),

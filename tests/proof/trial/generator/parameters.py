@@ -1,4 +1,4 @@
-"""Nominal values of the six plants: the only thing that the generator and the tool both may know.
+"""Nominal values of the plants: the only thing that the generator and the tool both may know.
 
 Each true value is the nominal one times ``exp(uniform(-0.25, 0.25))``. A model of the tool copies
 this table; everything else in this package stays unknown to it.
@@ -22,6 +22,20 @@ tanks
 probe
     Force ``F`` on ``m``, ``k``, ``b``; a coil (gyrator ``K_g``) drives ``R_g`` and ``C_f`` in
     series: emf = K_g * velocity, back force = K_g * current; ``v_f`` is the voltage of ``C_f``.
+
+Three more are drawn by the development exam only, so that the draws of the trial stay as they are:
+
+cylinder
+    Oil flow ``q_v`` into the chamber ``C_h`` with the leak ``R_l`` to the return line; piston
+    ``A`` (force = A * pressure) moves ``m`` against ``b``; no spring: the position ``x``
+    integrates. ``p`` is the pressure.
+servo
+    Torque ``T_m`` of a motor under current control on the rotor ``J_1``, ``b_1``; coupling
+    ``k_c || b_c``; load ``J_2``, ``b_2``. ``a_1`` is the angle of the rotor, which integrates;
+    ``w_2`` the speed of the load.
+oven
+    Heater ``P`` into ``C_1`` - ``R_12`` - ``C_2`` - ``R_out`` - ambient; temperatures ``T_1``,
+    ``T_2`` and the power are deviations from the working point.
 """
 
 from __future__ import annotations
@@ -29,7 +43,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-__all__ = ["PLANTS", "SPREAD", "Plant"]
+__all__ = ["ALL_PLANTS", "EXAM_PLANTS", "PLANTS", "SPREAD", "Plant"]
 
 SPREAD = 0.25
 """Half width of the spread of a true value, in natural logarithm."""
@@ -144,4 +158,47 @@ PLANTS: Mapping[str, Plant] = {
         1.0 / 500.0,
     ),
 }
-"""The plants by name."""
+"""The plants of the trial by name."""
+
+EXAM_PLANTS: Mapping[str, Plant] = {
+    "cylinder": Plant(
+        ("q_v", "m^3/s"),
+        {"p": "Pa", "x": "m"},
+        {
+            "C_h": (4.0e-13, "m^3/Pa"),
+            "R_l": (1.5e10, "Pa s/m^3"),
+            "A": (1.0e-3, "m^2"),
+            "m": (20.0, "kg"),
+            "b": (600.0, "N s/m"),
+        },
+        1.0 / 1000.0,
+    ),
+    "servo": Plant(
+        ("T_m", "N m"),
+        {"a_1": "rad", "w_2": "rad/s"},
+        {
+            "J_1": (2.0e-4, "kg m^2"),
+            "b_1": (2.0e-3, "N m s/rad"),
+            "k_c": (40.0, "N m/rad"),
+            "b_c": (8.0e-3, "N m s/rad"),
+            "J_2": (6.0e-4, "kg m^2"),
+            "b_2": (3.0e-3, "N m s/rad"),
+        },
+        1.0 / 1000.0,
+    ),
+    "oven": Plant(
+        ("P", "W"),
+        {"T_1": "K", "T_2": "K"},
+        {
+            "C_1": (400.0, "J/K"),
+            "R_12": (0.2, "K/W"),
+            "C_2": (1500.0, "J/K"),
+            "R_out": (0.5, "K/W"),
+        },
+        5.0,
+    ),
+}
+"""Plants that only the development exam draws, by name."""
+
+ALL_PLANTS: Mapping[str, Plant] = {**PLANTS, **EXAM_PLANTS}
+"""Every plant that the C code knows, in its order."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.proof.trial.generator.native import Run
-from tests.proof.trial.generator.parameters import PLANTS
+from tests.proof.trial.generator.parameters import ALL_PLANTS
 
-__all__ = ["SOURCE_SLOT", "Scale", "scale_of"]
+__all__ = ["BESIDE", "SOURCE_SLOT", "Scale", "scale_of"]
 
 SOURCE_SLOT = 100
 _MASSES: Mapping[str, Mapping[str, tuple[str, float]]] = {
@@ -21,7 +21,22 @@ _MASSES: Mapping[str, Mapping[str, tuple[str, float]]] = {
     "corner": {"b_t": ("m_u", 1), "b_s": ("m_u", 1)},
     "probe": {"b": ("m", 1)},
     "tanks": {},
+    "cylinder": {"b": ("m", 1)},
+    "servo": {"b_1": ("J_1", 1), "b_c": ("J_1", 0.5), "b_2": ("J_2", 1)},
+    "oven": {},
 }
+
+
+BESIDE: Mapping[tuple[str, str], str] = {
+    **{("chain", f"k_{i}"): f"b_{i}" for i in (1, 2, 3)},
+    ("stack", "k"): "b",
+    ("motor", "k_s"): "b_s",
+    ("corner", "k_t"): "b_t",
+    ("corner", "k_s"): "b_s",
+    ("probe", "k"): "b",
+    ("servo", "k_c"): "b_c",
+}
+"""Damper beside each spring, between the same two ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +59,8 @@ class Scale:
         Largest and rms command, and its fastest change per second.
     step, span : float
         Interval of the samples and length of the record, in s.
-    readings : (sensors,) arrays as tuple
-        Largest readings.
+    partner : int
+        Slot of the damper between the same two ends; -1 without one.
     """
 
     slot: int
@@ -61,6 +76,7 @@ class Scale:
     rate: float
     step: float
     span: float
+    partner: int = -1
 
 
 def _force(plant: str, place: str, values: Mapping[str, float], run: Run) -> float:
@@ -75,14 +91,16 @@ def _force(plant: str, place: str, values: Mapping[str, float], run: Run) -> flo
             return torque if place in ("J_1", "b_1") else torque * values["n"]
         case "corner":
             return values["k_s"] * float(seen[3, 0])
+        case "cylinder":
+            return values["A"] * float(seen[0, 0]) / values["C_h"]
         case _:
             return ur
 
 
 def scale_of(plant: str, place: str, values: Mapping[str, float], run: Run, samples: int) -> Scale:
     """Return the sizes at a place; for sources and sensors only the common ones are of use."""
-    names = list(PLANTS[plant].nominal)
-    step = PLANTS[plant].step
+    names = list(ALL_PLANTS[plant].nominal)
+    step = ALL_PLANTS[plant].step
     slot = names.index(place) if place in names else SOURCE_SLOT
     row = run.seen[slot] if slot < len(run.seen) else np.ones(4)
     c = values.get(place, 1.0)
@@ -104,4 +122,5 @@ def scale_of(plant: str, place: str, values: Mapping[str, float], run: Run, samp
         float(np.max(jumps)) / step,
         step,
         samples * step,
+        names.index(beside) if (beside := BESIDE.get((plant, place))) else -1,
     )

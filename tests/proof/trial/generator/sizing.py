@@ -12,7 +12,7 @@ from tests.proof.trial.generator.case import Case, Hidden
 from tests.proof.trial.generator.excitation import LOOPS, command
 from tests.proof.trial.generator.laws import LAWS
 from tests.proof.trial.generator.native import OPEN_LOOP, Row, Run, run
-from tests.proof.trial.generator.parameters import PLANTS
+from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.scale import Scale, scale_of
 from tests.proof.trial.generator.sensing import SENSOR_LAWS, over_for, sense, sensor_numbers
 
@@ -70,7 +70,7 @@ class Bench:
         """Return the effect with its numbers for a strength between 0 and 1."""
         z = self.scale(hidden)
         if hidden.law in SENSOR_LAWS:
-            names = list(PLANTS[self.case.plant].sensors)
+            names = list(ALL_PLANTS[self.case.plant].sensors)
             k = names.index(hidden.place) if hidden.place in names else 0
             largest = float(np.max(np.abs(self.base.readings[:, k])))
             numbers = sensor_numbers(hidden.law, strength, largest, z.step, hidden.draws)
@@ -88,7 +88,7 @@ class Bench:
         refine : int
             Factor on the number of sub-steps.
         """
-        plant = PLANTS[self.case.plant]
+        plant = ALL_PLANTS[self.case.plant]
         rows, fastest = [], 0.0
         for e in effects:
             if e.hidden.law not in SENSOR_LAWS:
@@ -113,7 +113,7 @@ class Bench:
 
     def _run(self, rows: Sequence[Row], sub: int, over: int) -> Run | None:
         case = self.case
-        values = [case.parameters[k] for k in PLANTS[case.plant].nominal]
+        values = [case.parameters[k] for k in ALL_PLANTS[case.plant].nominal]
         loop, noise = OPEN_LOOP, None
         if case.excitation == "closed_loop":
             loop = (1.0, *LOOPS[case.plant])
@@ -145,7 +145,7 @@ def unit_noise(kind: str, n: int, columns: int, rng: np.random.Generator) -> Arr
 def bench_of(case: Case) -> Bench:
     """Return the command and the noise of a case, and its run without effects."""
     rng = np.random.default_rng(np.random.SeedSequence(case.seed))
-    plant = PLANTS[case.plant]
+    plant = ALL_PLANTS[case.plant]
     pad = 2 + int(0.006 * case.samples) if any(e.law == "skew" for e in case.effects) else 0
     n = case.samples + pad
     u = command(case.plant, case.excitation, n, case.level, rng)

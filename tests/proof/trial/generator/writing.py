@@ -19,6 +19,7 @@ from tests.proof.trial.generator.making import record
 __all__ = ["generate", "load_case", "load_truths", "seal"]
 
 Array = NDArray[np.float64]
+Make = Callable[[Case], tuple[Mapping[str, Any], dict[str, Any]]]
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -29,14 +30,14 @@ def _write(path: Path, content: bytes) -> None:
     part.replace(path)
 
 
-def _made(case: Case, folder: Path) -> dict[str, Any]:
+def _made(case: Case, folder: Path, make: Make) -> dict[str, Any]:
     """Return the truth of a case, making the recording if it is not there."""
     kept, file = folder / "sealed" / f"{case.id}.json", folder / "records" / f"{case.id}.npz"
     if kept.exists() and file.exists():
         truth: dict[str, Any] = json.loads(kept.read_text())
         if truth["seed"] == case.seed and truth["plant"] == case.plant:
             return truth
-    channels, truth = record(case)
+    channels, truth = make(case)
     buffer = io.BytesIO()
     arrays: dict[str, Any] = {k: np.asarray(v) for k, v in channels.items()}
     np.savez(buffer, **arrays)
@@ -50,6 +51,7 @@ def generate(
     folder: str | Path,
     *,
     progress: Callable[[str], None] = lambda name: None,
+    make: Make = record,
 ) -> list[dict[str, Any]]:
     """Make the recordings and return their truths in the order of the cases.
 
@@ -65,11 +67,13 @@ def generate(
         Where to write.
     progress : callable, optional
         Gets the name of each recording that is done.
+    make : callable, optional
+        From a case to what the tool may see and the truth.
     """
     root = Path(folder)
     truths = []
     for case in cases:
-        truths.append(_made(case, root))
+        truths.append(_made(case, root, make))
         progress(case.id)
     _write(root / "sealed" / "truths.json", canonical(truths))
     return truths

@@ -11,7 +11,7 @@
 
 typedef struct {
   int kind, slot, z;          /* z: first own state */
-  double p[10], mem[16], when; /* when: time of the committed memory */
+  double p[10], mem[64], when; /* when: time of the committed memory */
 } Effect;
 
 typedef struct {
@@ -46,6 +46,33 @@ static double vary(Sim *s, int slot, double value) {
     if (e->kind == 4) value *= r > e->p[1] ? 1 + e->p[0] : 1;
   }
   return value;
+}
+
+/* Preisach's continuum of relays with uniform density over the triangle of thresholds within
+ * [-1, 1], in its classical form: a list of the turning points that are not yet wiped out;
+ * m[0]: how many, the last one is where the input stands */
+static double relays(double *m, double y, int keep) {
+  double w[64], out = 0;
+  memcpy(w, m, sizeof w);
+  int n = (int)w[0];
+  double before = n > 1 ? w[n - 1] : 0;
+  if (n && (y - w[n]) * (w[n] - before) >= 0) w[n] = y;
+  else if (n < 62) w[++n] = y;
+  else w[n] = y;
+  while (n > 1) { /* a wider branch wipes out those within it */
+    if (n == 2 ? fabs(w[2]) >= fabs(w[1]) : fabs(w[n] - w[n - 1]) >= fabs(w[n - 1] - w[n - 2])) {
+      int kept = n == 2 ? 1 : n - 2;
+      w[kept] = w[n];
+      n = kept;
+    } else break;
+  }
+  w[0] = n;
+  for (int k = 1; k <= n; k++) {
+    double d = k > 1 ? w[k] - w[k - 1] : w[1];
+    out += d * fabs(d) / (k > 1 ? 4 : 2);
+  }
+  if (keep) memcpy(m, w, sizeof w);
+  return out;
 }
 
 /* effort of a storage: stiffness k, displacement q, flow v, another displacement of the plant */
@@ -102,6 +129,23 @@ static double storage(Sim *s, int slot, double k, double q, double v, double oth
       break;
     }
     case 25: f += k * q * (1 / sqrt(1 + q * q / p[0] / p[0]) - 1); break;
+    case 26: f -= k * clip(q, -p[0], p[0]); break; /* its damper lets go as well, see dissipate */
+    case 27: { /* as 17, a unit each p[4] times as compliant as the one before */
+      int n = (int)p[1];
+      double c = 0;
+      for (int j = 0; j < n; j++) c += s->x[e->z + j];
+      double force = k * (q - c);
+      f -= k * c;
+      for (int j = 0; j < n; j++)
+        s->dx[e->z + j] =
+            (p[0] * pow(p[4], j) * force / k - s->x[e->z + j]) / (p[2] * pow(p[3], j));
+      break;
+    }
+    case 28: { /* continuum of relays behind a saturating input */
+      double y = tanh(q / p[1]);
+      f += p[0] * (y - relays(e->mem, y, s->commit));
+      break;
+    }
     case 50: f += k * q * p[0] * other * other; break;
     }
   }
@@ -119,6 +163,7 @@ static double escape(Sim *s, int slot, double effort) {
     if (e->kind == 31) out += p[0] * fmax(effort - p[1], 0);
     if (e->kind == 32) out += p[0] * effort * fabs(effort / p[1]);
     if (e->kind == 33) { double h = fmax(effort - p[1], 0); out += p[0] * h * sqrt(h / p[2]); }
+    if (e->kind == 35) out += p[0] * effort / pow(effort * effort + p[1] * p[1], 0.25);
     if (e->kind == 34) { /* siphon: starts above one level, breaks below another */
       double on = effort > p[1] ? 1 : effort < p[2] ? 0 : e->mem[0];
       out += on * p[0] * sqrt(fmax(effort - p[3], 0));
@@ -136,6 +181,8 @@ static double dissipate(Sim *s, int slot, double b, double v, double q, double o
   for (int i = 0; i < s->ne; i++) {
     Effect *e = &s->e[i];
     const double *p = e->p;
+    if (e->kind == 26 && (int)p[1] == slot) /* grips again over the depth p[2] behind the gap */
+      f -= b * v * (1 - clip((fabs(q) - p[0]) / p[2], 0, 1));
     if (e->slot != slot) continue;
     switch (e->kind) {
     case 40: f += p[0] * sgn(v, p[9]); break;
@@ -183,6 +230,21 @@ static double dissipate(Sim *s, int slot, double b, double v, double q, double o
       f -= p[0] * v * z;
       break;
     }
+    case 66: { /* bristle of Canudas de Wit: Stribeck curve, damping that fades with speed */
+      double z = s->x[e->z], level = p[0] + p[3] * exp(-fabs(v) / p[4]);
+      double dz = v - p[1] * fabs(v) / level * z;
+      s->dx[e->z] = dz;
+      f += p[1] * z + p[2] * exp(-v * v / p[5] / p[5]) * dz;
+      break;
+    }
+    case 67: /* many bristles in parallel, each slips at a displacement of its own */
+      for (int j = 0, n = (int)p[2]; j < n; j++) {
+        double r = p[1] * (j + 1.0) / n;
+        double slid = clip(e->mem[j], q - r, q + r);
+        f += p[0] / n * (q - slid);
+        if (s->commit) e->mem[j] = slid;
+      }
+      break;
     case 65: { /* seal that sticks at random: coefficient jumps at random moments */
       double d = dice((long)floor(s->t / p[1]), p[2]);
       f += d > 0.7 ? p[0] * v : 0;

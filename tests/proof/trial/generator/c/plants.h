@@ -1,4 +1,4 @@
-/* State equations of the six plants, each by Newton's, Kirchhoff's and Pascal's laws.
+/* State equations of the plants, each by Newton's, Kirchhoff's and Pascal's laws.
  *
  * Slots are the places of the parameters in parameters.py; the source has slot 100. */
 
@@ -144,9 +144,42 @@ static void probe(Sim *s, const double *c, double u) {
   s->seen[11][0] = e;
 }
 
+static void cylinder(Sim *s, const double *c, double u) {
+  const double *x = s->x; double *d = s->dx; /* volume taken up by pressure, position, speed, leaked */
+  double p = storage(s, 0, 1 / c[0], x[0], d[0], x[1]);
+  double leak = conduct(s, 1, c[1], p, x[3], x[2]);
+  double a = ratio(s, 2, c[2], x[1]);
+  d[0] = u - a * x[2] - leak - escape(s, 0, p);
+  d[1] = x[2];
+  d[2] = accelerate(s, 3, c[3], x[1], x[2], a * p - dissipate(s, 4, c[4], x[2], x[1], leak));
+  d[3] = leak;
+  s->seen[11][0] = p;
+}
+
+static void servo(Sim *s, const double *c, double u) {
+  const double *x = s->x; double *d = s->dx; /* angles, speeds */
+  double twist = x[0] - x[1], rate = x[2] - x[3];
+  double t = storage(s, 2, c[2], twist, rate, x[0]) + dissipate(s, 3, c[3], rate, twist, x[2]);
+  d[0] = x[2]; d[1] = x[3];
+  d[2] = accelerate(s, 0, c[0], x[0], x[2], u - t - dissipate(s, 1, c[1], x[2], x[0], x[3]));
+  d[3] = accelerate(s, 4, c[4], x[1], x[3], t - dissipate(s, 5, c[5], x[3], x[1], x[2]));
+}
+
+static void oven(Sim *s, const double *c, double u) {
+  const double *x = s->x; double *d = s->dx; /* heats, heats passed */
+  double t1 = storage(s, 0, 1 / c[0], x[0], d[0], x[1]);
+  double t2 = storage(s, 2, 1 / c[2], x[1], d[1], x[0]);
+  double a = conduct(s, 1, c[1], t1 - t2, x[2], t2);
+  double e = conduct(s, 3, c[3], t2, x[3], t1);
+  d[0] = u + added(s, 0, x[0], 0) - a - escape(s, 0, t1);
+  d[1] = a + added(s, 2, x[1], 0) - e - escape(s, 2, t2);
+  d[2] = a; d[3] = e;
+  s->seen[10][0] = t1; s->seen[11][0] = t2;
+}
+
 typedef void (*Plant)(Sim *, const double *, double);
-static const Plant PLANT[6] = {chain, stack, motor, corner, tanks, probe};
-static const int STATES[6] = {6, 3, 6, 6, 6, 3}, SENSORS[6] = {3, 2, 3, 3, 3, 2};
+static const Plant PLANT[9] = {chain, stack, motor, corner, tanks, probe, cylinder, servo, oven};
+static const int STATES[9] = {6, 3, 6, 6, 6, 3, 4, 4, 4}, SENSORS[9] = {3, 2, 3, 3, 3, 2, 2, 2, 2};
 
 static void read_out(int plant, const Sim *s, const double *x, double *y) {
   switch (plant) {
@@ -156,5 +189,8 @@ static void read_out(int plant, const Sim *s, const double *x, double *y) {
   case 3: y[0] = x[2]; y[1] = x[3]; y[2] = x[1]; break;
   case 4: y[0] = s->seen[6][0]; y[1] = s->seen[7][0]; y[2] = s->seen[8][0]; break;
   case 5: y[0] = x[0]; y[1] = s->seen[11][0]; break;
+  case 6: y[0] = s->seen[11][0]; y[1] = x[1]; break;
+  case 7: y[0] = x[0]; y[1] = x[3]; break;
+  case 8: y[0] = s->seen[10][0]; y[1] = s->seen[11][0]; break;
   }
 }

@@ -45,6 +45,14 @@ static double drive(Sim *s, const Input *in) {
       s->dx[e->z] = (u * u / p[1] - s->x[e->z]) / p[2];
       u /= 1 + p[0] * s->x[e->z];
       break;
+    case 105: { /* amplifier: slew p[2], then second order with rate p[0] and damping p[1] */
+      double v = e->mem[0] + clip(u - e->mem[0], -p[2] * h, p[2] * h);
+      if (s->commit) e->mem[0] = v;
+      s->dx[e->z] = s->x[e->z + 1];
+      s->dx[e->z + 1] = p[0] * p[0] * (v - s->x[e->z]) - 2 * p[1] * p[0] * s->x[e->z + 1];
+      u = s->x[e->z];
+      break;
+    }
     case 101: { /* spool that sticks; it lets go at random differences */
       double held = e->mem[0], need = p[0] * (0.2 + 1.6 * dice((long)e->mem[1], p[1]));
       double v = fabs(u - held) > need ? u : held;
