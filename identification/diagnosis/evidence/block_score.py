@@ -73,5 +73,5 @@ def behind(worse: BlockScore, better: BlockScore) -> float:
         lead = 0.5 * power + float(r @ apart)
     if not power > 0:
         return 0.0
-    by_stretch = np.bincount(rows.block, r * apart, rows.blocks)
+    by_stretch = np.bincount(rows.block, better.out.fitted / scale * apart, rows.blocks)
     return lead / float(np.sqrt(max(float(by_stretch @ by_stretch), power)))

@@ -49,6 +49,8 @@ EXACT = 0.97
 """Part of what its kind explains from which a law is called exact."""
 SAME = 0.005
 """Part of the gain by which two laws may differ through their numerics alone."""
+DOUBT = 1.5
+"""Standard errors by which a richer law may lead and its simpler one still be named alone."""
 MOST = 3
 """More effects than this are no set of look-alikes but nothing known."""
 
@@ -85,6 +87,8 @@ class Evidence:
         What is left without a further effect.
     nominal : float
         Held-out mean square over the floor without one.
+    trained : float
+        The same on training samples.
     further : bool
         Effects have been named before this one.
     """
@@ -94,6 +98,7 @@ class Evidence:
     kinds: tuple[KindScore, ...]
     before: Remaining
     nominal: float
+    trained: float
     classes: Isolability | None = None
     further: bool = False
 
@@ -177,7 +182,7 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         "explained", None, (), (), 0.0, 0.0, (), nominal=e.nominal, trials=trials,
         remaining=e.before,
     )  # fmt: skip
-    laws = [s for s in e.laws if s.trial.effect != UNNAMED.name and strength_shown(s.trial)]
+    laws = [s for s in e.laws if s.trial.effect != UNNAMED.name]
     law = _best_law(laws, t)
     best = _best([*([law] if law else []), *e.kinds[:1]])
     if best is None or not _shows(e.plain, best.score, t):
@@ -189,11 +194,16 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         if near is None or not _shows(e.plain, near.score, t):
             return _kind(quiet, e, kind, law, t)
         assert isinstance(near, Scored)
-        fit = law_fit(near, kind, e)
-        if fit < t.law:
-            return _kind(quiet, e, kind, near, t)
         law = near
+    here = _here(law.element, e)
+    if here is not None and law_fit(law, here, e) < t.law:
+        return _kind(quiet, e, kind if kind is not None else here, law, t)
     return _named(quiet, e, law, laws, t)
+
+
+def _here(element: str, e: Evidence) -> KindScore | None:
+    """Return the best kind at a place."""
+    return next((k for k in e.kinds if _together(k.element, element, e.classes)), None)
 
 
 def _best(found: Sequence[Hypothesis]) -> Hypothesis | None:
@@ -258,13 +268,15 @@ def _named(
     richer = tuple(
         s.trial for s in alike
         if s.trial.effect in nested and s.element == chosen.element
+        and behind(chosen.score, s.score) <= DOUBT
     )  # fmt: skip
     others = [
         s for s in alike
-        if s.trial.effect != chosen.trial.effect and s.trial.effect not in nested and s.trial.home
+        if s.trial.effect != chosen.trial.effect and s.trial.home
+        and (s.trial.effect not in nested or behind(chosen.score, s.score) > DOUBT)
     ]  # fmt: skip
-    here = [k for k in e.kinds if _together(k.element, chosen.element, e.classes)]
-    fit = law_fit(chosen, here[0], e) if here else 1.0
+    here = _here(chosen.element, e)
+    fit = law_fit(chosen, here, e) if here is not None else 1.0
     best = _best([chosen, *e.kinds[:1]])
     assert best is not None
     share = 1.0 - excess(chosen.score, best.score) / max(excess(e.plain, best.score), 1e-12)
@@ -278,6 +290,9 @@ def _named(
     if richer:
         reasons.append("not needed but not excluded: " + ", ".join(r.label for r in richer))
     answer = _answer(chosen, others, fit)
+    if not _replicated(chosen, e):
+        answer = "unknown"
+        reasons.append("the improvement does not show on the held-out part")
     members = [chosen, *others]
     physics = {s.trial.insertion.kind for s in members}
     places = tuple(dict.fromkeys([s.element for s in members] + [s.element for s in same]))
@@ -287,9 +302,15 @@ def _named(
         chosen=chosen.trial, same_place=same, rivals=tuple(s.trial for s in others),
         share=float(np.clip(share, 0.0, 1.0)), reasons=tuple(reasons), richer=richer,
         answer=answer, physics=physics.pop() if len(physics) == 1 else "", places=places,
-        law_fit=fit, kinds=tuple(here[:1]), features=_features(e, chosen, others, fit, t),
+        law_fit=fit, kinds=(here,) if here is not None else (), features=_features(e, chosen, others, fit, t),
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
+
+
+def _replicated(chosen: Scored, e: Evidence) -> bool:
+    """Whether samples that no selection has seen gain as well, half as much at least."""
+    gained = e.trained - chosen.trial.train
+    return e.nominal - chosen.trial.test > 0.5 * min(gained, e.nominal)
 
 
 def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:
@@ -361,21 +382,15 @@ def richer_names(best: Candidate, trials: Sequence[Candidate]) -> set[str]:
     }
 
 
-def strength_shown(t: Candidate) -> bool:
-    """Whether one of the parameters that make the effect differs from zero at 95 %."""
-    found = {e.name: e.ci95 for e in t.fit.estimates}
-    known = [n for n in t.insertion.strengths if n in found]
-    return not known or any(found[n][0] > 0 or found[n][1] < 0 for n in known)
-
-
 def _features(
     e: Evidence, chosen: Scored, others: Sequence[Scored], fit: float, t: Thresholds
 ) -> dict[str, float]:
     """What the calibration of the probability looks at."""
+    related = richer_names(chosen.trial, [s.trial for s in e.laws])
     rest = [
         behind(s.score, chosen.score)
         for s in e.laws
-        if s.trial.effect not in (chosen.trial.effect, UNNAMED.name) and s.trial.home
+        if s.trial.effect not in (chosen.trial.effect, UNNAMED.name, *related) and s.trial.home
     ]
     near = [k for k in e.kinds if _alike(k.score, chosen.score, e.plain, t.z)]
     away = {k.element for k in near if not _together(k.element, chosen.element, e.classes)}

@@ -55,12 +55,15 @@ class LeftOut:
     Attributes
     ----------
     residual : ndarray, shape (M,)
+    fitted : ndarray, shape (M,)
+        The same with the stretch in the fit.
     leverage : ndarray, shape (B,)
         Largest share of a direction of the unknowns that each stretch decides alone.
     """
 
     rows: Rows
     residual: Array
+    fitted: Array
     leverage: Array
 
 
@@ -116,7 +119,7 @@ def held_out(columns: Array, residual: Array, precision: Array, rows: Rows) -> L
         score = turn.T @ (seen.T @ residual[part])
         out[part] += seen @ (turn @ (score / np.maximum(1.0 - lever, 1.0 - HEAVY)))
         leverage[b] = lever[-1] if lever.size else 0.0
-    return LeftOut(rows, out, leverage)
+    return LeftOut(rows, out, residual, leverage)
 
 
 def _unknowns(fit: Fit, e: ResidualEvaluation) -> tuple[Array, Array]:

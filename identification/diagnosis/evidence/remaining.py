@@ -15,6 +15,8 @@ COLOURED = 12.0
 colour of the noise explains it."""
 FOLLOWS = 3.5
 """Standard errors from which a misfit that is larger where more moves is no noise."""
+SHORT = 25
+"""Samples within which an outlier is one; a misfit that lasts longer counts."""
 STRETCHES = 40
 """Stretches in which motion and misfit are compared."""
 
@@ -26,7 +28,7 @@ class Remaining:
     Attributes
     ----------
     over_noise : dict of str to float
-        Robust root mean square over the noise, by reading: a few outliers are no misfit.
+        Root mean square over the noise, by reading; single outliers are no misfit, what lasts is.
     measured : bool
         The noise was read off itself, not off the top of the spectrum.
     follows : float
@@ -60,7 +62,9 @@ def remaining(fit: Fit) -> Remaining:
     """Measure what a fit leaves."""
     data = fit.problem.data
     r = fit.residuals("test") / data.floor
-    level = np.median(np.abs(r), axis=0) / 0.6745 if r.size else np.zeros(len(data.names))
+    parts = np.array_split(np.abs(r), max(1, r.shape[0] // SHORT))
+    powers = [(np.median(p, axis=0) / 0.6745) ** 2 for p in parts if p.size]
+    level = np.sqrt(np.mean(powers, axis=0)) if powers else np.zeros(len(data.names))
     return Remaining(
         dict(zip(data.names, map(float, level), strict=True)), data.floor_measured, activity(fit)
     )

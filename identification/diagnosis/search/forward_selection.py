@@ -180,8 +180,9 @@ def _step(base: Base, task: _Search, number: int) -> Decision:
     plain, before = score(base.fit), remaining(base.fit)
     kinds = done.kinds(base.fit, base.fit)
     evidence = Evidence(
-        plain, (), tuple(kinds), before, base.fit.chi2("test"), task.classes, further=number > 0
-    )
+        plain, (), tuple(kinds), before, base.fit.chi2("test"), base.fit.chi2("train"),
+        task.classes, further=number > 0,
+    )  # fmt: skip
     # without a pattern there is nothing to explain, and noise is not searched
     if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):
         return decide(replace(evidence, kinds=()), limits)
