@@ -41,16 +41,15 @@ def integrates(graph: BondGraph) -> bool:
 def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[Problem, Fit]:
     """Fit the model as it is; returns the problem to start candidates from, and the fit.
 
-    Integrating plants are scored on windows with their own initial state, because their free run
-    only shows how far the drift has gone. Others are tried from the declared values, and through
-    short windows that have no wrong minima when a resonance starts at the wrong frequency.
+    Every plant is judged on whole records, each from one initial state: short windows throw away
+    what happens slowly. Those that integrate get an offset of each command, and start from windows;
+    others are tried from the declared values, and through short windows that have no wrong minima
+    when a resonance starts at the wrong frequency.
     """
     runs_away = integrates(graph)
-    train = int(data.mask("train").sum())
-    window = max(100, min(500, train // 20)) if runs_away else None
-    base = Problem(graph, data, window=window, source_offsets=runs_away)
+    base = Problem(graph, data, source_offsets=runs_away)
     base = replace(base, built=base.engine)
-    result = _first_fit(base)
+    result = _integrating(base) if runs_away else _first_fit(base)
     if hold and hold != data.hold:
         return _held(result, hold)
     if hold:
@@ -119,6 +118,21 @@ def _first_fit(base: Problem) -> Fit:
         fits.append(fit(replace(base, starts=values), max_iterations=25))
     result = best(fits)
     return result if result.problem is base else _rebased(base, result)
+
+
+def _integrating(base: Problem) -> Fit:
+    """Fit a plant that runs away: on windows first, then in one piece from there."""
+    train = int(base.data.mask("train").sum())
+    short = replace(base, window=max(100, min(500, train // 20)))
+    begun = fit(short, max_iterations=25)
+    fits = [fit(base, max_iterations=25)]
+    if begun.status is not FitStatus.BROKEN:
+        known = {n: begun.point.states[:1, i] for i, n in enumerate(base.engine.state_names)}
+        values = {k: v for k, v in begun.values.items() if k in base.engine.parameters}
+        if not base.data.breaks:
+            from_there = replace(base, starts=values, known_states=known)
+            fits.append(_rebased(base, fit(from_there, max_iterations=25)))
+    return best([f for f in fits if f.status is not FitStatus.BROKEN] or fits)
 
 
 def deeper(result: Fit, values: Mapping[str, float]) -> Fit | None:
