@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
-from identification.diagnosis.evidence.decision import Thresholds
 from tests.proof.trial.vocabulary import FAMILIES, FAMILY_OF
 
 __all__ = ["Answer", "Statement", "answer_of", "read_answers", "share_of", "statement_of"]
 
 SPELLINGS = {
     "exact": "exact",
+    "approximate": "exact",
+    "kind": "unknown",
     "family": "family",
     "look_alikes": "look_alikes",
     "look_alike": "look_alikes",
@@ -25,6 +26,8 @@ SPELLINGS = {
     "unknown": "unknown",
 }
 """Ways in which a finding may say what kind of answer it is."""
+EXPLAINED = 0.85
+"""Part of the misfit that a set of names had to explain in verdicts that do not say it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,11 +114,11 @@ class Answer:
 
 def share_of(verdict: Mapping[str, Any]) -> float:
     """Return the share that a name needs by the limits of a verdict."""
-    return float((verdict.get("limits") or {}).get("share", Thresholds().share))
+    return float((verdict.get("limits") or {}).get("share", EXPLAINED))
 
 
 def statement_of(
-    finding: Mapping[str, Any], ports: int, share: float = Thresholds().share
+    finding: Mapping[str, Any], ports: int, share: float = EXPLAINED
 ) -> Statement:
     """Read a finding of the verdict.
 
