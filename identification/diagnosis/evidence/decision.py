@@ -264,7 +264,9 @@ def _named(
     alike = [s for s in laws if s is law or _alike(s.score, law.score, e.plain, t.z)]
     chosen = _simplest(law, alike)
     nested = richer_names(chosen.trial, [s.trial for s in laws])
-    same = tuple(s.trial for s in alike if s is not chosen and s.trial.effect == chosen.trial.effect)
+    same = tuple(
+        s.trial for s in alike if s is not chosen and s.trial.effect == chosen.trial.effect
+    )
     richer = tuple(
         s.trial for s in alike
         if s.trial.effect in nested and s.element == chosen.element

@@ -10,7 +10,7 @@ that any law of its kind could reach.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -124,7 +124,7 @@ def kind_scores(
     ranked : sequence of Screened
         Effects screened there; the additions they ask for join the forms of their kind.
     """
-    wanted = []
+    found: list[KindScore] = []
     for name in places or list(bench.problem.graph.elements):
         if name not in scene.past or not bench.probed.knows(name):
             continue
@@ -138,26 +138,41 @@ def kind_scores(
                 kind = kind_at(s.effect.kind, element)
                 known = forms.get(kind)
                 forms[kind] = column if known is None else np.hstack([known, column])
-        wanted += [(name, kind, x) for kind, x in forms.items()]
-    found = []
-    for name, kind, form in wanted:
-        made = _scored(bench, name, form)
-        if made is not None:
-            found.append(KindScore(name, kind, *made))
+        found += _at(bench, name, forms)
     return sorted(found, key=lambda k: k.score.loss)
 
 
-def _scored(bench: Bench, element: str, form: Array) -> tuple[BlockScore, Array] | None:
-    form = form[:, np.ptp(form, axis=0) > 0]
-    if not form.shape[1] or not np.isfinite(form).all():
-        return None
-    form = form / np.abs(form).max(axis=0)
+def _at(bench: Bench, element: str, forms: Mapping[str, Array]) -> list[KindScore]:
+    """Score the forms of one element; columns that kinds share are sent through the model once."""
+    kept = {kind: _unit(form) for kind, form in forms.items()}
+    whole = np.hstack(list(kept.values())) if kept else np.zeros((0, 0))
+    if not whole.size:
+        return []
+    _, first, back = np.unique(
+        whole[:: max(1, len(whole) // 64)], axis=1, return_index=True, return_inverse=True
+    )
     try:
-        x = rows_in_order(bench.problem, bench.probed.respond(element, form))
+        x = rows_in_order(bench.problem, bench.probed.respond(element, whole[:, first]))
     except BondsightError:
-        return None
-    if not np.isfinite(x).all():
-        return None
+        return []
+    found, at = [], 0
+    for kind, form in kept.items():
+        places = np.ravel(back)[at : at + form.shape[1]]
+        at += form.shape[1]
+        if form.shape[1] and np.isfinite(x[:, places]).all():
+            found.append(KindScore(element, kind, *_scored(bench, form, x[:, places])))
+    return found
+
+
+def _unit(form: Array) -> Array:
+    """Return the columns that move, finite and of size one."""
+    good = np.isfinite(form).all(axis=0)
+    form = form[:, good]
+    form = form[:, np.ptp(form, axis=0) > 0]
+    return np.asarray(form / np.abs(form).max(axis=0, initial=1e-300))
+
+
+def _scored(bench: Bench, form: Array, x: Array) -> tuple[BlockScore, Array]:
     all_columns = np.hstack([bench.columns, x])
     size = np.linalg.norm(all_columns, axis=0)
     used = size > 0

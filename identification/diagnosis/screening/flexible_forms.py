@@ -78,8 +78,10 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Array]:
 
 def kind_at(kind: str, element: Element) -> str:
     """Return the kind that an effect's kind means at an element: all at a sensor is sensing."""
-    return "sensing" if isinstance(element, Sensor) else (
-        "command" if isinstance(element, Source) else kind
+    return (
+        "sensing"
+        if isinstance(element, Sensor)
+        else ("command" if isinstance(element, Source) else kind)
     )
 
 

@@ -134,7 +134,9 @@ def _revisited(base: Base, decisions: list[Decision], task: _Search) -> list[Dec
     second = named[0].chosen
     assert second is not None
     seen, ranked = task.done.of(base.fit)
-    same = [s for s in ranked if s.effect.name == second.effect and s.element.name == second.element]
+    same = [
+        s for s in ranked if s.effect.name == second.effect and s.element.name == second.element
+    ]
     made = fitted(seen, base.template, same, task.options)
     if not made:
         return None
