@@ -89,8 +89,8 @@ class Evidence:
         Held-out mean square over the floor without one.
     trained : float
         The same on training samples.
-    further : bool
-        Effects have been named before this one.
+    named : tuple of str
+        Places of the effects that were named before this one.
     """
 
     plain: BlockScore
@@ -100,7 +100,7 @@ class Evidence:
     nominal: float
     trained: float
     classes: Isolability | None = None
-    further: bool = False
+    named: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,23 +182,61 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         "explained", None, (), (), 0.0, 0.0, (), nominal=e.nominal, trials=trials,
         remaining=e.before,
     )  # fmt: skip
-    laws = [s for s in e.laws if s.trial.effect != UNNAMED.name]
+    laws = _admissible([s for s in e.laws if s.trial.effect != UNNAMED.name], e, t)
     law = _best_law(laws, t)
     best = _best([*([law] if law else []), *e.kinds[:1]])
     if best is None or not _shows(e.plain, best.score, t):
         return _nothing(quiet, e, t)
-    kind = e.kinds[0] if e.kinds else None
-    if law is None or (kind is not None and _beyond(law, kind, e, t)):
-        assert kind is not None
-        near = _best([s for s in laws if _together(s.element, kind.element, e.classes)])
-        if near is None or not _shows(e.plain, near.score, t):
-            return _kind(quiet, e, kind, law, t)
-        assert isinstance(near, Scored)
-        law = near
-    here = _here(law.element, e)
-    if here is not None and law_fit(law, here, e) < t.law:
-        return _kind(quiet, e, kind if kind is not None else here, law, t)
-    return _named(quiet, e, law, laws, t)
+    here = None if law is None else _here(law.element, e)
+    if (
+        law is None
+        or not _shows(e.plain, law.score, t)
+        or (here is not None and law_fit(law, here, e) < t.law)
+    ):
+        kind = e.kinds[0] if e.kinds else here
+        if kind is None:
+            return _nothing(quiet, e, t)
+        return _rest_of(_kind(quiet, e, kind, law, t), e, best.score, t)
+    return _rest_of(_named(quiet, e, law, laws, t), e, best.score, t)
+
+
+def _admissible(laws: Sequence[Scored], e: Evidence, t: Thresholds) -> list[Scored]:
+    """Leave out laws at places that are out of question, whatever law sits there.
+
+    A flexible form at another place does better than the law, and no form at its own place does as
+    well as that.
+    """
+    if not e.kinds:
+        return list(laws)
+    top = e.kinds[0]
+    where = [k.element for k in e.kinds if _alike(k.score, top.score, e.plain, t.z)]
+    return [
+        s
+        for s in laws
+        if behind(s.score, top.score) < t.z
+        or any(_together(s.element, n, e.classes) for n in where)
+    ]
+
+
+def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -> Decision:
+    """Give what is left to an effect that was named before, where its place explains it as well.
+
+    Laws of real things are never quite those of the catalogue: what a named law leaves is no second
+    effect as long as a freer law at the same place would do.
+    """
+    chosen = decision.chosen
+    if chosen is not None and decision.kind == "missing_physics" and chosen.element in e.named:
+        return decision
+    for k in e.kinds:
+        same = any(_together(k.element, n, e.classes) for n in e.named)
+        if same and _alike(k.score, best, e.plain, t.z):
+            reason = f"what is left may be {k.label}: the law named there is not quite the true one"
+            return replace(
+                decision, kind="unknown_physics", answer="kind", chosen=None, physics=k.kind,
+                places=(k.element,), same_place=(), rivals=(), richer=(), confidence=0.0,
+                reasons=(*decision.reasons, reason),
+            )  # fmt: skip
+    return decision
 
 
 def _here(element: str, e: Evidence) -> KindScore | None:
@@ -223,11 +261,6 @@ def _best_law(laws: Sequence[Scored], t: Thresholds) -> Scored | None:
 def _shows(plain: BlockScore, best: BlockScore, t: Thresholds) -> bool:
     """Whether a hypothesis improves on the model as it is, surely and by enough."""
     return behind(plain, best) > t.z and excess(plain, best) > t.gain
-
-
-def _beyond(law: Scored, kind: KindScore, e: Evidence, t: Thresholds) -> bool:
-    """Whether a flexible form does better than any law, surely and by enough."""
-    return not _alike(law.score, kind.score, e.plain, t.z)
 
 
 def _alike(worse: BlockScore, better: BlockScore, plain: BlockScore, z: float) -> bool:

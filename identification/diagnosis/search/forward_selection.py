@@ -103,16 +103,21 @@ def steps(
     return SelectionStage(_together(decisions, limits), seen, tuple(ranked))
 
 
-def _forward(base: Base, task: _Search, count: int, begin: int = 0) -> list[Decision]:
+def _forward(
+    base: Base, task: _Search, count: int, begin: int = 0, named: tuple[str, ...] = ()
+) -> list[Decision]:
     """Decide, repair, and look again, at most `count` times."""
     decisions: list[Decision] = []
+    places = named
     for number in range(begin, begin + count):
-        decision = _step(base, task, number)
+        decision = _step(base, task, number, places)
         decisions.append(decision)
         more = decision.kind == "missing_physics" or _promising(decision, number, task.options)
         if decision.chosen is None or not more:
             break
         base = base_of(decision.chosen.fit)
+        if decision.kind == "missing_physics":
+            places = (*places, decision.chosen.element)
     return decisions
 
 
@@ -141,7 +146,7 @@ def _revisited(base: Base, decisions: list[Decision], task: _Search) -> list[Dec
     if not made:
         return None
     alone = finish(made[0], task.options.final_iterations, task.options.holds)
-    after = _forward(base_of(alone.fit), task, task.options.effects - 1, begin=1)
+    after = _forward(base_of(alone.fit), task, task.options.effects - 1, 1, (alone.element,))
     if after[0].kind != "missing_physics":
         return None
     return [replace(named[0], chosen=alone), *after]
@@ -169,7 +174,7 @@ def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, 
     return (sure, *more)
 
 
-def _step(base: Base, task: _Search, number: int) -> Decision:
+def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -> Decision:
     done, options, limits = task.done, task.options, task.limits
     low = 0.12 + 0.8 * number / max(1, options.effects)
     task.say("screening every effect at every port", low)
@@ -183,7 +188,7 @@ def _step(base: Base, task: _Search, number: int) -> Decision:
     kinds = done.kinds(base.fit, base.fit)
     evidence = Evidence(
         plain, (), tuple(kinds), before, base.fit.chi2("test"), base.fit.chi2("train"),
-        task.classes, further=number > 0,
+        task.classes, named=named,
     )  # fmt: skip
     # without a pattern there is nothing to explain, and noise is not searched
     if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):
