@@ -182,38 +182,69 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         "explained", None, (), (), 0.0, 0.0, (), nominal=e.nominal, trials=trials,
         remaining=e.before,
     )  # fmt: skip
-    laws = _admissible([s for s in e.laws if s.trial.effect != UNNAMED.name], e, t)
-    law = _best_law(laws, t)
-    best = _best([*([law] if law else []), *e.kinds[:1]])
+    laws = [s for s in e.laws if s.trial.effect != UNNAMED.name]
+    best = _best([*laws, *e.kinds])
     if best is None or not _shows(e.plain, best.score, t):
         return _nothing(quiet, e, t)
-    here = None if law is None else _here(law.element, e)
-    if (
-        law is None
-        or not _shows(e.plain, law.score, t)
-        or (here is not None and law_fit(law, here, e) < t.law)
-    ):
-        kind = e.kinds[0] if e.kinds else here
-        if kind is None:
-            return _nothing(quiet, e, t)
-        return _rest_of(_kind(quiet, e, kind, law, t), e, best.score, t)
-    return _rest_of(_named(quiet, e, law, laws, t), e, best.score, t)
+    kinds = _alike_kinds(e, best.score, t)
+    laws = _admissible(laws, kinds, e, t)
+    law = _best_law(laws, t)
+    here = None if law is None else _here(law, e)
+    fits = here is None or (law is not None and law_fit(law, here, e) >= t.law)
+    if law is not None and _shows(e.plain, law.score, t) and fits:
+        return _rest_of(_named(quiet, e, law, laws, t), e, best.score, t)
+    if not kinds:
+        return _nothing(quiet, e, t)
+    return _rest_of(_kind(quiet, e, kinds, law), e, best.score, t)
 
 
-def _admissible(laws: Sequence[Scored], e: Evidence, t: Thresholds) -> list[Scored]:
+def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore]:
+    """Kinds that explain about as much as the best of them, that one first.
+
+    Forms are no laws: how closely splines follow what is there is no evidence for a kind, so a part
+    of the gain is allowed. A form that may depend on anything explains most by itself, so what it
+    explains is discounted: it stands for its kind only where the usual ones clearly do less.
+    """
+    whole = max(excess(e.plain, best), 1e-12)
+
+    def explained(k: KindScore) -> float:
+        part = 1.0 - excess(k.score, best) / whole
+        return part * (UNUSUAL if k.kind in ANYTHING else 1.0)
+
+    ranked = sorted(e.kinds, key=lambda k: -explained(k))
+    if not ranked:
+        return []
+    top = ranked[0]
+    return [
+        k
+        for k in ranked
+        if k is top or explained(k) > explained(top) - LIKE or 0 <= behind(k.score, top.score) < t.z
+    ]
+
+
+UNUSUAL = 0.85
+"""Weight of what a form explains that may depend on anything."""
+ANYTHING = ("sensing", "time", "exogenous")
+"""Kinds that depend on the reading itself, or on time alone."""
+LIKE = 0.05
+"""Part of the gain by which forms may differ through their columns alone."""
+
+
+def _admissible(
+    laws: Sequence[Scored], kinds: Sequence[KindScore], e: Evidence, t: Thresholds
+) -> list[Scored]:
     """Leave out laws at places that are out of question, whatever law sits there.
 
     A flexible form at another place does better than the law, and no form at its own place does as
     well as that.
     """
-    if not e.kinds:
+    if not kinds:
         return list(laws)
-    top = e.kinds[0]
-    where = [k.element for k in e.kinds if _alike(k.score, top.score, e.plain, t.z)]
+    where = [k.element for k in kinds]
     return [
         s
         for s in laws
-        if behind(s.score, top.score) < t.z
+        if behind(s.score, kinds[0].score) < t.z
         or any(_together(s.element, n, e.classes) for n in where)
     ]
 
@@ -239,9 +270,9 @@ def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -
     return decision
 
 
-def _here(element: str, e: Evidence) -> KindScore | None:
-    """Return the best kind at a place."""
-    return next((k for k in e.kinds if _together(k.element, element, e.classes)), None)
+def _here(law: Scored, e: Evidence) -> KindScore | None:
+    """Return the best kind at the very place of a law."""
+    return next((k for k in e.kinds if k.element == law.element), None)
 
 
 def _best(found: Sequence[Hypothesis]) -> Hypothesis | None:
@@ -310,7 +341,7 @@ def _named(
         if s.trial.effect != chosen.trial.effect and s.trial.home
         and (s.trial.effect not in nested or behind(chosen.score, s.score) > DOUBT)
     ]  # fmt: skip
-    here = _here(chosen.element, e)
+    here = _here(chosen, e)
     fit = law_fit(chosen, here, e) if here is not None else 1.0
     best = _best([chosen, *e.kinds[:1]])
     assert best is not None
@@ -358,29 +389,26 @@ def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:
     return "look_alikes" if len(effects) <= MOST else "unknown"
 
 
-def _kind(
-    quiet: Decision, e: Evidence, kind: KindScore, law: Scored | None, t: Thresholds
-) -> Decision:
+def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored | None) -> Decision:
     """No law fits: tell the kind and the place, as far as the set agrees on them."""
-    alike = [k for k in e.kinds if k is kind or _alike(k.score, kind.score, e.plain, t.z)]
-    here = [k for k in alike if _together(k.element, kind.element, e.classes)]
-    placed = len(here) == len(alike)
-    kinds = {k.kind for k in here}
-    physics = plainest(kinds)
+    kind = kinds[0]
+    here = [k for k in kinds if _together(k.element, kind.element, e.classes)]
+    placed = len(here) == len(kinds)
+    physics = plainest({k.kind for k in kinds})
     gain = behind(e.plain, kind.score)
-    reasons = [f"no law of the catalogue fits; {kind.label} does much better (z {gain:.1f})"]
+    reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
     fit = float("nan")
     if law is not None:
         fit = law_fit(law, kind, e)
         reasons.append(f"{law.trial.label} explains {100 * fit:.0f} % of what that explains")
-    if not placed:
-        reasons.append("as good: " + ", ".join(k.label for k in alike if k not in here))
+    if len(kinds) > 1:
+        reasons.append("as good: " + ", ".join(k.label for k in kinds[1:]))
     decided = replace(
         quiet, kind="unknown_physics", chosen=law.trial if law else None, law_fit=fit,
         reasons=tuple(reasons), answer="kind" if placed and physics else "unknown",
-        physics=physics, places=tuple(dict.fromkeys(k.element for k in alike)),
-        kinds=tuple(alike), share=0.0 if law is None else float(np.nan_to_num(fit)),
-        features={"elsewhere": float(len(alike) - len(here)), "z": gain},
+        physics=physics, places=tuple(dict.fromkeys(k.element for k in kinds)),
+        kinds=tuple(kinds), share=0.0 if law is None else float(np.nan_to_num(fit)),
+        features={"elsewhere": float(len(kinds) - len(here)), "z": gain},
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
 
