@@ -3,9 +3,10 @@
 Two hypotheses are compared by what their predictions differ in. Let ``r`` be the residual of the
 better one over its own noise and ``d`` the difference of the predictions, all on stretches left
 out. The lead in log likelihood is ``sum(d^2 / 2 + r d)``; its first part is no accident, because
-the predictions are known; the second varies by the noise, and its variance is taken from the
-stretches (Diebold and Mariano, J. Bus. Econ. Stat. 13 (1995) 253), at least that of white noise. Both are whitened before by the pole that the
-better one's residual has: slow noise looks like anything slow.
+the predictions are known; the second varies by the noise (what the better one leaves of samples it
+was fitted to), and its variance is taken from the stretches (Diebold and Mariano, J. Bus. Econ.
+Stat. 13 (1995) 253), at least that of white noise. Both are whitened before by the pole that the
+residual of the better one has: slow noise looks like anything slow.
 So an effect that shows in two stretches of forty may still be certain.
 """
 
@@ -64,7 +65,7 @@ class BlockScore:
         return self.whitened(self.out.fitted / self.noise[self.out.rows.channel])
 
     def whitened(self, values: Array) -> Array:
-        """Take the pole of this hypothesis' noise out of values (M,), at unit power of the noise."""
+        """Take the pole of this hypothesis' noise out of values (M,)."""
         out, rows = values.copy(), self.out.rows
         for c, pole in enumerate(self.poles):
             at = np.flatnonzero(rows.channel == c)
@@ -97,7 +98,7 @@ def score(fit: Fit) -> BlockScore:
 
 
 def behind(worse: BlockScore, better: BlockScore) -> float:
-    """Standard errors by which `worse` predicts worse than `better`; negative if it is better."""
+    """Return the standard errors by which `worse` lags behind `better`; negative if it leads."""
     if worse.loss < better.loss:
         return -behind(better, worse)
     rows = better.out.rows
