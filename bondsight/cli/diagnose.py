@@ -41,6 +41,10 @@ def add_diagnose_command(verbs: Any) -> None:
     p.add_argument("--out", type=Path, default=OUT, help="folder for the results")
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
     p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None)
+    p.add_argument(
+        "--noise", action="append", default=[], metavar="SENSOR=VALUE",
+        help="standard deviation of a sensor's noise, SI, where it is known; may be repeated",
+    )  # fmt: skip
     add_jobs(p)
     p.add_argument("--seed", type=nonnegative, default=0)
     p.set_defaults(run=lambda options: diagnose_files(options)[0])
@@ -83,6 +87,7 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
         result = diagnose(
             graph, found, split, model=model_name(options.model, graph), hold=options.hold,
             options=DiagnosisOptions(**settings), progress=bar, seed=options.seed,
+            noise=noise_of(options.noise),
         )  # fmt: skip
     path = write_verdict(result, options.out)
     report = write_report(characterised(result), options.out)
@@ -92,6 +97,31 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
         print(in_words(result, said))
         print(f"verdict: {path}\nreport:  {report}")
     return 0, result
+
+
+def noise_of(texts: Sequence[str]) -> dict[str, float]:
+    """Read ``SENSOR=VALUE`` texts.
+
+    Raises
+    ------
+    UnusableInput
+        A text is no such pair.
+
+    Examples
+    --------
+    >>> noise_of(["x=1e-9"])
+    {'x': 1e-09}
+    """
+    found = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            raise UnusableInput(
+                f"--noise {text}: give a sensor and a number in SI units, like --noise x=1e-9"
+            ) from None
+    return found
 
 
 def known_effects(names: Sequence[str]) -> tuple[str, ...]:

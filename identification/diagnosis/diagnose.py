@@ -13,7 +13,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import interleaved
-from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 from identification.diagnosis.evidence.decision import Decision, Thresholds
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation.characterisation import Character, characterise
@@ -134,6 +134,7 @@ def diagnose(
     options: DiagnosisOptions | None = None,
     limits: Thresholds | None = None,
     hold: str | None = None,
+    noise: Mapping[str, float] | None = None,
     progress: Progress | None = None,
     seed: int = 0,
 ) -> Diagnosis:
@@ -152,6 +153,9 @@ def diagnose(
         Limits of the decision.
     hold : {"hold", "linear", "band-limited"}, optional
         Behaviour of the commands between samples; chosen on the training part when not given.
+    noise : mapping of str to float, optional
+        Standard deviation of the noise of sensors, SI, where it is known better than the recording
+        tells it.
     progress : callable, optional
         Called with a text and a fraction between 0 and 1.
 
@@ -186,8 +190,9 @@ def diagnose(
         return replace(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
         )
-    floor = noise_floor(recording, split, sensors, tuple(commands), breaks)
-    sure = measured(recording, split, tuple(commands), breaks)
+    read = noise_floor(recording, split, sensors, tuple(commands), breaks)
+    floor = read | given_noise(noise or {}, sensors, graph.name)
+    sure = measured(recording, split, tuple(commands), breaks) or set(noise or {}) >= set(sensors)
     data = replace(data, floor=np.array([floor[n] for n in sensors]), floor_measured=sure)
     if reason := _nothing_moves(data):
         return replace(
@@ -228,11 +233,14 @@ def diagnose(
         steps=decisions, trials=made.decisions[0].trials if made.decisions else (),
         ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
         relations=relations, experiments=experiments,
-        notes=(*recording.notes, *_notes(template), *moved(nominal)),
+        notes=(
+            *recording.notes, *_notes(template), *_noise_notes(read, floor, sure), *moved(nominal)
+        ),
     )  # fmt: skip
     last = result.repaired or nominal
     left = remaining(last)
-    where = regions(last, made.scene) if left.most > limits.noise else ()
+    same = last.problem.data.n == made.scene.data.n  # else the search worked on thinned samples
+    where = regions(last, made.scene if same else None) if left.most > limits.noise else ()
     result = replace(result, left=left, regions_left=where)
     from identification.diagnosis.explanation.advice import advice
 
@@ -367,6 +375,47 @@ def _nothing_moves(data: Data) -> str:
     if (data.readings.std(axis=0) > 1.5 * data.floor).any():
         return ""
     return "the commands are constant and the readings only noise: excite the system"
+
+
+def given_noise(noise: Mapping[str, float], sensors: Sequence[str], model: str) -> dict[str, float]:
+    """Return the noise that a user gives, checked.
+
+    Raises
+    ------
+    UnusableInput
+        A name is no sensor of the model, or a value is no positive number.
+    """
+    for name, value in noise.items():
+        if name not in sensors:
+            raise UnusableInput(str(unknown_name("sensor", name, model, sensors)))
+        if not (np.isfinite(value) and value > 0):
+            raise UnusableInput(
+                f"noise of {name}: {value:g} is no standard deviation; give a positive number in "
+                "the unit of the sensor (SI)"
+            )
+    return {n: float(v) for n, v in noise.items()}
+
+
+FAR_OFF = 3.0
+"""Ratio of a given noise to the one read from the recording that is worth a word."""
+
+
+def _noise_notes(
+    read: Mapping[str, float], floor: Mapping[str, float], sure: bool
+) -> tuple[str, ...]:
+    notes = []
+    for n, level in floor.items():
+        if level != read[n] and not 1 / FAR_OFF < level / read[n] < FAR_OFF:
+            notes.append(
+                f"the noise given for {n} is {level:.3g}, the recording itself looks like "
+                f"{read[n]:.3g} (SI): check it, the answer rests on it"
+            )
+    if not sure:
+        notes.append(
+            "the noise could only be estimated (no repetition and no rest in the recording): slow "
+            "noise may lie above it; state what you know with --noise SENSOR=VALUE"
+        )
+    return tuple(notes)
 
 
 def _notes(problem: Problem) -> tuple[str, ...]:

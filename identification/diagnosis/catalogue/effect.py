@@ -11,7 +11,7 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Element, Source
+from bondgraph.graph.elements import Element, Sensor, Source
 from bondgraph.laws import Law
 from bondgraph.support.arrays import Array
 from identification.diagnosis.screening.port_history import FittedModel
@@ -167,5 +167,12 @@ class Effect(ABC):
         """Label a rewritten graph."""
         return Insertion(
             self.name, self.family, self.law, element.name, graph, starts, strengths,
-            self.simpler, self.confused_with, self.sentence, self.kind,
+            self.simpler, self.confused_with, self.sentence, kind_at(self.kind, element),
         )  # fmt: skip
+
+
+def kind_at(kind: str, element: Element) -> str:
+    """Return the kind that an effect's kind means at an element: all at a sensor is sensing."""
+    if isinstance(element, Sensor):
+        return "sensing"
+    return "command" if isinstance(element, Source) else kind

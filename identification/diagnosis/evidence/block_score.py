@@ -3,8 +3,10 @@
 Two hypotheses are compared by what their predictions differ in. Let ``r`` be the residual of the
 better one over its own noise and ``d`` the difference of the predictions, all on stretches left
 out. The lead in log likelihood is ``sum(d^2 / 2 + r d)``; its first part is no accident, because
-the predictions are known; the second varies by the noise, and its variance is taken from the
-stretches (Diebold and Mariano, J. Bus. Econ. Stat. 13 (1995) 253), at least that of white noise.
+the predictions are known; the second varies by the noise (what the better one leaves of samples it
+was fitted to), and its variance is taken from the stretches (Diebold and Mariano, J. Bus. Econ.
+Stat. 13 (1995) 253), at least that of white noise. Both are whitened before by the pole that the
+residual of the better one has: slow noise looks like anything slow.
 So an effect that shows in two stretches of forty may still be certain.
 """
 
@@ -16,9 +18,13 @@ from functools import cached_property
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.diagnosis.evidence.leave_out import LeftOut, left_out, stretch_sums
+from identification.diagnosis.evidence.leave_out import LeftOut, Rows, left_out, stretch_sums
 from identification.estimation.single_record import Fit
 
+SLOWEST = 0.98
+"""Largest pole of a noise: slower ones are drifts, which are no noise."""
+WHITE = 0.1
+"""Pole below which noise counts as white."""
 LEAST = 1e-3
 """Smallest standard deviation over the floor: no model predicts rounding."""
 
@@ -49,10 +55,41 @@ class BlockScore:
         return int(self.out.rows.channel.max(initial=0)) + 1
 
     @cached_property
+    def poles(self) -> Array:
+        """Pole of each reading's noise, shape (n_y,)."""
+        return _poles(self.out.fitted, self.out.rows, self.channels)
+
+    @cached_property
+    def white(self) -> Array:
+        """Residual of the fit over the noise, whitened and of unit power, shape (M,)."""
+        return self.whitened(self.out.fitted / self.noise[self.out.rows.channel])
+
+    def whitened(self, values: Array) -> Array:
+        """Take the pole of this hypothesis' noise out of values (M,)."""
+        out, rows = values.copy(), self.out.rows
+        for c, pole in enumerate(self.poles):
+            at = np.flatnonzero(rows.channel == c)
+            if pole > WHITE:
+                out[at[1:]] -= pole * values[at[:-1]]
+                out[at] /= np.sqrt(1.0 - pole**2)
+        return out
+
+    @cached_property
     def loss(self) -> float:
         """Minus the log predictive density a sample and reading, up to a constant."""
         count = np.bincount(self.out.rows.channel, minlength=self.channels)
         return float(count @ np.log(self.noise) / max(count.sum(), 1))
+
+
+def _poles(residual: Array, rows: Rows, channels: int) -> Array:
+    """Lag-one correlation of each reading's residual, 0 .. `SLOWEST`, shape (channels,)."""
+    found = np.zeros(channels)
+    for c in range(channels):
+        e = residual[rows.channel == c]
+        power = float(e @ e)
+        if e.size > 2 and power > 0:
+            found[c] = np.clip(float(e[1:] @ e[:-1]) / power, 0.0, SLOWEST)
+    return found
 
 
 def score(fit: Fit) -> BlockScore:
@@ -61,17 +98,18 @@ def score(fit: Fit) -> BlockScore:
 
 
 def behind(worse: BlockScore, better: BlockScore) -> float:
-    """Standard errors by which `worse` predicts worse than `better`; negative if it is better."""
+    """Return the standard errors by which `worse` lags behind `better`; negative if it leads."""
     if worse.loss < better.loss:
         return -behind(better, worse)
     rows = better.out.rows
     scale = better.noise[rows.channel]
-    r = better.out.residual / scale
     with np.errstate(over="ignore", invalid="ignore"):
-        apart = np.clip(worse.out.residual / scale, -1e100, 1e100) - r
-        power = float(apart @ apart)
-        lead = 0.5 * power + float(r @ apart)
+        apart = np.clip((worse.out.residual - better.out.residual) / scale, -1e100, 1e100)
+    apart = better.whitened(apart)
+    r, fitted = better.whitened(better.out.residual / scale), better.white
+    power = float(apart @ apart)
+    lead = 0.5 * power + float(r @ apart)
     if not power > 0:
         return 0.0
-    by_stretch = np.bincount(rows.block, better.out.fitted / scale * apart, rows.blocks)
+    by_stretch = np.bincount(rows.block, fitted * apart, rows.blocks)
     return lead / float(np.sqrt(max(float(by_stretch @ by_stretch), power)))

@@ -367,8 +367,10 @@ def _named(
         else "unknown_physics",
         chosen=chosen.trial, same_place=same, rivals=tuple(s.trial for s in others),
         share=float(np.clip(share, 0.0, 1.0)), reasons=tuple(reasons), richer=richer,
-        answer=answer, physics=physics.pop() if len(physics) == 1 else "", places=places,
-        law_fit=fit, kinds=(here,) if here is not None else (), features=_features(e, chosen, others, fit, t),
+        answer=answer,
+        physics=physics.pop() if len(physics) == 1 else "", places=places,
+        law_fit=fit, kinds=(here,) if here is not None else (),
+        features=_features(e, chosen, others, fit, t),
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
 
@@ -448,7 +450,7 @@ def richer_names(best: Candidate, trials: Sequence[Candidate]) -> set[str]:
 def _features(
     e: Evidence, chosen: Scored, others: Sequence[Scored], fit: float, t: Thresholds
 ) -> dict[str, float]:
-    """What the calibration of the probability looks at."""
+    """Return what the calibration of the probability looks at."""
     related = richer_names(chosen.trial, [s.trial for s in e.laws])
     rest = [
         behind(s.score, chosen.score)

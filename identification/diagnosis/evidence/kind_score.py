@@ -18,9 +18,10 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue.effect import kind_at
 from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.leave_out import Rows, held_out, rows_of, states_of
-from identification.diagnosis.screening.flexible_forms import flexible_forms, kind_at
+from identification.diagnosis.screening.flexible_forms import flexible_forms
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.score_test import Screened

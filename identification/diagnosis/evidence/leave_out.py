@@ -11,7 +11,6 @@ A Swiss army infinitesimal jackknife, AISTATS 2019).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -158,8 +157,3 @@ def stretch_sums(rows: Rows, values: Array, channels: int) -> Array:
     place = rows.block * channels + rows.channel
     total = np.bincount(place, values, rows.blocks * channels)
     return total.reshape(rows.blocks, channels)
-
-
-def channels_of(rows: Sequence[int] | Index) -> int:
-    """Number of channels."""
-    return int(np.max(rows, initial=-1)) + 1

@@ -13,7 +13,6 @@ from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.screening.score_test import Screened
 from identification.report import html
 from identification.report.numbers import interval, percent, short
-from identification.report.words import stopped
 
 SCREENED = 15
 

@@ -76,15 +76,6 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Array]:
             return {}
 
 
-def kind_at(kind: str, element: Element) -> str:
-    """Return the kind that an effect's kind means at an element: all at a sensor is sensing."""
-    return (
-        "sensing"
-        if isinstance(element, Sensor)
-        else ("command" if isinstance(element, Source) else kind)
-    )
-
-
 def curve(z: Array) -> Array:
     """Quadratic splines over the range of `z`, most of them where most samples are."""
     low, high = float(z.min()), float(z.max())
@@ -107,7 +98,7 @@ def dry(flow: Array) -> Array:
 
 
 def plays(z: Array) -> Array:
-    """A bank of plays of `z`."""
+    """Return a bank of plays of `z`."""
     half = 0.5 * float(np.ptp(z)) or 1.0
     widths = half * np.array(WIDTHS)
     x = np.ascontiguousarray(z, dtype=float)

@@ -127,7 +127,7 @@ def _rounded(v: float) -> float | None:
 
 
 def _remaining(d: Diagnosis) -> dict[str, Any]:
-    """What the last fit leaves of every reading: size over the noise, place, kind, regions."""
+    """Return what the last fit leaves of every reading: size, place, kind, regions."""
     if d.left is None:
         return {}
     last = d.steps[-1] if d.steps else None

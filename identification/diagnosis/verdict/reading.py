@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -76,6 +76,18 @@ class _Finding:
     share_of_misfit_explained: Annotated[float, _share(-1.0)]
     parameters: tuple[_Estimate, ...]
     also_possible: tuple[_Rival, ...]
+    answer: str = ""
+    kind: str = ""
+    law_fit: float | None = None
+    probability: Annotated[float, _share(0.0)] = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Left:
+    over_noise: float | None
+    place: tuple[str, ...] = ()
+    kind: str = ""
+    regions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +116,7 @@ class _Verdict:
     seed: int
     notes: tuple[str, ...] = ()
     parameters: tuple[_Estimate, ...] = ()
+    remaining: Mapping[str, _Left] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse findings where the verdict has none, and none where it has some."""

@@ -7,13 +7,21 @@ import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.evidence.decision import Decision
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary
-from identification.diagnosis.verdict.document import effect_parameters, normalised_error
+from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.verdict.document import (
+    effect_parameters,
+    normalised_error,
+    unresolved_place,
+)
 from identification.report.words import listed, spaced
 
 Data = Mapping[str, Any]
@@ -66,6 +74,7 @@ def sentence(d: Diagnosis) -> str:
             parts.append(
                 f"{effect} is missing at the {where} {step.chosen.element}{also}"
                 + (f": {says}" if says else "")
+                + _fits(step)
             )
         before, after = normalised_error(d.nominal), normalised_error(d.repaired)
         n = max(before, key=lambda k: before[k] / max(after[k], 1e-300))
@@ -74,16 +83,69 @@ def sentence(d: Diagnosis) -> str:
             "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
             f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
         )
-    chosen = d.decision.chosen if d.decision else None
-    hint = f"; closest is {chosen.label}" if chosen else ""
+    return _without_name(d)
+
+
+def _without_name(d: Diagnosis) -> str:
+    """Say what is known where no name is given: a kind and a place, look-alikes, or less."""
+    step = d.decision
+    place = unresolved_place(d)
+    where = f"the {place['kind']} {place['element']}" if place["element"] else ""
+    same = place["indistinguishable_from"]
+    also = f" (or {', '.join(same)}: these sensors cannot tell)" if same and where else ""
+    if step is not None and step.answer == "kind" and where:
+        text = f"{_a(step.physics).capitalize()} effect is missing at {where}{also}"
+        if step.chosen is not None and np.isfinite(step.law_fit):
+            text += (
+                f"; no law of the catalogue fits it ({_title(step.chosen)} explains "
+                f"{100 * step.law_fit:.0f} % of what such an effect can)"
+            )
+        return f"{text}."
+    if step is not None and step.answer == "look_alikes":
+        names = ", ".join(_title(t) for t in step.possible)
+        return f"Something is missing in {d.model} that looks alike for {names}."
+    hint = f"; closest is {_title(step.chosen)}" if step and step.chosen else ""
+    at = f", at {where}{also}" if where else ""
     return (
-        f"Something is missing in {d.model} that the catalogue cannot name with confidence{hint}."
+        f"Something is missing in {d.model}{at} that the catalogue cannot name with "
+        f"confidence{hint}."
     )
+
+
+def _title(t: Candidate) -> str:
+    return f"{spaced(t.effect)} at {t.element}"
+
+
+def _a(word: str) -> str:
+    return f"{'an' if word[:1] in 'aeiou' else 'a'} {word}"
+
+
+def _fits(step: Decision) -> str:
+    """How much a named effect explains and how well its law fits, in brackets."""
+    said = f"explains {100 * step.share:.0f} % of the misfit"
+    if step.physics:
+        said = f"{_a(step.physics)} effect, {said}"
+    if np.isfinite(step.law_fit) and step.answer != "exact":
+        said += f"; the law fits to {100 * step.law_fit:.0f} %"
+    return f" ({said})"
+
+
+def what_remains(d: Diagnosis) -> str:
+    """Return one sentence on what the last fit leaves; empty where that is noise."""
+    if d.left is None or d.left.is_noise(d.limits.noise):
+        return ""
+    said = f"What remains, {d.left.most:.2g} times the noise"
+    last = d.steps[-1] if d.steps else None
+    if last is None or last.kind != "unknown_physics" or d.kind != "missing_physics":
+        return f"{said}, has no place and no kind."
+    where = f", sits at {listed(last.places)}" if 0 < len(last.places) <= MOST else ""
+    looks = f" and looks like {_a(last.physics)} effect" if last.physics and where else ""
+    return f"{said}{where or ', has no place'}{looks}."
 
 
 def in_words(d: Diagnosis, said: Sequence[str] = ()) -> str:
     """Answer, numbers, place in the recording, every step, rivals, advice."""
-    lines = [sentence(d), ""]
+    lines = [s for s in (sentence(d), what_remains(d)) if s] + [""]
     lines += [f"note: {s}" for s in (*said, *d.notes)]
     lines += _error_lines(d)
     lines += _parameter_lines(d)
@@ -149,6 +211,7 @@ def retold(v: Data) -> str:
         _paragraph("Where", [_place(f) for f in findings]),
         _paragraph("How sure", [_certainty(f) for f in findings] or _silence(v)),
         _paragraph("How much better, on samples that no parameter was fitted to", _gains(v)),
+        _paragraph("What remains", _left(v)),
         _paragraph("What else is possible", [t for f in findings for t in _rivals(f)]),
         _paragraph("What it rests on", _basis(v)),
         _paragraph("What to do next", v["advice"] or [_nothing_to_do(v)]),
@@ -221,6 +284,16 @@ def _place(f: Data) -> str:
 
 
 def _certainty(f: Data) -> str:
+    if f.get("answer") == "kind" and f.get("kind"):
+        fit = f.get("law_fit")
+        close = f["also_possible"]
+        law = (
+            f" The law that comes closest, {_trial(close[0])}, explains {_percent(fit)} of what "
+            "such an effect can."
+            if close and fit is not None
+            else ""
+        )
+        return f"It is {_a(f['kind'])} effect; no law of the catalogue fits it.{law}"
     explained = f"it accounts for {_percent(f['share_of_misfit_explained'])} of the misfit above "
     explained += "the noise floor"
     if f["effect"] == "unknown":
@@ -232,7 +305,9 @@ def _certainty(f: Data) -> str:
             f"No name is given. The best description, {_trial(close[0])}, accounts for "
             f"{_percent(share)} of the misfit above the noise floor."
         )
-    return f"{_effect(f).capitalize()}: confidence {_percent(f['confidence'])}; {explained}."
+    fit = f.get("law_fit")
+    law = "" if fit is None else f"; its law explains {_percent(fit)} of what its kind could there"
+    return f"{_effect(f).capitalize()}: probability {_percent(f['confidence'])}; {explained}{law}."
 
 
 def _silence(v: Data) -> list[str]:
@@ -268,6 +343,20 @@ def _ratio(old: float, new: float) -> str:
     if ratio > 1.02:
         return f", {multiple(ratio)} smaller"
     return ", no better" if ratio > 0.98 else ", larger: do not use the repair blindly"
+
+
+def _left(v: Data) -> list[str]:
+    """Say of every reading whose rest has a place or regions what it is."""
+    lines = []
+    for n, r in v.get("remaining", {}).items():
+        place, kind, regions = r.get("place", []), r.get("kind", ""), r.get("regions", [])
+        if not (place or regions) or r["over_noise"] is None:
+            continue
+        at = f", at {listed(place)}" if place else ""
+        like = f", like {_a(kind)} effect" if kind else ""
+        where = f"; most of it {regions[0]}" if regions else ""
+        lines.append(f"{n}: {r['over_noise']:.3g} times the noise{at}{like}{where}.")
+    return lines
 
 
 def _rivals(f: Data) -> list[str]:
