@@ -7,6 +7,7 @@ import pytest
 
 from bondgraph.graph.elements import GY, TF, C, De, Df, Dq, Element, I, R, Se, Sf
 from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue.effect import kind_at
 from identification.diagnosis.screening.flexible_forms import (
     HATS,
     KINDS,
@@ -15,7 +16,6 @@ from identification.diagnosis.screening.flexible_forms import (
     curve,
     drifts,
     flexible_forms,
-    kind_at,
     plays,
     slow,
 )
