@@ -72,7 +72,7 @@ def test_two_equally_wrong_predictions_differ_as_a_standard_normal_number(
     assert np.mean(np.abs(z) > 3.0) < 0.015
 
 
-@pytest.mark.parametrize("pole", [0.0, 0.7, 0.9])
+@pytest.mark.parametrize("pole", [0.0, 0.9, 0.98])
 def test_a_column_that_means_nothing_does_not_lead(pole: float) -> None:
     one = np.ones(N)
     leads = []
@@ -81,6 +81,28 @@ def test_a_column_that_means_nothing_does_not_lead(pole: float) -> None:
         leads.append(behind(regressed(y, one), regressed(y, one, idle)))
     assert np.mean(np.array(leads) > 3.0) < 0.02
     assert np.median(leads) < 0.5
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.9])
+def test_many_columns_that_mean_nothing_do_not_lead(pole: float) -> None:
+    one = np.ones(N)
+    for s in range(40):
+        y = coloured(s, pole)
+        idle = [coloured(10_000 + 100 * s + i, pole) for i in range(12)]
+        assert behind(regressed(y, one), regressed(y, one, *idle)) < 2.0
+
+
+def test_what_slow_noise_cannot_do_is_seen_beneath_it() -> None:
+    """A tenth of the noise, but quick: the noise has little there."""
+
+    def leads(pole: float) -> list[float]:
+        noises = [coloured(s, pole) for s in range(20)]
+        quick = [0.1 * white(s + 50) for s in range(20)]
+        return [behind(scored(n + q), scored(n)) for n, q in zip(noises, quick, strict=True)]
+
+    assert min(leads(0.9)) > 2.0
+    assert np.median(leads(0.9)) > 5.0
+    assert np.median(leads(0.0)) < 3.0
 
 
 @pytest.mark.parametrize("pole", [0.0, 0.9])
