@@ -48,9 +48,7 @@ def scored(misfit: float, direction: int) -> BlockScore:
     return BlockScore(LeftOut(ROWS, residual, residual, np.zeros(BLOCKS)))
 
 
-def trial(
-    effect: str, element: str, train: float, test: float, *, home: bool = True
-) -> Candidate:
+def trial(effect: str, element: str, train: float, test: float, *, home: bool = True) -> Candidate:
     e = by_name(effect)
     nothing: Any = None  # the decision looks at scores alone
     insertion = Insertion(
@@ -393,4 +391,3 @@ def test_whatever_the_scores_the_answer_hangs_together(seed: int) -> None:
     if d.answer == "kind":
         assert d.physics
         assert d.places
-

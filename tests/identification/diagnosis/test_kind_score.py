@@ -134,9 +134,7 @@ def test_the_fitted_form_is_the_force_that_was_left_out() -> None:
     addition = at("dry", "d", "dissipative").addition
     known = np.stack([past.argument, past.moved, np.gradient(past.argument), np.ones(N)], axis=1)
     wanted = np.tanh(past.argument / 0.01)
-    parts = [
-        f - known @ np.linalg.lstsq(known, f, rcond=None)[0] for f in (addition, wanted)
-    ]
+    parts = [f - known @ np.linalg.lstsq(known, f, rcond=None)[0] for f in (addition, wanted)]
     assert abs(np.corrcoef(*parts)[0, 1]) > 0.8
 
 
