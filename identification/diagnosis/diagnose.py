@@ -209,7 +209,8 @@ def diagnose(
             )
         declared = declared_fit(template, nominal)
         result = replace(result, data=data, declared=declared, nominal=nominal)
-        if mistakes := mixups(graph, nominal):
+        mistakes = mixups(graph, nominal)
+        if any(m.kind != "dead" for m in mistakes):
             return replace(_mistaken(result, mistakes), seconds=time.perf_counter() - begin)
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
@@ -228,6 +229,9 @@ def diagnose(
         relations = _relations(base.fit, classes) if unknown else ()
         experiments = _experiments(decisions[0]) if unknown else ()
     kind = _kind(made, declared, nominal)
+    if mistakes and kind != "missing_physics":
+        # a reading that follows nothing may still follow a law; only then it is not dead
+        return replace(_mistaken(result, mistakes), seconds=time.perf_counter() - begin)
     result = replace(
         result, kind=kind, scene=made.scene,
         steps=decisions, trials=made.decisions[0].trials if made.decisions else (),

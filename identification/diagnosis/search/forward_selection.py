@@ -163,8 +163,9 @@ def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, 
     last = named[-1].chosen
     assert last is not None
     assert first.chosen is not None
-    left = remaining(last.fit)
-    if first.rivals or not left.is_noise(limits.noise):
+    left, joint = remaining(last.fit), score(last.fit)
+    freer = any(behind(joint, k.score) > limits.z for k in first.kinds)
+    if first.rivals or freer or not left.is_noise(limits.noise):
         return (first,)
     sure = replace(
         first, kind="missing_physics", answer="approximate",
