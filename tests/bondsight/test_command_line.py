@@ -30,6 +30,10 @@ VERDICTS = {
 KINDS = {
     "storage", "resistor", "inertia", "transformer", "source", "junction", "sensor", "clock",
 }  # fmt: skip
+PHYSICS = {
+    "restoring", "dissipative", "surface", "memory", "slow", "mode", "ratio", "command", "sensing",
+    "time", "exogenous",
+}  # fmt: skip
 EFFECTS = {
     "memory": {"hysteresis", "creep"},
     "friction": {
@@ -455,7 +459,7 @@ def contract(v: dict[str, Any]) -> None:
     assert v["schema"] == "bondsight.verdict/1"
     assert {
         "schema", "verdict", "model", "recording", "findings", "fit", "nuisances", "advice",
-        "seconds", "seed",
+        "remaining", "seconds", "seed",
     } <= set(v)  # fmt: skip
     assert v["verdict"] in VERDICTS
     assert isinstance(v["model"], str)
@@ -470,6 +474,12 @@ def contract(v: dict[str, Any]) -> None:
     for n in v["nuisances"]:
         assert set(n) == {"name", "value", "unit", "within_bounds"}
         assert isinstance(n["within_bounds"], bool)
+    for left in v["remaining"].values():
+        assert set(left) == {"over_noise", "place", "kind", "regions"}
+        assert left["over_noise"] is None or left["over_noise"] >= 0
+        assert left["kind"] in {"", *PHYSICS}
+        assert all(isinstance(t, str) for t in (*left["place"], *left["regions"]))
+    assert set(v["remaining"]) <= set(v["fit"]["noise_floor"])
     assert all(isinstance(a, str) and "\n" not in a for a in v["advice"])
     assert isinstance(v["seconds"], int | float)
     assert isinstance(v["seed"], int)
@@ -479,10 +489,14 @@ def contract(v: dict[str, Any]) -> None:
         assert v["findings"]
     for f in v["findings"]:
         assert set(f) == {
-            "location", "answer", "effect", "family", "law", "confidence", "parameters",
-            "also_possible", "share_of_misfit_explained",
+            "location", "answer", "effect", "family", "kind", "law", "law_fit", "confidence",
+            "probability", "parameters", "also_possible", "share_of_misfit_explained",
         }  # fmt: skip
-        assert f["answer"] in {"exact", "family", "look_alikes", "unknown"}
+        assert f["answer"] in {"exact", "approximate", "family", "look_alikes", "kind", "unknown"}
+        assert f["kind"] in {"", *PHYSICS}
+        assert f["law_fit"] is None or 0 <= f["law_fit"] <= 1
+        assert 0 <= f["probability"] <= 1
+        assert f["effect"] == "unknown" or f["answer"] in {"exact", "approximate"}
         assert set(f["location"]) == {"element", "kind", "indistinguishable_from"}
         assert f["location"]["kind"] in KINDS
         assert f["location"]["element"] not in f["location"]["indistinguishable_from"]

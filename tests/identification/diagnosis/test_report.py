@@ -8,7 +8,7 @@ import re
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
-from dataclasses import replace
+from dataclasses import asdict, replace
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
@@ -178,23 +178,22 @@ def test_what_was_fitted_to_held_out_samples_is_said(found: Diagnosis) -> None:
 
 
 def test_own_limits_reach_the_verdict_and_the_reading_of_it(found: Diagnosis) -> None:
-    """The decision weighs the share by the caller's limits, which the verdict repeats."""
+    """What is left counts as noise by the caller's limits, which the verdict repeats."""
     d = as_kind(found, "unknown_physics")
-    half = replace(
-        d, steps=(replace(d.steps[0], share=0.6, complete=False, rivals=(), ample=False),)
-    )
+    assert d.left is not None
+    left = replace(d.left, over_noise={"x": 2.0})
+    last = replace(d.steps[-1], kind="unknown_physics", physics="memory", places=("k",))
+    half = replace(d, left=left, steps=(*d.steps[:-1], last))
     assert "limits" not in verdict(half)
-    assert verdict(half)["findings"][0]["answer"] == "unknown"
-    (step,) = half.steps
-    by_own = replace(half, steps=(replace(step, ample=True),), limits=Thresholds(share=0.5))
-    own = verdict(by_own)
-    assert own["findings"][0]["answer"] == "family"
-    assert own["limits"]["share"] == 0.5
+    assert verdict(half)["remaining"]["x"]["kind"] == "memory"
+    own = verdict(replace(half, limits=Thresholds(noise=2.5)))
+    assert own["remaining"]["x"]["kind"] == ""
+    assert own["limits"] == asdict(Thresholds(noise=2.5))
     retold(parse_verdict(json.dumps(own)))
 
 
 def test_a_diagnosis_carries_its_limits() -> None:
-    own = Thresholds(share=0.5)
+    own = Thresholds(law=0.5)
     assert diagnose(spring(), recording(25), limits=own).limits == own
     assert diagnose(spring(), recording(25)).limits == Thresholds()
 

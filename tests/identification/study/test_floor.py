@@ -56,10 +56,10 @@ def test_never_zero() -> None:
 PERIOD = 500
 
 
-def repeated(noise: np.ndarray, periods: int = 6) -> Recording:
+def repeated(noise: np.ndarray, periods: int = 6, period: int = PERIOD) -> Recording:
     """A lag that starts from rest, driven by the same tones over and over."""
-    n = PERIOD * periods
-    phase = 2 * np.pi * np.arange(PERIOD) / PERIOD
+    n = period * periods
+    phase = 2 * np.pi * np.arange(period) / period
     u = np.tile(
         np.sin(3 * phase) + 0.7 * np.sin(17 * phase + 1) + 0.4 * np.sin(61 * phase), periods
     )
@@ -128,3 +128,50 @@ def test_recordings_behind_one_another_are_read_alone() -> None:
     assert found == pytest.approx(2e-3, rel=0.15)
     assert measured(both, split, ("u",), (one.n,))
     assert not measured(both, split, (), (one.n,))
+
+
+# -- transients, steps, jumps and coarse converters -------------------------------------------
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("periods", [3, 6])
+def test_a_transient_at_the_start_of_a_periodic_record_is_no_noise(periods: int, seed: int) -> None:
+    noise = 2e-3 * np.random.default_rng(seed).standard_normal(2000 * periods)
+    r = repeated(noise, periods, 2000)
+    fading = 5.0 * np.exp(-np.arange(r.n) / 100.0)
+    begun = Recording("r", r.time, {"u": r["u"], "x": r["x"] + fading}, r.units)
+    split = Split(slice(0, r.n // 2), slice(r.n // 2, r.n), "")
+    assert noise_floor(begun, split, ("x",), ("u",))["x"] == pytest.approx(2e-3, rel=0.1)
+
+
+def stepped(seed: int) -> np.ndarray:
+    """Slow random levels and a weak multisine, seen through a lag; range about two."""
+    rng = np.random.default_rng(seed)
+    levels = np.repeat(rng.uniform(-1, 1, N // 200), 200)
+    phases = rng.uniform(0, 2 * np.pi, 12)
+    weak = sum(0.01 * np.sin(2 * np.pi * (3 + 4 * k) * T + p) for k, p in enumerate(phases))
+    return np.asarray(levels + weak)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_slow_steps_and_a_weak_multisine_through_a_lag(seed: int) -> None:
+    x = lfilter([0.05], [1.0, -0.95], stepped(seed))
+    sigma = 1e-3 * np.ptp(x)
+    found = floor(x + sigma * np.random.default_rng(seed + 10).standard_normal(N))
+    assert 1 / 1.5 < found / sigma < 1.5
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_jumps_of_a_current_are_no_noise(seed: int) -> None:
+    u = stepped(seed)
+    current = u - lfilter([0.05], [1.0, -0.95], u)  # jumps with the voltage, then falls
+    sigma = 1e-3 * np.ptp(current)
+    found = floor(current + sigma * np.random.default_rng(seed + 10).standard_normal(N))
+    assert 1 / 1.5 < found / sigma < 1.5
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_noise_below_a_coarse_converter(seed: int) -> None:
+    sigma = 2e-3
+    unit = 2.4 * sigma
+    x = np.sin(2 * np.pi * 3 * T) + sigma * np.random.default_rng(seed).standard_normal(N)
+    found = floor(unit * np.round(x / unit))
+    assert found == pytest.approx(np.hypot(sigma, unit / np.sqrt(12)), rel=0.4)

@@ -172,4 +172,5 @@ def test_the_jump_between_recordings_is_no_noise() -> None:
     both, breaks = joined(parts)
     floor = noise_floor(both, split_of(parts), ("x",), ("F",), breaks)
     assert floor["x"] == pytest.approx(NOISE, rel=0.4)
-    assert noise_floor(both, split_of(parts), ("x",), ("F",))["x"] > 5 * NOISE
+    # one jump is not taken for noise even where nobody says that there is one
+    assert noise_floor(both, split_of(parts), ("x",), ("F",))["x"] == pytest.approx(NOISE, rel=0.4)

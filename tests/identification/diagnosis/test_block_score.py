@@ -1,0 +1,133 @@
+"""Two predictions compared: by what they differ in, over what the noise can do to it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from identification.diagnosis.evidence.block_score import LEAST, BlockScore, behind
+from identification.diagnosis.evidence.leave_out import LeftOut, Rows, held_out
+
+N, B = 2000, 40
+ROWS = Rows(np.arange(N), np.zeros(N, int), np.arange(N) * B // N)
+Array = np.ndarray
+
+
+def scored(residual: Array, rows: Rows = ROWS) -> BlockScore:
+    return BlockScore(LeftOut(rows, residual, residual, np.zeros(rows.blocks)))
+
+
+def regressed(y: Array, *columns: Array) -> BlockScore:
+    """Score a linear model, every stretch predicted from the others."""
+    x = np.stack(columns, axis=1)
+    weights = np.linalg.lstsq(x, y, rcond=None)[0]
+    return BlockScore(held_out(x, y - x @ weights, np.zeros(x.shape[1]), ROWS))
+
+
+def white(seed: int, size: int = N) -> Array:
+    return np.random.default_rng(seed).standard_normal(size)
+
+
+def coloured(seed: int, pole: float) -> Array:
+    y = lfilter([np.sqrt(1 - pole**2)], [1.0, -pole], white(seed, N + 500))[500:]
+    return np.asarray(y)
+
+
+def test_antisymmetric_and_zero_for_equals() -> None:
+    a, b = scored(white(1)), scored(white(1) + 0.3 * white(2))
+    assert behind(a, a) == 0.0
+    assert behind(a, scored(white(1))) == 0.0
+    assert behind(b, a) == -behind(a, b)
+    assert behind(b, a) > 3.0
+
+
+def test_the_scale_of_the_floor_does_not_matter() -> None:
+    n, d = white(1), white(2)
+    one = behind(scored(n + 0.1 * d), scored(n))
+    assert behind(scored(7.0 * (n + 0.1 * d)), scored(7.0 * n)) == pytest.approx(one)
+
+
+def test_what_shows_in_two_stretches_of_forty_has_no_ceiling() -> None:
+    shape = np.where((ROWS.block == 7) | (ROWS.block == 23), white(3), 0.0)
+    n = white(1)
+    leads = [behind(scored(n + s * shape), scored(n)) for s in (0.3, 1.0, 10.0, 100.0, 1000.0)]
+    assert leads == sorted(leads)
+    assert leads[0] < 3.0
+    assert leads[2] > 20.0
+    assert leads[4] == pytest.approx(10 * leads[3], rel=0.1)
+
+
+@pytest.mark.parametrize(("size", "least"), [(0.03, 0.85), (0.3, 0.5)])
+def test_two_equally_wrong_predictions_differ_as_a_standard_normal_number(
+    size: float, least: float
+) -> None:
+    one, other = np.sin(np.arange(N) / 9.0), np.sin(np.arange(N) / 23.0 + 1)
+    other *= np.linalg.norm(one) / np.linalg.norm(other)
+    z = np.array(
+        [behind(scored(white(s) + size * one), scored(white(s) + size * other)) for s in range(400)]
+    )
+    assert abs(z.mean()) < 0.2
+    assert least < z.std() < 1.15
+    assert np.mean(np.abs(z) > 3.0) < 0.015
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.9, 0.98])
+def test_a_column_that_means_nothing_does_not_lead(pole: float) -> None:
+    one = np.ones(N)
+    leads = []
+    for s in range(300):
+        y, idle = coloured(s, pole), coloured(10_000 + s, pole)
+        leads.append(behind(regressed(y, one), regressed(y, one, idle)))
+    assert np.mean(np.array(leads) > 3.0) < 0.02
+    assert np.median(leads) < 0.5
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.9])
+def test_many_columns_that_mean_nothing_do_not_lead(pole: float) -> None:
+    one = np.ones(N)
+    for s in range(40):
+        y = coloured(s, pole)
+        idle = [coloured(10_000 + 100 * s + i, pole) for i in range(12)]
+        assert behind(regressed(y, one), regressed(y, one, *idle)) < 2.0
+
+
+def test_what_slow_noise_cannot_do_is_seen_beneath_it() -> None:
+    """A tenth of the noise, but quick: the noise has little there."""
+
+    def leads(pole: float) -> list[float]:
+        noises = [coloured(s, pole) for s in range(20)]
+        quick = [0.1 * white(s + 50) for s in range(20)]
+        return [behind(scored(n + q), scored(n)) for n, q in zip(noises, quick, strict=True)]
+
+    assert min(leads(0.9)) > 2.0
+    assert np.median(leads(0.9)) > 5.0
+    assert np.median(leads(0.0)) < 3.0
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.9])
+def test_a_column_that_means_something_does(pole: float) -> None:
+    one, idle = np.ones(N), white(77)
+    for s in range(5):
+        y = coloured(s, pole) + 0.5 * idle
+        assert behind(regressed(y, one), regressed(y, one, idle)) > 5.0
+
+
+def test_a_reading_of_little_noise_counts_as_much_as_another() -> None:
+    rows = Rows(np.tile(np.arange(N), 2), np.repeat([0, 1], N), np.tile(ROWS.block, 2))
+    n, d = np.concatenate([white(1), 100 * white(1)]), white(3)
+    first, second = np.zeros(2 * N), np.zeros(2 * N)
+    first[:N], second[N:] = 0.2 * d, 20 * d
+    plain = scored(n, rows)
+    assert plain.noise == pytest.approx([1.0, 100.0], rel=0.05)
+    small, large = behind(scored(n + first, rows), plain), behind(scored(n + second, rows), plain)
+    assert small > 3.0
+    assert small == pytest.approx(large)
+
+
+def test_numbers_at_the_ends_of_the_scale_stay_numbers() -> None:
+    perfect, awful = scored(np.zeros(N)), scored(np.full(N, 1e150))
+    assert perfect.noise == pytest.approx([LEAST])
+    assert np.isfinite(behind(awful, scored(white(1))))
+    assert behind(awful, scored(white(1))) > 3.0
+    assert behind(scored(white(1)), perfect) > 3.0

@@ -1,0 +1,112 @@
+"""Kinds of physics as columns: which at which element, finite, as long as the record."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bondgraph.graph.elements import GY, TF, C, De, Df, Dq, Element, I, R, Se, Sf
+from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue.effect import kind_at
+from identification.diagnosis.screening.flexible_forms import (
+    HATS,
+    KINDS,
+    SLOW,
+    TIMES,
+    curve,
+    drifts,
+    flexible_forms,
+    plays,
+    slow,
+)
+from identification.diagnosis.screening.port_history import PortHistory
+
+N, DT = 700, 0.01
+T = DT * np.arange(N)
+MOVED = np.sin(3 * T) + 0.3 * np.sin(11 * T)
+
+
+def past(argument: np.ndarray = MOVED) -> PortHistory:
+    return PortHistory(argument, 30 * argument + 0.1, DT, np.cumsum(argument) * DT)
+
+
+EXPECTED = [
+    (C("k", stiffness=1.0), {"restoring", "memory", "surface", "slow", "time"}),
+    (R("d", 1.0), {"dissipative", "memory", "surface", "slow", "time"}),
+    (TF("n", 2.0), {"ratio"}), (GY("g", 2.0), {"ratio"}),
+    (Se("F"), {"command"}), (Sf("Q"), {"command"}),
+    (Dq("x"), {"sensing"}), (De("p"), {"sensing"}), (Df("v"), {"sensing"}),
+    (I("m", 1.0), set()),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("element", "kinds"), EXPECTED, ids=lambda v: getattr(v, "name", ""))
+def test_kinds_of_every_element(element: Element, kinds: set[str]) -> None:
+    forms = flexible_forms(element, past())
+    assert set(forms) == kinds
+    assert kinds <= set(KINDS)
+    for form in forms.values():
+        assert form.shape[0] == N
+        assert form.shape[1] >= 2
+        assert np.isfinite(form).all()
+        assert np.abs(form).max() < 1e3
+        assert (np.ptp(form, axis=0) > 0).any()
+
+
+@pytest.mark.parametrize("element", [e for e, kinds in EXPECTED if kinds], ids=lambda e: e.name)
+@pytest.mark.parametrize("argument", [np.zeros(N), np.full(N, 4.0), np.eye(N)[5]])
+def test_ports_that_hardly_move_give_finite_columns(element: Element, argument: np.ndarray) -> None:
+    history = PortHistory(argument, 0.0 * argument, DT, np.cumsum(argument) * DT)
+    for form in flexible_forms(element, history).values():
+        assert form.shape[0] == N
+        assert np.isfinite(form).all()
+
+
+@pytest.mark.parametrize("element", [e for e, kinds in EXPECTED if kinds], ids=lambda e: e.name)
+def test_columns_do_not_depend_on_units(element: Element) -> None:
+    small = PortHistory(1e-6 * MOVED, 3e4 * MOVED, DT, 1e-6 * np.cumsum(MOVED) * DT)
+    large = PortHistory(1e3 * MOVED, 3e-2 * MOVED, DT, 1e3 * np.cumsum(MOVED) * DT)
+    for kind, form in flexible_forms(element, small).items():
+        other = flexible_forms(element, large)[kind]
+        assert np.allclose(form, other, atol=1e-6 * np.abs(form).max())
+
+
+def explained(columns: np.ndarray, wanted: np.ndarray) -> float:
+    left = wanted - columns @ np.linalg.lstsq(columns, wanted, rcond=None)[0]
+    return float(1 - np.mean(left**2) / np.mean((wanted - wanted.mean()) ** 2))
+
+
+def test_a_kind_spans_the_laws_of_its_kind_and_not_those_of_others() -> None:
+    forms = flexible_forms(C("k", stiffness=1.0), past())
+    cubic = MOVED**3
+    play = MOVED - np.clip(MOVED, -0.2, 0.2)
+    loop = plays(MOVED / np.abs(MOVED).max())[:, 2]
+    assert explained(forms["restoring"], cubic) > 0.999
+    assert explained(forms["restoring"], play) > 0.99
+    assert explained(forms["memory"], loop) > 0.999
+    assert explained(forms["restoring"], loop) < 0.95
+    speed = flexible_forms(R("d", 1.0), past())["dissipative"]
+    assert explained(speed, MOVED * np.abs(MOVED)) > 0.999
+    assert explained(speed, np.tanh(MOVED / 0.03)) > 0.98
+
+
+def test_shapes() -> None:
+    assert curve(MOVED).shape == (N, HATS)
+    assert curve(MOVED).sum(axis=1) == pytest.approx(1.0)
+    assert curve(np.zeros(N)).shape == (N, 1)
+    assert drifts(N).shape[0] == N
+    assert drifts(N).shape[1] >= TIMES
+    assert slow(MOVED, DT).shape == (N, 2 * len(SLOW))
+    assert np.abs(plays(MOVED)).max(axis=0) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_all_at_a_sensor_is_sensing_and_all_at_a_source_is_command(kind: str) -> None:
+    assert kind_at(kind, Dq("x")) == "sensing"
+    assert kind_at(kind, Se("F")) == "command"
+    assert kind_at(kind, C("k", stiffness=1.0)) == kind
+    assert kind_at(kind, R("d", 1.0)) == kind
+
+
+def test_every_effect_of_the_catalogue_says_its_kind() -> None:
+    assert [e.name for e in CATALOGUE if e.kind not in KINDS] == []

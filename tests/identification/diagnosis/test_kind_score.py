@@ -1,0 +1,154 @@
+"""Kinds of physics on a recording: the flexible form at the true place does best."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.laws import Coulomb, Polynomial
+from bondgraph.signals.split import interleaved
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
+from identification.diagnosis.evidence.block_score import BlockScore, behind, score
+from identification.diagnosis.evidence.kind_score import (
+    KindScore,
+    bench_of,
+    kind_scores,
+    rows_in_order,
+)
+from identification.diagnosis.screening.flexible_forms import KINDS
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.screening.port_response import probes
+from identification.diagnosis.screening.score_test import screen
+from identification.diagnosis.search.nominal import nominal_fit
+from identification.estimation.single_record import Fit
+from identification.study.problem import Data
+
+N, DT, NOISE = 900, 0.01, 1e-5
+
+
+def spring() -> BondGraph:
+    with BondGraph("spring") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
+        v >> R("d", 2.0, unit="N*s/m")
+        v >> C("k", stiffness=200.0, unit="N/m")
+        v >> Dq("x", unit="m")
+    return g
+
+
+def hardening(part: float) -> BondGraph:
+    law = Polynomial(0.0, 0.05, 2.0, (3,))
+    graph = spring().with_element("k", law=law)
+    return graph.with_values({p.name: part for p in law.parameters("k")})
+
+
+TRUTHS = {
+    "nothing": spring,
+    "cubic": lambda: hardening(0.3),
+    "strongly cubic": lambda: hardening(4.0),
+    "dry": lambda: spring().with_element("d", law=Coulomb(0.1)),
+}
+ANYTHING = ("sensing", "time", "exogenous")
+"""Kinds that depend on the reading itself, or on time alone: along a good trajectory they follow
+whatever there is."""
+
+
+@cache
+def seen(truth: str, along_truth: bool = False) -> tuple[Fit, BlockScore, list[KindScore]]:
+    t = np.asarray(DT * np.arange(N), np.float64)
+    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 3 * np.sin(2 * np.pi * 2.3 * t + 1)
+    x = simulate(TRUTHS[truth](), t, {"F": u})["x"]
+    y = (x + NOISE * np.random.default_rng(1).standard_normal(N))[:, None]
+    floor = np.array([NOISE])
+    split = interleaved(0, N)
+    data = Data("run", t, {"F": u}, y, ("x",), floor, split, floor_measured=True)
+    made = nominal_fit(spring(), data, "linear")[1]
+    better = nominal_fit(TRUTHS[truth](), data, "linear")[1] if along_truth else made
+    looked = scene(better)
+    ranked = screen(looked, probes(better, spring()), (*CATALOGUE, UNNAMED))
+    return made, score(made), kind_scores(bench_of(made, better), looked, ranked)
+
+
+def at(truth: str, element: str, *kinds: str) -> KindScore:
+    return next(k for k in seen(truth)[2] if k.element == element and k.kind in kinds)
+
+
+SPRING, DAMPER = ("restoring", "surface"), ("dissipative", "memory", "surface")
+
+
+@pytest.mark.parametrize(
+    ("truth", "along_truth", "place", "kinds"),
+    [
+        ("cubic", False, "k", SPRING), ("cubic", True, "k", SPRING),
+        ("strongly cubic", True, "k", SPRING), ("dry", False, "d", DAMPER),
+        ("dry", True, "d", DAMPER),
+    ],
+)  # fmt: skip
+def test_the_kind_of_the_truth_is_best(
+    truth: str, along_truth: bool, place: str, kinds: tuple[str, ...]
+) -> None:
+    made, plain, found = seen(truth, along_truth)
+    assert made.chi2("train") > 4.0  # else there is nothing to find
+    best = next(k for k in found if k.kind not in ANYTHING)
+    assert (best.element, best.kind in kinds) == (place, True)
+    assert behind(plain, best.score) > 5.0
+    near = 2.0 if truth == "strongly cubic" else 1.35
+    assert 0.8 < best.score.noise[0] < near
+    assert best.score.noise[0] < 0.5 * plain.noise[0]
+
+
+def test_a_kind_that_has_nothing_to_do_with_it_explains_less() -> None:
+    assert behind(at("cubic", "d", "dissipative").score, at("cubic", "k", "restoring").score) > 3.0
+    assert behind(at("dry", "k", "restoring").score, at("dry", "d", "dissipative").score) > 3.0
+
+
+def test_no_kind_beats_a_model_that_is_right() -> None:
+    _, plain, found = seen("nothing")
+    assert plain.noise[0] == pytest.approx(1.0, abs=0.1)
+    assert max(behind(plain, k.score) for k in found) < 3.0
+
+
+@pytest.mark.parametrize("truth", list(TRUTHS))
+def test_scores_are_sorted_finite_and_of_one_kind_and_place_each(truth: str) -> None:
+    found = seen(truth)[2]
+    losses = [k.score.loss for k in found]
+    assert losses == sorted(losses)
+    assert np.isfinite(losses).all()
+    assert len({(k.element, k.kind) for k in found}) == len(found)
+    assert {k.kind for k in found} <= set(KINDS)
+    assert {"k", "d", "x", "F"} <= {k.element for k in found}
+    for k in found:
+        assert k.addition.shape == (N,)
+        assert np.isfinite(k.addition).all()
+        assert k.label.endswith(f"{k.kind} effect at {k.element}")
+
+
+def test_the_fitted_form_is_the_force_that_was_left_out() -> None:
+    """Up to what mass, damping and stiffness can imitate."""
+    made = seen("dry")[0]
+    past = scene(made).past["d"]
+    addition = at("dry", "d", "dissipative").addition
+    known = np.stack([past.argument, past.moved, np.gradient(past.argument), np.ones(N)], axis=1)
+    wanted = np.tanh(past.argument / 0.01)
+    parts = [f - known @ np.linalg.lstsq(known, f, rcond=None)[0] for f in (addition, wanted)]
+    assert abs(np.corrcoef(*parts)[0, 1]) > 0.8
+
+
+def test_places_can_be_chosen() -> None:
+    made, _, found = seen("cubic")
+    only = kind_scores(bench_of(made, made), scene(made), [], places=["k"])
+    assert {k.element for k in only} == {"k"}
+    assert only[0].score.noise[0] < 2 * found[0].score.noise[0]
+
+
+def test_responses_stand_in_the_order_of_the_residual() -> None:
+    made = seen("cubic")[0]
+    problem = made.problem
+    bench = bench_of(made, made)
+    clock = np.arange(float(N))[:, None, None]
+    rows = rows_in_order(problem, clock)[:, 0] * NOISE
+    assert rows == pytest.approx(bench.rows.sample)

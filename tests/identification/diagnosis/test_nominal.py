@@ -1,0 +1,78 @@
+"""The fit of the model as it is: plants that run away are judged on the whole record."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, Zero
+from bondgraph.signals.split import interleaved
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.search.nominal import integrates, nominal_fit
+from identification.estimation.single_record import Fit
+from identification.study.problem import Data
+
+N, DT, NOISE = 1500, 0.02, 1e-4
+
+
+def cart(*, spring: bool = False, speed: bool = False) -> BondGraph:
+    with BondGraph("cart") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", 0.8, unit="kg")
+        v >> R("d", 1.1, unit="N*s/m")
+        if spring:
+            v >> C("k", stiffness=9.0, unit="N/m")
+        v >> (Df("y", unit="m/s") if speed else Dq("y", unit="m"))
+    return g
+
+
+def ring() -> BondGraph:
+    """Two springs side by side between the same masses, one of which stands."""
+    with BondGraph("ring") as g:
+        v, gap = One("v"), Zero("gap")
+        Se("F", unit="N") >> v >> I("m", 0.8, unit="kg")
+        v >> gap >> C("k_1", stiffness=9.0, unit="N/m")
+        gap >> One("w") >> C("k_2", stiffness=5.0, unit="N/m")
+        v >> R("d", 1.1, unit="N*s/m")
+        v >> Dq("y", unit="m")
+    return g
+
+
+def test_what_integrates() -> None:
+    assert integrates(cart())
+    assert not integrates(cart(spring=True))
+    assert not integrates(cart(speed=True))
+    assert not integrates(ring())
+
+
+@cache
+def fitted(drift: float, begin: float = 0.0) -> Fit:
+    """A cart that rolls; the force drifts by `drift` (N) over the record, unseen."""
+    t = np.asarray(DT * np.arange(N), np.float64)
+    u = 2 * np.sin(2 * np.pi * 0.4 * t) + np.sin(2 * np.pi * 1.3 * t + 1)
+    true = u + drift * (t / t[-1]) ** 2
+    y = np.asarray(simulate(cart(), t, {"F": true})["y"]) + begin
+    y = (y + NOISE * np.random.default_rng(1).standard_normal(N))[:, None]
+    data = Data("run", t, {"F": u}, y, ("y",), np.array([NOISE]), interleaved(0, N))
+    model = cart().with_values({"m": 1.0, "d": 0.8})
+    return nominal_fit(model, data, "linear")[1]
+
+
+@pytest.mark.parametrize("begin", [0.0, 3.0])
+def test_a_plant_that_runs_away_is_fitted_in_one_piece(begin: float) -> None:
+    made = fitted(0.0, begin)
+    assert made.problem.window is None
+    assert made.point.states.shape[0] == 1
+    assert made.chi2("train") == pytest.approx(1.0, abs=0.15)
+    assert made.chi2("test") == pytest.approx(1.0, abs=0.2)
+    assert made.values["m"] == pytest.approx(0.8, rel=0.01)
+    assert made.values["d"] == pytest.approx(1.1, rel=0.01)
+
+
+def test_what_happens_slowly_is_not_thrown_away() -> None:
+    """Short windows, each from a state of its own, would follow it."""
+    made = fitted(0.01)
+    assert made.problem.window is None
+    assert made.chi2("test") > 9.0

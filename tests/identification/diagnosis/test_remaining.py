@@ -1,0 +1,81 @@
+"""What is left over the noise: outliers are none, what lasts is, and when it may be noise."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bondgraph.signals.recording import Split
+from identification.diagnosis.evidence.remaining import COLOURED, Remaining, remaining
+from identification.study.problem import Data
+
+N = 4000
+T = np.linspace(0.0, 1.0, N)
+MOVED = ((0.05 + T**2) * np.sin(900 * T))[:, None] * np.array([1.0, 50.0])
+FLOOR = np.array([0.01, 0.5])
+
+
+def left(noise: np.ndarray, measured: bool = True) -> Remaining:
+    split = Split(slice(0, N // 2), slice(N // 2, N), "first half")
+    data = Data(
+        "run", T, {}, MOVED + FLOOR * noise, ("x", "v"), FLOOR, split, floor_measured=measured
+    )
+    mask = data.mask("test")
+    fit: Any = SimpleNamespace(
+        problem=SimpleNamespace(data=data), simulated=MOVED,
+        residuals=lambda part: (data.readings - MOVED)[mask],
+    )  # fmt: skip
+    return remaining(fit)
+
+
+def white(seed: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).standard_normal((N, 2))
+
+
+def test_noise_is_noise() -> None:
+    found = left(white())
+    assert found.over_noise["x"] == pytest.approx(1.0, abs=0.1)
+    assert found.over_noise["v"] == pytest.approx(1.0, abs=0.1)
+    assert found.follows < 3.5
+    assert found.is_noise(1.3)
+
+
+def test_a_few_outliers_are_no_misfit() -> None:
+    noise = white()
+    noise[[2100, 2500, 2501, 3000, 3300, 3900], 0] += 500.0
+    found = left(noise)
+    assert found.most < 1.2
+    assert found.is_noise(1.3)
+
+
+@pytest.mark.parametrize("length", [60, 200])
+def test_a_burst_that_lasts_is_a_misfit(length: int) -> None:
+    noise = white()
+    noise[3000 : 3000 + length, 1] += 20.0
+    found = left(noise)
+    assert found.over_noise["x"] < 1.2
+    assert found.over_noise["v"] > 2.0
+    assert not found.is_noise(1.3)
+    assert "v" in found.words
+
+
+@pytest.mark.parametrize("size", [1.5, 3.0, 10.0, 1e3, 1e6])
+def test_far_above_a_measured_noise_is_never_noise(size: float) -> None:
+    found = left(size * white())
+    assert found.most == pytest.approx(size, rel=0.1)
+    assert not found.is_noise(1.3)
+    assert f"{found.most:.3g}" in found.words
+
+
+def test_above_a_noise_read_off_the_spectrum_only_what_follows_the_motion_is_none() -> None:
+    coloured = left(4.0 * white(), measured=False)
+    assert coloured.is_noise(1.3)
+    swelling = np.abs(MOVED) / np.abs(MOVED).max(axis=0)
+    follows = left((0.3 + 20 * swelling) * white(), measured=False)
+    assert follows.most > 1.3
+    assert follows.follows > 3.5
+    assert not follows.is_noise(1.3)
+    assert not left(1.2 * COLOURED * white(), measured=False).is_noise(1.3)
