@@ -10,7 +10,7 @@ asked apart (`remaining`), and only then nothing is said to be missing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -187,7 +187,7 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     if best is None or not _shows(e.plain, best.score, t):
         return _nothing(quiet, e, t)
     kinds = _alike_kinds(e, best.score, t)
-    laws = _admissible(laws, kinds, e, t)
+    laws = _admissible(laws, kinds, t)
     law = _best_law(laws, t)
     here = None if law is None else _here(law, e)
     fits = here is None or (law is not None and law_fit(law, here, e) >= t.law)
@@ -230,9 +230,7 @@ LIKE = 0.05
 """Part of the gain by which forms may differ through their columns alone."""
 
 
-def _admissible(
-    laws: Sequence[Scored], kinds: Sequence[KindScore], e: Evidence, t: Thresholds
-) -> list[Scored]:
+def _admissible(laws: Sequence[Scored], kinds: Sequence[KindScore], t: Thresholds) -> list[Scored]:
     """Leave out laws at places that are out of question, whatever law sits there.
 
     A flexible form at another place does better than the law, and no form at its own place does as
@@ -240,13 +238,8 @@ def _admissible(
     """
     if not kinds:
         return list(laws)
-    where = [k.element for k in kinds]
-    return [
-        s
-        for s in laws
-        if behind(s.score, kinds[0].score) < t.z
-        or any(_together(s.element, n, e.classes) for n in where)
-    ]
+    where = {k.element for k in kinds}
+    return [s for s in laws if s.element in where or behind(s.score, kinds[0].score) < t.z]
 
 
 def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -> Decision:
@@ -397,7 +390,8 @@ def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored 
     kind = kinds[0]
     here = [k for k in kinds if _together(k.element, kind.element, e.classes)]
     placed = len(here) == len(kinds)
-    physics = plainest({k.kind for k in kinds})
+    physics = plainest(k.kind for k in kinds)
+    places = sorted(kinds, key=lambda k: k.kind != physics)
     gain = behind(e.plain, kind.score)
     reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
     fit = float("nan")
@@ -409,26 +403,31 @@ def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored 
     decided = replace(
         quiet, kind="unknown_physics", chosen=law.trial if law else None, law_fit=fit,
         reasons=tuple(reasons), answer="kind" if placed and physics else "unknown",
-        physics=physics, places=tuple(dict.fromkeys(k.element for k in kinds)),
+        physics=physics, places=tuple(dict.fromkeys(k.element for k in places)),
         kinds=tuple(kinds), share=0.0 if law is None else float(np.nan_to_num(fit)),
         features={"elsewhere": float(len(kinds) - len(here)), "z": gain},
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
 
 
-WIDER = {"surface": ("restoring", "dissipative"), "memory": ()}
-"""Kinds that contain others."""
+FREEDOM = {
+    "restoring": 0, "dissipative": 0, "ratio": 0, "memory": 1, "slow": 1, "mode": 1, "surface": 2,
+    "time": 2, "command": 2, "sensing": 3, "exogenous": 3,
+}  # fmt: skip
+"""How much a kind may depend on: a curve of one variable, its past, several, anything."""
 
 
-def plainest(kinds: set[str]) -> str:
-    """Return the one kind of a set, kinds that only contain others left out; empty for several.
+def plainest(kinds: Iterable[str]) -> str:
+    """Return the kind that may depend on least among those alike; empty where several are.
 
     Examples
     --------
-    >>> plainest({"surface", "restoring"}), plainest({"memory", "slow"})
+    >>> plainest(["surface", "restoring"]), plainest(["memory", "slow"])
     ('restoring', '')
     """
-    left = {k for k in kinds if not any(inner in kinds for inner in WIDER.get(k, ()))}
+    found = set(kinds)
+    least = min((FREEDOM[k] for k in found), default=0)
+    left = {k for k in found if FREEDOM[k] == least}
     return left.pop() if len(left) == 1 else ""
 
 

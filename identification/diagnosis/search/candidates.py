@@ -15,6 +15,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
+from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.single_record import Fit, FitStatus, fit, start_cost
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
@@ -264,6 +265,9 @@ def attempt(
     for candidate in promising(problem, insertion.starts, far):
         try:
             short.append(fit(candidate, max_iterations=FIRST))
+            if problem.source_offsets:
+                again = through_windows(candidate, 3 * FIRST)
+                short.append(fit(again, max_iterations=FIRST))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
     short = [r for r in short if _sound(r)]

@@ -13,6 +13,7 @@ from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.block_score import behind, score
 from identification.diagnosis.localisation.structural_classes import linear_part
+from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.single_record import Fit, FitStatus, best, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
@@ -136,16 +137,10 @@ def _first_fit(base: Problem) -> Fit:
 
 def _integrating(base: Problem) -> Fit:
     """Fit a plant that runs away: on windows first, then in one piece from there."""
-    train = int(base.data.mask("train").sum())
-    short = replace(base, window=max(100, min(500, train // 20)))
-    begun = fit(short, max_iterations=25)
     fits = [fit(base, max_iterations=25)]
-    if begun.status is not FitStatus.BROKEN:
-        known = {n: begun.point.states[:1, i] for i, n in enumerate(base.engine.state_names)}
-        values = {k: v for k, v in begun.values.items() if k in base.engine.parameters}
-        if not base.data.breaks:
-            from_there = replace(base, starts=values, known_states=known)
-            fits.append(_rebased(base, fit(from_there, max_iterations=25)))
+    from_there = through_windows(base, 25)
+    if from_there is not base:
+        fits.append(_rebased(base, fit(from_there, max_iterations=25)))
     return best([f for f in fits if f.status is not FitStatus.BROKEN] or fits)
 
 
