@@ -175,4 +175,4 @@ def kind_at(kind: str, element: Element) -> str:
     """Return the kind that an effect's kind means at an element: all at a sensor is sensing."""
     if isinstance(element, Sensor):
         return "sensing"
-    return "command" if isinstance(element, Source) else kind
+    return "command" if isinstance(element, Source) and kind != "sensing" else kind
