@@ -19,6 +19,7 @@ from identification.diagnosis.evidence.block_score import BlockScore, behind
 from identification.diagnosis.evidence.decision import (
     Decision,
     Evidence,
+    Hypothesis,
     Scored,
     Thresholds,
     decide,
@@ -85,10 +86,13 @@ class Case:
 
     def decided(self, limits: Thresholds | None = None) -> Decision:
         square = 1 + self.plain**2
-        by_loss = {"key": lambda h: h.score.loss}
+
+        def by_loss(h: Hypothesis) -> float:
+            return h.score.loss
+
         evidence = Evidence(
-            scored(self.plain, 1), tuple(sorted(self.laws, **by_loss)),
-            tuple(sorted(self.kinds, **by_loss)), self.before, square, square, **self.more,
+            scored(self.plain, 1), tuple(sorted(self.laws, key=by_loss)),
+            tuple(sorted(self.kinds, key=by_loss)), self.before, square, square, **self.more,
         )  # fmt: skip
         return decide(evidence, limits)
 
