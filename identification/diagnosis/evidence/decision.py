@@ -18,7 +18,7 @@ import numpy as np
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.evidence.block_score import BlockScore, behind
 from identification.diagnosis.evidence.kind_score import KindScore
-from identification.diagnosis.evidence.remaining import Remaining
+from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
 
@@ -40,7 +40,7 @@ class Thresholds:
     """
 
     z: float = 3.0
-    noise: float = 1.3
+    noise: float = 1.5
     gain: float = 0.05
     law: float = 0.8
 
@@ -257,7 +257,8 @@ def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -
     """
     chosen = decision.chosen
     if chosen is not None and decision.kind == "missing_physics" and chosen.element in e.named:
-        return decision
+        if remaining(chosen.fit).is_noise(t.noise):
+            return decision
     for k in e.kinds:
         same = any(_together(k.element, n, e.classes) for n in e.named)
         if same and _alike(k.score, best, e.plain, t.z):
@@ -356,12 +357,12 @@ def _named(
     if richer:
         reasons.append("not needed but not excluded: " + ", ".join(r.label for r in richer))
     answer = _answer(chosen, others, fit)
-    if not _replicated(chosen, e):
-        answer = "unknown"
-        reasons.append("the improvement does not show on the held-out part")
     members = [chosen, *others]
     physics = {s.trial.insertion.kind for s in members}
     places = tuple(dict.fromkeys([s.element for s in members] + [s.element for s in same]))
+    if not _replicated(chosen, e):
+        answer, physics, places = "unknown", set(), ()
+        reasons.append("the improvement does not show on the held-out part")
     decided = replace(
         quiet, kind="missing_physics" if answer in ("exact", "approximate", "family")
         else "unknown_physics",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 from scipy.stats import spearmanr
 
 from bondgraph.support.arrays import Array
@@ -15,8 +16,10 @@ COLOURED = 12.0
 colour of the noise explains it."""
 FOLLOWS = 3.5
 """Standard errors from which a misfit that is larger where more moves is no noise."""
-SHORT = 25
-"""Samples within which an outlier is one; a misfit that lasts longer counts."""
+SHORT = 5
+"""Samples among which an outlier stands alone; a misfit that lasts as long counts."""
+OUT = 4.0
+"""Size of an outlier over what surrounds it."""
 STRETCHES = 40
 """Stretches in which motion and misfit are compared."""
 
@@ -62,12 +65,18 @@ def remaining(fit: Fit) -> Remaining:
     """Measure what a fit leaves."""
     data = fit.problem.data
     r = fit.residuals("test") / data.floor
-    parts = np.array_split(np.abs(r), max(1, r.shape[0] // SHORT))
-    powers = [(np.median(p, axis=0) / 0.6745) ** 2 for p in parts if p.size]
-    level = np.sqrt(np.mean(powers, axis=0)) if powers else np.zeros(len(data.names))
+    level = lasting(r) if r.size else np.zeros(len(data.names))
     return Remaining(
         dict(zip(data.names, map(float, level), strict=True)), data.floor_measured, activity(fit)
     )
+
+
+def lasting(r: Array) -> Array:
+    """Root mean square of residuals (N, n_y), single outliers cut to what surrounds them."""
+    size = np.abs(r)
+    typical = np.median(size, axis=0) / 0.6745
+    around = median_filter(size, size=(SHORT, 1), mode="nearest")
+    return np.asarray(np.sqrt(np.mean(np.minimum(size, OUT * np.maximum(around, typical)) ** 2, 0)))
 
 
 def activity(fit: Fit) -> float:

@@ -100,7 +100,20 @@ def steps(
     if again is not None and again[-1].remaining is not None:
         decisions = again
     seen, ranked = done.of(base.fit)
-    return SelectionStage(_together(decisions, limits), seen, tuple(ranked))
+    return SelectionStage(_held_to_noise(_together(decisions, limits), limits), seen, tuple(ranked))
+
+
+def _held_to_noise(decisions: tuple[Decision, ...], limits: Thresholds) -> tuple[Decision, ...]:
+    """Call no name exact beside a rest above the noise."""
+    named = [d for d in decisions if d.kind == "missing_physics" and d.chosen is not None]
+    if not named or named[-1].chosen is None:
+        return decisions
+    if remaining(named[-1].chosen.fit).is_noise(limits.noise):
+        return decisions
+    return tuple(
+        replace(d, answer="approximate") if d in named and d.answer == "exact" else d
+        for d in decisions
+    )
 
 
 def _forward(

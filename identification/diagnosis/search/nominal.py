@@ -11,6 +11,7 @@ from scipy.linalg import eig
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
+from identification.diagnosis.evidence.block_score import behind, score
 from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.estimation.single_record import Fit, FitStatus, best, fit
 from identification.study.problem import Data, Problem
@@ -58,8 +59,7 @@ def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[
     for h in HOLDS:
         if h not in fits and _shows(result, h):
             fits[h] = _held(result, h)[1]
-    # linear unless another behaviour halves the misfit: a missing lag imitates a held command
-    chosen = min(fits, key=lambda h: fits[h].cost * (0.5 if h == "linear" else 1.0))
+    chosen = _likeliest(fits)
     result = fits[chosen]
     if chosen == "band-limited":
         problem = replace(result.problem, n_sub=4)
@@ -67,6 +67,20 @@ def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[
         if finer.cost < 0.98 * result.cost:
             result = finer
     return result.problem, result
+
+
+def _likeliest(fits: Mapping[str, Fit]) -> str:
+    """Return the behaviour that predicts best; a converter holds, unless the data are sure."""
+    if len(fits) == 1:
+        return next(iter(fits))
+    scores = {h: score(f) for h, f in fits.items()}
+    best = min(scores, key=lambda h: scores[h].loss)
+    usual = "hold" if "hold" in scores else "linear"
+    return usual if behind(scores[usual], scores[best]) < SURE else best
+
+
+SURE = 3.0
+"""Standard errors by which another behaviour between samples must predict better."""
 
 
 def _with_hold(result: Fit, hold: str) -> Problem:

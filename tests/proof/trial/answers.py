@@ -117,9 +117,7 @@ def share_of(verdict: Mapping[str, Any]) -> float:
     return float((verdict.get("limits") or {}).get("share", EXPLAINED))
 
 
-def statement_of(
-    finding: Mapping[str, Any], ports: int, share: float = EXPLAINED
-) -> Statement:
+def statement_of(finding: Mapping[str, Any], ports: int, share: float = EXPLAINED) -> Statement:
     """Read a finding of the verdict.
 
     The kind of answer is taken from the finding where it says so. Otherwise an effect of the
