@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Coulomb, Law, Polynomial
@@ -106,3 +107,30 @@ def test_what_the_catalogue_does_not_have_gets_no_confident_name() -> None:
     assert v["verdict"] in ("unknown_physics", "missing_physics")
     for f in v["findings"]:
         assert f["effect"] == "unknown"
+
+
+@pytest.mark.parametrize("size", [0.01, 0.1, 1.0])
+def test_a_force_from_outside_is_never_called_explained(size: float) -> None:
+    """It leaves two, eighteen and a hundred and eighty times the noise that is known."""
+    drift = lfilter([1.0], [1.0, -0.98], np.random.default_rng(5).standard_normal(N))
+    run = recorded(spring(), 1, size * drift / drift.std(), {})
+    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=1)
+    d = diagnose(spring(), run, options=options, noise={"x": NOISE})
+    assert d.left is not None
+    assert d.kind == "unknown_physics"
+    assert d.left.most > 1.9
+    (finding,) = verdict(d)["findings"]
+    assert finding["effect"] == "unknown"
+
+
+def test_two_laws_that_are_missing_are_both_named() -> None:
+    cubic = Polynomial(0.0, 0.1, 2.0, orders=(3,))
+    truth = spring().with_element("d", law=Coulomb(1.0)).with_element("k", law=cubic)
+    strong = {p.name: 2.0 for p in cubic.parameters("k")}
+    options = DiagnosisOptions(jobs=1, keep=6, more=4, effects=2)
+    d = diagnose(spring(), recorded(truth, 1, 0.0, strong), options=options)
+    assert d.kind == "missing_physics"
+    named = {(f["effect"], f["location"]["element"]) for f in verdict(d)["findings"]}
+    assert named == {("coulomb_friction", "d"), ("nonlinear_stiffness", "k")}
+    assert d.left is not None
+    assert d.left.most < 1.5

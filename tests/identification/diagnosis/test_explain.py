@@ -76,7 +76,7 @@ def test_a_named_effect() -> None:
     text = said(verdict())
     for words in (
         "leaves out one effect that run 7 shows: hysteresis at C_nl",
-        "sits at the storage C_nl", "confidence 98 %", "97 % of the misfit",
+        "sits at the storage C_nl", "probability 98 %", "97 % of the misfit",
         "error 1e-08 before, 2e-09 after the repair, 5 times smaller",
         "the noise of the recording is 1.9e-09, so nothing is left to gain",
         "h_1 = 1234 N/m;", "h_2 = 10 (95 %: 9 to 11)", "8192 samples of V_in and x",
@@ -114,6 +114,42 @@ def test_an_unknown_without_place_or_candidates() -> None:
     assert "The place is open" in text
     assert "Nothing in the catalogue comes near" in text
     assert "family" not in text
+
+
+def test_how_well_a_named_law_fits() -> None:
+    one = finding(answer="approximate", kind="memory", law_fit=0.91, probability=0.98)
+    assert "its law explains 91 % of what its kind could there" in said(
+        verdict("missing_physics", one)
+    )
+    assert "its law explains" not in said(verdict())
+
+
+def test_a_kind_at_a_place_is_told_without_a_name() -> None:
+    close = [{"effect": "creep", "element": "k", "evidence": ""}]
+    kind = unknown(answer="kind", kind="memory", law_fit=0.55, also_possible=close)
+    text = said(verdict("unknown_physics", kind))
+    assert "It is a memory effect; no law of the catalogue fits it." in text
+    assert "creep at k, explains 55 %" in text
+    assert "the storage k" in text
+    alone = unknown(answer="kind", kind="exogenous", law_fit=None, also_possible=[])
+    text = said(verdict("unknown_physics", alone))
+    assert "It is an exogenous effect" in text
+    assert "comes closest" not in text
+
+
+def test_what_remains_is_told_where_it_has_a_place() -> None:
+    v = verdict()
+    assert "What remains" not in said(v)
+    left = {"over_noise": 7.25, "place": ["d"], "kind": "dissipative", "regions": ["at 3 to 4 s"]}
+    quiet = {"over_noise": 1.1, "place": [], "kind": "", "regions": []}
+    text = said(v | {"remaining": {"x": left, "v": quiet}})
+    assert "What remains" in text
+    assert (
+        "x: 7.25 times the noise, at d, like a dissipative effect; most of it at 3 to 4 s." in text
+    )
+    assert "v: 1.1" not in text
+    absent = left | {"over_noise": None}
+    assert "What remains" not in said(v | {"remaining": {"x": absent}})
 
 
 def test_without_advice_it_says_what_the_kind_means() -> None:
@@ -203,6 +239,11 @@ def broken(path: str, value: Any = ...) -> str:
         (broken("nuisances.0.within_bounds", 1), "within_bounds: 1 is not true or false"),
         (broken("advice"), "needs its field 'advice'"),
         (broken("notes", "text"), "notes: 'text' is not a list"),
+        (broken("findings.0.law_fit", "good"), "law_fit: 'good' is not a number"),
+        (broken("findings.0.probability", 1.2), "probability: 1.2 is not between 0 and 1"),
+        (broken("findings.0.kind", 3), "kind: 3 is not text"),
+        (broken("remaining", {"x": {"place": []}}), "needs its field 'over_noise'"),
+        (broken("remaining", [1]), "remaining: a list is not an object"),
     ],
 )
 def test_refusals_say_what_is_wrong(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -46,7 +47,7 @@ def hardening(part: float) -> BondGraph:
     return graph.with_values({p.name: part for p in law.parameters("k")})
 
 
-TRUTHS = {
+TRUTHS: dict[str, Callable[[], BondGraph]] = {
     "nothing": spring,
     "cubic": lambda: hardening(0.3),
     "strongly cubic": lambda: hardening(4.0),
@@ -131,6 +132,7 @@ def test_the_fitted_form_is_the_force_that_was_left_out() -> None:
     """Up to what mass, damping and stiffness can imitate."""
     made = seen("dry")[0]
     past = scene(made).past["d"]
+    assert past.moved is not None
     addition = at("dry", "d", "dissipative").addition
     known = np.stack([past.argument, past.moved, np.gradient(past.argument), np.ones(N)], axis=1)
     wanted = np.tanh(past.argument / 0.01)

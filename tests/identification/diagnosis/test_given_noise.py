@@ -1,0 +1,109 @@
+"""A noise that the user knows: it is what the answer rests on, and it is checked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.laws import Coulomb
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import UnusableInput
+from bondsight.cli.main import main
+from identification.diagnosis.diagnose import Diagnosis, diagnose, given_noise
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict import verdict
+
+N, NOISE = 900, 2e-5
+
+
+def spring() -> BondGraph:
+    with BondGraph("spring") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
+        v >> R("d", 2.0, unit="N*s/m")
+        v >> C("k", stiffness=200.0, unit="N/m")
+        v >> Dq("x", unit="m")
+    return g
+
+
+def run(truth: BondGraph) -> Recording:
+    t = np.asarray(np.arange(N) * 0.01, np.float64)
+    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 2 * np.sin(2 * np.pi * 2.3 * t)
+    x = simulate(truth, t, {"F": u})["x"] + NOISE * np.random.default_rng(1).standard_normal(N)
+    return Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
+
+
+def judged(truth: BondGraph, noise: float | None = None) -> Diagnosis:
+    options = DiagnosisOptions(jobs=1, keep=2, more=0, effects=1)
+    return diagnose(
+        spring(), run(truth), options=options, noise=None if noise is None else {"x": noise}
+    )
+
+
+def test_what_is_given_is_used_and_counts_as_measured() -> None:
+    told, read = judged(spring(), 1.1 * NOISE), judged(spring())
+    assert told.data is not None
+    assert read.data is not None
+    assert told.data.floor.tolist() == [1.1 * NOISE]
+    assert told.data.floor_measured
+    assert verdict(told)["fit"]["noise_floor"] == {"x": 1.1 * NOISE}
+    assert told.kind == read.kind == "explained"
+    assert not read.data.floor_measured
+    assert any("--noise" in n for n in read.notes)
+    assert not any("noise" in n for n in told.notes)
+
+
+@pytest.mark.parametrize("factor", [0.1, 10.0])
+def test_a_noise_unlike_that_of_the_recording_is_told(factor: float) -> None:
+    d = judged(spring(), factor * NOISE)
+    (note,) = [n for n in d.notes if "the noise given for x" in n]
+    assert f"{factor * NOISE:.3g}" in note
+
+
+def test_far_above_a_given_noise_nothing_is_called_explained() -> None:
+    assert judged(spring(), NOISE / 10).kind == "unknown_physics"
+
+
+def test_a_true_noise_that_is_given_hides_nothing() -> None:
+    weak = spring().with_element("d", law=Coulomb(0.05))
+    assert judged(weak, NOISE).kind in ("missing_physics", "unknown_physics")
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+def test_values_that_are_no_noise_are_refused(value: float) -> None:
+    with pytest.raises(UnusableInput, match="noise of x"):
+        given_noise({"x": value}, ("x",), "spring")
+
+
+def test_names_that_are_no_sensor_are_refused() -> None:
+    with pytest.raises(UnusableInput, match="'F'"):
+        given_noise({"F": 1.0}, ("x",), "spring")
+    assert given_noise({"x": 1}, ("x", "v"), "spring") == {"x": 1.0}
+
+
+@pytest.mark.parametrize("text", ["x", "x=", "x=much", "=1", "F=1e-3", "x=0"])
+def test_the_command_refuses_in_one_line(
+    text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "run.csv"
+    r = run(spring())
+    rows = zip(r.time, r["F"], r["x"], strict=True)
+    lines = [f"{t:.2f},{u:.6g},{x:.8g}" for t, u, x in rows]
+    file.write_text("t_s,F[N],x[m]\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    model = tmp_path / "model.py"
+    model.write_text(
+        "from bondgraph import BondGraph, Dq, I, One, Se\n\n\ndef model():\n"
+        "    with BondGraph('mass') as g:\n        v = One('v')\n"
+        "        Se('F', unit='N') >> v >> I('m', 0.5, unit='kg')\n"
+        "        v >> Dq('x', unit='m')\n    return g\n",
+        encoding="utf-8",
+    )
+    asked = ["diagnose", str(file), "--model", str(model), "--out", str(tmp_path / "o")]
+    assert main([*asked, "--noise", text]) == 2
+    error = capsys.readouterr().err.strip()
+    assert "\n" not in error
+    assert "noise" in error or "no sensor" in error
