@@ -90,14 +90,22 @@ REST = 200
 
 
 def _repeat_level(y: Array, lag: int, runs: list[slice]) -> float:
-    """Smallest over the stretches, late in the last period of each: transients have died out."""
-    levels = []
-    for s in runs:
-        last = slice(max(s.start, s.stop - lag), s.stop)
-        apart = y[last.start + lag : last.stop + lag] - y[last]
-        late = np.array_split(apart, PIECES)[PIECES // 3 :]
-        levels.append(float(np.sqrt(np.median([np.mean(p**2) for p in late if p.size]) / 2.0)))
-    return min(levels)
+    """Smallest over the stretches, from the last period back until a transient shows."""
+    return min(_steady_level(y, lag, s) for s in runs)
+
+
+def _steady_level(y: Array, lag: int, run: slice) -> float:
+    powers: list[float] = []
+    for end in range(run.stop, run.start, -lag):
+        begin = max(run.start, end - lag)
+        apart = y[begin + lag : end + lag] - y[begin:end]
+        # a stretch begins in motion: a third of its first period is left out
+        pieces = np.array_split(apart, PIECES)[PIECES // 3 if begin == run.start else 0 :]
+        power = float(np.median([np.mean(p**2) for p in pieces if p.size])) / 2.0
+        if powers and power > 1.5 * float(np.mean(powers)):
+            break
+        powers.append(power)
+    return float(np.sqrt(np.mean(powers))) if powers else np.inf
 
 
 PIECES = 12

@@ -45,7 +45,7 @@ class BlockScore:
     def noise(self) -> Array:
         """Standard deviation of each reading's prediction error, over the floor, shape (n_y,)."""
         out, n_y = self.out, self.channels
-        square = stretch_sums(out.rows, np.minimum(out.residual**2, 1e300), n_y).sum(axis=0)
+        square = stretch_sums(out.rows, np.clip(out.residual, -1e150, 1e150) ** 2, n_y).sum(axis=0)
         count = stretch_sums(out.rows, np.ones(out.residual.size), n_y).sum(axis=0)
         return np.asarray(np.sqrt(np.maximum(square / np.maximum(count, 1), LEAST**2)))
 
@@ -78,7 +78,14 @@ class BlockScore:
     def loss(self) -> float:
         """Minus the log predictive density a sample and reading, up to a constant."""
         count = np.bincount(self.out.rows.channel, minlength=self.channels)
+        if not self.sound:
+            return np.inf
         return float(count @ np.log(self.noise) / max(count.sum(), 1))
+
+    @cached_property
+    def sound(self) -> bool:
+        """Whether every prediction is a number."""
+        return bool(np.isfinite(self.out.residual).all())
 
 
 def _poles(residual: Array, rows: Rows, channels: int) -> Array:
@@ -99,6 +106,8 @@ def score(fit: Fit) -> BlockScore:
 
 def behind(worse: BlockScore, better: BlockScore) -> float:
     """Return the standard errors by which `worse` lags behind `better`; negative if it leads."""
+    if not worse.sound or not better.sound:
+        return 0.0 if worse.sound == better.sound else np.inf if better.sound else -np.inf
     if worse.loss < better.loss:
         return -behind(better, worse)
     rows = better.out.rows

@@ -48,7 +48,7 @@ class Thresholds:
 EXACT = 0.97
 """Part of what its kind explains from which a law is called exact."""
 SAME = 0.005
-"""Part of the gain by which two laws may differ through their numerics alone."""
+"""Part of the gain by which two laws may differ through their numerics alone, at most the noise."""
 DOUBT = 1.5
 """Standard errors by which a richer law may lead and its simpler one still be named alone."""
 MOST = 3
@@ -253,8 +253,7 @@ def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -
         if remaining(chosen.fit).is_noise(t.noise):
             return decision
     for k in e.kinds:
-        same = any(_together(k.element, n, e.classes) for n in e.named)
-        if same and _alike(k.score, best, e.plain, t.z):
+        if k.element in e.named and _alike(k.score, best, e.plain, t.z):
             reason = f"what is left may be {k.label}: the law named there is not quite the true one"
             return replace(
                 decision, kind="unknown_physics", answer="kind", chosen=None, physics=k.kind,
@@ -292,7 +291,7 @@ def _alike(worse: BlockScore, better: BlockScore, plain: BlockScore, z: float) -
     """Whether the data cannot tell two hypotheses apart."""
     if behind(worse, better) < z:
         return True
-    return excess(worse, better) < SAME * excess(plain, better)
+    return excess(worse, better) < min(1.0, SAME * excess(plain, better))
 
 
 def law_fit(law: Scored, kind: KindScore, e: Evidence) -> float:

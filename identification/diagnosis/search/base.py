@@ -104,7 +104,8 @@ def _refitted(chosen: Candidate, template: Problem, holds: Sequence[str]) -> Can
         if len(windows(problem)) != old.point.states.shape[0]:
             problem = replace(problem, known_states={})
             point = Point(point.theta, start_point(problem).states)
-        fits.append(fit(problem, start=point, max_iterations=10))
+        more = 10 if hold == old.problem.data.hold else 30
+        fits.append(fit(problem, start=point, max_iterations=more))
     test = template.data.mask("test")
     sound = [
         f for f in fits if f.status is not FitStatus.BROKEN and np.isfinite(f.simulated[test]).all()
