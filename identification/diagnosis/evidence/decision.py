@@ -389,7 +389,7 @@ def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored 
     kind = kinds[0]
     here = [k for k in kinds if _together(k.element, kind.element, e.classes)]
     placed = len(here) == len(kinds)
-    physics = plainest(k.kind for k in kinds)
+    physics = plainest(k.kind for k in kinds) if placed else ""
     places = sorted(kinds, key=lambda k: k.kind != physics)
     gain = behind(e.plain, kind.score)
     reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]

@@ -330,7 +330,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         cost = float(np.mean(there**2))
         if not np.isfinite(cost) or abs(cost - result.cost) < 0.02 * result.cost:
             continue
-        other = fit(problem, start=result.point, max_iterations=iterations)
+        other = settled_fit(problem, iterations, result.point)
         if other.status is not FitStatus.BROKEN and other.cost < 0.97 * best.cost:
             best = other
     return best

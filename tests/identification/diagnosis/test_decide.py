@@ -296,13 +296,14 @@ def test_a_law_where_no_kind_does_as_well_is_not_named() -> None:
     assert "hysteresis" not in named(d)
 
 
-def test_a_law_in_the_class_of_the_best_kind_may_be_named() -> None:
+def test_a_law_in_the_class_of_the_best_kind_needs_a_kind_at_its_own_place() -> None:
     classes = Isolability((("k", "d"), ("x",)))
     d = (
         Case(3.0, classes=classes).law("hysteresis at k", 0.8)
         .kind("dissipative", "d", 0.0).kind("memory", "k", 1.0).decided()
     )  # fmt: skip
-    assert (d.kind, label(d)) == ("missing_physics", "hysteresis at k")
+    assert (d.kind, d.answer, d.physics) == ("unknown_physics", "kind", "dissipative")
+    assert "hysteresis" not in named(d)
 
 
 def test_kinds_of_two_places_are_no_place() -> None:
