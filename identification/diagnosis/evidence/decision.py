@@ -53,6 +53,8 @@ DOUBT = 1.5
 """Standard errors by which a richer law may lead and its simpler one still be named alone."""
 MOST = 3
 """More effects than this are no set of look-alikes but nothing known."""
+PLACES = 5
+"""More places than this are no answer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -388,7 +390,7 @@ def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored 
     """No law fits: tell the kind and the place, as far as the set agrees on them."""
     kind = kinds[0]
     here = [k for k in kinds if _together(k.element, kind.element, e.classes)]
-    placed = len(here) == len(kinds)
+    placed = len(here) == len(kinds) and len({k.element for k in kinds}) <= PLACES
     physics = plainest(k.kind for k in kinds) if placed else ""
     places = sorted(kinds, key=lambda k: k.kind != physics)
     gain = behind(e.plain, kind.score)

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.evidence.decision import PLACES, Decision
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.structural_classes import Isolability
 
-MOST = 5
-"""More places than this are no answer."""
 CLEAR = 8.0
 """Standard errors by which a relation must fail for its ports to be ruled out."""
 
@@ -26,7 +24,7 @@ def places_of(
     if len(at_floor) == 1 and all(r.z > CLEAR for r in relations if not r.compatible):
         if len(relations) > 1:
             return at_floor[0].ports
-    if not decision.places or len(decision.places) > MOST:
+    if not decision.places or len(decision.places) > PLACES:
         return ()
     group = classes.class_of(decision.places[0]) if classes else ()
     return tuple(dict.fromkeys([*decision.places, *group]))

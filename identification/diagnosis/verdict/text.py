@@ -94,11 +94,11 @@ def _without_name(d: Diagnosis) -> str:
     same = place["indistinguishable_from"]
     also = f" (or {', '.join(same)}: these sensors cannot tell)" if same and where else ""
     if step is not None and step.answer == "kind" and where:
-        text = f"{_a(step.physics).capitalize()} effect is missing at {where}{also}"
+        text = f"{SORTS[step.physics].capitalize()} is missing at {where}{also}"
         if step.chosen is not None and np.isfinite(step.law_fit):
             text += (
                 f"; no law of the catalogue fits it ({_title(step.chosen)} explains "
-                f"{100 * step.law_fit:.0f} % of what such an effect can)"
+                f"{100 * step.law_fit:.0f} % of what can be explained so)"
             )
         return f"{text}."
     if step is not None and step.answer == "look_alikes":
@@ -116,15 +116,31 @@ def _title(t: Candidate) -> str:
     return f"{spaced(t.effect)} at {t.element}"
 
 
-def _a(word: str) -> str:
-    return f"{'an' if word[:1] in 'aeiou' else 'a'} {word}"
+SORTS = {
+    "restoring": "a force that depends on the displacement",
+    "dissipative": "a loss that depends on the flow",
+    "surface": "an effort that depends on displacement and flow together",
+    "memory": "a memory",
+    "slow": "a slow after-effect",
+    "mode": "a resonance",
+    "ratio": "a ratio that is not constant",
+    "command": "a distortion of the command",
+    "sensing": "an error of the reading",
+    "time": "a coefficient that changes in time",
+    "exogenous": "an influence from outside",
+}
+"""Kinds of physics in words."""
+
+
+def _sort(kind: str) -> str:
+    return SORTS.get(kind, f"something {kind}")
 
 
 def _fits(step: Decision) -> str:
     """How much a named effect explains and how well its law fits, in brackets."""
     said = f"explains {100 * step.share:.0f} % of the misfit"
     if step.physics:
-        said = f"{_a(step.physics)} effect, {said}"
+        said = f"{SORTS[step.physics]}, {said}"
     if np.isfinite(step.law_fit) and step.answer != "exact":
         said += f"; the law fits to {100 * step.law_fit:.0f} %"
     return f" ({said})"
@@ -132,14 +148,14 @@ def _fits(step: Decision) -> str:
 
 def what_remains(d: Diagnosis) -> str:
     """Return one sentence on what the last fit leaves; empty where that is noise."""
-    if d.left is None or d.left.is_noise(d.limits.noise):
+    if d.kind != "missing_physics" or d.left is None or d.left.is_noise(d.limits.noise):
         return ""
     said = f"What remains, {d.left.most:.2g} times the noise"
     last = d.steps[-1] if d.steps else None
-    if last is None or last.kind != "unknown_physics" or d.kind != "missing_physics":
+    if last is None or last.kind != "unknown_physics":
         return f"{said}, has no place and no kind."
     where = f", sits at {listed(last.places)}" if 0 < len(last.places) <= MOST else ""
-    looks = f" and looks like {_a(last.physics)} effect" if last.physics and where else ""
+    looks = f" and looks like {SORTS[last.physics]}" if last.physics and where else ""
     return f"{said}{where or ', has no place'}{looks}."
 
 
@@ -289,11 +305,11 @@ def _certainty(f: Data) -> str:
         close = f["also_possible"]
         law = (
             f" The law that comes closest, {_trial(close[0])}, explains {_percent(fit)} of what "
-            "such an effect can."
+            "can be explained so."
             if close and fit is not None
             else ""
         )
-        return f"It is {_a(f['kind'])} effect; no law of the catalogue fits it.{law}"
+        return f"It is {_sort(f['kind'])}; no law of the catalogue fits it.{law}"
     explained = f"it accounts for {_percent(f['share_of_misfit_explained'])} of the misfit above "
     explained += "the noise floor"
     if f["effect"] == "unknown":
@@ -353,7 +369,7 @@ def _left(v: Data) -> list[str]:
         if not (place or regions) or r["over_noise"] is None:
             continue
         at = f", at {listed(place)}" if place else ""
-        like = f", like {_a(kind)} effect" if kind else ""
+        like = f", like {_sort(kind)}" if kind else ""
         where = f"; most of it {regions[0]}" if regions else ""
         lines.append(f"{n}: {r['over_noise']:.3g} times the noise{at}{like}{where}.")
     return lines
