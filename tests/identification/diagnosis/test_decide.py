@@ -274,7 +274,7 @@ def test_a_law_far_below_its_kind_is_no_name() -> None:
     assert (d.kind, d.answer) == ("unknown_physics", "kind")
     assert (d.physics, d.places) == ("memory", ("k",))
     assert d.law_fit == pytest.approx(1 - 4 / 9, abs=0.01)
-    assert d.confidence == 0.0
+    assert d.confidence == pytest.approx(0.9)
 
 
 def test_a_kind_without_any_law() -> None:
