@@ -24,10 +24,10 @@ from identification.diagnosis.evidence.leave_out import Rows, held_out, rows_of,
 from identification.diagnosis.screening.flexible_forms import flexible_forms
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import Probes, probes
-from identification.diagnosis.screening.score_test import Screened
+from identification.diagnosis.screening.score_test import Screened, training_rows
 from identification.estimation.single_record import Fit
 from identification.study.problem import Problem
-from identification.study.residual import Point, evaluate, slots, weighted, windows
+from identification.study.residual import Point, evaluate, slots
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +153,7 @@ def _at(bench: Bench, element: str, forms: Mapping[str, Array]) -> list[KindScor
         whole[:: max(1, len(whole) // 64)], axis=1, return_index=True, return_inverse=True
     )
     try:
-        x = rows_in_order(bench.problem, bench.probed.respond(element, whole[:, first]))
+        x = training_rows(bench.problem, bench.probed.respond(element, whole[:, first]))
     except BondsightError:
         return []
     found, at = [], 0
@@ -191,15 +191,3 @@ def _scored(bench: Bench, form: Array, x: Array) -> tuple[BlockScore, Array]:
 
 RIDGE = 1e-9
 """Precision of the weights of unit columns."""
-
-
-def rows_in_order(problem: Problem, response: Array) -> Array:
-    """Training rows of responses (N, n_y, k), over the floor, in the order of the residual."""
-    train = problem.data.mask("train")
-    parts = []
-    for w in windows(problem):
-        chosen = train[w]
-        if chosen.any():
-            block = weighted(problem, response[w][chosen].transpose(1, 0, 2))
-            parts.append(block.reshape(-1, response.shape[2]))
-    return np.concatenate(parts) if parts else np.zeros((0, response.shape[2]))

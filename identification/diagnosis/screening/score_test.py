@@ -16,9 +16,10 @@ import numpy as np
 from bondgraph.graph.elements import Element
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
+from identification.diagnosis.evidence.leave_out import rows_of
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import Probes
-from identification.statistics.blocks import block_index, mean_z
+from identification.statistics.blocks import mean_z
 from identification.study.problem import Problem
 from identification.study.residual import evaluate, weighted, windows
 
@@ -84,7 +85,7 @@ class Projection:
 
     def rows(self, response: Array) -> Array:
         """Weighted, projected rows of responses (N, n_y, k), shape (M, k)."""
-        return self.clean(_rows(self.problem, response))
+        return self.clean(training_rows(self.problem, response))
 
     def clean(self, x: Array) -> Array:
         """Project out initial states, parameters and nuisances."""
@@ -104,7 +105,9 @@ def projection(scene: FittedModel) -> Projection:
     raw = Projection(problem, e.residual, 0.0, np.zeros(0), local, nothing)
     made = replace(raw, _shared=_basis(raw.clean(e.jacobian)))
     left = made.clean(e.residual[:, None])[:, 0]
-    return replace(made, residual=left, total=float(left @ left), blocks=_block_of_rows(problem))
+    return replace(
+        made, residual=left, total=float(left @ left), blocks=rows_of(problem, BLOCKS).block
+    )
 
 
 def screen(scene: FittedModel, probes: Probes, catalogue: Sequence[Effect]) -> list[Screened]:
@@ -203,8 +206,8 @@ def _basis(x: Array) -> Array:
     return np.asarray(q[:, keep])
 
 
-def _rows(problem: Problem, response: Array) -> Array:
-    """Training rows of responses in the order of the residual."""
+def training_rows(problem: Problem, response: Array) -> Array:
+    """Weighted training rows of responses (N, n_y, k) in the order of the residual, (M, k)."""
     train = problem.data.mask("train")
     parts = []
     for w in windows(problem):
@@ -213,13 +216,3 @@ def _rows(problem: Problem, response: Array) -> Array:
             block = weighted(problem, response[w][chosen].transpose(1, 0, 2))
             parts.append(block.reshape(-1, response.shape[2]))
     return np.concatenate(parts) if parts else np.zeros((0, response.shape[2]))
-
-
-def _block_of_rows(problem: Problem) -> Array:
-    train = problem.data.mask("train")
-    count = int(train.sum())
-    order = np.zeros(train.size, int)
-    order[train] = block_index(count, BLOCKS)
-    n_y = len(problem.data.names)
-    parts = [np.tile(order[w][train[w]], n_y) for w in windows(problem) if train[w].any()]
-    return np.concatenate(parts) if parts else np.zeros(0, int)

@@ -18,12 +18,11 @@ from identification.diagnosis.evidence.kind_score import (
     KindScore,
     bench_of,
     kind_scores,
-    rows_in_order,
 )
 from identification.diagnosis.screening.flexible_forms import KINDS
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_response import probes
-from identification.diagnosis.screening.score_test import screen
+from identification.diagnosis.screening.score_test import screen, training_rows
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import Fit
 from identification.study.problem import Data
@@ -152,5 +151,5 @@ def test_responses_stand_in_the_order_of_the_residual() -> None:
     problem = made.problem
     bench = bench_of(made, made)
     clock = np.arange(float(N))[:, None, None]
-    rows = rows_in_order(problem, clock)[:, 0] * NOISE
+    rows = training_rows(problem, clock)[:, 0] * NOISE
     assert rows == pytest.approx(bench.rows.sample)
