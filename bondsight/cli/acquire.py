@@ -144,7 +144,8 @@ def record_and_diagnose(options: argparse.Namespace, settings: Any) -> Any:
     graph = _recorded_only(graph, path, maps)
     request = argparse.Namespace(
         recordings=[str(path)], model=options.diagnose, maps=maps, out=options.out,
-        json=options.json, jobs=options.jobs, seed=options.seed or 0, without=(), effects=None, noise=(),
+        json=options.json, jobs=options.jobs, seed=options.seed or 0, without=(),
+        effects=None, noise=(),
         # a converter holds its command between updates; a monitor may have seen anything
         hold="hold" if any(m.partition("=")[2].strip() == "V" for m in maps) else None,
     )  # fmt: skip
