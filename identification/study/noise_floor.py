@@ -98,10 +98,15 @@ def _steady_level(y: Array, lag: int, run: slice) -> float:
     powers: list[float] = []
     for end in range(run.stop, run.start, -lag):
         begin = max(run.start, end - lag)
+        if end - begin < min(lag, 4 * PIECES) and powers:
+            break  # the rest of a period tells nothing
         apart = y[begin + lag : end + lag] - y[begin:end]
         # a stretch begins in motion: a third of its first period is left out
         pieces = np.array_split(apart, PIECES)[PIECES // 3 if begin == run.start else 0 :]
-        power = float(np.median([np.mean(p**2) for p in pieces if p.size])) / 2.0
+        known = [float(np.mean(p**2)) for p in pieces if p.size]
+        if not known:
+            break
+        power = float(np.median(known)) / 2.0
         if powers and power > 1.5 * float(np.mean(powers)):
             break
         powers.append(power)

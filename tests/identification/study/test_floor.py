@@ -86,6 +86,12 @@ def test_periods_tell_white_and_coloured_noise(pole: float, seed: int) -> None:
         assert level(repeated(noise), ()) < 0.5 * found  # the top of the spectrum does not hear it
 
 
+@pytest.mark.parametrize("left", [1, 3, 30, 150])
+def test_a_record_that_ends_within_a_period_tells_its_noise(left: int) -> None:
+    noise = 2e-3 * np.random.default_rng(4).standard_normal(4 * PERIOD)
+    assert level(repeated(noise, 4).slice(0, 3 * PERIOD + left)) == pytest.approx(2e-3, rel=0.15)
+
+
 def test_the_period_and_its_stretches() -> None:
     r = repeated(np.zeros(6 * PERIOD))
     found = repeats([np.asarray(r["u"])])
