@@ -128,12 +128,12 @@ def test_a_kind_at_a_place_is_told_without_a_name() -> None:
     close = [{"effect": "creep", "element": "k", "evidence": ""}]
     kind = unknown(answer="kind", kind="memory", law_fit=0.55, also_possible=close)
     text = said(verdict("unknown_physics", kind))
-    assert "It is a memory effect; no law of the catalogue fits it." in text
+    assert "It is a memory; no law of the catalogue fits it." in text
     assert "creep at k, explains 55 %" in text
     assert "the storage k" in text
     alone = unknown(answer="kind", kind="exogenous", law_fit=None, also_possible=[])
     text = said(verdict("unknown_physics", alone))
-    assert "It is an exogenous effect" in text
+    assert "It is an influence from outside" in text
     assert "comes closest" not in text
 
 
@@ -144,9 +144,8 @@ def test_what_remains_is_told_where_it_has_a_place() -> None:
     quiet = {"over_noise": 1.1, "place": [], "kind": "", "regions": []}
     text = said(v | {"remaining": {"x": left, "v": quiet}})
     assert "What remains" in text
-    assert (
-        "x: 7.25 times the noise, at d, like a dissipative effect; most of it at 3 to 4 s." in text
-    )
+    assert "x: 7.25 times the noise, at d, like a loss that depends on the flow; most of" in text
+    assert "it at 3 to 4 s." in text
     assert "v: 1.1" not in text
     absent = left | {"over_noise": None}
     assert "What remains" not in said(v | {"remaining": {"x": absent}})
