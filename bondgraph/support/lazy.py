@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 from importlib.resources import files
+from types import ModuleType
 from typing import Any
 
 
@@ -43,11 +44,7 @@ def attach(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]],
             meant = f". Did you mean {close[0]!r}?" if close else ""
             raise AttributeError(f"module {package!r} has no attribute {name!r}{meant}", name=name)
         home, there = places[name]
-        # parents first: a thread that holds a leaf and waits for its parent may meet another one
-        for end, sign in enumerate(home):
-            if sign == ".":
-                import_module(home[:end])
-        value = getattr(import_module(home), there)
+        value = getattr(_loaded(home), there)
         setattr(module, name, value)
         return value
 
@@ -56,3 +53,24 @@ def attach(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]],
         return sorted({*dunders, *places})
 
     return getattr_, dir_, sorted(places)
+
+
+def _loaded(home: str) -> ModuleType:
+    """Import a module; once more where a library met another thread's import while it looked.
+
+    Some libraries walk through ``sys.modules`` when they are imported, and fail if it grows then.
+    """
+    for left in reversed(range(TRIES)):
+        try:
+            # parents first: a thread that holds a leaf and waits for its parent may meet another
+            for end, sign in enumerate(home):
+                if sign == ".":
+                    import_module(home[:end])
+            return import_module(home)
+        except RuntimeError as error:
+            if not left or "changed size during iteration" not in str(error):
+                raise
+    raise AssertionError(home)
+
+
+TRIES = 5

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import bondsight
+from bondgraph.support import lazy
 from bondsight.cli.main import main
 
 ROOT = Path(bondsight.__file__).resolve().parents[1]
@@ -66,6 +67,22 @@ def test_another_package_tests_in_use_is_said(tmp_path: Path) -> None:
 
 def test_many_threads_may_ask_at_once(tmp_path: Path) -> None:
     assert run(["-c", THREADS], tmp_path).stdout.strip() == "[]"
+
+
+def test_a_library_that_stumbles_over_another_import_is_asked_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[str] = []
+
+    def stumbling(name: str) -> object:
+        asked.append(name)
+        if len(asked) == 1:
+            raise RuntimeError("dictionary changed size during iteration")
+        return name
+
+    monkeypatch.setattr(lazy, "import_module", stumbling)
+    assert lazy._loaded("plain") == "plain"
+    assert asked == ["plain", "plain"]
 
 
 def test_a_terminal_without_greek_ends_nothing(tmp_path: Path) -> None:
