@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Self
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.support.errors import UnusableInput, unknown_name
-from hardware.contracts import Flag
+from hardware.contracts import Chunk, Flag
 
 __all__ = ["SPOILT", "Stream"]
 
@@ -71,6 +71,27 @@ class Stream:
     def of(cls, rate: float, **channels: ArrayLike) -> Self:
         """Return a stream without gaps and flags from arrays by name."""
         return cls(rate, {name: np.asarray(v, float) for name, v in channels.items()})
+
+    @classmethod
+    def from_chunks(cls, chunks: Iterable[Chunk], rate: float) -> Self:
+        """Put chunks of one stream together; a known gap marks the sample after it.
+
+        Raises
+        ------
+        UnusableInput
+            If there is none, they belong to several streams, or hold different channels.
+        """
+        pieces = [c for c in chunks if c.n]
+        if not pieces or len({c.stream for c in pieces}) != 1:
+            raise UnusableInput("stream: give the chunks of one stream, at least one with samples")
+        names = set.intersection(*(set(c.channels) for c in pieces))
+        if not names:
+            raise UnusableInput(f"stream {pieces[0].stream}: its chunks share no channel")
+        numbers = np.concatenate([c.first + np.arange(c.n) for c in pieces])
+        flags = np.concatenate([c.flags for c in pieces])
+        flags[1:][np.diff(numbers) > 1] |= np.uint16(Flag.LOST_BEFORE)
+        columns = {k: np.concatenate([c.channels[k] for c in pieces]) for k in sorted(names)}
+        return cls(rate, columns, numbers, flags, {k: pieces[0].units[k] for k in sorted(names)})
 
     @property
     def n(self) -> int:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph.support.errors import UnusableInput
-from hardware.contracts import Flag
+from bondgraph.support.errors import UnknownName, UnusableInput
+from hardware.contracts import Chunk, Flag
 from hardware.simulators.rig import DeviceClock
 from hardware.synchrony import (
     Budget,
@@ -194,6 +194,19 @@ def test_merging_on_the_drive_and_on_the_sensor() -> None:
     assert np.nanstd(grid.channels["V_copy"] - grid.channels["V"]) < 1.0
     with pytest.raises(UnusableInput, match="no base"):
         merged(drive, sensor, found, base="other")  # type: ignore[arg-type]
+
+
+def test_a_stream_from_chunks_marks_what_is_missing() -> None:
+    one = Chunk("interferometer", 0, {"x": np.arange(5.0)}, {"x": "m"})
+    two = Chunk("interferometer", 9, {"x": np.arange(4.0)}, {"x": "m"})
+    stream = Stream.from_chunks([one, two], 100.0)
+    assert stream.n == 9
+    assert stream.time[5] == pytest.approx(0.09)
+    assert stream.flags[5] == Flag.LOST_BEFORE
+    with pytest.raises(UnknownName, match="no channel 'y'"):
+        stream.channel("y")
+    with pytest.raises(UnusableInput, match="one stream"):
+        Stream.from_chunks([], 1.0)
 
 
 def test_one_clock_for_both() -> None:
