@@ -18,7 +18,7 @@ from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.ordering import components, tear
 from bondgraph.equations.relations import Relation, collect
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Dq, Element, Parameter, symbol
+from bondgraph.graph.elements import Dq, Element, Parameter, Sensor, symbol
 from bondgraph.laws.law import Law
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError, unknown_name
@@ -171,6 +171,17 @@ def derive(graph: BondGraph) -> StateSpace:
     """
     graph = in_mode(graph)
     return _Derivation(graph).result()
+
+
+def port_signals(graph: BondGraph) -> dict[str, tuple[str, str]]:
+    """Names of the effort and the flow at every one-port element."""
+    names = SignalNames(graph)
+    found = {}
+    for e in graph.elements.values():
+        if e.n_ports == 1 and not isinstance(e, Sensor):
+            (b,) = graph.bonds_of(e.name)
+            found[e.name] = (names.effort(b), names.flow(b))
+    return found
 
 
 class _Derivation:

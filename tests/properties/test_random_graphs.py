@@ -27,24 +27,12 @@ from bondgraph import (
     Zero,
     derive,
 )
-from bondgraph.equations.bond_signals import SignalNames
-from bondgraph.graph.elements import Sensor
+from bondgraph.equations.state_space import port_signals
 from bondgraph.simulation.lure import Compiled
 
 quick = settings(max_examples=25, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)
 REFUSALS = (AlgebraicLoop, DerivativeCausality)
-
-
-def port_signals(graph: BondGraph) -> dict[str, tuple[str, str]]:
-    """Names of the effort and the flow at every one-port element."""
-    names = SignalNames(graph)
-    found = {}
-    for e in graph.elements.values():
-        if e.n_ports == 1 and not isinstance(e, Sensor):
-            (b,) = graph.bonds_of(e.name)
-            found[e.name] = (names.effort(b), names.flow(b))
-    return found
 
 
 def random_graph(seed: int) -> BondGraph:
