@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,11 +11,6 @@ from scipy.signal import lfilter
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.statistics.blocks import block_rows, block_scores, blocks_for
 from identification.uncertainty.information import Sensitivities, information
-
-
-def errors_si(info: Any) -> np.ndarray:
-    """Standard errors of the values, SI."""
-    return np.asarray(info.standard_errors * np.abs(info.sensitivities.slopes))
 
 
 def line(n: int = 400) -> np.ndarray:
@@ -30,7 +23,7 @@ def test_covariance_of_a_straight_line() -> None:
     s = Sensitivities(("a", "b"), np.array([1.0, 2.0]), j * [1.0, 2.0], (False, False))
     info = information(s)
     closed = np.linalg.inv(j.T @ j)
-    assert errors_si(info) == pytest.approx(np.sqrt(np.diag(closed)))
+    assert info.standard_errors_si == pytest.approx(np.sqrt(np.diag(closed)))
     assert info.correlation[0, 1] == pytest.approx(
         closed[0, 1] / np.sqrt(closed[0, 0] * closed[1, 1])
     )
@@ -135,7 +128,7 @@ def test_standard_errors_do_not_depend_on_the_unit(seed: int, factor: float) -> 
         Sensitivities(("a", "b", "c"), values * [1, 1, factor], j, (True, True, False))
     )
     assert other.standard_errors == pytest.approx(one.standard_errors)
-    assert errors_si(other)[2] == pytest.approx(errors_si(one)[2] * factor)
+    assert other.standard_errors_si[2] == pytest.approx(one.standard_errors_si[2] * factor)
 
 
 def test_bad_shapes_and_names_are_said() -> None:
