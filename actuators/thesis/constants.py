@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import accumulate
 
 from actuators.stack.conversions import Lumped, Polarised
 from actuators.stack.excitation import printed_demagnetisation
@@ -146,3 +147,14 @@ def _mechanical() -> tuple[ComparisonRow, ...]:
 def slip_points() -> tuple[float, ...]:
     """Return the slip points ``q_i = C_i v_i`` of table 6.4, C."""
     return tuple(float(q) for q in MaxwellResistiveCapacitor.stack_2hz().thresholds)
+
+
+def threshold_gaps() -> tuple[float, ...]:
+    """Return ``(r'_i - r'_(i-1)) S'_(i-1)`` of the printed inverse of sec 6.5.
+
+    For an inverse of equidistant plays they are all equal, to the digits that are printed.
+    """
+    play = ang_inverse_scaled().play
+    sums = accumulate(float(w) for w in play.weights)
+    r = [float(v) for v in play.thresholds]
+    return tuple((b - a) * s for a, b, s in zip(r, r[1:], sums, strict=False))

@@ -24,6 +24,7 @@ from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError, unknown_name
 
 ONE = symbol("one")
+RAMP = symbol("ramp")
 MOST_DEPENDENT = 3  # the closed forms of more grow beyond use
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ from actuators.thesis import (
     set_6_5,
     table_6_4,
 )
-from actuators.thesis.constants import breakaways_as_printed, slip_points
+from actuators.thesis.constants import breakaways_as_printed, slip_points, threshold_gaps
 from actuators.thesis.models import stack_bond_graph_ang, stack_lumped_maxwell
 from actuators.thesis.refits import bond_graph_operator, lumped_operator, refit_lumped
 from actuators.thesis.steady import sine, steady_loop, triangle
@@ -76,17 +76,6 @@ def test_lumped_defaults_are_table_6_1() -> None:
     assert defaults["stiffness"] == named(TABLE_6_1, "k")
     assert defaults["mass"] == pytest.approx(named(TABLE_6_1, "m") / 3)
     assert defaults["damping"] == named(TABLE_6_1, "b")
-
-
-def threshold_gaps() -> tuple[float, ...]:
-    """Return ``(r'_i - r'_(i-1)) S'_(i-1)`` of the printed inverse of sec 6.5.
-
-    For an inverse of equidistant plays they are all equal, to the digits that are printed.
-    """
-    play = ang_inverse_scaled().play
-    sums = accumulate(float(w) for w in play.weights)
-    r = [float(v) for v in play.thresholds]
-    return tuple((b - a) * s for a, b, s in zip(r, r[1:], sums, strict=False))
 
 
 def test_forward_operator_behind_the_printed_inverse() -> None:
