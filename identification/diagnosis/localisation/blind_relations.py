@@ -44,6 +44,7 @@ FIRST = 2
 STEPS = 12
 FOLLOWED = 2
 NEAR = 3.0
+GROSS = 1e4
 PARALLEL = 1e-9
 
 
@@ -171,6 +172,19 @@ def no_relation(fit: Fit, probed: Probes | None = None) -> str:
     if not isinstance(probed.engine, ExactEngine):
         return f"{fit.problem.graph.name} is not linear up to scalar laws: no transfer functions"
     return ""
+
+
+def more_than_one_site(relations: tuple[BlindRelation, ...]) -> bool:
+    """Whether no single class of ports explains the mismatch: at least two sites, or moving ones.
+
+    False without relations, and where the mismatch is so gross (40 dB above the floor) that a
+    refit may have stopped short: then nothing is known.
+    """
+    return (
+        bool(relations)
+        and relations[0].nominal < GROSS
+        and not any(r.compatible for r in relations)
+    )
 
 
 def _classes(model: LatentModel, structure: Isolability) -> list[tuple[str, ...]]:

@@ -16,6 +16,7 @@ from bondgraph.signals.recording import Split
 from identification.diagnosis.localisation.blind_relations import (
     BlindRelation,
     blind_relations,
+    more_than_one_site,
     no_relation,
 )
 from identification.diagnosis.localisation.relations.latent import Sampled
@@ -107,6 +108,7 @@ def test_only_the_relation_blind_to_the_true_port_reaches_the_floor(
         assert not other.compatible, other.words
         assert other.z > 10
         assert "elsewhere" in other.words
+    assert not more_than_one_site(found)
 
 
 def test_without_an_effect_every_relation_is_at_the_floor() -> None:
@@ -116,11 +118,13 @@ def test_without_an_effect_every_relation_is_at_the_floor() -> None:
         assert r.train == pytest.approx(1.0, abs=0.1)
         assert r.test == pytest.approx(1.0, abs=0.2)
         assert r.compatible
+    assert not more_than_one_site(found)
 
 
 def test_two_sites_leave_every_relation_above_the_floor() -> None:
     found = relations(fitted(cubic_k2=5e4, friction_b1=2.0))
     assert min(r.z for r in found) > 10
+    assert more_than_one_site(found)
 
 
 def test_one_sensor_makes_no_relation() -> None:
@@ -130,6 +134,7 @@ def test_one_sensor_makes_no_relation() -> None:
     f = fit(Problem(chain(MASS, STIFFNESS, DAMPING, sensors=1), data), max_iterations=2)
     assert relations(f) == ()
     assert "second sensor" in no_relation(f)
+    assert not more_than_one_site(())
 
 
 def test_the_filter_is_the_projection_of_the_whole_record() -> None:
