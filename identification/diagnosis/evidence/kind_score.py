@@ -16,9 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import TwoPort
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.catalogue.effect import kind_at
+from identification.diagnosis.catalogue.effect import Signature, kind_at
 from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.leave_out import Rows, held_out, rows_of, states_of
 from identification.diagnosis.screening.flexible_forms import flexible_forms
@@ -134,43 +135,56 @@ def kind_scores(
         element = bench.problem.graph[name]
         forms = dict(flexible_forms(element, scene.past[name]))
         for s in ranked:
-            if s.element.name == name and s.effect.kind and s.latent is not None:
+            # the addition of a two-port has two sides, of which the screening keeps one
+            alone = s.element.name == name and not isinstance(element, TwoPort)
+            if alone and s.effect.kind and s.latent is not None:
                 column = np.nan_to_num(s.latent)[:, None]
                 kind = kind_at(s.effect.kind, element)
                 known = forms.get(kind)
-                forms[kind] = column if known is None else np.hstack([known, column])
-        found += _at(bench, name, forms)
+                both = column if known is None else np.hstack([known.columns, column])
+                forms[kind] = Signature(both)
+        found += scores_at(bench, name, forms)
     return sorted(found, key=lambda k: k.score.loss)
 
 
-def _at(bench: Bench, element: str, forms: Mapping[str, Array]) -> list[KindScore]:
+def scores_at(bench: Bench, element: str, forms: Mapping[str, Signature]) -> list[KindScore]:
     """Score the forms of one element; columns that kinds share are sent through the model once."""
-    kept = {kind: _unit(form) for kind, form in forms.items()}
-    whole = np.hstack(list(kept.values())) if kept else np.zeros((0, 0))
-    if not whole.size:
-        return []
-    _, first, back = np.unique(
-        whole[:: max(1, len(whole) // 64)], axis=1, return_index=True, return_inverse=True
-    )
-    try:
-        x = training_rows(bench.problem, bench.probed.respond(element, whole[:, first]))
-    except BondsightError:
-        return []
-    found, at = [], 0
-    for kind, form in kept.items():
-        places = np.ravel(back)[at : at + form.shape[1]]
-        at += form.shape[1]
-        if form.shape[1] and np.isfinite(x[:, places]).all():
-            found.append(KindScore(element, kind, *_scored(bench, form, x[:, places])))
+    found, known = [], dict[bytes, Array]()
+    for kind, form in forms.items():
+        kept = _moving(form)
+        if not kept.columns.shape[1]:
+            continue
+        keys = [_key(kept, j) for j in range(kept.columns.shape[1])]
+        new = [j for j, key in enumerate(keys) if key not in known]
+        if new:
+            flow = None if kept.flow is None else kept.flow[:, new]
+            try:
+                response = bench.probed.respond(element, kept.columns[:, new], flow)
+            except BondsightError:
+                continue
+            rows = training_rows(bench.problem, response)
+            known |= {keys[j]: rows[:, i] for i, j in enumerate(new)}
+        x = np.stack([known[key] for key in keys], axis=1)
+        if np.isfinite(x).all():
+            found.append(KindScore(element, kind, *_scored(bench, kept.columns, x)))
     return found
 
 
-def _unit(form: Array) -> Array:
+def _key(form: Signature, column: int) -> bytes:
+    flow = b"" if form.flow is None else form.flow[:, column].tobytes()
+    return form.columns[:, column].tobytes() + flow
+
+
+def _moving(form: Signature) -> Signature:
     """Return the columns that move, finite and of size one."""
-    good = np.isfinite(form).all(axis=0)
-    form = form[:, good]
-    form = form[:, np.ptp(form, axis=0) > 0]
-    return np.asarray(form / np.abs(form).max(axis=0, initial=1e-300))
+    x = form.columns
+    sizes = np.abs(x).max(axis=0, initial=0.0)
+    kept = np.isfinite(x).all(axis=0) & (np.ptp(x, axis=0) > 0)
+    if form.flow is not None:
+        kept &= np.isfinite(form.flow).all(axis=0)
+    sizes = sizes[kept]
+    flow = None if form.flow is None else form.flow[:, kept] / sizes
+    return Signature(x[:, kept] / sizes, flow)
 
 
 def _scored(bench: Bench, form: Array, x: Array) -> tuple[BlockScore, Array]:

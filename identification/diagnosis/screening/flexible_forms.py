@@ -12,10 +12,12 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.interpolate import BSpline
 
-from bondgraph.graph.elements import GY, TF, C, Element, I, R, Sensor, Source
+from bondgraph.graph.elements import GY, TF, C, Element, R, Sensor, Source, TwoPort
 from bondgraph.hysteresis import play_record
 from bondgraph.support.arrays import Array
+from identification.diagnosis.catalogue.effect import Signature
 from identification.diagnosis.catalogue.memory.creep import lagged
+from identification.diagnosis.catalogue.transduction.nonlinear_ratio import way_of_two_port
 from identification.diagnosis.screening.port_history import PortHistory
 
 KINDS = (
@@ -35,45 +37,46 @@ TIMES = 7
 """Columns of a coefficient that changes in time."""
 
 
-def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Array]:
-    """Return the columns of every kind that makes sense at an element, shapes (N, k), SI.
+def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signature]:
+    """Return the columns of every kind that makes sense at an element, SI, of order one.
 
-    Additions to the output of the port along its history, as signatures of effects are; of order
-    one.
+    Additions to the output of the port along its history, as signatures of effects are. Those of a
+    two-port have both sides: a ratio that changes keeps the power.
     """
     q = _unit(past.argument)
     match element:
         case C():
-            moving = np.gradient(q)
-            return {
-                "restoring": curve(q),
-                "memory": np.hstack([plays(q), plays(past.output)]),
-                "surface": np.hstack([curve(q), products(q, _unit(moving))]),
-                "slow": slow(q, past.dt),
-                "time": in_time(q),
+            made = {
+                "restoring": [curve(q)],
+                "memory": [plays(q), plays(past.output)],
+                "surface": [curve(q), products(q, _unit(np.gradient(q)))],
+                "slow": [slow(q, past.dt)],
+                "time": [in_time(q)],
             }
         case R():
             moved = _unit(past.moved) if past.moved is not None else q
-            power = lagged_power(past)
-            return {
-                "dissipative": np.hstack([curve(q), dry(q)]),
-                "memory": np.hstack([plays(moved), dry(q)]),
-                "surface": np.hstack([curve(q), dry(q), products(moved, q)]),
-                "slow": np.hstack([slow(q, past.dt), power]),
-                "time": in_time(q),
+            made = {
+                "dissipative": [curve(q), dry(q)],
+                "memory": [plays(moved), dry(q)],
+                "surface": [curve(q), dry(q), products(moved, q)],
+                "slow": [slow(q, past.dt), lagged_power(past)],
+                "time": [in_time(q)],
             }
         case TF() | GY():
-            return {"ratio": np.hstack([curve(q), products(_unit(past.output), q)])}
+            return {"ratio": ratio(element, past)}
         case Source():
-            return {"command": np.hstack([curve(q), quick(q, past.dt), rates(q)])}
+            made = {"command": [curve(q), quick(q, past.dt), rates(q)]}
         case Sensor():
-            return {
-                "sensing": np.hstack([curve(q), quick(q, past.dt), rates(q), drifts(past.n)]),
-            }
-        case I():
-            return {}
+            made = {"sensing": [curve(q), quick(q, past.dt), rates(q), drifts(past.n)]}
         case _:
-            return {}
+            made = {}
+    return {kind: Signature(np.hstack(parts)) for kind, parts in made.items()}
+
+
+def ratio(element: TwoPort, past: PortHistory) -> Signature:
+    """Return shares of a ratio that depend on the way and on the primary flow."""
+    shares = np.hstack([curve(_unit(way_of_two_port(past, element))), curve(_unit(past.output))])
+    return Signature(shares * past.argument[:, None], shares * past.output[:, None])
 
 
 def curve(z: Array) -> Array:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph.graph.elements import GY, TF, C, De, Df, Dq, Element, I, R, Se, Sf
+from bondgraph.graph.elements import GY, TF, C, De, Df, Dq, Element, I, R, Se, Sf, TwoPort
 from identification.diagnosis.catalogue import CATALOGUE
-from identification.diagnosis.catalogue.effect import kind_at
+from identification.diagnosis.catalogue.effect import Signature, kind_at
 from identification.diagnosis.screening.flexible_forms import (
     HATS,
     KINDS,
@@ -30,6 +30,19 @@ def past(argument: np.ndarray = MOVED) -> PortHistory:
     return PortHistory(argument, 30 * argument + 0.1, DT, np.cumsum(argument) * DT)
 
 
+def sides(signature: Signature) -> np.ndarray:
+    """Return the columns, those of the other side of a two-port beside them."""
+    parts = [signature.columns] + ([] if signature.flow is None else [signature.flow])
+    return np.hstack(parts)
+
+
+def in_units_of(signature: Signature) -> list[np.ndarray]:
+    """Return both sides; the whole of each may have a unit if it stands at a two-port."""
+    if signature.flow is None:
+        return [signature.columns]
+    return [side / np.abs(side).max() for side in (signature.columns, signature.flow)]
+
+
 EXPECTED = [
     (C("k", stiffness=1.0), {"restoring", "memory", "surface", "slow", "time"}),
     (R("d", 1.0), {"dissipative", "memory", "surface", "slow", "time"}),
@@ -45,19 +58,20 @@ def test_kinds_of_every_element(element: Element, kinds: set[str]) -> None:
     forms = flexible_forms(element, past())
     assert set(forms) == kinds
     assert kinds <= set(KINDS)
-    for form in forms.values():
+    for form in map(sides, forms.values()):
         assert form.shape[0] == N
         assert form.shape[1] >= 2
         assert np.isfinite(form).all()
         assert np.abs(form).max() < 1e3
         assert (np.ptp(form, axis=0) > 0).any()
+    assert all((f.flow is not None) == isinstance(element, TwoPort) for f in forms.values())
 
 
 @pytest.mark.parametrize("element", [e for e, kinds in EXPECTED if kinds], ids=lambda e: e.name)
 @pytest.mark.parametrize("argument", [np.zeros(N), np.full(N, 4.0), np.eye(N)[5]])
 def test_ports_that_hardly_move_give_finite_columns(element: Element, argument: np.ndarray) -> None:
     history = PortHistory(argument, 0.0 * argument, DT, np.cumsum(argument) * DT)
-    for form in flexible_forms(element, history).values():
+    for form in map(sides, flexible_forms(element, history).values()):
         assert form.shape[0] == N
         assert np.isfinite(form).all()
 
@@ -66,9 +80,10 @@ def test_ports_that_hardly_move_give_finite_columns(element: Element, argument: 
 def test_columns_do_not_depend_on_units(element: Element) -> None:
     small = PortHistory(1e-6 * MOVED, 3e4 * MOVED, DT, 1e-6 * np.cumsum(MOVED) * DT)
     large = PortHistory(1e3 * MOVED, 3e-2 * MOVED, DT, 1e3 * np.cumsum(MOVED) * DT)
-    for kind, form in flexible_forms(element, small).items():
+    for kind, signature in flexible_forms(element, small).items():
         other = flexible_forms(element, large)[kind]
-        assert np.allclose(form, other, atol=1e-6 * np.abs(form).max())
+        for form, same in zip(in_units_of(signature), in_units_of(other), strict=True):
+            assert np.allclose(form, same, atol=1e-6 * np.abs(form).max())
 
 
 def explained(columns: np.ndarray, wanted: np.ndarray) -> float:
@@ -77,7 +92,9 @@ def explained(columns: np.ndarray, wanted: np.ndarray) -> float:
 
 
 def test_a_kind_spans_the_laws_of_its_kind_and_not_those_of_others() -> None:
-    forms = flexible_forms(C("k", stiffness=1.0), past())
+    forms = {
+        kind: form.columns for kind, form in flexible_forms(C("k", stiffness=1.0), past()).items()
+    }
     cubic = MOVED**3
     play = MOVED - np.clip(MOVED, -0.2, 0.2)
     loop = plays(MOVED / np.abs(MOVED).max())[:, 2]
@@ -85,9 +102,19 @@ def test_a_kind_spans_the_laws_of_its_kind_and_not_those_of_others() -> None:
     assert explained(forms["restoring"], play) > 0.99
     assert explained(forms["memory"], loop) > 0.999
     assert explained(forms["restoring"], loop) < 0.95
-    speed = flexible_forms(R("d", 1.0), past())["dissipative"]
+    speed = flexible_forms(R("d", 1.0), past())["dissipative"].columns
     assert explained(speed, MOVED * np.abs(MOVED)) > 0.999
     assert explained(speed, np.tanh(MOVED / 0.03)) > 0.98
+
+
+@pytest.mark.parametrize("element", [TF("n", 2.0), GY("g", 2.0)], ids=lambda e: e.name)
+def test_a_ratio_that_changes_keeps_the_power(element: TF | GY) -> None:
+    """The power that the effort gains is the power that the other side gives."""
+    history = past()
+    form = flexible_forms(element, history)["ratio"]
+    assert form.flow is not None
+    added_power = form.columns * history.output[:, None]
+    assert added_power == pytest.approx(form.flow * history.argument[:, None])
 
 
 def test_shapes() -> None:

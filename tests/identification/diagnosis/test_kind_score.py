@@ -8,16 +8,19 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import GY, MGY, BondGraph, C, Df, Dq, I, One, R, Se
+from bondgraph.graph.modulation import flow
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
+from identification.diagnosis.catalogue.effect import Signature
 from identification.diagnosis.evidence.block_score import BlockScore, behind, score
 from identification.diagnosis.evidence.kind_score import (
     KindScore,
     bench_of,
     kind_scores,
+    scores_at,
 )
 from identification.diagnosis.screening.flexible_forms import KINDS
 from identification.diagnosis.screening.observation import scene
@@ -153,3 +156,43 @@ def test_responses_stand_in_the_order_of_the_residual() -> None:
     clock = np.arange(float(N))[:, None, None]
     rows = training_rows(problem, clock)[:, 0] * NOISE
     assert rows == pytest.approx(bench.rows.sample)
+
+
+def test_columns_that_differ_only_now_and_then_are_not_taken_for_one() -> None:
+    """A part that acts in a few samples is all a rare effect shows."""
+    made = seen("cubic")[0]
+    often = np.sin(0.1 * np.arange(N))[:, None]
+    rare = often + 0.5 * (np.abs(np.arange(N) - 102) < 2)[:, None]
+    forms = {"restoring": Signature(often), "surface": Signature(np.hstack([often, rare]))}
+    found = scores_at(bench_of(made, made), "k", forms)
+    assert found[0].score.loss != found[1].score.loss
+
+
+def motor(falls: float) -> BondGraph:
+    """A motor whose constant falls with the square of the current."""
+    with BondGraph("motor") as g:
+        e, w = One("e"), One("w")
+        Se("u", unit="V") >> e >> I("L", 0.05, unit="H")
+        e >> R("r", 1.0, unit="Ohm")
+        ratio = 0.5 * (1 - falls * flow("e") ** 2)
+        two_port = MGY("K", ratio=ratio, unit="N*m/A") if falls else GY("K", 0.5, unit="N*m/A")
+        e >> two_port >> w >> I("J", 0.02, unit="kg*m^2")
+        w >> R("b", 0.1, unit="N*m*s/rad")
+        w >> C("k", stiffness=1.0, unit="N*m/rad")
+        e >> Df("i", unit="A")
+        w >> Dq("angle", unit="rad")
+    return g
+
+
+def test_a_ratio_that_falls_is_found_on_both_sides() -> None:
+    t = np.asarray(DT * np.arange(N), np.float64)
+    u = 1.5 * np.sin(2 * np.pi * 0.7 * t) + np.sin(2 * np.pi * 2.3 * t)
+    seen = simulate(motor(0.05), t, {"u": u})
+    noise = 1e-5 * np.random.default_rng(1).standard_normal((N, 2))
+    y = np.stack([seen["i"], seen["angle"]], axis=1) + noise
+    split, floor = interleaved(0, N), np.array([1e-5, 1e-5])
+    data = Data("run", t, {"u": u}, y, ("i", "angle"), floor, split, floor_measured=True)
+    made = nominal_fit(motor(0.0), data, "linear")[1]
+    found = kind_scores(bench_of(made, made), scene(made), [], places=["K", "k", "b", "r"])
+    assert (found[0].element, found[0].kind) == ("K", "ratio")
+    assert found[0].score.noise.max() < 0.1 * score(made).noise.max()
