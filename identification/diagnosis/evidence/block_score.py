@@ -87,6 +87,29 @@ class BlockScore:
         """Whether every prediction is a number."""
         return bool(np.isfinite(self.out.residual).all())
 
+    def behind(self, better: BlockScore) -> float:
+        """Return the standard errors by which this lags behind `better`; negative if it leads."""
+        if not self.sound or not better.sound:
+            return 0.0 if self.sound == better.sound else np.inf if better.sound else -np.inf
+        if self.loss < better.loss:
+            return -better.behind(self)
+        rows = better.out.rows
+        scale = better.noise[rows.channel]
+        with np.errstate(over="ignore", invalid="ignore"):
+            apart = np.clip((self.out.residual - better.out.residual) / scale, -1e100, 1e100)
+        apart = better.whitened(apart)
+        r, fitted = better.whitened(better.out.residual / scale), better.white
+        power = float(apart @ apart)
+        lead = 0.5 * power + float(r @ apart)
+        if not power > 0:
+            return 0.0
+        by_stretch = np.bincount(rows.block, fitted * apart, rows.blocks)
+        return lead / float(np.sqrt(max(float(by_stretch @ by_stretch), power)))
+
+    def excess(self, best: BlockScore) -> float:
+        """Mean square beyond that of the best hypothesis, in units of its noise."""
+        return float(np.mean((self.noise / best.noise) ** 2)) - 1.0
+
 
 def _poles(residual: Array, rows: Rows, channels: int) -> Array:
     """Lag-one correlation of each reading's residual, 0 .. `SLOWEST`, shape (channels,)."""
@@ -102,23 +125,3 @@ def _poles(residual: Array, rows: Rows, channels: int) -> Array:
 def score(fit: Fit) -> BlockScore:
     """Score a fit."""
     return BlockScore(left_out(fit))
-
-
-def behind(worse: BlockScore, better: BlockScore) -> float:
-    """Return the standard errors by which `worse` lags behind `better`; negative if it leads."""
-    if not worse.sound or not better.sound:
-        return 0.0 if worse.sound == better.sound else np.inf if better.sound else -np.inf
-    if worse.loss < better.loss:
-        return -behind(better, worse)
-    rows = better.out.rows
-    scale = better.noise[rows.channel]
-    with np.errstate(over="ignore", invalid="ignore"):
-        apart = np.clip((worse.out.residual - better.out.residual) / scale, -1e100, 1e100)
-    apart = better.whitened(apart)
-    r, fitted = better.whitened(better.out.residual / scale), better.white
-    power = float(apart @ apart)
-    lead = 0.5 * power + float(r @ apart)
-    if not power > 0:
-        return 0.0
-    by_stretch = np.bincount(rows.block, fitted * apart, rows.blocks)
-    return lead / float(np.sqrt(max(float(by_stretch @ by_stretch), power)))

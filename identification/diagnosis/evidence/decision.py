@@ -16,9 +16,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identification.diagnosis.catalogue import UNNAMED
-from identification.diagnosis.evidence.block_score import BlockScore, behind
+from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.kind_score import KindScore
-from identification.diagnosis.evidence.remaining import Remaining, remaining
+from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
 
@@ -59,10 +59,11 @@ PLACES = 5
 
 @dataclass(frozen=True, eq=False)
 class Scored:
-    """A fitted law with its score."""
+    """A fitted law with its score and what it leaves."""
 
     trial: Candidate
     score: BlockScore
+    left: Remaining
 
     @property
     def element(self) -> str:
@@ -171,11 +172,6 @@ class Decision:
         return families.pop() if known else "outside"
 
 
-def excess(score: BlockScore, best: BlockScore) -> float:
-    """Mean square beyond that of the best hypothesis, in units of its noise."""
-    return float(np.mean((score.noise / best.noise) ** 2)) - 1.0
-
-
 def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     """Decide what the evidence supports."""
     t, e = limits or Thresholds(), evidence
@@ -207,10 +203,10 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
     of the gain is allowed. A form that may depend on anything explains most by itself, so what it
     explains is discounted: it stands for its kind only where the usual ones clearly do less.
     """
-    whole = max(excess(e.plain, best), 1e-12)
+    whole = max(e.plain.excess(best), 1e-12)
 
     def explained(k: KindScore) -> float:
-        part = 1.0 - excess(k.score, best) / whole
+        part = 1.0 - k.score.excess(best) / whole
         return part * (UNUSUAL if k.kind in ANYTHING else 1.0)
 
     ranked = sorted(e.kinds, key=lambda k: -explained(k))
@@ -220,7 +216,7 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
     return [
         k
         for k in ranked
-        if k is top or explained(k) > explained(top) - LIKE or 0 <= behind(k.score, top.score) < t.z
+        if k is top or explained(k) > explained(top) - LIKE or 0 <= k.score.behind(top.score) < t.z
     ]
 
 
@@ -241,7 +237,7 @@ def _admissible(laws: Sequence[Scored], kinds: Sequence[KindScore], t: Threshold
     if not kinds:
         return list(laws)
     where = {k.element for k in kinds}
-    return [s for s in laws if s.element in where or behind(s.score, kinds[0].score) < t.z]
+    return [s for s in laws if s.element in where or s.score.behind(kinds[0].score) < t.z]
 
 
 def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -> Decision:
@@ -252,7 +248,8 @@ def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -
     """
     chosen = decision.chosen
     if chosen is not None and decision.kind == "missing_physics" and chosen.element in e.named:
-        if remaining(chosen.fit).is_noise(t.noise):
+        left = next(s.left for s in e.laws if s.trial is chosen)
+        if left.is_noise(t.noise):
             return decision
     for k in e.kinds:
         if k.element in e.named and _alike(k.score, best, e.plain, t.z):
@@ -281,25 +278,25 @@ def _best_law(laws: Sequence[Scored], t: Thresholds) -> Scored | None:
     if not home or not away:
         return min(laws, key=lambda s: s.score.loss, default=None)
     best, other = (min(x, key=lambda s: s.score.loss) for x in (home, away))
-    return other if behind(best.score, other.score) > 2 * t.z else best
+    return other if best.score.behind(other.score) > 2 * t.z else best
 
 
 def _shows(plain: BlockScore, best: BlockScore, t: Thresholds) -> bool:
     """Whether a hypothesis improves on the model as it is, surely and by enough."""
-    return behind(plain, best) > t.z and excess(plain, best) > t.gain
+    return plain.behind(best) > t.z and plain.excess(best) > t.gain
 
 
 def _alike(worse: BlockScore, better: BlockScore, plain: BlockScore, z: float) -> bool:
     """Whether the data cannot tell two hypotheses apart."""
-    if behind(worse, better) < z:
+    if worse.behind(better) < z:
         return True
-    return excess(worse, better) < min(1.0, SAME * excess(plain, better))
+    return worse.excess(better) < min(1.0, SAME * plain.excess(better))
 
 
 def law_fit(law: Scored, kind: KindScore, e: Evidence) -> float:
     """Part of what a kind explains that a law explains too, 0 .. 1."""
-    whole = excess(e.plain, kind.score)
-    return float(np.clip(1.0 - excess(law.score, kind.score) / max(whole, 1e-12), 0.0, 1.0))
+    whole = e.plain.excess(kind.score)
+    return float(np.clip(1.0 - law.score.excess(kind.score) / max(whole, 1e-12), 0.0, 1.0))
 
 
 def _together(one: str, other: str, classes: Isolability | None) -> bool:
@@ -329,21 +326,21 @@ def _named(
     richer = tuple(
         s.trial for s in alike
         if s.trial.effect in nested and s.element == chosen.element
-        and behind(chosen.score, s.score) <= DOUBT
+        and chosen.score.behind(s.score) <= DOUBT
     )  # fmt: skip
     others = [
         s for s in alike
         if s.trial.effect != chosen.trial.effect and s.trial.home
-        and (s.trial.effect not in nested or behind(chosen.score, s.score) > DOUBT)
+        and (s.trial.effect not in nested or chosen.score.behind(s.score) > DOUBT)
     ]  # fmt: skip
     here = _here(chosen, e)
     fit = law_fit(chosen, here, e) if here is not None else 1.0
     best = _best([chosen, *e.kinds[:1]])
     assert best is not None
-    share = 1.0 - excess(chosen.score, best.score) / max(excess(e.plain, best.score), 1e-12)
+    share = 1.0 - chosen.score.excess(best.score) / max(e.plain.excess(best.score), 1e-12)
     reasons = [
         f"{chosen.trial.label} lowers the held-out mean square from {e.nominal:.4g} to "
-        f"{chosen.trial.test:.4g} times the floor (z {behind(e.plain, chosen.score):.1f})",
+        f"{chosen.trial.test:.4g} times the floor (z {e.plain.behind(chosen.score):.1f})",
         f"the law explains {100 * fit:.0f} % of what its kind could explain there",
     ]
     if others:
@@ -393,7 +390,7 @@ def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored 
     placed = len(here) == len(kinds) and len({k.element for k in kinds}) <= PLACES
     physics = plainest(k.kind for k in kinds) if placed else ""
     places = sorted(kinds, key=lambda k: k.kind != physics)
-    gain = behind(e.plain, kind.score)
+    gain = e.plain.behind(kind.score)
     reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
     fit = float("nan")
     if law is not None:
@@ -454,7 +451,7 @@ def _features(
     """Return what the calibration of the probability looks at."""
     related = richer_names(chosen.trial, [s.trial for s in e.laws])
     rest = [
-        behind(s.score, chosen.score)
+        s.score.behind(chosen.score)
         for s in e.laws
         if s.trial.effect not in (chosen.trial.effect, UNNAMED.name, *related) and s.trial.home
     ]
@@ -464,8 +461,8 @@ def _features(
         "law_fit": fit,
         "lead": float(min(rest, default=50.0)),
         "elsewhere": float(len(away)),
-        "gain": excess(e.plain, chosen.score),
-        "z": behind(e.plain, chosen.score),
+        "gain": e.plain.excess(chosen.score),
+        "z": e.plain.behind(chosen.score),
     }
 
 

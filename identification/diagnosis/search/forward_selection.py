@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import UNNAMED, Effect
-from identification.diagnosis.evidence.block_score import BlockScore, behind, score
+from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.decision import (
     Decision,
     Evidence,
     Scored,
     Thresholds,
     decide,
-    excess,
 )
 from identification.diagnosis.evidence.kind_score import KindScore, bench_of, kind_scores
 from identification.diagnosis.evidence.remaining import remaining
@@ -177,7 +176,7 @@ def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, 
     assert last is not None
     assert first.chosen is not None
     left, joint = remaining(last.fit), score(last.fit)
-    freer = any(behind(joint, k.score) > limits.z for k in first.kinds)
+    freer = any(joint.behind(k.score) > limits.z for k in first.kinds)
     if first.rivals or freer or not left.is_noise(limits.noise):
         return (first,)
     sure = replace(
@@ -217,13 +216,13 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
 
 def _hopeful(plain: BlockScore, kind: KindScore, limits: Thresholds) -> bool:
     """Whether a search is worth its time: half of what a name will need."""
-    gain = excess(plain, kind.score)
-    return behind(plain, kind.score) > 0.7 * limits.z and gain > 0.3 * limits.gain
+    gain = plain.excess(kind.score)
+    return plain.behind(kind.score) > 0.7 * limits.z and gain > 0.3 * limits.gain
 
 
 def scored(trials: Sequence[Candidate]) -> tuple[Scored, ...]:
     """Score candidates, best first."""
-    made = [Scored(t, score(t.fit)) for t in trials]
+    made = [Scored(t, score(t.fit), remaining(t.fit)) for t in trials]
     return tuple(sorted(made, key=lambda s: s.score.loss))
 
 

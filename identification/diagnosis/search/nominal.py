@@ -11,7 +11,7 @@ from scipy.linalg import eig
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.evidence.block_score import behind, score
+from identification.diagnosis.evidence.block_score import score
 from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.single_record import Fit, FitStatus, best, fit
@@ -77,7 +77,7 @@ def _likeliest(fits: Mapping[str, Fit]) -> str:
     scores = {h: score(f) for h, f in fits.items()}
     best = min(scores, key=lambda h: scores[h].loss)
     usual = "hold" if "hold" in scores else "linear"
-    return usual if behind(scores[usual], scores[best]) < SURE else best
+    return usual if scores[usual].behind(scores[best]) < SURE else best
 
 
 SURE = 3.0

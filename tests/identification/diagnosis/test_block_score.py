@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from identification.diagnosis.evidence.block_score import LEAST, BlockScore, behind
+from identification.diagnosis.evidence.block_score import LEAST, BlockScore
 from identification.diagnosis.evidence.leave_out import LeftOut, Rows, held_out
 
 N, B = 2000, 40
@@ -36,22 +36,22 @@ def coloured(seed: int, pole: float) -> Array:
 
 def test_antisymmetric_and_zero_for_equals() -> None:
     a, b = scored(white(1)), scored(white(1) + 0.3 * white(2))
-    assert behind(a, a) == 0.0
-    assert behind(a, scored(white(1))) == 0.0
-    assert behind(b, a) == -behind(a, b)
-    assert behind(b, a) > 3.0
+    assert a.behind(a) == 0.0
+    assert a.behind(scored(white(1))) == 0.0
+    assert b.behind(a) == -a.behind(b)
+    assert b.behind(a) > 3.0
 
 
 def test_the_scale_of_the_floor_does_not_matter() -> None:
     n, d = white(1), white(2)
-    one = behind(scored(n + 0.1 * d), scored(n))
-    assert behind(scored(7.0 * (n + 0.1 * d)), scored(7.0 * n)) == pytest.approx(one)
+    one = scored(n + 0.1 * d).behind(scored(n))
+    assert scored(7.0 * (n + 0.1 * d)).behind(scored(7.0 * n)) == pytest.approx(one)
 
 
 def test_what_shows_in_two_stretches_of_forty_has_no_ceiling() -> None:
     shape = np.where((ROWS.block == 7) | (ROWS.block == 23), white(3), 0.0)
     n = white(1)
-    leads = [behind(scored(n + s * shape), scored(n)) for s in (0.3, 1.0, 10.0, 100.0, 1000.0)]
+    leads = [scored(n + s * shape).behind(scored(n)) for s in (0.3, 1.0, 10.0, 100.0, 1000.0)]
     assert leads == sorted(leads)
     assert leads[0] < 3.0
     assert leads[2] > 20.0
@@ -65,7 +65,7 @@ def test_two_equally_wrong_predictions_differ_as_a_standard_normal_number(
     one, other = np.sin(np.arange(N) / 9.0), np.sin(np.arange(N) / 23.0 + 1)
     other *= np.linalg.norm(one) / np.linalg.norm(other)
     z = np.array(
-        [behind(scored(white(s) + size * one), scored(white(s) + size * other)) for s in range(400)]
+        [scored(white(s) + size * one).behind(scored(white(s) + size * other)) for s in range(400)]
     )
     assert abs(z.mean()) < 0.2
     assert least < z.std() < 1.15
@@ -78,7 +78,7 @@ def test_a_column_that_means_nothing_does_not_lead(pole: float) -> None:
     leads = []
     for s in range(300):
         y, idle = coloured(s, pole), coloured(10_000 + s, pole)
-        leads.append(behind(regressed(y, one), regressed(y, one, idle)))
+        leads.append(regressed(y, one).behind(regressed(y, one, idle)))
     assert np.mean(np.array(leads) > 3.0) < 0.02
     assert np.median(leads) < 0.5
 
@@ -89,7 +89,7 @@ def test_many_columns_that_mean_nothing_do_not_lead(pole: float) -> None:
     for s in range(40):
         y = coloured(s, pole)
         idle = [coloured(10_000 + 100 * s + i, pole) for i in range(12)]
-        assert behind(regressed(y, one), regressed(y, one, *idle)) < 2.0
+        assert regressed(y, one).behind(regressed(y, one, *idle)) < 2.0
 
 
 def test_what_slow_noise_cannot_do_is_seen_beneath_it() -> None:
@@ -98,7 +98,7 @@ def test_what_slow_noise_cannot_do_is_seen_beneath_it() -> None:
     def leads(pole: float) -> list[float]:
         noises = [coloured(s, pole) for s in range(20)]
         quick = [0.1 * white(s + 50) for s in range(20)]
-        return [behind(scored(n + q), scored(n)) for n, q in zip(noises, quick, strict=True)]
+        return [scored(n + q).behind(scored(n)) for n, q in zip(noises, quick, strict=True)]
 
     assert min(leads(0.9)) > 2.0
     assert np.median(leads(0.9)) > 5.0
@@ -110,7 +110,7 @@ def test_a_column_that_means_something_does(pole: float) -> None:
     one, idle = np.ones(N), white(77)
     for s in range(5):
         y = coloured(s, pole) + 0.5 * idle
-        assert behind(regressed(y, one), regressed(y, one, idle)) > 5.0
+        assert regressed(y, one).behind(regressed(y, one, idle)) > 5.0
 
 
 def test_a_reading_of_little_noise_counts_as_much_as_another() -> None:
@@ -120,7 +120,7 @@ def test_a_reading_of_little_noise_counts_as_much_as_another() -> None:
     first[:N], second[N:] = 0.2 * d, 20 * d
     plain = scored(n, rows)
     assert plain.noise == pytest.approx([1.0, 100.0], rel=0.05)
-    small, large = behind(scored(n + first, rows), plain), behind(scored(n + second, rows), plain)
+    small, large = scored(n + first, rows).behind(plain), scored(n + second, rows).behind(plain)
     assert small > 3.0
     assert small == pytest.approx(large)
 
@@ -128,6 +128,6 @@ def test_a_reading_of_little_noise_counts_as_much_as_another() -> None:
 def test_numbers_at_the_ends_of_the_scale_stay_numbers() -> None:
     perfect, awful = scored(np.zeros(N)), scored(np.full(N, 1e150))
     assert perfect.noise == pytest.approx([LEAST])
-    assert np.isfinite(behind(awful, scored(white(1))))
-    assert behind(awful, scored(white(1))) > 3.0
-    assert behind(scored(white(1)), perfect) > 3.0
+    assert np.isfinite(awful.behind(scored(white(1))))
+    assert awful.behind(scored(white(1))) > 3.0
+    assert scored(white(1)).behind(perfect) > 3.0

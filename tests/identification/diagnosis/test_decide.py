@@ -17,7 +17,7 @@ import pytest
 from bondgraph.signals.recording import Split
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.effect import Insertion
-from identification.diagnosis.evidence.block_score import BlockScore, behind
+from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.decision import (
     Decision,
     Evidence,
@@ -29,7 +29,7 @@ from identification.diagnosis.evidence.decision import (
 )
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.leave_out import LeftOut, Rows
-from identification.diagnosis.evidence.remaining import Remaining
+from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
 from identification.study.problem import Data
@@ -92,7 +92,7 @@ class Case:
 
     def law(self, label: str, misfit: float, *, home: bool = True, test: float = 0.0) -> Case:
         made = trial(label, misfit, test or 1 + misfit**2, home=home)
-        self.laws.append(Scored(made, scored(misfit, self._direction())))
+        self.laws.append(Scored(made, scored(misfit, self._direction()), remaining(made.fit)))
         return self
 
     def kind(self, kind: str, element: str, misfit: float) -> Case:
@@ -124,7 +124,7 @@ def named(d: Decision) -> list[str]:
 
 def test_the_ruler() -> None:
     for z in (1.0, 2.5, 10.0):
-        assert behind(scored(lag(z), 3), scored(0.0, 4)) == pytest.approx(z, rel=0.25)
+        assert scored(lag(z), 3).behind(scored(0.0, 4)) == pytest.approx(z, rel=0.25)
 
 
 # -- nothing helps ---------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
 from identification.diagnosis.catalogue.effect import Signature
-from identification.diagnosis.evidence.block_score import BlockScore, behind, score
+from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.kind_score import (
     KindScore,
     bench_of,
@@ -98,21 +98,21 @@ def test_the_kind_of_the_truth_is_best(
     assert made.chi2("train") > 4.0  # else there is nothing to find
     best = next(k for k in found if k.kind not in ANYTHING)
     assert (best.element, best.kind in kinds) == (place, True)
-    assert behind(plain, best.score) > 5.0
+    assert plain.behind(best.score) > 5.0
     near = 2.0 if truth == "strongly cubic" else 1.35
     assert 0.8 < best.score.noise[0] < near
     assert best.score.noise[0] < 0.5 * plain.noise[0]
 
 
 def test_a_kind_that_has_nothing_to_do_with_it_explains_less() -> None:
-    assert behind(at("cubic", "d", "dissipative").score, at("cubic", "k", "restoring").score) > 3.0
-    assert behind(at("dry", "k", "restoring").score, at("dry", "d", "dissipative").score) > 3.0
+    assert at("cubic", "d", "dissipative").score.behind(at("cubic", "k", "restoring").score) > 3.0
+    assert at("dry", "k", "restoring").score.behind(at("dry", "d", "dissipative").score) > 3.0
 
 
 def test_no_kind_beats_a_model_that_is_right() -> None:
     _, plain, found = seen("nothing")
     assert plain.noise[0] == pytest.approx(1.0, abs=0.1)
-    assert max(behind(plain, k.score) for k in found) < 3.0
+    assert max(plain.behind(k.score) for k in found) < 3.0
 
 
 @pytest.mark.parametrize("truth", list(TRUTHS))

@@ -18,6 +18,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
+from tests.proof.exam.stored import recorded
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.running import graph_of, ports_of, recording_of
 from tests.proof.trial.truths import Public
@@ -34,10 +35,10 @@ def exam_answer(layout: Layout, public: Public, seed: int = 0) -> dict[str, Any]
     Returns
     -------
     dict
-        ``id``, ``verdict`` (its JSON; null after a crash), ``ports``, ``nominal_rms`` and
-        ``repaired_rms`` (held-out rms of each reading in SI; null without such a fit),
-        ``seconds``, ``cpu_seconds``, ``compiler_seconds`` (of processes it called, such as a
-        compiler whose work is kept for the next time), ``error``.
+        ``id``, ``verdict`` (its JSON; null after a crash), ``evidence`` (of every decision,
+        `stored`), ``ports``, ``nominal_rms`` and ``repaired_rms`` (held-out rms of each reading in
+        SI; null without such a fit), ``seconds``, ``cpu_seconds``, ``compiler_seconds`` (of
+        processes it called, such as a compiler whose work is kept for the next time), ``error``.
     """
     return _timed(public, lambda: _diagnosed(public, recording_of(layout, public), seed))
 
@@ -104,9 +105,12 @@ def _timed(public: Public, work: Callable[[], Diagnosis]) -> dict[str, Any]:
     }  # fmt: skip
     try:
         content["ports"] = sorted(ports_of(graph_of(public)))
-        said = verdict(work())
+        with recorded() as evidence:
+            found = work()
+        said = verdict(found)
         content |= {
             "verdict": said,
+            "evidence": evidence,
             "nominal_rms": _rms(said["fit"]["nominal"]),
             "repaired_rms": _rms(said["fit"]["repaired"]),
         }

@@ -1,0 +1,139 @@
+"""Evidence of decisions as plain numbers: other knobs can be tried without a new diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+from bondgraph.support.arrays import Array
+from identification.diagnosis.evidence.decision import Decision, Evidence, Scored, Thresholds
+from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.remaining import Remaining
+from identification.diagnosis.search import forward_selection
+
+__all__ = ["StoredScore", "evidence_of", "recorded", "stored"]
+
+
+@dataclass(frozen=True, eq=False)
+class StoredScore:
+    """A score whose comparisons with the others of its decision are known.
+
+    Attributes
+    ----------
+    place : int
+        Row and column of the tables.
+    lags, excesses : ndarray, shape (n, n)
+        What `behind` and `excess` of row and column are.
+    """
+
+    place: int
+    loss: float
+    lags: Array
+    excesses: Array
+
+    def behind(self, better: StoredScore) -> float:
+        """Return the stored standard errors."""
+        return float(self.lags[self.place, better.place])
+
+    def excess(self, best: StoredScore) -> float:
+        """Return the stored mean square beyond that of `best`."""
+        return float(self.excesses[self.place, best.place])
+
+
+@contextmanager
+def recorded() -> Iterator[list[dict[str, Any]]]:
+    """Collect the evidence of every decision made meanwhile, in order."""
+    found: list[dict[str, Any]] = []
+    decide = forward_selection.decide
+
+    def noted(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
+        found.append(stored(evidence))
+        return decide(evidence, limits)
+
+    with patch.object(forward_selection, "decide", noted):
+        yield found
+
+
+def stored(e: Evidence) -> dict[str, Any]:
+    """Return evidence as values that JSON can hold."""
+    scores = [e.plain, *(s.score for s in e.laws), *(k.score for k in e.kinds)]
+    n = len(scores)
+    lags = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i):
+            lags[i, j] = scores[i].behind(scores[j])
+    lags -= lags.T
+    classes = e.classes
+    elements = sorted({s.element for s in e.laws} | {k.element for k in e.kinds})
+    return {
+        "lags": [[_number(v) for v in row] for row in lags],
+        "noise": [[_number(v) for v in s.noise] for s in scores],
+        "loss": [_number(s.loss) for s in scores],
+        "laws": [_law(s) for s in e.laws],
+        "kinds": [[k.element, k.kind] for k in e.kinds],
+        "before": _left(e.before),
+        "nominal": _number(e.nominal),
+        "trained": _number(e.trained),
+        "named": list(e.named),
+        "classes": [] if classes is None else [sorted(classes.class_of(x)) for x in elements],
+        "elements": elements,
+    }
+
+
+def _number(value: float) -> float:
+    return float(f"{np.clip(np.nan_to_num(value, nan=1e300), -1e300, 1e300):.5g}")
+
+
+def _left(left: Remaining) -> list[Any]:
+    over = {name: _number(v) for name, v in left.over_noise.items()}
+    return [over, left.measured, _number(left.follows)]
+
+
+def _law(s: Scored) -> dict[str, Any]:
+    made = s.trial.insertion
+    return {
+        "effect": s.trial.effect, "element": s.element, "label": s.trial.label,
+        "home": s.trial.home, "family": made.family, "kind": made.kind,
+        "simpler": list(made.simpler), "train": _number(s.trial.train),
+        "test": _number(s.trial.test), "left": _left(s.left),
+    }  # fmt: skip
+
+
+def evidence_of(content: Mapping[str, Any]) -> Evidence:
+    """Return stored evidence as `decide` takes it."""
+    lags, noise = np.array(content["lags"]), np.array(content["noise"])
+    with np.errstate(over="ignore"):
+        excesses = np.mean((noise[:, None, :] / noise[None, :, :]) ** 2, axis=2) - 1.0
+    scores: list[Any] = [
+        StoredScore(i, loss, lags, excesses) for i, loss in enumerate(content["loss"])
+    ]
+    count = len(content["laws"])
+    laws = [_scored(x, s) for x, s in zip(content["laws"], scores[1:], strict=False)]
+    kinds = [
+        KindScore(element, kind, s, np.zeros(0))
+        for (element, kind), s in zip(content["kinds"], scores[count + 1 :], strict=True)
+    ]
+    known = dict(zip(content["elements"], content["classes"], strict=False))
+    classes: Any = SimpleNamespace(class_of=lambda x: known.get(x, [x])) if known else None
+    return Evidence(
+        scores[0], tuple(laws), tuple(kinds), Remaining(*content["before"]), content["nominal"],
+        content["trained"], classes, tuple(content["named"]),
+    )  # fmt: skip
+
+
+def _scored(law: Mapping[str, Any], score: Any) -> Scored:
+    insertion = SimpleNamespace(
+        effect=law["effect"], element=law["element"], family=law["family"], kind=law["kind"],
+        simpler=tuple(law["simpler"]), label=law["label"],
+    )  # fmt: skip
+    trial: Any = SimpleNamespace(
+        insertion=insertion, home=law["home"], train=law["train"], test=law["test"],
+        label=law["label"], effect=law["effect"], element=law["element"], fit=None,
+    )  # fmt: skip
+    return Scored(trial, score, Remaining(*law["left"]))
