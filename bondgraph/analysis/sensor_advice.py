@@ -109,7 +109,7 @@ def splitting_sensors(graph: BondGraph, elements: Iterable[str] | None = None) -
         kind: type[Sensor] = Df if isinstance(junction, One) else De
         if (kind, junction.name) in taken:
             continue
-        name = _fresh(graph, junction.name)
+        name = fresh_sensor(graph, junction.name)
         try:
             wider = graph.with_branch(junction.name, [kind(name)])
             made = diagnostic(wider, places)
@@ -140,7 +140,8 @@ def _advice(
     )
 
 
-def _fresh(graph: BondGraph, junction: str) -> str:
+def fresh_sensor(graph: BondGraph, junction: str) -> str:
+    """Return a name that `graph` does not hold yet for one more sensor at a junction."""
     name = f"extra_{junction}"
     while name in graph.elements or name in graph.parameters:
         name += "_"
