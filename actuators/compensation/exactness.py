@@ -15,7 +15,7 @@ from actuators.compensation.model_inverse import (
 )
 from actuators.compensation.motion import AnalyticMotion
 from actuators.stack.voltage_limits import UNIPOLAR
-from bondgraph import simulate
+from bondgraph import BondGraph, simulate
 from bondgraph.hysteresis import Operator
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import Expression, FloatArray
@@ -78,15 +78,7 @@ def lumped_residual(
     the only error besides that of its integrator: it falls with the square of the sample step.
     """
     voltage = lumped_feedforward(motion, hysteresis, stack, envelope=envelope)
-    n_x = 4 if stack.resistance else 2
-    run = simulate(
-        stack.graph(hysteresis),
-        motion.time,
-        {"V_in": voltage},
-        x0=np.zeros(n_x),
-        accuracy=ACCURACY,
-    )
-    return np.asarray(run["x"] - motion.x)
+    return _left(stack.graph(hysteresis), motion, voltage, 4 if stack.resistance else 2)
 
 
 def bond_graph_residual(
@@ -98,9 +90,12 @@ def bond_graph_residual(
 ) -> FloatArray:
     """Return what the simulated general bond graph model leaves of a motion, shape (N,), m."""
     voltage = bond_graph_feedforward(motion, law, stack, envelope=envelope)
-    run = simulate(
-        stack.graph(law), motion.time, {"V_in": voltage}, x0=np.zeros(3), accuracy=ACCURACY
-    )
+    return _left(stack.graph(law), motion, voltage, 3)
+
+
+def _left(graph: BondGraph, motion: AnalyticMotion, voltage: FloatArray, n_x: int) -> FloatArray:
+    start = np.zeros(n_x)
+    run = simulate(graph, motion.time, {"V_in": voltage}, x0=start, accuracy=ACCURACY)
     return np.asarray(run["x"] - motion.x)
 
 

@@ -260,11 +260,7 @@ def eigenvalues(
 ) -> np.ndarray:
     """Return the eigenvalues at parameter `values` (nominal where not given), shape (n_x,)."""
     linear = linearise(model, at)
-    numbers = {n: p.value for n, p in model.parameters.items()}
-    for n, v in (values or {}).items():
-        if n not in numbers:
-            raise unknown_name("parameter", n, model.name, numbers)
-        numbers[n] = float(v)
+    numbers = {n: float(v) for n, v in model.values(values).items()}
     a = _numeric(linear.a, numbers)
     if not a.size:
         return np.zeros(0, complex)
@@ -298,11 +294,7 @@ def linear_rates(
     UnusableInput
         The system is not linear, or a parameter has no finite value.
     """
-    numbers = {n: p.value for n, p in model.parameters.items()}
-    for n, v in (values or {}).items():
-        if n not in numbers:
-            raise unknown_name("parameter", n, model.name, numbers)
-        numbers[n] = v
+    numbers = model.values(values)
     if model.algebraic or model.laws:
         why = ", ".join(u.element for u in model.laws) or model.algebraic[0].reason
         raise UnusableInput(

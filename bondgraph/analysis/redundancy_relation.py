@@ -180,16 +180,20 @@ def _cleared(multiplier: Row) -> Row:
 
 def _content(p: Any, at: int) -> Any:
     """Return the greatest common divisor of the coefficients of a polynomial in one generator."""
-    parts: dict[int, Any] = {}
+    total = p.ring.zero
+    for v in _by_power(p, at).values():
+        total = total.gcd(v)
+    return total
+
+
+def _by_power(p: Any, at: int) -> dict[int, Any]:
+    """Return the coefficients of a polynomial in one generator."""
+    found: dict[int, Any] = {}
     for monomial, c in p.terms():
         rest = list(monomial)
         power, rest[at] = rest[at], 0
-        parts.setdefault(power, p.ring.zero)
-        parts[power] = parts[power] + p.ring.term_new(tuple(rest), c)
-    total = p.ring.zero
-    for v in parts.values():
-        total = total.gcd(v)
-    return total
+        found[power] = found.get(power, p.ring.zero) + p.ring.term_new(tuple(rest), c)
+    return found
 
 
 def _expression(value: Any) -> sp.Expr:
@@ -200,16 +204,9 @@ def _expression(value: Any) -> sp.Expr:
     if LAPLACE not in ring_field.symbols:
         return value.as_expr()
     at = list(ring_field.symbols).index(LAPLACE)
-    powers: dict[int, Any] = {}
-    for monomial, c in value.numer.terms():
-        rest = list(monomial)
-        power, rest[at] = rest[at], 0
-        term = value.numer.ring.term_new(tuple(rest), c)
-        powers[power] = powers.get(power, value.numer.ring.zero) + term
+    powers = sorted(_by_power(value.numer, at).items())
     under = ring_field.new(value.denom)
-    return sp.Add(
-        *(LAPLACE**k * (ring_field.new(p) / under).as_expr() for k, p in sorted(powers.items()))
-    )
+    return sp.Add(*(LAPLACE**k * (ring_field.new(p) / under).as_expr() for k, p in powers))
 
 
 def _powers(c: sp.Expr) -> list[tuple[int, sp.Expr]]:

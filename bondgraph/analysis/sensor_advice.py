@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from bondgraph.analysis.fault_signatures import Classes, FaultSignatures, separated, signatures
@@ -103,13 +103,9 @@ def splitting_sensors(graph: BondGraph, elements: Iterable[str] | None = None) -
     group = tuple(elements) if elements is not None else max(now.classes, key=len)
     for e in group:
         now.column(e)
-    taken = {(type(s), graph.neighbour(s.name)) for s in graph.of_type(Sensor)}
     found: list[Advice] = []
-    for junction in graph.of_type(One, Zero):
-        kind: type[Sensor] = Df if isinstance(junction, One) else De
-        if (kind, junction.name) in taken:
-            continue
-        name = _fresh(graph, junction.name)
+    for kind, junction in unmeasured(graph):
+        name = fresh_sensor(graph, junction.name)
         try:
             wider = graph.with_branch(junction.name, [kind(name)])
             made = diagnostic(wider, places)
@@ -140,7 +136,17 @@ def _advice(
     )
 
 
-def _fresh(graph: BondGraph, junction: str) -> str:
+def unmeasured(graph: BondGraph) -> Iterator[tuple[type[De | Df], One | Zero]]:
+    """Yield the junctions whose own signal no sensor reads, with the sensor that would."""
+    taken = {(type(s), graph.neighbour(s.name)) for s in graph.of_type(Sensor)}
+    for junction in graph.of_type(One, Zero):
+        kind = Df if isinstance(junction, One) else De
+        if (kind, junction.name) not in taken:
+            yield kind, junction
+
+
+def fresh_sensor(graph: BondGraph, junction: str) -> str:
+    """Return a name that `graph` does not hold yet for one more sensor at a junction."""
     name = f"extra_{junction}"
     while name in graph.elements or name in graph.parameters:
         name += "_"

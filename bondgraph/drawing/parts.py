@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
@@ -44,32 +44,19 @@ class Part:
 
     def shifted(self, dx: float, dy: float) -> Part:
         """Move everything."""
-
-        def move(r: Rect | None) -> Rect | None:
-            return None if r is None else r.shifted(dx, dy)
-
-        return Part(
-            {n: (x + dx, y + dy) for n, (x, y) in self.anchors.items()},
-            {k: tuple((x + dx, y + dy) for x, y in v) for k, v in self.vias.items()},
-            self.box.shifted(dx, dy),
-            move(self.upper),
-            move(self.middle),
-            move(self.lower),
-        )
+        return self._placed(lambda x, y: (x + dx, y + dy), lambda r: r.shifted(dx, dy))
 
     def mirrored(self) -> Part:
         """Exchange left and right; labels are symmetric about their anchors."""
+        return self._placed(lambda x, y: (-x, y), lambda r: Rect(-r.x1, r.y0, -r.x0, r.y1))
 
-        def turn(r: Rect | None) -> Rect | None:
-            return None if r is None else Rect(-r.x1, r.y0, -r.x0, r.y1)
-
+    def _placed(self, point: Callable[[float, float], Point], rect: Callable[[Rect], Rect]) -> Part:
+        bands = (self.upper, self.middle, self.lower)
         return Part(
-            {n: (-x, y) for n, (x, y) in self.anchors.items()},
-            {k: tuple((-x, y) for x, y in v) for k, v in self.vias.items()},
-            Rect(-self.box.x1, self.box.y0, -self.box.x0, self.box.y1),
-            turn(self.upper),
-            turn(self.middle),
-            turn(self.lower),
+            {n: point(x, y) for n, (x, y) in self.anchors.items()},
+            {k: tuple(point(x, y) for x, y in v) for k, v in self.vias.items()},
+            rect(self.box),
+            *(None if r is None else rect(r) for r in bands),
         )
 
 

@@ -71,11 +71,7 @@ def motion(
     if hold not in HOLDS:
         raise unknown_name("inter-sample behaviour", hold, "ledger", HOLDS)
     model = system(graph)
-    values = {n: p.value for n, p in model.parameters.items()}
-    for n, v in (parameters or {}).items():
-        if n not in values:
-            raise unknown_name("parameter", n, graph.name, values)
-        values[n] = float(v)
+    values = {n: float(v) for n, v in model.values(parameters).items()}
     time = np.asarray(trajectory.time, float)
     if time.ndim != 1 or time.size < 2 or not (np.diff(time) > 0).all():
         raise UnusableInput(

@@ -112,6 +112,15 @@ class System:
         """Position of the assignment of every signal."""
         return {r.target: i for i, r in enumerate(self.relations)}
 
+    def values(self, changed: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Return the values of all parameters: the declared ones, or those in `changed`."""
+        found: dict[str, Any] = {n: p.value for n, p in self.parameters.items()}
+        for n, v in (changed or {}).items():
+            if n not in found:
+                raise unknown_name("parameter", n, self.name, found)
+            found[n] = v
+        return found
+
     # -- closed forms -------------------------------------------------------------------------
     @cached_property
     def _closing(self) -> Closing:

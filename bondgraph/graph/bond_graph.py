@@ -29,7 +29,7 @@ from bondgraph.graph.elements import (
     Zero,
     symbol,
 )
-from bondgraph.support.errors import GraphError, unknown_name
+from bondgraph.support.errors import GraphError, UnknownName, unknown_name
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -318,16 +318,12 @@ class BondGraph:
     def _expression(self, element: Element, value: Value) -> sp.Expr:
         if isinstance(value, str):
             if value not in self._parameters:
-                raise unknown_name(
-                    "parameter", value, f"{self.name}.{element.name}", self._parameters
-                )
+                raise self._unknown(value, element.name)
             return self._parameters[value].symbol
         if isinstance(value, sp.Expr):
             for s in value.free_symbols:
                 if not self._knows(s, element.name):
-                    raise unknown_name(
-                        "parameter", str(s), f"{self.name}.{element.name}", self._parameters
-                    )
+                    raise self._unknown(str(s), element.name)
             return value
         return symbol(element.name, positive=True)
 
@@ -351,7 +347,10 @@ class BondGraph:
         other = self.elements.get(name)
         if isinstance(other, Valued | TwoPort) and name != element:
             return symbol(name, positive=True)
-        raise unknown_name("parameter", name, f"{self.name}.{element}", self._parameters)
+        raise self._unknown(name, element)
+
+    def _unknown(self, name: str, element: str) -> UnknownName:
+        return unknown_name("parameter", name, f"{self.name}.{element}", self._parameters)
 
     # -- checking -------------------------------------------------------------------------
     def check(self) -> tuple[str, ...]:

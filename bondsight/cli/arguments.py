@@ -18,6 +18,13 @@ def add_map(p: argparse.ArgumentParser) -> None:
     p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
 
 
+def add_several(
+    p: argparse.ArgumentParser, option: str, metavar: str, default: list[str] | None, says: str
+) -> None:
+    """Add an option that takes several words, and more where it is given again."""
+    p.add_argument(option, nargs="+", action="extend", default=default, metavar=metavar, help=says)
+
+
 def mapping_of(maps: Sequence[str]) -> dict[str, str]:
     """Return name -> column from ``--map`` entries."""
     found = {}

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.arguments import MODEL, add_map, mapping_of
+from bondsight.cli.arguments import MODEL, add_map, add_several, mapping_of
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -21,10 +21,7 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("recordings", nargs="+", metavar="RECORDING", help="files or known recordings")
     p.add_argument("--model", required=True, help=MODEL)
     add_map(p)
-    p.add_argument(
-        "--free", nargs="+", action="extend", default=None, metavar="NAME",
-        help="default: all not fixed",
-    )  # fmt: skip
+    add_several(p, "--free", "NAME", None, "default: all not fixed")
     p.add_argument("--fix", action="append", default=[], metavar="NAME=VALUE", help="SI")
     p.add_argument("--start", action="append", default=[], metavar="NAME=VALUE", help="SI")
     p.add_argument("--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="SI")
@@ -35,14 +32,7 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
         metavar="NAME=MEDIAN:FACTOR",
         help="two thirds of the weight within FACTOR of MEDIAN",
     )
-    p.add_argument(
-        "--own",
-        nargs="+",
-        action="extend",
-        default=[],
-        metavar="NAME",
-        help="parameters with a value in every recording",
-    )
+    add_several(p, "--own", "NAME", [], "parameters with a value in every recording")
     p.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"), default=None)
     p.add_argument("--noise", choices=("white", "coloured"), default="white")
     p.add_argument("--rest", action="store_true", help="every recording begins at rest")
@@ -51,10 +41,7 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("--no-lags", action="store_true", help="sensors have no lag")
     p.add_argument("--command-offsets", action="store_true", help="commands may have an offset")
     p.add_argument("--window", type=int, default=None, help="samples of windows to score on")
-    p.add_argument(
-        "--validate", nargs="+", action="extend", default=[], metavar="RECORDING",
-        help="recordings only judged",
-    )  # fmt: skip
+    add_several(p, "--validate", "RECORDING", [], "recordings only judged")
     p.add_argument(
         "--init", type=int, default=0, help="samples of those that their state is fitted to"
     )

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from bondsight.cli.arguments import MODEL, add_jobs, add_map, mapping_of
+from bondsight.cli.arguments import MODEL, add_jobs, add_map, add_several, mapping_of
 
 
 def add_identifiability_command(verbs: Any) -> None:
@@ -19,14 +19,7 @@ def add_identifiability_command(verbs: Any) -> None:
     p.add_argument("model", help=MODEL)
     p.add_argument("--recording", help="also fit it: a file or a known recording")
     add_map(p)
-    p.add_argument(
-        "--free",
-        nargs="+",
-        action="extend",
-        default=None,
-        metavar="NAME",
-        help="parameters (default: all not fixed)",
-    )
+    add_several(p, "--free", "NAME", None, "parameters (default: all not fixed)")
     p.add_argument("--profiles", action="store_true", help="also profile every parameter")
     p.add_argument("--noise", choices=("white", "coloured"), default="white")
     p.add_argument("--out", type=Path, default=None, help="folder for figures")

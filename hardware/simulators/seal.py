@@ -10,8 +10,10 @@ import hashlib
 import hmac
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, Self
 
 from hardware.simulators.draw import Truth
 
@@ -23,7 +25,7 @@ class SealBrokenError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class SealedTruth:
+class Sealed:
     """Hash of a truth and the envelope that opens it.
 
     Parameters
@@ -40,6 +42,28 @@ class SealedTruth:
     salt: str = field(repr=False)
     payload: str = field(repr=False)
 
+    @classmethod
+    def closed(cls, truth: Mapping[str, Any]) -> Self:
+        """Seal plain values with a fresh salt."""
+        salt, payload = os.urandom(_SALT_BYTES).hex(), _canonical(truth)
+        return cls(_digest(salt, payload), salt, payload)
+
+    def save(self, path: str | Path) -> None:
+        """Write hash, salt and payload as JSON, at once or not at all.
+
+        Keep the file away from the diagnosis.
+        """
+        content = {"hash": self.hash, "salt": self.salt, "payload": self.payload}
+        file = Path(path)
+        scratch = file.with_name(f".{file.name}.{os.getpid()}")
+        scratch.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        scratch.replace(file)
+
+
+@dataclass(frozen=True, slots=True)
+class SealedTruth(Sealed):
+    """A sealed `Truth`, checked when it is opened."""
+
     def open(self) -> Truth:
         """Give the truth after checking it against the hash.
 
@@ -55,11 +79,6 @@ class SealedTruth:
             )
         return Truth.from_dict(json.loads(self.payload))
 
-    def save(self, path: str | Path) -> None:
-        """Write hash, salt and payload as JSON; keep the file away from the diagnosis."""
-        content = {"hash": self.hash, "salt": self.salt, "payload": self.payload}
-        Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-
     @classmethod
     def load(cls, path: str | Path) -> SealedTruth:
         """Read what ``save`` wrote; ``open`` does the checking."""
@@ -69,14 +88,16 @@ class SealedTruth:
 
 def seal(truth: Truth) -> SealedTruth:
     """Commit to a truth with a fresh salt."""
-    salt = os.urandom(_SALT_BYTES).hex()
-    payload = canonical_json(truth)
-    return SealedTruth(hash=_digest(salt, payload), salt=salt, payload=payload)
+    return SealedTruth.closed(truth.as_dict())
 
 
 def canonical_json(truth: Truth) -> str:
     """JSON with sorted keys, no spaces and shortest exact floats."""
-    return json.dumps(truth.as_dict(), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return _canonical(truth.as_dict())
+
+
+def _canonical(values: Mapping[str, Any]) -> str:
+    return json.dumps(values, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def _digest(salt: str, payload: str) -> str:

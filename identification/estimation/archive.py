@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import platform
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -177,21 +177,17 @@ def _take_recording(
     given: Sequence[Recording],
     where: str,
 ) -> Recording:
+    named = {k: e[k] for k in ("name", "source", "sha256", "meta")}
     if e["embedded"]:
         channels = {n: arrays[f"recordings/{i}/channel/{n}"] for n in e["units"]}
         time = arrays[f"recordings/{i}/time"]
-        found = Recording(
-            e["name"], time, channels, e["units"], e["source"], e["sha256"], e["meta"]
-        )
+        found = Recording(time=time, channels=channels, units=e["units"], **named)
         if _digest(found) != e["content"]:
             raise UnusableInput(f"{where}: recording {e['name']!r} does not match its checksum")
         return found
     for r in given:
         if _digest(r) == e["content"]:
-            channels = dict(r.channels)
-            return Recording(
-                e["name"], r.time, channels, r.units, e["source"], e["sha256"], e["meta"]
-            )
+            return replace(r, **named)
     origin = f" (read from {e['source']})" if e["source"] else ""
     same = [r.name for r in given if r.name == e["name"]]
     why = "the one given differs from it" if same else "give it as recordings=..."

@@ -223,13 +223,10 @@ class GeneralEngine(Engine):
         memory: Memories | None = None,
     ) -> KernelRun:
         """Run the general kernel."""
-        made = run_general(
+        return run_general(
             ready, u, x0, fine=fine, every_substep=every_substep, memory=memory,
             relaxed=memory is None,
         )  # fmt: skip
-        return KernelRun(
-            made.y, made.dy, made.s, made.w, made.x, made.memory, made.settled, made.dx
-        )
 
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
         """Spread of the states where stretches of a simulation end."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from bondgraph.analysis.sensor_advice import fresh_sensor
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import De, Df, Dq, One, Sensor, Zero
 from bondgraph.support.errors import BondsightError
@@ -73,7 +74,7 @@ def helpful_sensors(
             if (kind, junction.name) in taken:
                 continue
             try:
-                wider = graph.with_branch(junction.name, [kind(_fresh(graph, junction.name))])
+                wider = graph.with_branch(junction.name, [kind(fresh_sensor(graph, junction.name))])
                 rank = structural_rank(wider, now.free)
             except BondsightError:
                 continue
@@ -82,10 +83,3 @@ def helpful_sensors(
                 found.append(gain)
                 break
     return tuple(sorted(found, key=lambda g: -g.added))
-
-
-def _fresh(graph: BondGraph, junction: str) -> str:
-    name = f"extra_{junction}"
-    while name in graph.elements or name in graph.parameters:
-        name += "_"
-    return name

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, cast, final
 
-from bondgraph.hysteresis.composed.pair import Pair
-from bondgraph.hysteresis.errors import BadParameter, NotInvertible
+from bondgraph.hysteresis.composed.pair import FirstAndSecond
+from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.invertible import InvertibleOperator
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import NUMPY, Expression, Ops
@@ -65,23 +65,6 @@ def inverse_memory_of(ops: Ops, operator: Operator, memory: Sequence[Expression]
     return operator._states(memory)
 
 
-def require_operators(**parts: object) -> None:
-    """Check that every part is an operator.
-
-    Raises
-    ------
-    BadParameter
-        With the name of the first part that is none.
-
-    Examples
-    --------
-    >>> require_operators()
-    """
-    for name, part in parts.items():
-        if not isinstance(part, Operator):
-            raise BadParameter(f"{name} must be an operator, not {type(part).__name__}")
-
-
 def _invertible(operator: Operator) -> bool:
     try:
         inverse_of(NUMPY, operator)
@@ -92,7 +75,7 @@ def _invertible(operator: Operator) -> bool:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Cascade(Pair, InvertibleOperator["Cascade"]):
+class Cascade(FirstAndSecond, InvertibleOperator["Cascade"]):
     """One operator behind the other, ``y = second[first[x]]``.
 
     A second operator with memory assumes that its input moves monotonically within a step. The
@@ -129,17 +112,6 @@ class Cascade(Pair, InvertibleOperator["Cascade"]):
     """
 
     kind: ClassVar[str] = "cascade"
-
-    first: Operator
-    second: Operator
-
-    def __post_init__(self) -> None:
-        """Check the parts."""
-        require_operators(first=self.first, second=self.second)
-
-    @property
-    def _parts(self) -> tuple[Operator, Operator]:
-        return self.first, self.second
 
     @property
     def wipes_out(self) -> bool:

@@ -6,9 +6,28 @@ Sizes: the memory is the one of the first operator followed by the one of the se
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 
+from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import Expression, Ops
+
+
+def require_operators(**parts: object) -> None:
+    """Check that every part is an operator.
+
+    Raises
+    ------
+    BadParameter
+        With the name of the first part that is none.
+
+    Examples
+    --------
+    >>> require_operators()
+    """
+    for name, part in parts.items():
+        if not isinstance(part, Operator):
+            raise BadParameter(f"{name} must be an operator, not {type(part).__name__}")
 
 
 class Pair(Operator, ABC):
@@ -34,6 +53,22 @@ class Pair(Operator, ABC):
     def _split(self, memory: Memory) -> tuple[Memory, Memory]:
         n = self._parts[0].n_memory
         return memory[:n], memory[n:]
+
+
+@dataclass(frozen=True, slots=True)
+class FirstAndSecond(Pair, ABC):
+    """Any two operators, of which each is a parameter."""
+
+    first: Operator
+    second: Operator
+
+    def __post_init__(self) -> None:
+        """Check the parts."""
+        require_operators(first=self.first, second=self.second)
+
+    @property
+    def _parts(self) -> tuple[Operator, Operator]:
+        return self.first, self.second
 
 
 class SideBySide(Pair, ABC):

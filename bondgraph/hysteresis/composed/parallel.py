@@ -8,15 +8,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal, final
 
-from bondgraph.hysteresis.composed.cascade import require_operators
-from bondgraph.hysteresis.composed.pair import SideBySide
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.composed.pair import FirstAndSecond, SideBySide
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.support.ops import Expression, Ops
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Parallel(SideBySide):
+class Parallel(FirstAndSecond, SideBySide):
     """Two operators side by side, ``y = first[x] + second[x]``; nest it for more.
 
     There is no exact inverse in general: use `numeric_inverse`, or `HysteresisWithCreep`.
@@ -41,17 +40,6 @@ class Parallel(SideBySide):
     """
 
     kind: ClassVar[str] = "parallel"
-
-    first: Operator
-    second: Operator
-
-    def __post_init__(self) -> None:
-        """Check the parts."""
-        require_operators(first=self.first, second=self.second)
-
-    @property
-    def _parts(self) -> tuple[Operator, Operator]:
-        return self.first, self.second
 
     @property
     def wipes_out(self) -> bool:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from bondgraph.hysteresis.composed.cascade import inverse_memory_of, inverse_of, require_operators
-from bondgraph.hysteresis.composed.pair import SideBySide
+from bondgraph.hysteresis.composed.cascade import inverse_memory_of, inverse_of
+from bondgraph.hysteresis.composed.pair import SideBySide, require_operators
 from bondgraph.hysteresis.creep.log_creep import LogCreep
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.invertible import ForwardInverse, InvertibleOperator

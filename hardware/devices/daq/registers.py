@@ -42,7 +42,8 @@ class Registers(Protocol):
     """Reads and writes of single registers, in the order of the calls.
 
     Reading may have side effects (on these cards it starts conversions and empties a queue), so an
-    implementation never reads what it is not asked to read, and never twice.
+    implementation never reads what it is not asked to read, and never twice. A single access is a
+    batch of one, unless an implementation has a shorter way.
     """
 
     @property
@@ -52,19 +53,19 @@ class Registers(Protocol):
 
     def read16(self, bar: int, offset: int) -> int:
         """Read 16 bits."""
-        ...
+        return self.batch((Access(AccessKind.READ16, bar, offset),))[0]
 
     def write16(self, bar: int, offset: int, value: int) -> None:
         """Write 16 bits."""
-        ...
+        self.batch((Access(AccessKind.WRITE16, bar, offset, value),))
 
     def read32(self, bar: int, offset: int) -> int:
         """Read 32 bits."""
-        ...
+        return self.batch((Access(AccessKind.READ32, bar, offset),))[0]
 
     def write32(self, bar: int, offset: int, value: int) -> None:
         """Write 32 bits."""
-        ...
+        self.batch((Access(AccessKind.WRITE32, bar, offset, value),))
 
     def batch(self, accesses: Sequence[Access]) -> list[int]:
         """Do several in their order; return what was read, 0 for a write."""

@@ -13,7 +13,7 @@ import threading
 from collections.abc import Sequence
 from typing import final
 
-from hardware.devices.daq.registers import Access, AccessKind
+from hardware.devices.daq.registers import Access, Registers
 from hardware.errors import LinkLost, ProtocolFault, TimedOut
 
 _HEAD = struct.Struct("<H")
@@ -24,7 +24,7 @@ _REFUSED_HEAD = _HEAD.pack(_REFUSED)
 
 
 @final
-class SocketRegisters:
+class SocketRegisters(Registers):
     """Registers by TCP.
 
     Parameters
@@ -42,27 +42,15 @@ class SocketRegisters:
 
     def __init__(self, address: str, timeout: float = 1.0) -> None:
         self._where = address
-        self.address = f"registers at {address}"
         self._timeout = timeout
         self._lock = threading.Lock()
         self._interrupted = False
         self._socket: socket.socket | None = self._connected()
 
-    def read16(self, bar: int, offset: int) -> int:
-        """Read 16 bits."""
-        return self.batch((Access(AccessKind.READ16, bar, offset),))[0]
-
-    def write16(self, bar: int, offset: int, value: int) -> None:
-        """Write 16 bits."""
-        self.batch((Access(AccessKind.WRITE16, bar, offset, value),))
-
-    def read32(self, bar: int, offset: int) -> int:
-        """Read 32 bits."""
-        return self.batch((Access(AccessKind.READ32, bar, offset),))[0]
-
-    def write32(self, bar: int, offset: int, value: int) -> None:
-        """Write 32 bits."""
-        self.batch((Access(AccessKind.WRITE32, bar, offset, value),))
+    @property
+    def address(self) -> str:
+        """Where they are, for messages."""
+        return f"registers at {self._where}"
 
     def batch(self, accesses: Sequence[Access]) -> list[int]:
         """Do several in one message; return what was read, 0 for a write.

@@ -9,7 +9,6 @@ from hardware.contracts import Chunk
 from hardware.devices.interferometer.constants import BLOCK_MEMORY, BLOCK_RATE, trigger_mode
 from hardware.devices.interferometer.device import Interferometer
 from hardware.devices.interferometer.measurement import Measurement
-from hardware.devices.interferometer.pump import drain
 from hardware.errors import LinkLost, Overrun, TimedOut
 
 
@@ -98,16 +97,7 @@ class Block(Measurement):
             # fewer than asked for if some were lost: by an age beyond them the library gives others
             held = int(device.library.call("IfmValueCount", device.handle))
             count = min(held, self._samples) if held > 0 else self._samples
-            values = drain(
-                device.library,
-                device.handle,
-                count,
-                self._watch.wanted,
-                channel=device.channel,
-                oldest=count - 1,
-                native=self._native,
-            )
-            self._take(values, chunks)
+            self._take(count, chunks, oldest=count - 1)
             self._require_presence()
             device.library.call("IfmClearBuffers", device.handle)
             self._complete = True
@@ -127,17 +117,7 @@ class Block(Measurement):
         device = self.device
         count = int(device.library.function("IfmValueCount")(device.handle))
         if count > 0:
-            self._take(
-                drain(
-                    device.library,
-                    device.handle,
-                    min(count, self._samples),
-                    self._watch.wanted,
-                    channel=device.channel,
-                    native=self._native,
-                ),
-                chunks,
-            )
+            self._take(min(count, self._samples), chunks)
 
     def _end(self, chunks: list[Chunk]) -> None:
         if not self._complete:

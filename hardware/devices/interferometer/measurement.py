@@ -11,7 +11,7 @@ from bondgraph.support.errors import UnusableInput, real_number
 from hardware.contracts import Chunk, Flag, Identity
 from hardware.devices.interferometer.constants import Measure, Trigger
 from hardware.devices.interferometer.device import Interferometer
-from hardware.devices.interferometer.pump import Drained
+from hardware.devices.interferometer.pump import drain
 from hardware.devices.interferometer.quietly import quietly
 from hardware.devices.interferometer.watch import MeasurementWatch
 from hardware.errors import BeamLost, HardwareError, LinkLost, Overrun, ProtocolFault
@@ -237,8 +237,16 @@ class Measurement(ABC):
             self.device.library.call(setting, self.device.handle, _STAGE_2, 0, self._average)
         return self.device.measure_flags(self._extras, processing)
 
-    def _take(self, values: Drained, chunks: list[Chunk]) -> None:
-        """Put drained values behind `chunks`; an early end raises."""
+    def _take(self, count: int, chunks: list[Chunk], oldest: int | None = None) -> None:
+        """Drain values, from the age `oldest` on, and put them behind `chunks`.
+
+        An early end raises.
+        """
+        device = self.device
+        values = drain(
+            device.library, device.handle, count, self._watch.wanted,
+            channel=device.channel, oldest=oldest, native=self._native,
+        )  # fmt: skip
         if values.length.size:
             self._silent, self._polled = 0.0, self.device.clock.now()
         chunks += self._watch.chunks(values, self._conditions())

@@ -9,7 +9,6 @@ from hardware.contracts import Chunk
 from hardware.devices.interferometer.constants import Trigger, trigger_mode
 from hardware.devices.interferometer.device import Interferometer
 from hardware.devices.interferometer.measurement import Measurement
-from hardware.devices.interferometer.pump import drain
 from hardware.errors import LinkLost, TimedOut
 
 NORMAL_RATE: Final = 16_000.0
@@ -50,19 +49,7 @@ class _Flowing(Measurement):
         if self._samples is not None:
             count = min(count, self._samples - self.received)
         if count:
-            n = min(count, _BATCH)
-            wanted = self._watch.wanted
-            self._take(
-                drain(
-                    device.library,
-                    device.handle,
-                    n,
-                    wanted,
-                    channel=device.channel,
-                    native=self._native,
-                ),
-                chunks,
-            )
+            self._take(min(count, _BATCH), chunks)
         self._require_presence()
         if self._samples is not None and self.received >= self._samples:
             self._complete = True

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from bondgraph.analysis.sensor_advice import unmeasured
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import De, Df, Sensor
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.explanation.candidate_inputs import CandidateInput, candidate_inputs
-from identification.diagnosis.localisation.structural_classes import unmeasured
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import single_threaded
 from identification.study.engine import Engine, engine_of

@@ -8,15 +8,16 @@ Process Supervision, 2008, for the fault signature of bond graphs).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
 from scipy.linalg import matrix_balance
 
+from bondgraph.analysis.sensor_advice import unmeasured
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import De, Df, One, Sensor, Source, Zero
+from bondgraph.graph.elements import Df, Sensor, Source
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.simulate import exact_form
 from bondgraph.support.arrays import Array
@@ -115,15 +116,6 @@ def _parallel(a: Array, b: Array) -> bool:
         return True
     cosine = np.abs(np.sum(a[seen].conj() * b[seen], axis=1)) / (na[seen] * nb[seen])
     return bool((cosine > 1 - PARALLEL).all())
-
-
-def unmeasured(graph: BondGraph) -> Iterator[tuple[type[De | Df], One | Zero]]:
-    """Yield the junctions whose own signal no sensor reads, with the sensor that would."""
-    taken = {(type(s), graph.neighbour(s.name)) for s in graph.of_type(Sensor)}
-    for junction in graph.of_type(One, Zero):
-        kind = Df if isinstance(junction, One) else De
-        if (kind, junction.name) not in taken:
-            yield kind, junction
 
 
 def splitting_signals(

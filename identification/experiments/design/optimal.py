@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -197,10 +198,10 @@ def optimal_multisine(
         unit = getattr(model[source], "unit", "") if isinstance(model, BondGraph) else ""
     unit = unit or "1"
     vectors, scale = prior_samples(compiled, names, values, prior, samples, seed)
-    even = multisine(
-        rate, period, band=band, kind=kind, rms=rms, phases="schroeder", periods=periods,
-        seed=seed, name=source, unit=unit,
-    )  # fmt: skip
+    designed = partial(
+        multisine, rate, period, rms=rms, periods=periods, seed=seed, name=source, unit=unit
+    )
+    even = designed(band=band, kind=kind, phases="schroeder")
     f = even.frequencies
     each = np.stack(
         [line_information(compiled, p, source, noise, f, names, scale) for p in vectors]
@@ -211,14 +212,9 @@ def optimal_multisine(
     shares = found.shares / found.shares.sum()
     shares = (1.0 - flat_share) * shares + flat_share / f.size
     kept = shares > 1e-4 * shares.max()
-    made = multisine(
-        rate, period, lines=np.asarray(even.lines)[kept].tolist(), shape=np.sqrt(shares[kept]),
-        rms=rms, phases="low_crest", periods=periods, seed=seed, name=source, unit=unit,
-    )  # fmt: skip
-    flat = multisine(
-        rate, period, band=band, kind=kind, rms=rms, phases="low_crest", periods=periods,
-        seed=seed, name=source, unit=unit,
-    )  # fmt: skip
+    lines = np.asarray(even.lines)[kept].tolist()
+    made = designed(lines=lines, shape=np.sqrt(shares[kept]), phases="low_crest")
+    flat = designed(band=band, kind=kind, phases="low_crest")
     made = replace(made, kind=f"{criterion}-optimal multisine", detection=flat.detection)
     spent = float(shares[kept] @ cost[kept] / shares[kept].sum())
     made = made.scaled(float(np.sqrt(cost.mean() / spent)))
