@@ -8,6 +8,9 @@ was fitted to), and its variance is taken from the stretches (Diebold and Marian
 Stat. 13 (1995) 253), at least that of white noise. Both are whitened before by the pole that the
 residual of the better one has: slow noise looks like anything slow.
 So an effect that shows in two stretches of forty may still be certain.
+
+Where both leave a misfit of their own, that is no noise, and what whitening takes out is physics:
+the loss of whole stretches is compared as well, and the surer of the two counts.
 """
 
 from __future__ import annotations
@@ -93,6 +96,10 @@ class BlockScore:
             return 0.0 if self.sound == better.sound else np.inf if better.sound else -np.inf
         if self.loss < better.loss:
             return -better.behind(self)
+        return max(self.apart(better), self.paired(better))
+
+    def apart(self, better: BlockScore) -> float:
+        """Return the standard errors by what the two predictions differ in, beside noise."""
         rows = better.out.rows
         scale = better.noise[rows.channel]
         with np.errstate(over="ignore", invalid="ignore"):
@@ -105,6 +112,19 @@ class BlockScore:
             return 0.0
         by_stretch = np.bincount(rows.block, fitted * apart, rows.blocks)
         return lead / float(np.sqrt(max(float(by_stretch @ by_stretch), power)))
+
+    def paired(self, better: BlockScore) -> float:
+        """Return the standard errors by which stretches agree that `better` predicts more.
+
+        Whatever the misfits are that both leave; with few stretches in which they differ it stays
+        small, however sure the matter is.
+        """
+        rows = better.out.rows
+        size = np.clip(np.stack([self.out.residual, better.out.residual]), -1e100, 1e100)
+        worse, best = (size / better.noise[rows.channel]) ** 2
+        lead = np.bincount(rows.block, worse - best, rows.blocks)
+        spread = float(np.std(lead, ddof=1)) if lead.size > 1 else 0.0
+        return float(np.mean(lead)) / spread * float(np.sqrt(lead.size)) if spread > 0 else 0.0
 
     def excess(self, best: BlockScore) -> float:
         """Mean square beyond that of the best hypothesis, in units of its noise."""

@@ -409,7 +409,7 @@ def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored 
 
 
 FREEDOM = {
-    "restoring": 0, "dissipative": 0, "ratio": 0, "memory": 1, "slow": 1, "mode": 1, "surface": 2,
+    "restoring": 0, "dissipative": 0, "ratio": 1, "memory": 1, "slow": 1, "mode": 1, "surface": 2,
     "time": 2, "command": 2, "sensing": 3, "exogenous": 3,
 }  # fmt: skip
 """How much a kind may depend on: a curve of one variable, its past, several, anything."""

@@ -202,7 +202,8 @@ def fitted(
         except BondsightError:
             continue
         problem = replace(template, graph=made.graph, built=None)
-        tasks.append((made, s.home, problem, scene.nominal.chi2("train") > FAR))
+        far = scene.nominal.chi2("train") > FAR
+        tasks.append((made, s.home, problem, far, astray(scene.nominal)))
     alive = _round(attempt, tasks, options, progress, begin, begin + 0.5 * (end - begin))
     done: list[Candidate] = []
     for number, iterations in enumerate(ROUNDS, start=1):
@@ -251,11 +252,12 @@ def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def attempt(
-    insertion: Insertion, home: bool, problem: Problem, far: bool = True
+    insertion: Insertion, home: bool, problem: Problem, far: bool = True, lost: bool = False
 ) -> tuple[str, Candidate | None]:
     """Fit one insertion a few steps from its best starts; None when it cannot be simulated.
 
-    `far`: the nominal fit may be bent so much that the declared values are tried as well.
+    `far`: the nominal fit may be bent so much that the declared values are tried as well. `lost`:
+    it does not follow the readings at all, so that the fit starts from short windows too.
     """
     short: list[Fit] = []
     try:
@@ -265,7 +267,7 @@ def attempt(
     for candidate in promising(problem, insertion.starts, far):
         try:
             short.append(fit(candidate, max_iterations=FIRST))
-            if problem.source_offsets:
+            if problem.source_offsets or lost:
                 again = through_windows(candidate, 3 * FIRST)
                 short.append(fit(again, max_iterations=FIRST))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
@@ -276,6 +278,16 @@ def attempt(
     return insertion.label, trial_of(insertion, home, min(short, key=lambda r: r.cost))
 
 
+def astray(nominal: Fit) -> bool:
+    """Whether a fit misses most of what moves in a reading: its own course says little."""
+    inside = nominal.problem.data.mask("train")
+    moves = np.std(nominal.problem.data.readings[inside], axis=0)
+    missed = np.sqrt(np.mean(nominal.residuals("train") ** 2, axis=0))
+    return bool((missed > LOST * moves).any())
+
+
+LOST = 0.5
+"""Part of a reading's standard deviation that a fit misses which does not follow it."""
 FIRST = 4
 """Steps of the first round."""
 FAR = 10.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError
@@ -27,11 +28,12 @@ from identification.diagnosis.search.base import Base, base_of
 from identification.diagnosis.search.candidates import (
     Candidate,
     DiagnosisOptions,
+    astray,
     finish,
     fitted,
     search,
 )
-from identification.estimation.single_record import Fit
+from identification.estimation.single_record import Fit, FitStatus, fit
 
 Progress = Callable[[str, float], None]
 
@@ -199,6 +201,13 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
 
     plain, before = score(base.fit), remaining(base.fit)
     kinds = done.kinds(base.fit, base.fit)
+    if number == 0 and astray(base.fit):
+        # its course says little of what would be at its ports; that of the declared values may
+        declared = fit(replace(base.fit.problem, starts={}), max_iterations=0)
+        if declared.status is not FitStatus.BROKEN:
+            kinds = _merged(kinds, done.kinds(base.fit, declared))
+            ranked = in_turn(ranked, done.of(declared)[1])
+            options = replace(options, keep=2 * options.keep)
     evidence = Evidence(
         plain, (), tuple(kinds), before, base.fit.chi2("test"), base.fit.chi2("train"),
         task.classes, named=named,
@@ -212,6 +221,16 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     if best is not None:
         kinds = _merged(kinds, done.kinds(base.fit, best.fit))
     return decide(replace(evidence, laws=laws, kinds=tuple(kinds)), limits)
+
+
+def in_turn(first: Sequence[Screened], second: Sequence[Screened]) -> list[Screened]:
+    """Return the best of both rankings alternately, each effect and place once."""
+    found: dict[tuple[str, str], Screened] = {}
+    for pair in zip_longest(first, second):
+        for s in pair:
+            if s is not None:
+                found.setdefault((s.effect.name, s.element.name), s)
+    return list(found.values())
 
 
 def _hopeful(plain: BlockScore, kind: KindScore, limits: Thresholds) -> bool:

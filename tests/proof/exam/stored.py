@@ -12,7 +12,13 @@ from unittest.mock import patch
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.diagnosis.evidence.decision import Decision, Evidence, Scored, Thresholds
+from identification.diagnosis.evidence.decision import (
+    Decision,
+    Evidence,
+    Scored,
+    Thresholds,
+    decide,
+)
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.search import forward_selection
@@ -28,18 +34,22 @@ class StoredScore:
     ----------
     place : int
         Row and column of the tables.
-    lags, excesses : ndarray, shape (n, n)
-        What `behind` and `excess` of row and column are.
+    apart, paired, excesses : ndarray, shape (n, n)
+        What the methods of that name say of row and column.
     """
 
     place: int
     loss: float
-    lags: Array
+    apart: Array
+    paired: Array
     excesses: Array
 
     def behind(self, better: StoredScore) -> float:
         """Return the stored standard errors."""
-        return float(self.lags[self.place, better.place])
+        at = self.place, better.place
+        if self.loss < better.loss:
+            return -better.behind(self)
+        return float(max(self.apart[at], self.paired[at]))
 
     def excess(self, best: StoredScore) -> float:
         """Return the stored mean square beyond that of `best`."""
@@ -50,13 +60,12 @@ class StoredScore:
 def recorded() -> Iterator[list[dict[str, Any]]]:
     """Collect the evidence of every decision made meanwhile, in order."""
     found: list[dict[str, Any]] = []
-    decide = forward_selection.decide
 
     def noted(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         found.append(stored(evidence))
         return decide(evidence, limits)
 
-    with patch.object(forward_selection, "decide", noted):
+    with patch(f"{forward_selection.__name__}.decide", noted):
         yield found
 
 
@@ -64,15 +73,18 @@ def stored(e: Evidence) -> dict[str, Any]:
     """Return evidence as values that JSON can hold."""
     scores = [e.plain, *(s.score for s in e.laws), *(k.score for k in e.kinds)]
     n = len(scores)
-    lags = np.zeros((n, n))
-    for i in range(n):
-        for j in range(i):
-            lags[i, j] = scores[i].behind(scores[j])
-    lags -= lags.T
+    apart, paired = np.zeros((2, n, n))
+    for i, worse in enumerate(scores):
+        for j, better in enumerate(scores):
+            if worse is not better and worse.loss >= better.loss:
+                both = worse.sound and better.sound
+                apart[i, j] = worse.apart(better) if both else worse.behind(better)
+                paired[i, j] = worse.paired(better) if both else apart[i, j]
     classes = e.classes
     elements = sorted({s.element for s in e.laws} | {k.element for k in e.kinds})
     return {
-        "lags": [[_number(v) for v in row] for row in lags],
+        "apart": [[_number(v) for v in row] for row in apart],
+        "paired": [[_number(v) for v in row] for row in paired],
         "noise": [[_number(v) for v in s.noise] for s in scores],
         "loss": [_number(s.loss) for s in scores],
         "laws": [_law(s) for s in e.laws],
@@ -107,11 +119,12 @@ def _law(s: Scored) -> dict[str, Any]:
 
 def evidence_of(content: Mapping[str, Any]) -> Evidence:
     """Return stored evidence as `decide` takes it."""
-    lags, noise = np.array(content["lags"]), np.array(content["noise"])
+    apart, paired = np.array(content["apart"]), np.array(content["paired"])
+    noise = np.array(content["noise"])
     with np.errstate(over="ignore"):
         excesses = np.mean((noise[:, None, :] / noise[None, :, :]) ** 2, axis=2) - 1.0
     scores: list[Any] = [
-        StoredScore(i, loss, lags, excesses) for i, loss in enumerate(content["loss"])
+        StoredScore(i, loss, apart, paired, excesses) for i, loss in enumerate(content["loss"])
     ]
     count = len(content["laws"])
     laws = [_scored(x, s) for x, s in zip(content["laws"], scores[1:], strict=False)]
