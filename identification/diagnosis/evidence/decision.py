@@ -189,6 +189,8 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     law = _best_law(laws, t)
     here = None if law is None else _here(law, e)
     fits = here is None or (law is not None and law_fit(law, here, e) >= t.law)
+    if law is not None and fits:
+        fits = not _outdone(law, kinds, e, best.score)
     if law is not None and _shows(e.plain, law.score, t) and fits:
         return _rest_of(_named(quiet, e, law, laws, t), e, best.score, t)
     if not kinds:
@@ -203,21 +205,33 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
     of the gain is allowed. A form that may depend on anything explains most by itself, so what it
     explains is discounted: it stands for its kind only where the usual ones clearly do less.
     """
-    whole = max(e.plain.excess(best), 1e-12)
-
-    def explained(k: KindScore) -> float:
-        part = 1.0 - k.score.excess(best) / whole
-        return part * (UNUSUAL if k.kind in ANYTHING else 1.0)
-
-    ranked = sorted(e.kinds, key=lambda k: -explained(k))
+    part = {id(k): explained(k, e.plain, best) for k in e.kinds}
+    ranked = sorted(e.kinds, key=lambda k: -part[id(k)])
     if not ranked:
         return []
     top = ranked[0]
+    least = part[id(top)] - LIKE
     return [
-        k
-        for k in ranked
-        if k is top or explained(k) > explained(top) - LIKE or 0 <= k.score.behind(top.score) < t.z
+        k for k in ranked if k is top or part[id(k)] > least or 0 <= k.score.behind(top.score) < t.z
     ]
+
+
+def explained(h: Hypothesis, plain: BlockScore, best: BlockScore) -> float:
+    """Part of what the best of all explains that a hypothesis explains, unusual kinds discounted."""
+    part = 1.0 - h.score.excess(best) / max(plain.excess(best), 1e-12)
+    unusual = isinstance(h, KindScore) and h.kind in ANYTHING
+    return part * (UNUSUAL if unusual else 1.0)
+
+
+def _outdone(law: Scored, kinds: Sequence[KindScore], e: Evidence, best: BlockScore) -> bool:
+    """Whether physics of another sort explains clearly more than a law."""
+    own = law.trial.insertion.kind
+    part = explained(law, e.plain, best)
+    return any(
+        explained(k, e.plain, best) > part + LIKE
+        for k in kinds
+        if not (k.element == law.element and k.kind in (own, "surface"))
+    )
 
 
 UNUSUAL = 0.85
