@@ -96,7 +96,7 @@ class BlockScore:
             return 0.0 if self.sound == better.sound else np.inf if better.sound else -np.inf
         if self.loss < better.loss:
             return -better.behind(self)
-        return max(self.apart(better), self.paired(better))
+        return max(self.apart(better), self.paired(better), key=abs)
 
     def apart(self, better: BlockScore) -> float:
         """Return the standard errors by what the two predictions differ in, beside noise."""

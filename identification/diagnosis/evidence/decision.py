@@ -217,7 +217,7 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
 
 
 def explained(h: Hypothesis, plain: BlockScore, best: BlockScore) -> float:
-    """Part of what the best of all explains that a hypothesis explains, unusual kinds discounted."""
+    """Part of what the best of all explains that one explains, unusual kinds discounted."""
     part = 1.0 - h.score.excess(best) / max(plain.excess(best), 1e-12)
     unusual = isinstance(h, KindScore) and h.kind in ANYTHING
     return part * (UNUSUAL if unusual else 1.0)

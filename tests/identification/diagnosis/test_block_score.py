@@ -131,3 +131,19 @@ def test_numbers_at_the_ends_of_the_scale_stay_numbers() -> None:
     assert np.isfinite(awful.behind(scored(white(1))))
     assert awful.behind(scored(white(1))) > 3.0
     assert scored(white(1)).behind(perfect) > 3.0
+
+
+def test_misfits_that_are_no_noise_are_compared_by_whole_stretches() -> None:
+    """Whitening would take out what is physics: both leave slow misfits, one twice as large."""
+    angle = 2 * np.pi * np.arange(N) / 150
+    better = scored(0.1 * white(1) + 30 * np.sin(angle))
+    worse = scored(0.1 * white(1) + 40 * np.sin(0.9 * angle))
+    assert worse.apart(better) < 3.0
+    assert worse.paired(better) > 3.0
+    assert worse.behind(better) == worse.paired(better)
+
+
+def test_stretches_that_do_not_agree_say_nothing() -> None:
+    leads = [scored(white(s)).paired(scored(white(s + 1))) for s in range(0, 400, 2)]
+    assert np.std(leads) == pytest.approx(1.0, abs=0.2)
+    assert scored(white(1)).paired(scored(white(1))) == 0.0

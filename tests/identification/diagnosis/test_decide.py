@@ -306,6 +306,29 @@ def test_a_law_in_the_class_of_the_best_kind_needs_a_kind_at_its_own_place() -> 
     assert "hysteresis" not in named(d)
 
 
+@pytest.mark.parametrize(("kind", "place"), [("slow", "k"), ("dissipative", "d")])
+def test_a_law_that_other_physics_clearly_outdoes_is_not_named(kind: str, place: str) -> None:
+    def answer(other: float) -> Decision:
+        return (
+            Case(5.0, classes=Isolability((("k", "d"),))).law("hysteresis at k", 1.8)
+            .kind("memory", "k", 1.5).kind(kind, place, other).decided()
+        )  # fmt: skip
+
+    assert label(answer(1.6)) == "hysteresis at k"
+    assert answer(1.6).kind == "missing_physics"
+    assert answer(0.5).kind == "unknown_physics"
+
+
+def test_a_richer_kind_at_its_own_place_takes_no_name_away() -> None:
+    d = (
+        Case(5.0).law("nonlinear_stiffness at k", 1.8)
+        .kind("restoring", "k", 1.5).kind("surface", "k", 0.5).decided()
+    )  # fmt: skip
+    assert (d.kind, d.answer, label(d)) == (
+        "missing_physics", "approximate", "nonlinear_stiffness at k",
+    )  # fmt: skip
+
+
 def test_kinds_of_two_places_are_no_place() -> None:
     d = Case(3.0).kind("memory", "k", 0.0).kind("dissipative", "d", lag(0.5)).decided()
     assert (d.kind, d.answer, d.physics) == ("unknown_physics", "unknown", "")

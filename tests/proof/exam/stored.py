@@ -49,7 +49,7 @@ class StoredScore:
         at = self.place, better.place
         if self.loss < better.loss:
             return -better.behind(self)
-        return float(max(self.apart[at], self.paired[at]))
+        return float(max(self.apart[at], self.paired[at], key=abs))
 
     def excess(self, best: StoredScore) -> float:
         """Return the stored mean square beyond that of `best`."""
