@@ -403,6 +403,8 @@ def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored 
     here = [k for k in kinds if _together(k.element, kind.element, e.classes)]
     placed = len(here) == len(kinds) and len({k.element for k in kinds}) <= PLACES
     physics = plainest(k.kind for k in kinds) if placed else ""
+    if physics in ANYTHING and len(e.before.over_noise) == 1:
+        physics = ""  # a form that follows the only reading is contradicted by nothing
     places = sorted(kinds, key=lambda k: k.kind != physics)
     gain = e.plain.behind(kind.score)
     reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
@@ -422,15 +424,12 @@ def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored 
     return replace(decided, confidence=probability(decided))
 
 
-FREEDOM = {
-    "restoring": 0, "dissipative": 0, "ratio": 1, "memory": 1, "slow": 1, "mode": 1, "surface": 2,
-    "time": 2, "command": 2, "sensing": 3, "exogenous": 3,
-}  # fmt: skip
-"""How much a kind may depend on: a curve of one variable, its past, several, anything."""
+CURVES = {"restoring", "dissipative"}
+"""Kinds that are a curve of one variable: any other depends on more."""
 
 
 def plainest(kinds: Iterable[str]) -> str:
-    """Return the kind that may depend on least among those alike; empty where several are.
+    """Return the one kind among those alike, or the one curve of one variable; empty otherwise.
 
     Examples
     --------
@@ -438,8 +437,7 @@ def plainest(kinds: Iterable[str]) -> str:
     ('restoring', '')
     """
     found = set(kinds)
-    least = min((FREEDOM[k] for k in found), default=0)
-    left = {k for k in found if FREEDOM[k] == least}
+    left = found if len(found) == 1 else found & CURVES
     return left.pop() if len(left) == 1 else ""
 
 

@@ -336,19 +336,24 @@ def test_kinds_of_two_places_are_no_place() -> None:
 
 
 def test_a_form_that_may_depend_on_anything_needs_to_do_clearly_better() -> None:
-    def answer(usual: float) -> tuple[str, tuple[str, ...]]:
-        d = Case(5.0).kind("sensing", "x", 0.0).kind("restoring", "k", usual).decided()
-        return d.physics, d.places
+    def answer(usual: float, *readings: str) -> tuple[str, str, tuple[str, ...]]:
+        case = Case(5.0, Remaining(dict.fromkeys(readings, 5.0), True, 0.0))
+        d = case.kind("sensing", "x", 0.0).kind("restoring", "k", usual).decided()
+        return d.answer, d.physics, d.places
 
-    assert answer(0.8) == ("restoring", ("k",))
-    assert answer(4.0) == ("sensing", ("x",))
+    assert answer(0.8, "x", "y") == answer(0.8, "x") == ("kind", "restoring", ("k",))
+    assert answer(4.0, "x", "y") == ("kind", "sensing", ("x",))
+    # what follows the only reading is contradicted by nothing
+    assert answer(4.0, "x") == ("unknown", "", ("x",))
 
 
 def test_the_plainest_kind() -> None:
     assert plainest({"surface", "restoring"}) == "restoring"
     assert plainest({"surface", "dissipative"}) == "dissipative"
     assert plainest({"surface"}) == "surface"
-    assert plainest({"memory", "slow"}) == ""
+    assert plainest({"memory", "slow"}) == plainest({"memory", "surface"}) == ""
+    assert plainest({"restoring", "dissipative"}) == ""
+    assert plainest({"ratio", "command", "dissipative"}) == "dissipative"
     assert plainest(set()) == ""
 
 
