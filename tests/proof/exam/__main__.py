@@ -24,6 +24,7 @@ def parser() -> argparse.ArgumentParser:
         ("generate", _generate, "draw the cases and make the recordings"),
         ("run", _run, "diagnose every recording that has no answer yet"),
         ("score", _score, "print the numbers that must be watched together"),
+        ("certify", _certify, "walk the knobs on stored evidence, and count what was right"),
     ):
         s = steps.add_parser(name, help=text)
         s.add_argument("--folder", type=Path, default=FOLDER, help=f"the exam (default {FOLDER})")
@@ -44,7 +45,7 @@ def parser() -> argparse.ArgumentParser:
             s.add_argument("--half", type=Path, default=None, help="answers to half recordings")
             s.add_argument("--transplant", type=Path, default=None, help="answers to transplants")
             s.add_argument("--list", action="store_true", help="every recording gone wrong")
-        else:
+        if name in ("generate", "run"):
             s.add_argument("--seed", type=nonnegative, default=0)
             s.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
     return p
@@ -111,6 +112,18 @@ def _score(options: argparse.Namespace) -> int:
     print("\n".join(table_lines(found, old)))
     if options.list:
         print("\n".join(["", *bad_lines(found.outcomes)]))
+    return 0
+
+
+def _certify(options: argparse.Namespace) -> int:
+    from tests.proof.exam.certifying import certify_lines, read_contents
+
+    layout = Layout(options.folder)
+    truths = read_exam_truths(layout.truths)
+    if options.cells:
+        truths = {i: t for i, t in truths.items() if t.cell in options.cells}
+    contents = read_contents(options.answers or layout.answers)
+    print("\n".join(certify_lines(truths, [c for c in contents if str(c["id"]) in truths])))
     return 0
 
 

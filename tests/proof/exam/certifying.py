@@ -1,0 +1,181 @@
+"""The knobs of the decision by Learn-then-Test, and what its answers were worth.
+
+Stored evidence is decided again with other knobs, from those that abstain most to the boldest; the
+walk goes on as long as every gate is certified: were the true rate as high as the limit, so few
+errors would come with a probability below 5 % (Angelopoulos et al., Learn then test, Ann. Appl.
+Stat. 19 (2025) 1641). What is bolder than the run itself cannot be told from its evidence.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from scipy.stats import binom
+
+from identification.diagnosis.evidence.decision import Decision, Thresholds, decide
+from tests.proof.exam.counting import score_exam
+from tests.proof.exam.printing import rate_text
+from tests.proof.exam.said import ExamAnswer, claim_of, exam_answer_of
+from tests.proof.exam.stored import evidence_of
+from tests.proof.exam.truths import ExamTruth
+from tests.proof.trial.rates import Rate, rate
+
+__all__ = ["GATES", "GRID", "Setting", "certify_lines", "replayed"]
+
+LEVEL = 0.05
+"""Probability below which a gate is certified."""
+
+GATES: Mapping[str, float] = {
+    "false alarms, of the controls": 0.02,
+    "called explained, of those where an effect shows": 0.02,
+    "wrong names, of the names given": 0.02,
+    "wrong places, of the places given": 0.03,
+    "outside the catalogue named exactly": 0.05,
+}
+"""Rates that are limited, and the limits."""
+
+SHARP = "sharp: right name at the right place"
+
+GRID = tuple(
+    Thresholds(z=z, law=law)
+    for z, law in ((8.0, 0.97), (6.0, 0.95), (5.0, 0.9), (4.0, 0.85), (3.5, 0.8), (3.0, 0.8))
+)
+"""Knobs from the most cautious to those in use."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What some knobs would have led to."""
+
+    limits: Thresholds
+    rates: Mapping[str, Rate]
+
+    def p(self, gate: str) -> float:
+        """Probability of so few errors if the true rate were the limit."""
+        found = self.rates[gate]
+        return float(binom.cdf(found.hits, found.total, GATES[gate])) if found.total else 1.0
+
+    @property
+    def certified(self) -> bool:
+        """Whether every gate is."""
+        return all(self.p(gate) < LEVEL for gate in GATES)
+
+
+def replayed(content: Mapping[str, Any], limits: Thresholds) -> ExamAnswer:
+    """Return the answer that stored evidence gives with other knobs.
+
+    The evidence of a step that would not have been taken any more is not used; where nothing
+    changes the answer is the stored one.
+    """
+    answer = exam_answer_of(content)
+    evidence = [evidence_of(e) for e in content.get("evidence", ())]
+    usual = [decide(e) for e in evidence]
+    found = [decide(e, limits) for e in evidence]
+    if not found or all(_same(a, b) for a, b in zip(usual, found, strict=True)):
+        return answer
+    named = []
+    for d in found:
+        if d.kind != "missing_physics":
+            break
+        named.append(d)
+    first = found[0]
+    stated = named or ([first] if first.kind == "unknown_physics" else [])
+    verdict = "missing_physics" if named else first.kind
+    ports = len(content.get("ports") or ())
+    claims = tuple(claim_of(_finding(d), ports) for d in stated)
+    return replace(answer, verdict=verdict, claims=claims)
+
+
+def _same(a: Decision, b: Decision) -> bool:
+    def said(d: Decision) -> tuple[Any, ...]:
+        label = "" if d.chosen is None else d.chosen.label
+        return d.kind, d.answer, label, d.places, d.physics, len(d.rivals)
+
+    return said(a) == said(b)
+
+
+def _finding(d: Decision) -> dict[str, Any]:
+    """Return a decision as a verdict states it."""
+    chosen = d.chosen
+    if d.kind == "missing_physics" and chosen is not None:
+        effect = chosen.effect if d.answer in ("exact", "approximate") else "unknown"
+        places = [chosen.element, *(t.element for t in d.same_place)]
+        if chosen.effect == "clock_skew":
+            places = ["clock"]
+        rivals = [*d.rivals, *d.richer]
+        family = chosen.insertion.family
+    else:
+        effect, places, rivals, family = "unknown", list(d.places), list(d.possible), d.family
+    return {
+        "answer": d.answer, "effect": effect, "family": family,
+        "kind": d.physics if d.answer != "unknown" else "",
+        "location": {"element": places[0] if places else "", "indistinguishable_from": places[1:]},
+        "also_possible": [{"effect": t.effect, "element": t.element} for t in rivals],
+        "probability": d.confidence,
+    }  # fmt: skip
+
+
+def settings(
+    truths: Mapping[str, ExamTruth], contents: Sequence[Mapping[str, Any]]
+) -> Iterator[Setting]:
+    """Score every setting of the grid, the most cautious first."""
+    for limits in GRID:
+        answers = {str(c["id"]): replayed(c, limits) for c in contents}
+        yield Setting(limits, score_exam(truths, answers).rates)
+
+
+def read_contents(folder: Path) -> list[dict[str, Any]]:
+    """Read answers with their evidence."""
+    return [json.loads(p.read_text(encoding="utf-8")) for p in sorted(folder.glob("*.json"))]
+
+
+def certify_lines(
+    truths: Mapping[str, ExamTruth], contents: Sequence[Mapping[str, Any]]
+) -> list[str]:
+    """Return the walk along the grid, and how often each sort of answer was right."""
+    lines, best, walking = [], None, True
+    for s in settings(truths, contents):
+        lines.append(f"z {s.limits.z:g}, law {s.limits.law:g}   sharp {rate_text(s.rates[SHARP])}")
+        for gate, limit in GATES.items():
+            lines.append(
+                f"   {gate:52s} {rate_text(s.rates[gate]):28s} limit {100 * limit:g} %, "
+                f"p {s.p(gate):.3g}"
+            )
+        walking = walking and s.certified
+        best = s if walking else best
+    said = "none: too few answers or too many errors"
+    if best is not None:
+        said = f"z {best.limits.z:g}, law {best.limits.law:g}"
+    lines.append(f"boldest setting with every gate certified at {100 * LEVEL:g} %: {said}")
+    return [*lines, "", *right_lines(truths, contents)]
+
+
+def right_lines(
+    truths: Mapping[str, ExamTruth], contents: Sequence[Mapping[str, Any]]
+) -> list[str]:
+    """Return how often each sort of answer was right: what the stated probability is read from."""
+    answers = {str(c["id"]): exam_answer_of(c) for c in contents}
+    judged = score_exam(truths, answers).outcomes
+    sorts: dict[str, list[bool]] = {}
+    for o in judged:
+        for c in o.claims:
+            if c.claim.named:
+                right = c.name is True and c.place is not False and not o.truth.empty
+            elif c.claim.answer == "kind":
+                right = c.kind is True and c.place is not False
+            else:
+                continue
+            sorts.setdefault(c.claim.answer, []).append(right)
+    return [
+        f"{sort:12s} right {rate_text(rate(found)):28s} stated {stated(rate(found)):.3f}"
+        for sort, found in sorted(sorts.items())
+    ]
+
+
+def stated(found: Rate) -> float:
+    """Return the share right by Laplace's rule: one right and one wrong more than were seen."""
+    return (found.hits + 1) / (found.total + 2)
