@@ -53,6 +53,11 @@ class BlockScore:
         return np.asarray(np.sqrt(np.maximum(square / np.maximum(count, 1), LEAST**2)))
 
     @property
+    def square(self) -> float:
+        """Mean square of the prediction errors over the floor."""
+        return float(np.mean(self.noise**2))
+
+    @property
     def channels(self) -> int:
         """Number of readings."""
         return int(self.out.rows.channel.max(initial=0)) + 1

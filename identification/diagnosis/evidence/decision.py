@@ -36,19 +36,21 @@ class Thresholds:
     gain : float
         Least gain worth naming: mean square that an effect removes, in units of the noise.
     law : float
-        Least part of what its kind explains at its place that a named law must explain.
+        Least part of what the best flexible form explains that a named law must explain.
     """
 
     z: float = 3.0
     noise: float = 1.5
     gain: float = 0.05
-    law: float = 0.8
+    law: float = 0.95
 
 
 EXACT = 0.97
 """Part of what its kind explains from which a law is called exact."""
 SAME = 0.005
 """Part of the gain by which two laws may differ through their numerics alone, at most the noise."""
+PART = 0.2
+"""Part of the misfit above the noise that an effect must remove to be what is told of it."""
 DOUBT = 1.5
 """Standard errors by which a richer law may lead and its simpler one still be named alone."""
 MOST = 3
@@ -187,15 +189,22 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     kinds = _alike_kinds(e, best.score, t)
     laws = _admissible(laws, kinds, t)
     law = _best_law(laws, t)
-    here = None if law is None else _here(law, e)
-    fits = here is None or (law is not None and law_fit(law, here, e) >= t.law)
-    if law is not None and fits:
-        fits = not _outdone(law, kinds, e, best.score)
-    if law is not None and _shows(e.plain, law.score, t) and fits:
+    if law is not None and _shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
+        if not _matters(law, e.plain):
+            return _slight(quiet, e, law)
         return _rest_of(_named(quiet, e, law, laws, t), e, best.score, t)
     if not kinds:
         return _nothing(quiet, e, t)
+    if not _matters(kinds[0], e.plain):
+        return _slight(quiet, e, kinds[0])
     return _rest_of(_kind(quiet, e, kinds, law), e, best.score, t)
+
+
+def _slight(quiet: Decision, e: Evidence, h: Hypothesis) -> Decision:
+    """Something improves the model surely, but leaves nearly all of the misfit."""
+    said = h.label if isinstance(h, KindScore) else h.trial.label
+    reason = f"{said} explains little of the misfit: {e.before.words}"
+    return replace(quiet, kind="unknown_physics", reasons=(reason,))
 
 
 def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore]:
@@ -223,15 +232,12 @@ def explained(h: Hypothesis, plain: BlockScore, best: BlockScore) -> float:
     return part * (UNUSUAL if unusual else 1.0)
 
 
-def _outdone(law: Scored, kinds: Sequence[KindScore], e: Evidence, best: BlockScore) -> bool:
-    """Whether physics of another sort explains clearly more than a law."""
-    own = law.trial.insertion.kind
-    part = explained(law, e.plain, best)
-    return any(
-        explained(k, e.plain, best) > part + LIKE
-        for k in kinds
-        if not (k.element == law.element and k.kind in (own, "surface"))
-    )
+def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -> bool:
+    """Whether a law explains what flexible forms do, at its own place and elsewhere."""
+    best = _best([law, *e.kinds])
+    assert best is not None
+    most = max((explained(k, e.plain, best.score) for k in kinds), default=0.0)
+    return explained(law, e.plain, best.score) >= t.law * most
 
 
 UNUSUAL = 0.85
@@ -298,6 +304,11 @@ def _best_law(laws: Sequence[Scored], t: Thresholds) -> Scored | None:
 def _shows(plain: BlockScore, best: BlockScore, t: Thresholds) -> bool:
     """Whether a hypothesis improves on the model as it is, surely and by enough."""
     return plain.behind(best) > t.z and plain.excess(best) > t.gain
+
+
+def _matters(h: Hypothesis, plain: BlockScore) -> bool:
+    """Whether a hypothesis removes enough of the misfit to be what is told of it."""
+    return plain.square - h.score.square > PART * (plain.square - 1.0)
 
 
 def _alike(worse: BlockScore, better: BlockScore, plain: BlockScore, z: float) -> bool:

@@ -40,6 +40,7 @@ class StoredScore:
 
     place: int
     loss: float
+    square: float
     apart: Array
     paired: Array
     excesses: Array
@@ -123,8 +124,10 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
     noise = np.array(content["noise"])
     with np.errstate(over="ignore"):
         excesses = np.mean((noise[:, None, :] / noise[None, :, :]) ** 2, axis=2) - 1.0
+        squares = np.mean(noise**2, axis=1)
     scores: list[Any] = [
-        StoredScore(i, loss, apart, paired, excesses) for i, loss in enumerate(content["loss"])
+        StoredScore(i, loss, float(squares[i]), apart, paired, excesses)
+        for i, loss in enumerate(content["loss"])
     ]
     count = len(content["laws"])
     laws = [_scored(x, s) for x, s in zip(content["laws"], scores[1:], strict=False)]

@@ -29,7 +29,7 @@ def spring() -> BondGraph:
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_stored_evidence_gives_the_same_decisions(friction: float) -> None:
-    t = 0.01 * np.arange(1200)
+    t = np.asarray(0.01 * np.arange(1200), np.float64)
     u = 4 * np.sin(2 * np.pi * 0.7 * t) + 3 * np.sin(2 * np.pi * 2.3 * t)
     truth = spring().with_element("d", law=Coulomb(friction)) if friction else spring()
     x = simulate(truth, t, {"F": u})["x"] + 1e-5 * np.random.default_rng(1).standard_normal(t.size)
