@@ -12,6 +12,7 @@ from unittest.mock import patch
 import numpy as np
 
 from bondgraph.support.arrays import Array
+from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.decision import (
     Decision,
     Evidence,
@@ -22,6 +23,7 @@ from identification.diagnosis.evidence.decision import (
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.search import forward_selection
+from identification.diagnosis.search.forward_selection import SelectionStage, steps
 
 __all__ = ["StoredScore", "evidence_of", "recorded", "stored"]
 
@@ -59,14 +61,21 @@ class StoredScore:
 
 @contextmanager
 def recorded() -> Iterator[list[dict[str, Any]]]:
-    """Collect the evidence of every decision made meanwhile, in order."""
+    """Collect the evidence of every decision of the last search made meanwhile, in order."""
     found: list[dict[str, Any]] = []
+
+    def begun(*arguments: Any) -> SelectionStage:
+        found.clear()
+        return steps(*arguments)
 
     def noted(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         found.append(stored(evidence))
         return decide(evidence, limits)
 
-    with patch(f"{forward_selection.__name__}.decide", noted):
+    with (
+        patch(f"{forward_selection.__name__}.decide", noted),
+        patch(f"{diagnose.__module__}.steps", begun),
+    ):
         yield found
 
 
