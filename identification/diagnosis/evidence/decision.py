@@ -47,8 +47,6 @@ class Thresholds:
 
 EXACT = 0.97
 """Part of what its kind explains from which a law is called exact."""
-SAME = 0.005
-"""Part of the gain by which two laws may differ through their numerics alone, at most the noise."""
 PART = 0.2
 """Part of the misfit above the noise that an effect must remove to be what is told of it."""
 DOUBT = 1.5
@@ -197,7 +195,7 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         return _nothing(quiet, e, t)
     if not _matters(kinds[0], e.plain):
         return _slight(quiet, e, kinds[0])
-    return _rest_of(_kind(quiet, e, kinds, law), e, best.score, t)
+    return _rest_of(_kind(quiet, e, kinds, law, t), e, best.score, t)
 
 
 def _slight(quiet: Decision, e: Evidence, h: Hypothesis) -> Decision:
@@ -236,14 +234,28 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     """Whether a law explains what flexible forms do, at its own place and elsewhere."""
     best = _best([law, *e.kinds])
     assert best is not None
+    if law.trial.insertion.kind in SHAPELESS and not law.left.is_noise(t.noise):
+        return False  # a law that takes any course has to take the right one
     most = max((explained(k, e.plain, best.score) for k in kinds), default=0.0)
-    return explained(law, e.plain, best.score) >= t.law * most
+    kind = law.trial.insertion.kind
+    alone = kind not in ANYTHING and all(
+        k.kind in (kind, *RICHER) and _together(k.element, law.element, e.classes) for k in kinds
+    )
+    # what an approximate law leaves looks like another effect: a further one has to fit exactly
+    least = EXACT if e.named else NEAR if alone else t.law
+    return explained(law, e.plain, best.score) >= least * most
 
 
+RICHER = ("surface", "memory")
+"""Kinds that hold curves of one variable as a special case."""
+NEAR = 0.9
+"""The same where no other kind of physics and no other place is in the set."""
 UNUSUAL = 0.85
 """Weight of what a form explains that may depend on anything."""
 ANYTHING = ("sensing", "time", "exogenous")
 """Kinds that depend on the reading itself, or on time alone."""
+SHAPELESS = ("time", "exogenous")
+"""Kinds whose laws take any course in time."""
 LIKE = 0.05
 """Part of the gain by which forms may differ through their columns alone."""
 
@@ -272,7 +284,7 @@ def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -
         if left.is_noise(t.noise):
             return decision
     for k in e.kinds:
-        if k.element in e.named and _alike(k.score, best, e.plain, t.z):
+        if k.element in e.named and k.score.behind(best) < t.z:
             reason = f"what is left may be {k.label}: the law named there is not quite the true one"
             return replace(
                 decision, kind="unknown_physics", answer="kind", chosen=None, physics=k.kind,
@@ -311,13 +323,6 @@ def _matters(h: Hypothesis, plain: BlockScore) -> bool:
     return plain.square - h.score.square > PART * (plain.square - 1.0)
 
 
-def _alike(worse: BlockScore, better: BlockScore, plain: BlockScore, z: float) -> bool:
-    """Whether the data cannot tell two hypotheses apart."""
-    if worse.behind(better) < z:
-        return True
-    return worse.excess(better) < min(1.0, SAME * plain.excess(better))
-
-
 def law_fit(law: Scored, kind: KindScore, e: Evidence) -> float:
     """Part of what a kind explains that a law explains too, 0 .. 1."""
     whole = e.plain.excess(kind.score)
@@ -342,7 +347,7 @@ def _named(
     quiet: Decision, e: Evidence, law: Scored, laws: Sequence[Scored], t: Thresholds
 ) -> Decision:
     """Name one law, or those that the data cannot tell from it."""
-    alike = [s for s in laws if s is law or _alike(s.score, law.score, e.plain, t.z)]
+    alike = [s for s in laws if s is law or s.score.behind(law.score) < t.z]
     chosen = _simplest(law, alike)
     nested = richer_names(chosen.trial, [s.trial for s in laws])
     same = tuple(
@@ -408,14 +413,16 @@ def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:
     return "look_alikes" if len(effects) <= MOST else "unknown"
 
 
-def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored | None) -> Decision:
+def _kind(
+    quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored | None, t: Thresholds
+) -> Decision:
     """No law fits: tell the kind and the place, as far as the set agrees on them."""
     kind = kinds[0]
     here = [k for k in kinds if _together(k.element, kind.element, e.classes)]
     placed = len(here) == len(kinds) and len({k.element for k in kinds}) <= PLACES
     physics = plainest(k.kind for k in kinds) if placed else ""
-    if physics in ANYTHING and len(e.before.over_noise) == 1:
-        physics = ""  # a form that follows the only reading is contradicted by nothing
+    if physics in ANYTHING and _follows_anything(kind, e, t):
+        physics = ""
     places = sorted(kinds, key=lambda k: k.kind != physics)
     gain = e.plain.behind(kind.score)
     reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
@@ -433,6 +440,18 @@ def _kind(quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored 
         features={"elsewhere": float(len(kinds) - len(here)), "z": gain},
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
+
+
+def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:
+    """Whether a form explains much only because nothing contradicts it.
+
+    One that takes any course in time has to leave nothing; one of the only reading stands for its
+    kind where physics of the model explains less than half as much.
+    """
+    if kind.kind in SHAPELESS and kind.score.square > t.noise**2:
+        return True
+    usual = [explained(k, e.plain, kind.score) for k in e.kinds if k.kind not in ANYTHING]
+    return len(e.before.over_noise) == 1 and max(usual, default=0.0) > 0.5
 
 
 CURVES = {"restoring", "dissipative"}
@@ -478,7 +497,7 @@ def _features(
         for s in e.laws
         if s.trial.effect not in (chosen.trial.effect, UNNAMED.name, *related) and s.trial.home
     ]
-    near = [k for k in e.kinds if _alike(k.score, chosen.score, e.plain, t.z)]
+    near = [k for k in e.kinds if k.score.behind(chosen.score) < t.z]
     away = {k.element for k in near if not _together(k.element, chosen.element, e.classes)}
     return {
         "law_fit": fit,

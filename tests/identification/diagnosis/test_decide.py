@@ -353,9 +353,52 @@ def test_a_form_that_may_depend_on_anything_needs_to_do_clearly_better() -> None
         return d.answer, d.physics, d.places
 
     assert answer(0.8, "x", "y") == answer(0.8, "x") == ("kind", "restoring", ("k",))
-    assert answer(4.0, "x", "y") == ("kind", "sensing", ("x",))
-    # what follows the only reading is contradicted by nothing
-    assert answer(4.0, "x") == ("unknown", "", ("x",))
+    assert answer(3.0, "x", "y") == ("kind", "sensing", ("x",))
+    # what follows the only reading is contradicted by nothing but that nothing else does half of it
+    assert answer(3.0, "x") == ("unknown", "", ("x",))
+    assert answer(4.0, "x") == ("kind", "sensing", ("x",))
+
+
+@pytest.mark.parametrize("kind", ["time", "exogenous"])
+def test_what_takes_any_course_has_to_leave_nothing(kind: str) -> None:
+    def answer(left: float) -> str:
+        case = Case(9.0, Remaining({"x": 9.0, "y": 1.0}, True, 0.0))
+        return case.kind(kind, "k", left).decided().physics
+
+    assert answer(0.5) == kind
+    assert answer(2.0) == ""
+
+
+@pytest.mark.parametrize(("left", "named"), [(0.5, True), (2.0, False)])
+def test_a_disturbance_is_named_if_it_leaves_noise(left: float, named: bool) -> None:
+    d = Case(9.0).law("external_disturbance at m", left).kind("exogenous", "m", left).decided()
+    assert (d.kind == "missing_physics") is named
+
+
+def test_a_law_near_the_only_kind_is_named_and_one_beside_another_kind_is_not() -> None:
+    """It explains 92 % of what the best form does."""
+    misfit = 5.0 * float(np.sqrt(0.08))
+
+    def answer(*others: tuple[str, str, float]) -> str:
+        case = Case(5.0).law("coulomb_friction at d", misfit).kind("dissipative", "d", 0.0)
+        for other in others:
+            case.kind(*other)
+        return label(case.decided()) if case.decided().kind == "missing_physics" else ""
+
+    assert answer() == answer(("surface", "d", 0.3)) == "coulomb_friction at d"
+    assert answer(("slow", "d", 0.3)) == answer(("restoring", "k", 0.3)) == ""
+
+
+def test_a_further_effect_has_to_fit_exactly() -> None:
+    """What an approximate law leaves looks like another effect."""
+    misfit = 5.0 * float(np.sqrt(0.04))
+
+    def answer(*named: str) -> str:
+        case = Case(5.0, named=named).law("coulomb_friction at d", misfit)
+        return case.kind("dissipative", "d", 0.0).decided().kind
+
+    assert answer() == "missing_physics"
+    assert answer("k") == "unknown_physics"
 
 
 def test_the_plainest_kind() -> None:
