@@ -11,6 +11,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import UNNAMED, Effect
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.decision import (
+    RIGHT,
     Decision,
     Evidence,
     Scored,
@@ -183,7 +184,7 @@ def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, 
         return (first,)
     sure = replace(
         first, kind="missing_physics", answer="approximate",
-        physics=first.chosen.insertion.kind, confidence=0.9 * min(d.confidence for d in named),
+        physics=first.chosen.insertion.kind, confidence=RIGHT["approximate"],
         reasons=(*first.reasons, f"together with {last.label} it leaves nothing but noise"),
     )  # fmt: skip
     return (sure, *more)
