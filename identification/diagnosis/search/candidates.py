@@ -376,12 +376,14 @@ def promising(
     return chosen
 
 
-def settled_fit(problem: Problem, iterations: int, start: Point | None = None) -> Fit:
+def settled_fit(
+    problem: Problem, iterations: int, start: Point | None = None, finest: int = 16
+) -> Fit:
     """Fit, then refine the sub-steps until they no longer matter beside the residual."""
     result = fit(problem, max_iterations=iterations, start=start)
     if problem.engine.exact_step and problem.data.hold != "band-limited":
         return result
-    while result.problem.n_sub < 16 and result.status is not FitStatus.BROKEN:
+    while result.problem.n_sub < finest and result.status is not FitStatus.BROKEN:
         finer = replace(result.problem, n_sub=2 * result.problem.n_sub)
         y = evaluate(finer, result.point, derivatives=False).y
         m = problem.data.mask("train") | problem.data.mask("test")

@@ -13,6 +13,7 @@ from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.block_score import score
 from identification.diagnosis.localisation.structural_classes import linear_part
+from identification.diagnosis.search.candidates import settled_fit
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.single_record import Fit, FitStatus, best, fit
 from identification.study.problem import Data, Problem
@@ -51,7 +52,7 @@ def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[
     runs_away = integrates(graph)
     base = Problem(graph, data, source_offsets=runs_away)
     base = replace(base, built=base.engine)
-    result = _integrating(base) if runs_away else _first_fit(base)
+    result = _fine(_integrating(base) if runs_away else _first_fit(base))
     if hold and hold != data.hold:
         return _held(result, hold)
     if hold:
@@ -80,6 +81,8 @@ def _likeliest(fits: Mapping[str, Fit]) -> str:
     return usual if scores[usual].behind(scores[best]) < SURE else best
 
 
+FINEST = 64
+"""Sub-steps of a sample at the most, in a nominal model that jumps."""
 SURE = 3.0
 """Standard errors by which another behaviour between samples must predict better."""
 
@@ -90,8 +93,15 @@ def _with_hold(result: Fit, hold: str) -> Problem:
 
 
 def _held(result: Fit, hold: str) -> tuple[Problem, Fit]:
-    found = fit(_with_hold(result, hold), start=result.point, max_iterations=25)
+    found = _fine(fit(_with_hold(result, hold), start=result.point, max_iterations=25))
     return found.problem, found
+
+
+def _fine(result: Fit) -> Fit:
+    """Refine the sub-steps of laws that jump: what a step gets wrong must not look like physics."""
+    if result.problem.engine.exact_step or result.status is FitStatus.BROKEN:
+        return result
+    return settled_fit(result.problem, 15, result.point, FINEST)
 
 
 def _shows(result: Fit, hold: str) -> bool:

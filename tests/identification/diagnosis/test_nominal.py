@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, Zero
+from bondgraph.laws import Coulomb
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.search.nominal import integrates, nominal_fit
-from identification.estimation.single_record import Fit
+from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data
 
 N, DT, NOISE = 1500, 0.02, 1e-4
@@ -76,3 +78,19 @@ def test_what_happens_slowly_is_not_thrown_away() -> None:
     made = fitted(0.01)
     assert made.problem.window is None
     assert made.chi2("test") > 9.0
+
+
+def test_a_model_that_jumps_is_simulated_finely_enough_to_be_judged() -> None:
+    """A jump within a step is known to its end only: that error is no physics."""
+    n = 700
+    t = np.asarray(DT * np.arange(n), np.float64)
+    u = 2 * np.sin(2 * np.pi * 0.4 * t) + np.sin(2 * np.pi * 1.3 * t + 1)
+    rubbing = cart(spring=True).with_element("d", law=Coulomb(1.0))
+    y = np.asarray(simulate(rubbing, t, {"F": u}, accuracy=1e-6)["y"])
+    y = (y + NOISE * np.random.default_rng(1).standard_normal(n))[:, None]
+    data = Data("run", t, {"F": u}, y, ("y",), np.array([NOISE]), interleaved(0, n))
+    made = nominal_fit(rubbing, data, "linear")[1]
+    assert made.problem.n_sub > 1
+    assert made.chi2("train") < 2.0
+    coarse = fit(replace(made.problem, n_sub=1), start=made.point, max_iterations=10)
+    assert coarse.chi2("train") > 5 * made.chi2("train")
