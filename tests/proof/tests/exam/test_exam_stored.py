@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Coulomb
@@ -14,7 +16,11 @@ from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.decision import Thresholds, decide
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict import verdict
+from tests.proof.exam.certifying import certify_lines, replayed, settings
+from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.stored import evidence_of, recorded
+from tests.proof.exam.truths import ConcealedEffect, ExamTruth
 
 
 def spring() -> BondGraph:
@@ -44,7 +50,51 @@ def test_stored_evidence_gives_the_same_decisions(friction: float) -> None:
     assert [d.chosen and d.chosen.label for d in again] == [
         d.chosen and d.chosen.label for d in found.steps
     ]
+    content = {
+        "id": "e0", "verdict": verdict(found), "evidence": kept, "ports": ["F", "m", "d", "k", "x"],
+        "seconds": 1.0, "cpu_seconds": 1.0,
+    }  # fmt: skip
+    assert replayed(content, Thresholds()) == exam_answer_of(content)
+    blunt = replayed(content, Thresholds(gain=1e9))
+    assert blunt.verdict != "missing_physics"
+    assert not any(c.named for c in blunt.claims)
     if friction:
         assert found.kind == "missing_physics"
-        blunt = decide(evidence_of(kept[0]), Thresholds(gain=1e9))
-        assert blunt.kind != "missing_physics"
+        assert replayed(content, Thresholds(z=3.1)).claims[0].names == {"coulomb_friction"}
+
+
+def truth(number: int, *, control: bool) -> ExamTruth:
+    concealed = ConcealedEffect(
+        "backlash", frozenset({"backlash"}), "restoring", frozenset({"restoring"}),
+        frozenset({"k"}), "gap", 9.0,
+    )  # fmt: skip
+    effects = () if control else (concealed,)
+    return ExamTruth(f"e{number}", "single", "chain", effects, {"x": 1.0}, {"x": 9.0})
+
+
+def said(number: int, name: str) -> dict[str, Any]:
+    place = {"element": "k", "indistinguishable_from": []}
+    finding = {"answer": "exact", "effect": name, "family": "restoring", "location": place}
+    named = {"verdict": "missing_physics", "findings": [finding]}
+    return {
+        "id": f"e{number}", "ports": list("abcdefg"),
+        "verdict": named if name else {"verdict": "explained", "findings": []},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("wrong", "right"), [(0, True), (9, False)])
+def test_gates_are_certified_by_many_answers_and_few_errors(wrong: int, right: bool) -> None:
+    truths = {f"e{i}": truth(i, control=i < 200) for i in range(400)}
+    names = ["" if i < 200 else "creep" if i < 200 + wrong else "backlash" for i in range(400)]
+    contents = [said(i, name) for i, name in enumerate(names)]
+    gates = settings(truths, contents)
+    first = next(gates)
+    gate = "wrong names, of the names given"
+    assert (first.p(gate) < 0.05) is right
+    assert first.p(gate) == pytest.approx(float(binom.cdf(wrong, 200, 0.02)))
+    lines = certify_lines(truths, contents)
+    # nothing outside the catalogue was asked, so that gate stays open
+    assert any(line.endswith("none: too few answers or too many errors") for line in lines)
+    counted = next(line for line in lines if line.startswith("exact"))
+    assert f"{200 - wrong}/200" in counted
+    assert f"{(201 - wrong) / 202:.3f}" in counted
