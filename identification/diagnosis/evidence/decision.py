@@ -417,9 +417,8 @@ def _kind(
 ) -> Decision:
     """No law fits: tell the kind and the place, as far as the set agrees on them."""
     kind = kinds[0]
-    here = [k for k in kinds if _together(k.element, kind.element, e.classes)]
-    placed = len(here) == len(kinds) and len({k.element for k in kinds}) <= PLACES
-    physics = plainest(k.kind for k in kinds) if placed else ""
+    physics = plainest(_common(kinds, e.classes))
+    placed = len({k.element for k in kinds}) <= PLACES
     if physics in ANYTHING and _follows_anything(kind, e, t):
         physics = ""
     places = sorted(kinds, key=lambda k: k.kind != physics)
@@ -452,6 +451,16 @@ def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:
     return len(e.before.over_noise) == 1 and max(usual, default=0.0) > 0.5
 
 
+def _common(kinds: Sequence[KindScore], classes: Isolability | None) -> set[str]:
+    """Kinds that every place in the set allows; places that no reading tells apart are one."""
+    found = [{x.kind for x in kinds if _together(x.element, k.element, classes)} for k in kinds]
+    several = any(not _together(k.element, kinds[0].element, classes) for k in kinds)
+    common = set.intersection(*found)
+    return common & LOCAL if several else common
+
+
+LOCAL = {"restoring", "dissipative", "memory", "ratio"}
+"""Kinds that look otherwise at every port; slow ones look alike everywhere."""
 CURVES = {"restoring", "dissipative"}
 """Kinds that are a curve of one variable: any other depends on more."""
 

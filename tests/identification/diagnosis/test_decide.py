@@ -340,6 +340,19 @@ def test_what_leaves_nearly_all_of_the_misfit_is_not_told() -> None:
     assert any("explains little" in r for r in d.reasons)
 
 
+def test_one_kind_at_either_of_two_places() -> None:
+    def answer(kind: str, other: str) -> Decision:
+        case = Case(3.0).kind(kind, "d", 0.0).kind("surface", "d", lag(0.5))
+        return case.kind(other, "b", lag(0.5)).decided()
+
+    d = answer("memory", "memory")
+    assert (d.kind, d.answer, d.physics) == ("unknown_physics", "kind", "memory")
+    assert set(d.places) == {"d", "b"}
+    assert answer("memory", "dissipative").answer == "unknown"
+    # what is slow looks alike everywhere
+    assert answer("slow", "slow").answer == "unknown"
+
+
 def test_kinds_of_two_places_are_no_place() -> None:
     d = Case(3.0).kind("memory", "k", 0.0).kind("dissipative", "d", lag(0.5)).decided()
     assert (d.kind, d.answer, d.physics) == ("unknown_physics", "unknown", "")
