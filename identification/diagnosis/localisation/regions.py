@@ -23,7 +23,11 @@ def regions(
     places : iterable of str
         Elements under suspicion, in whose variables a region is told first.
     """
-    return where(fit, None if scene is None else scene.past, places)
+    if scene is None:
+        return where(fit, None, places)
+    # the search may have worked on thinned samples: then its own fit goes with its histories
+    same = scene.data.n == fit.problem.data.n
+    return where(fit if same else scene.nominal, scene.past, places)
 
 
 def summary(found: Sequence[Region]) -> tuple[str, ...]:

@@ -12,6 +12,8 @@ from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, Zero
 from bondgraph.laws import Coulomb
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.localisation.regions import regions
+from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.nominal import integrates, nominal_fit
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data
@@ -94,3 +96,11 @@ def test_a_model_that_jumps_is_simulated_finely_enough_to_be_judged() -> None:
     assert made.chi2("train") < 2.0
     coarse = fit(replace(made.problem, n_sub=1), start=made.point, max_iterations=10)
     assert coarse.chi2("train") > 5 * made.chi2("train")
+
+
+def test_regions_of_a_fit_whose_search_worked_on_thinned_samples() -> None:
+    made = fitted(0.5)
+    thin = replace(made.problem, data=made.problem.data.thinned(2), built=None)
+    found = regions(made, scene(fit(thin, max_iterations=3)), ["d"])
+    assert found
+    assert found == regions(fit(thin, max_iterations=3), scene(fit(thin, max_iterations=3)), ["d"])
