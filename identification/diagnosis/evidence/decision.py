@@ -50,6 +50,8 @@ EXACT = 0.97
 """Part of what its kind explains from which a law is called exact."""
 PART = 0.2
 """Part of the misfit above the noise that an effect must remove to be what is told of it."""
+MOSTLY = 0.7
+"""The same of a kind: what a form leaves may be of another kind altogether."""
 DOUBT = 1.5
 """Standard errors by which a richer law may lead and its simpler one still be named alone."""
 MOST = 3
@@ -209,53 +211,66 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
     """Kinds that explain about as much as the best of them, that one first.
 
     Forms are no laws: how closely splines follow what is there is no evidence for a kind, so a part
-    of the gain is allowed. A form that may depend on anything explains most by itself, so what it
-    explains is discounted: it stands for its kind only where the usual ones clearly do less.
+    of the gain is allowed where even the best leaves more than noise.
+
+    A form that may depend on anything explains most by itself, so what it explains is discounted:
+    it stands for its kind only where the usual ones clearly do less.
     """
     part = {id(k): explained(k, e.plain, best) for k in e.kinds}
     ranked = sorted(e.kinds, key=lambda k: -part[id(k)])
     if not ranked:
         return []
     top = ranked[0]
-    least = part[id(top)] - LIKE
+    left = float(top.score.noise.max()) > t.noise
+    least = part[id(top)] - (LIKE if left else 0.0)
     return [
         k for k in ranked if k is top or part[id(k)] > least or 0 <= k.score.behind(top.score) < t.z
     ]
 
 
-def explained(h: Hypothesis, plain: BlockScore, best: BlockScore) -> float:
+def explained(h: Hypothesis, plain: BlockScore, best: BlockScore, *, usual: bool = False) -> float:
     """Part of what the best of all explains that one explains, unusual kinds discounted."""
     part = 1.0 - h.score.excess(best) / max(plain.excess(best), 1e-12)
-    unusual = isinstance(h, KindScore) and h.kind in ANYTHING
-    return part * (UNUSUAL if unusual else 1.0)
+    discounted = isinstance(h, KindScore) and h.kind in ANYTHING and not usual
+    return part * (UNUSUAL if discounted else 1.0)
 
 
 def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -> bool:
     """Whether a law explains what flexible forms do, at its own place and elsewhere."""
     best = _best([law, *e.kinds])
     assert best is not None
-    if law.trial.insertion.kind in SHAPELESS and not law.left.is_noise(t.noise):
-        return False  # a law that takes any course has to take the right one
-    most = max((explained(k, e.plain, best.score) for k in kinds), default=0.0)
-    kind = law.trial.insertion.kind
-    alone = kind not in ANYTHING and all(
-        k.kind in (kind, *RICHER) and _together(k.element, law.element, e.classes) for k in kinds
-    )
+    own = law.trial.insertion.kind
+    if own in SHAPELESS and not law.left.is_noise(t.noise):
+        return False  # a law of time alone has to take the right course
+
+    def part(k: KindScore) -> float:
+        here = k.kind == own and k.element == law.element
+        return explained(k, e.plain, best.score, usual=here)
+
     # what an approximate law leaves looks like another effect: a further one has to fit exactly
-    least = EXACT if e.named else NEAR if alone else t.law
-    return explained(law, e.plain, best.score) >= least * most
+    least = EXACT if e.named else min(NEAR, t.law) if _alone(law, kinds, e.classes) else t.law
+    return explained(law, e.plain, best.score) >= least * max(map(part, kinds), default=0.0)
+
+
+def _alone(law: Scored, kinds: Sequence[KindScore], classes: Isolability | None) -> bool:
+    """Whether the set holds a law's own kind at its place, and nothing else but richer forms."""
+    own = law.trial.insertion.kind
+    allowed = (own, *(RICHER if own in CURVES else ()))
+    here = [k for k in kinds if _together(k.element, law.element, classes)]
+    whole = len(here) == len(kinds) and all(k.kind in allowed for k in kinds)
+    return whole and any(k.kind == own for k in kinds)
 
 
 RICHER = ("surface", "memory")
-"""Kinds that hold curves of one variable as a special case."""
+"""Kinds that hold a curve of one variable as a special case."""
 NEAR = 0.9
-"""The same where no other kind of physics and no other place is in the set."""
+"""Part that suffices where no other kind of physics and no other place is in the set."""
 UNUSUAL = 0.85
 """Weight of what a form explains that may depend on anything."""
 ANYTHING = ("sensing", "time", "exogenous")
 """Kinds that depend on the reading itself, or on time alone."""
 SHAPELESS = ("time", "exogenous")
-"""Kinds whose laws take any course in time."""
+"""Kinds that are a course in time and nothing else."""
 LIKE = 0.05
 """Part of the gain by which forms may differ through their columns alone."""
 
@@ -320,7 +335,8 @@ def _shows(plain: BlockScore, best: BlockScore, t: Thresholds) -> bool:
 
 def _matters(h: Hypothesis, plain: BlockScore) -> bool:
     """Whether a hypothesis removes enough of the misfit to be what is told of it."""
-    return plain.square - h.score.square > PART * (plain.square - 1.0)
+    least = MOSTLY if isinstance(h, KindScore) else PART
+    return plain.square - h.score.square > least * (plain.square - 1.0)
 
 
 def law_fit(law: Scored, kind: KindScore, e: Evidence) -> float:
@@ -364,14 +380,16 @@ def _named(
         and (s.trial.effect not in nested or chosen.score.behind(s.score) > DOUBT)
     ]  # fmt: skip
     here = _here(chosen, e)
-    fit = law_fit(chosen, here, e) if here is not None else 1.0
+    fit = law_fit(chosen, here, e) if here is not None else float("nan")
     best = _best([chosen, *e.kinds[:1]])
     assert best is not None
     share = 1.0 - chosen.score.excess(best.score) / max(e.plain.excess(best.score), 1e-12)
     reasons = [
         f"{chosen.trial.label} lowers the held-out mean square from {e.nominal:.4g} to "
         f"{chosen.trial.test:.4g} times the floor (z {e.plain.behind(chosen.score):.1f})",
-        f"the law explains {100 * fit:.0f} % of what its kind could explain there",
+        f"the law explains {100 * fit:.0f} % of what any form could explain there"
+        if here is not None
+        else "no free form could be tried there",
     ]
     if others:
         reasons.append("as good: " + ", ".join(s.trial.label for s in others))
@@ -417,8 +435,9 @@ def _kind(
 ) -> Decision:
     """No law fits: tell the kind and the place, as far as the set agrees on them."""
     kind = kinds[0]
-    physics = plainest(_common(kinds, e.classes))
+    here = all(_together(k.element, kind.element, e.classes) for k in kinds)
     placed = len({k.element for k in kinds}) <= PLACES
+    physics = plainest(k.kind for k in kinds) if here and placed else ""
     if physics in ANYTHING and _follows_anything(kind, e, t):
         physics = ""
     places = sorted(kinds, key=lambda k: k.kind != physics)
@@ -432,8 +451,8 @@ def _kind(
         reasons.append("as good: " + ", ".join(k.label for k in kinds[1:]))
     decided = replace(
         quiet, kind="unknown_physics", chosen=law.trial if law else None, law_fit=fit,
-        reasons=tuple(reasons), answer="kind" if placed and physics else "unknown",
-        physics=physics, places=tuple(dict.fromkeys(k.element for k in places)),
+        reasons=tuple(reasons), answer="kind" if physics else "unknown",
+        physics=physics, places=tuple(dict.fromkeys(k.element for k in places)) if placed else (),
         kinds=tuple(kinds), share=0.0 if law is None else float(np.nan_to_num(fit)),
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
@@ -445,22 +464,12 @@ def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:
     One that takes any course in time has to leave nothing; one of the only reading stands for its
     kind where physics of the model explains less than half as much.
     """
-    if kind.kind in SHAPELESS and kind.score.square > t.noise**2:
+    if kind.kind in SHAPELESS and float(kind.score.noise.max()) > t.noise:
         return True
     usual = [explained(k, e.plain, kind.score) for k in e.kinds if k.kind not in ANYTHING]
     return len(e.before.over_noise) == 1 and max(usual, default=0.0) > 0.5
 
 
-def _common(kinds: Sequence[KindScore], classes: Isolability | None) -> set[str]:
-    """Kinds that every place in the set allows; places that no reading tells apart are one."""
-    found = [{x.kind for x in kinds if _together(x.element, k.element, classes)} for k in kinds]
-    several = any(not _together(k.element, kinds[0].element, classes) for k in kinds)
-    common = set.intersection(*found)
-    return common & LOCAL if several else common
-
-
-LOCAL = {"restoring", "dissipative", "memory", "ratio"}
-"""Kinds that look otherwise at every port; slow ones look alike everywhere."""
 CURVES = {"restoring", "dissipative"}
 """Kinds that are a curve of one variable: any other depends on more."""
 

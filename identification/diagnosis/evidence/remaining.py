@@ -45,7 +45,7 @@ class Remaining:
     @property
     def most(self) -> float:
         """The largest of all readings."""
-        return max(self.over_noise.values(), default=0.0)
+        return max((np.inf if np.isnan(v) else v for v in self.over_noise.values()), default=0.0)
 
     def is_noise(self, limit: float) -> bool:
         """Whether what is left may be noise: at its level, or coloured where it is not known."""

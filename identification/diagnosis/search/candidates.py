@@ -283,9 +283,12 @@ def astray(nominal: Fit) -> bool:
     inside = nominal.problem.data.mask("train")
     moves = np.std(nominal.problem.data.readings[inside], axis=0)
     missed = np.sqrt(np.mean(nominal.residuals("train") ** 2, axis=0))
-    return bool((missed > LOST * moves).any())
+    clear = missed > CLEAR * nominal.problem.data.floor
+    return bool((clear & (missed > LOST * moves)).any())
 
 
+CLEAR = 5.0
+"""Times the noise above which a misfit is no weak reading's noise."""
 LOST = 0.5
 """Part of a reading's standard deviation that a fit misses which does not follow it."""
 FIRST = 4

@@ -113,7 +113,9 @@ def _held_to_noise(decisions: tuple[Decision, ...], limits: Thresholds) -> tuple
     if remaining(named[-1].chosen.fit).is_noise(limits.noise):
         return decisions
     return tuple(
-        replace(d, answer="approximate") if d in named and d.answer == "exact" else d
+        replace(d, answer="approximate", confidence=RIGHT["approximate"])
+        if d in named and d.answer == "exact"
+        else d
         for d in decisions
     )
 

@@ -64,7 +64,7 @@ def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[
     chosen = _likeliest(fits)
     result = fits[chosen]
     if chosen == "band-limited":
-        problem = replace(result.problem, n_sub=4)
+        problem = replace(result.problem, n_sub=max(4, result.problem.n_sub))
         finer = fit(problem, start=result.point, max_iterations=25)
         if finer.cost < 0.98 * result.cost:
             result = finer
@@ -82,7 +82,7 @@ def _likeliest(fits: Mapping[str, Fit]) -> str:
 
 
 FINEST = 64
-"""Sub-steps of a sample at the most, in a nominal model that jumps."""
+"""Sub-steps of a sample at the most, in a nominal model with laws."""
 SURE = 3.0
 """Standard errors by which another behaviour between samples must predict better."""
 
@@ -98,7 +98,7 @@ def _held(result: Fit, hold: str) -> tuple[Problem, Fit]:
 
 
 def _fine(result: Fit) -> Fit:
-    """Refine the sub-steps of laws that jump: what a step gets wrong must not look like physics."""
+    """Refine the sub-steps of a model with laws: what a step gets wrong must not look missing."""
     if result.problem.engine.exact_step or result.status is FitStatus.BROKEN:
         return result
     return settled_fit(result.problem, 15, result.point, FINEST)

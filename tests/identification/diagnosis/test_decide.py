@@ -192,7 +192,13 @@ def test_a_law_near_its_kind_is_approximate() -> None:
     d = Case(5.0).law("hysteresis at k", 1.0).kind("memory", "k", 0.0).decided()
     assert (d.kind, d.answer, label(d)) == ("missing_physics", "approximate", "hysteresis at k")
     assert d.law_fit == pytest.approx(1 - 1.0**2 / 5.0**2)
-    assert d.confidence < Case(5.0).law("hysteresis at k", 0.0).decided().confidence
+    exact = Case(5.0).law("hysteresis at k", 0.0).kind("memory", "k", lag(0.5)).decided()
+    assert d.confidence < exact.confidence
+
+
+def test_a_law_without_a_form_beside_it_is_not_called_exact() -> None:
+    d = Case(5.0).law("hysteresis at k", 0.0).decided()
+    assert (d.answer, np.isnan(d.law_fit)) == ("approximate", True)
 
 
 def test_the_gain_must_show_on_the_held_out_part() -> None:
@@ -340,19 +346,6 @@ def test_what_leaves_nearly_all_of_the_misfit_is_not_told() -> None:
     assert any("explains little" in r for r in d.reasons)
 
 
-def test_one_kind_at_either_of_two_places() -> None:
-    def answer(kind: str, other: str) -> Decision:
-        case = Case(3.0).kind(kind, "d", 0.0).kind("surface", "d", lag(0.5))
-        return case.kind(other, "b", lag(0.5)).decided()
-
-    d = answer("memory", "memory")
-    assert (d.kind, d.answer, d.physics) == ("unknown_physics", "kind", "memory")
-    assert set(d.places) == {"d", "b"}
-    assert answer("memory", "dissipative").answer == "unknown"
-    # what is slow looks alike everywhere
-    assert answer("slow", "slow").answer == "unknown"
-
-
 def test_kinds_of_two_places_are_no_place() -> None:
     d = Case(3.0).kind("memory", "k", 0.0).kind("dissipative", "d", lag(0.5)).decided()
     assert (d.kind, d.answer, d.physics) == ("unknown_physics", "unknown", "")
@@ -398,8 +391,41 @@ def test_a_law_near_the_only_kind_is_named_and_one_beside_another_kind_is_not() 
             case.kind(*other)
         return label(case.decided()) if case.decided().kind == "missing_physics" else ""
 
-    assert answer() == answer(("surface", "d", 0.3)) == "coulomb_friction at d"
-    assert answer(("slow", "d", 0.3)) == answer(("restoring", "k", 0.3)) == ""
+    near, far = lag(0.5), 2.0
+    assert answer() == answer(("surface", "d", near)) == "coulomb_friction at d"
+    assert answer(("slow", "d", far)) == answer(("restoring", "k", far)) == "coulomb_friction at d"
+    assert answer(("slow", "d", near)) == answer(("restoring", "k", near)) == ""
+
+
+def test_a_law_beside_another_kind_alone_is_not_named() -> None:
+    """The law explains 91 %, and its own kind no more; the set is a memory."""
+    misfit = 5.0 * float(np.sqrt(0.09))
+    for law, kind in (("creep at k", "slow"), ("nonlinear_stiffness at k", "restoring")):
+        case = Case(5.0).law(law, misfit).kind("memory", "k", 0.0).kind(kind, "k", misfit)
+        assert case.decided().kind == "unknown_physics"
+
+
+def test_a_law_of_the_sensor_is_held_against_its_own_form_in_full() -> None:
+    def answer(part: float) -> str:
+        case = Case(5.0, Remaining({"x": 5.0, "y": 5.0}, True, 0.0))
+        case.law("sensor_lag at x", 5.0 * float(np.sqrt(1 - part))).kind("sensing", "x", 0.0)
+        return case.decided().kind
+
+    assert answer(0.82) == "unknown_physics"
+    assert answer(0.97) == "missing_physics"
+
+
+def test_too_many_places_are_no_place() -> None:
+    case = Case(3.0)
+    for i, place in enumerate(("k", "d", "m", "b", "c", "e")):
+        case.kind("dissipative", place, lag(0.1 * i))
+    d = case.decided()
+    assert (d.answer, d.physics, d.places) == ("unknown", "", ())
+
+
+@pytest.mark.parametrize("readings", [{"x": 1.0, "v": np.nan}, {"x": np.nan, "v": 1.0}])
+def test_a_reading_that_is_no_number_is_no_noise(readings: dict[str, float]) -> None:
+    assert Case(0.0, Remaining(readings, True, 0.0)).decided().kind == "unknown_physics"
 
 
 def test_a_further_effect_has_to_fit_exactly() -> None:
@@ -509,11 +535,9 @@ def test_whatever_the_scores_the_answer_hangs_together(seed: int) -> None:
         assert d.answer in ("exact", "approximate", "family")
         assert d.physics or d.rivals
         assert d.places[0] == d.chosen.element
-        assert d.law_fit >= Thresholds().law
+        assert np.isnan(d.law_fit) or d.law_fit >= 0.8
         if d.answer != "family":
             assert d.rivals == ()
-    else:
-        assert d.confidence == 0.0
     if d.answer == "kind":
         assert d.physics
         assert d.places

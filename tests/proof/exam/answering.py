@@ -63,7 +63,8 @@ def transplant_answer(layout: Layout, public: Public, seed: int = 0) -> dict[str
         recording = recording_of(layout, public)
         return _diagnosed(public, transplant(_diagnosed(public, recording, seed), seed), seed)
 
-    return _timed(public, transplanted)
+    # the evidence would be of two recordings
+    return {**_timed(public, transplanted), "evidence": []}
 
 
 WORKS: Mapping[str, Callable[[Layout, Public, int], dict[str, Any]]] = MappingProxyType(

@@ -1,9 +1,10 @@
 """The knobs of the decision by Learn-then-Test, and what its answers were worth.
 
-Stored evidence is decided again with other knobs, from those that abstain most to the boldest; the
-walk goes on as long as every gate is certified: were the true rate as high as the limit, so few
-errors would come with a probability below 5 % (Angelopoulos et al., Learn then test, Ann. Appl.
-Stat. 19 (2025) 1641). What is bolder than the run itself cannot be told from its evidence.
+Stored evidence is decided again with more cautious knobs, from those that abstain most to those
+in use; the walk goes on as long as every gate is certified: were the true rate as high as the limit,
+so few errors would come with a probability below 5 % (Angelopoulos et al., Learn then test, Ann.
+Appl. Stat. 19 (2025) 1641). A finding whose decision changes is taken back; the others stand as they
+were told, because what a search would have done after another decision is not known.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from typing import Any
 
 from scipy.stats import binom
 
+from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.evidence.decision import Decision, Thresholds, decide
 from tests.proof.exam.counting import score_exam
 from tests.proof.exam.printing import rate_text
-from tests.proof.exam.said import ExamAnswer, claim_of, exam_answer_of
+from tests.proof.exam.said import Claim, ExamAnswer, exam_answer_of
 from tests.proof.exam.stored import evidence_of
 from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.rates import Rate, rate
@@ -40,11 +42,18 @@ GATES: Mapping[str, float] = {
 
 SHARP = "sharp: right name at the right place"
 
-GRID = tuple(
-    Thresholds(z=z, law=law)
-    for z, law in ((8.0, 0.97), (6.0, 0.95), (5.0, 0.9), (4.0, 0.85), (3.5, 0.8), (3.0, 0.8))
+GRID = (
+    *(
+        Thresholds(z=z, law=law)
+        for z, law in ((8.0, 0.99), (6.0, 0.98), (5.0, 0.97), (4.0, 0.96), (3.5, 0.95))
+    ),
+    Thresholds(),
 )
 """Knobs from the most cautious to those in use."""
+
+NOTHING = frozenset[str]()
+UNTOLD = Claim("unknown", "", "", "", NOTHING, NOTHING, NOTHING, NOTHING, resolved=False)
+"""That something is missing, and no more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,28 +75,18 @@ class Setting:
 
 
 def replayed(content: Mapping[str, Any], limits: Thresholds) -> ExamAnswer:
-    """Return the answer that stored evidence gives with other knobs.
-
-    The evidence of a step that would not have been taken any more is not used; where nothing
-    changes the answer is the stored one.
-    """
+    """Return the answer that is left of a stored one with more cautious knobs."""
     answer = exam_answer_of(content)
     evidence = [evidence_of(e) for e in content.get("evidence", ())]
-    usual = [decide(e) for e in evidence]
-    found = [decide(e, limits) for e in evidence]
-    if not found or all(_same(a, b) for a, b in zip(usual, found, strict=True)):
+    pairs = [(decide(e), decide(e, limits)) for e in evidence]
+    lost = [usual for usual, found in pairs if not _same(usual, found)]
+    if not lost or not answer.alarm:
         return answer
-    named = []
-    for d in found:
-        if d.kind != "missing_physics":
-            break
-        named.append(d)
-    first = found[0]
-    stated = named or ([first] if first.kind == "unknown_physics" else [])
-    verdict = "missing_physics" if named else first.kind
-    ports = len(content.get("ports") or ())
-    claims = tuple(claim_of(_finding(d), ports) for d in stated)
-    return replace(answer, verdict=verdict, claims=claims)
+    kept = tuple(c for c in answer.claims if c.named and not any(_states(c, d) for d in lost))
+    told = any(c.answer == "kind" for c in answer.claims) and _same(*pairs[0])
+    if told or kept:
+        return answer if told else replace(answer, claims=kept)
+    return replace(answer, verdict="unknown_physics", claims=(UNTOLD,))
 
 
 def _same(a: Decision, b: Decision) -> bool:
@@ -98,25 +97,12 @@ def _same(a: Decision, b: Decision) -> bool:
     return said(a) == said(b)
 
 
-def _finding(d: Decision) -> dict[str, Any]:
-    """Return a decision as a verdict states it."""
-    chosen = d.chosen
-    if d.kind == "missing_physics" and chosen is not None:
-        effect = chosen.effect if d.answer in ("exact", "approximate") else "unknown"
-        places = [chosen.element, *(t.element for t in d.same_place)]
-        if chosen.effect == "clock_skew":
-            places = ["clock"]
-        rivals = [*d.rivals, *d.richer]
-        family = chosen.insertion.family
-    else:
-        effect, places, rivals, family = "unknown", list(d.places), list(d.possible), d.family
-    return {
-        "answer": d.answer, "effect": effect, "family": family,
-        "kind": d.physics if d.answer != "unknown" else "",
-        "location": {"element": places[0] if places else "", "indistinguishable_from": places[1:]},
-        "also_possible": [{"effect": t.effect, "element": t.element} for t in rivals],
-        "probability": d.confidence,
-    }  # fmt: skip
+def _states(claim: Claim, d: Decision) -> bool:
+    """Whether a claim is what a decision said."""
+    if d.chosen is None:
+        return False
+    placed = d.chosen.element in claim.places or d.chosen.effect == "clock_skew"
+    return placed and (d.chosen.effect in claim.names or d.chosen.insertion.family == claim.family)
 
 
 def settings(
@@ -129,7 +115,15 @@ def settings(
 
 
 def read_contents(folder: Path) -> list[dict[str, Any]]:
-    """Read answers with their evidence."""
+    """Read answers with their evidence.
+
+    Raises
+    ------
+    UnusableInput
+        The folder is missing.
+    """
+    if not folder.is_dir():
+        raise UnusableInput(f"{folder}: no answers here; run python -m tests.proof.exam run first")
     return [json.loads(p.read_text(encoding="utf-8")) for p in sorted(folder.glob("*.json"))]
 
 

@@ -36,16 +36,23 @@ class StoredScore:
     ----------
     place : int
         Row and column of the tables.
+    noise : ndarray, shape (n_y,)
+        Standard deviation of each reading's prediction error, over the floor.
     apart, paired, excesses : ndarray, shape (n, n)
         What the methods of that name say of row and column.
     """
 
     place: int
     loss: float
-    square: float
+    noise: Array
     apart: Array
     paired: Array
     excesses: Array
+
+    @property
+    def square(self) -> float:
+        """Return the mean square of the prediction errors over the floor."""
+        return float(np.mean(self.noise**2))
 
     def behind(self, better: StoredScore) -> float:
         """Return the stored standard errors."""
@@ -133,9 +140,8 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
     noise = np.array(content["noise"])
     with np.errstate(over="ignore"):
         excesses = np.mean((noise[:, None, :] / noise[None, :, :]) ** 2, axis=2) - 1.0
-        squares = np.mean(noise**2, axis=1)
     scores: list[Any] = [
-        StoredScore(i, loss, float(squares[i]), apart, paired, excesses)
+        StoredScore(i, loss, noise[i], apart, paired, excesses)
         for i, loss in enumerate(content["loss"])
     ]
     count = len(content["laws"])

@@ -22,7 +22,7 @@ class PreslidingFriction(Effect):
 
     name = "presliding_friction"
     family = "friction"
-    kind = "dissipative"
+    kind = "memory"
     law = "dahl"
     sentence = "a contact that bends like a spring after every reversal before it slides"
     looks = (

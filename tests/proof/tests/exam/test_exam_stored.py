@@ -17,7 +17,7 @@ from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.decision import Thresholds, decide
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
-from tests.proof.exam.certifying import certify_lines, replayed, settings
+from tests.proof.exam.certifying import GATES, GRID, UNTOLD, certify_lines, replayed, settings
 from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.stored import evidence_of, recorded
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth
@@ -60,7 +60,9 @@ def test_stored_evidence_gives_the_same_decisions(friction: float) -> None:
     assert not any(c.named for c in blunt.claims)
     if friction:
         assert found.kind == "missing_physics"
-        assert replayed(content, Thresholds(z=3.1)).claims[0].names == {"coulomb_friction"}
+        strict = replayed(content, Thresholds(z=1e6))
+        assert strict.claims == (UNTOLD,)
+        assert strict.alarm
 
 
 def truth(number: int, *, control: bool) -> ExamTruth:
@@ -70,6 +72,13 @@ def truth(number: int, *, control: bool) -> ExamTruth:
     )  # fmt: skip
     effects = () if control else (concealed,)
     return ExamTruth(f"e{number}", "single", "chain", effects, {"x": 1.0}, {"x": 9.0})
+
+
+def outside(number: int) -> ExamTruth:
+    concealed = ConcealedEffect(
+        "unknown", frozenset(), "outside", frozenset({"surface"}), frozenset({"k"}), "odd", 0.1
+    )
+    return ExamTruth(f"e{number}", "outside", "chain", (concealed,), {"x": 1.0}, {"x": 0.1})
 
 
 def said(number: int, name: str) -> dict[str, Any]:
@@ -87,6 +96,7 @@ def test_gates_are_certified_by_many_answers_and_few_errors(wrong: int, right: b
     truths = {f"e{i}": truth(i, control=i < 200) for i in range(400)}
     names = ["" if i < 200 else "creep" if i < 200 + wrong else "backlash" for i in range(400)]
     contents = [said(i, name) for i, name in enumerate(names)]
+    assert GRID[-1] == Thresholds()
     gates = settings(truths, contents)
     first = next(gates)
     gate = "wrong names, of the names given"
@@ -95,6 +105,10 @@ def test_gates_are_certified_by_many_answers_and_few_errors(wrong: int, right: b
     lines = certify_lines(truths, contents)
     # nothing outside the catalogue was asked, so that gate stays open
     assert any(line.endswith("none: too few answers or too many errors") for line in lines)
+    asked = {**truths, **{f"e{i}": outside(i) for i in range(400, 500)}}
+    more = [*contents, *(said(i, "") for i in range(400, 500))]
+    walked = certify_lines(asked, more)[len(GRID) * (1 + len(GATES))]
+    assert ("none" not in walked) is right
     counted = next(line for line in lines if line.startswith("exact"))
     assert f"{200 - wrong}/200" in counted
     assert f"{(201 - wrong) / 202:.3f}" in counted
