@@ -1,10 +1,10 @@
 """The knobs of the decision by Learn-then-Test, and what its answers were worth.
 
 Stored evidence is decided again with more cautious knobs, from those that abstain most to those
-in use; the walk goes on as long as every gate is certified: were the true rate as high as the limit,
-so few errors would come with a probability below 5 % (Angelopoulos et al., Learn then test, Ann.
-Appl. Stat. 19 (2025) 1641). A finding whose decision changes is taken back; the others stand as they
-were told, because what a search would have done after another decision is not known.
+in use; the walk goes on as long as every gate is certified: were the true rate as high as the
+limit, so few errors would come with a probability below 5 % (Angelopoulos et al., Learn then test,
+Ann. Appl. Stat. 19 (2025) 1641). A finding whose decision changes is taken back; the others stand
+as they were told, because what a search would have done after another decision is not known.
 """
 
 from __future__ import annotations
