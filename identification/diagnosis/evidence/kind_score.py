@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import TwoPort
+from bondgraph.graph.elements import Element, R, TwoPort
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue.effect import Signature, kind_at
@@ -139,12 +139,18 @@ def kind_scores(
             alone = s.element.name == name and not isinstance(element, TwoPort)
             if alone and s.effect.kind and s.latent is not None:
                 column = np.nan_to_num(s.latent)[:, None]
-                kind = kind_at(s.effect.kind, element)
-                known = forms.get(kind)
-                both = column if known is None else np.hstack([known.columns, column])
-                forms[kind] = Signature(both)
+                for k in _kinds_of(s.effect.kind, element):
+                    known = forms.get(k)
+                    both = column if known is None else np.hstack([known.columns, column])
+                    forms[k] = Signature(both)
         found += scores_at(bench, name, forms)
     return sorted(found, key=lambda k: k.score.loss)
+
+
+def _kinds_of(kind: str, element: Element) -> tuple[str, ...]:
+    """Kinds whose form an addition joins: friction that remembers is dissipative as well."""
+    rubs = kind == "memory" and isinstance(element, R)
+    return (kind_at(kind, element), *(("dissipative",) if rubs else ()))
 
 
 def scores_at(bench: Bench, element: str, forms: Mapping[str, Signature]) -> list[KindScore]:

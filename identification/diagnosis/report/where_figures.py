@@ -124,7 +124,9 @@ def port_tiles(d: Diagnosis, element: str) -> list[tuple[str, str]]:
 
 
 def _axes(d: Diagnosis, element: str) -> tuple[MisfitAxis, ...]:
-    if d.scene is None or element not in d.scene.past or element not in d.graph.elements:
+    if d.nominal is None or d.scene is None or d.scene.data.n != d.nominal.problem.data.n:
+        return ()  # histories of a thinned record do not go with the fits of the whole one
+    if element not in d.scene.past or element not in d.graph.elements:
         return ()
     return axes_of(d.graph, element, d.scene.past[element])
 
