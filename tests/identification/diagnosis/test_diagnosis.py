@@ -6,27 +6,18 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph
 from bondgraph.laws import Coulomb, Law, Polynomial
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
+from tests.identification.diagnosis.spring import spring
 
 pytestmark = pytest.mark.slow
 
 N, DT, NOISE = 1500, 0.01, 3e-5
-
-
-def spring(m: float = 0.5, d: float = 2.0, k: float = 200.0) -> BondGraph:
-    with BondGraph("spring") as g:
-        v = One("v")
-        Se("F", unit="N") >> v >> I("m", m, unit="kg")
-        v >> R("d", d, unit="N*s/m")
-        v >> C("k", stiffness=k, unit="N/m")
-        v >> Dq("x", unit="m")
-    return g
 
 
 def multisine(seed: int, n: int = N) -> np.ndarray:

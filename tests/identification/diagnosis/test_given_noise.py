@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
@@ -16,18 +16,9 @@ from bondsight.cli.main import main
 from identification.diagnosis.diagnose import Diagnosis, diagnose, given_noise
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
+from tests.identification.diagnosis.spring import spring
 
 N, NOISE = 900, 2e-5
-
-
-def spring() -> BondGraph:
-    with BondGraph("spring") as g:
-        v = One("v")
-        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        v >> R("d", 2.0, unit="N*s/m")
-        v >> C("k", stiffness=200.0, unit="N/m")
-        v >> Dq("x", unit="m")
-    return g
 
 
 def run(truth: BondGraph) -> Recording:

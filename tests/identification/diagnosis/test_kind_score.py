@@ -29,18 +29,9 @@ from identification.diagnosis.screening.score_test import screen, training_rows
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import Fit
 from identification.study.problem import Data
+from tests.identification.diagnosis.spring import spring
 
 N, DT, NOISE = 900, 0.01, 1e-5
-
-
-def spring() -> BondGraph:
-    with BondGraph("spring") as g:
-        v = One("v")
-        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        v >> R("d", 2.0, unit="N*s/m")
-        v >> C("k", stiffness=200.0, unit="N/m")
-        v >> Dq("x", unit="m")
-    return g
 
 
 def hardening(part: float) -> BondGraph:

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.signals.recording import Split
@@ -19,20 +19,11 @@ from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.single_record import Fit, fit
 from identification.study.joint import stack_of
 from identification.study.problem import Data, Problem
+from tests.identification.diagnosis.spring import spring
 
 N, DT, NOISE = 1500, 0.01, 1e-3
 TIME = DT * np.arange(N)
 NAMES = ("coulomb at d", "cubic at k")
-
-
-def spring() -> BondGraph:
-    with BondGraph("spring") as g:
-        v = One("v")
-        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        v >> R("d", 2.0, unit="N*s/m")
-        v >> C("k", stiffness=200.0, unit="N/m")
-        v >> Dq("x", unit="m")
-    return g
 
 
 def rubbing() -> BondGraph:

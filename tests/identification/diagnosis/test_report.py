@@ -39,6 +39,7 @@ from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold
 from identification.report.numbers import axis_scale, percent, prefixed, quantity, short
+from tests.identification.diagnosis.spring import spring
 from tests.patience import HANGS
 
 N = 400
@@ -48,16 +49,6 @@ SECTIONS = (
     "The equation that changed", "The rivals", "What was checked",
     "Where in the recording the model fails", "Parameters", "What this does not say",
 )  # fmt: skip
-
-
-def spring() -> BondGraph:
-    with BondGraph("spring") as g:
-        v = One("v")
-        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        v >> R("d", 2.0, unit="N*s/m")
-        v >> C("k", stiffness=200.0, unit="N/m")
-        v >> Dq("x", unit="m")
-    return g
 
 
 def recording(n: int = N) -> Recording:

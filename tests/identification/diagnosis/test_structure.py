@@ -5,25 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from actuators import stack_bond_graph
-from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
+from bondgraph import Df
 from identification.diagnosis.localisation.structural_classes import (
     excited_frequencies,
     latent_columns,
     splitting_signals,
     structure,
 )
+from tests.identification.diagnosis.spring import spring
 
 W = np.geomspace(1.0, 1e4, 20)
-
-
-def spring() -> BondGraph:
-    with BondGraph("spring") as g:
-        v = One("v")
-        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        v >> R("d", 2.0, unit="N*s/m")
-        v >> C("k", stiffness=200.0, unit="N/m")
-        v >> Dq("x", unit="m")
-    return g
 
 
 def test_one_reading_alone_tells_no_port_apart() -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph, C, I, One, R, Se
 from bondgraph.graph.elements import TF, Element
 from bondgraph.signals.recording import Split
 from identification.diagnosis.localisation.recording import axes_of, where, words
@@ -22,19 +22,10 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 from identification.estimation.single_record import Fit, FitStatus
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point
+from tests.identification.diagnosis.spring import spring
 
 Array = np.ndarray
 N, DT, FLOOR = 4000, 0.01, 0.1
-
-
-def spring() -> BondGraph:
-    with BondGraph("spring") as g:
-        v = One("v")
-        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        v >> R("d", 2.0, unit="N*s/m")
-        v >> C("k", stiffness=200.0, unit="N/m")
-        v >> Dq("x", unit="m")
-    return g
 
 
 def motion(seed: int = 3) -> Array:

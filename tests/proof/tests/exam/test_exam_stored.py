@@ -3,34 +3,27 @@
 from __future__ import annotations
 
 import json
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.evidence.decision import Thresholds, decide
+from identification.diagnosis.evidence.decision import RIGHT, Thresholds, decide
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
+from tests.identification.diagnosis.spring import spring
+from tests.proof.exam import certifying
 from tests.proof.exam.certifying import GATES, GRID, UNTOLD, certify_lines, replayed, settings
 from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.stored import evidence_of, recorded
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth
-
-
-def spring() -> BondGraph:
-    with BondGraph("spring") as g:
-        v = One("v")
-        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        v >> R("d", 2.0, unit="N*s/m")
-        v >> C("k", stiffness=200.0, unit="N/m")
-        v >> Dq("x", unit="m")
-    return g
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])
@@ -112,3 +105,12 @@ def test_gates_are_certified_by_many_answers_and_few_errors(wrong: int, right: b
     counted = next(line for line in lines if line.startswith("exact"))
     assert f"{200 - wrong}/200" in counted
     assert f"{(201 - wrong) / 202:.3f}" in counted
+
+
+def test_the_stated_probabilities_are_those_of_the_results() -> None:
+    """The table that the tool reads them from is committed beside the exam."""
+    text = (Path(certifying.__file__).parent / "RESULTS.md").read_text(encoding="utf-8")
+    found = dict(re.findall(r"^(\w+) +right .* stated (\d\.\d+)$", text, re.MULTILINE))
+    assert set(RIGHT) <= set(found)
+    for answer, share in RIGHT.items():
+        assert share == pytest.approx(float(found[answer]), abs=0.005)
