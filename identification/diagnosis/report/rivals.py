@@ -49,7 +49,8 @@ def standings(d: Diagnosis, step: Decision | None = None) -> tuple[Standing, ...
         (_same(t, chosen) for t in trials), key=lambda t: (not np.isfinite(t.test), t.test)
     )
     first = chosen or ranked[0]
-    excess = nominal - 1.0
+    # a floor that was read too high must not make shares of more than everything
+    excess = nominal - min(1.0, first.test)
     found = []
     for t in ranked:
         share = (nominal - t.test) / excess if excess > 0 else 0.0

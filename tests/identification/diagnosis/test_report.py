@@ -402,3 +402,13 @@ def test_numbers() -> None:
     assert short(float("inf")) == "∞"
     assert percent(0.00606) == "0.606 %"
     assert percent(float("nan")) == "–"
+
+
+def test_no_rival_explains_more_than_everything(found: Diagnosis) -> None:
+    """Though the floor may have been read above what the repair leaves."""
+    step = found.decision
+    assert step is not None
+    assert step.chosen is not None
+    low = replace(step, chosen=replace(step.chosen, test=0.5))
+    shares = [s.share for s in standings(replace(found, steps=(low,)), low)]
+    assert max(shares) == pytest.approx(1.0)
