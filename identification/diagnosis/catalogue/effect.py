@@ -33,6 +33,8 @@ class Insertion:
         Names of effects it contains, and of those it may be taken for.
     sentence : str
         The effect in words for the user.
+    within : tuple of (str, float, float)
+        Parameters with the range in which the law is what its name says.
     """
 
     effect: str
@@ -46,11 +48,16 @@ class Insertion:
     confused_with: tuple[str, ...] = ()
     sentence: str = ""
     kind: str = ""
+    within: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def label(self) -> str:
         """Text such as ``hysteresis at C_nl``."""
         return f"{self.effect} at {self.element}"
+
+    def is_itself(self, values: Mapping[str, float]) -> bool:
+        """Whether the law with these values is what its name says, not another effect's limit."""
+        return all(low <= values.get(name, low) <= high for name, low, high in self.within)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,11 +170,12 @@ class Effect(ABC):
         graph: BondGraph,
         starts: tuple[Mapping[str, float], ...],
         strengths: tuple[str, ...],
+        within: tuple[tuple[str, float, float], ...] = (),
     ) -> Insertion:
         """Label a rewritten graph."""
         return Insertion(
             self.name, self.family, self.law, element.name, graph, starts, strengths,
-            self.simpler, self.confused_with, self.sentence, kind_at(self.kind, element),
+            self.simpler, self.confused_with, self.sentence, kind_at(self.kind, element), within,
         )  # fmt: skip
 
 

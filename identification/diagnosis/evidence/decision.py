@@ -97,6 +97,8 @@ class Evidence:
         The same on training samples.
     named : tuple of str
         Places of the effects that were named before this one.
+    untried : tuple of (str, str)
+        Effects with their places that could not be fitted beside what is in the model.
     """
 
     plain: BlockScore
@@ -107,6 +109,7 @@ class Evidence:
     trained: float
     classes: Isolability | None = None
     named: tuple[str, ...] = ()
+    untried: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +185,7 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         "explained", None, (), (), 0.0, 0.0, (), nominal=e.nominal, trials=trials,
         remaining=e.before,
     )  # fmt: skip
-    laws = [s for s in e.laws if s.trial.effect != UNNAMED.name]
+    laws = [s for s in e.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
     best = _best([*laws, *e.kinds])
     if best is None or not _shows(e.plain, best.score, t):
         return _nothing(quiet, e, t)
@@ -226,6 +229,12 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
     return [
         k for k in ranked if k is top or part[id(k)] > least or 0 <= k.score.behind(top.score) < t.z
     ]
+
+
+def alike_kinds(e: Evidence, limits: Thresholds) -> list[KindScore]:
+    """Kinds and places that one decision has to choose from, the likeliest first."""
+    best = _best([*e.laws, *e.kinds])
+    return [] if best is None else _alike_kinds(e, best.score, limits)
 
 
 def explained(h: Hypothesis, plain: BlockScore, best: BlockScore, *, usual: bool = False) -> float:
@@ -396,6 +405,10 @@ def _named(
     if richer:
         reasons.append("not needed but not excluded: " + ", ".join(r.label for r in richer))
     answer = _answer(chosen, others, fit)
+    open_ones = [n for n in chosen.trial.insertion.simpler if (n, chosen.element) in e.untried]
+    if open_ones and answer in ("exact", "approximate"):
+        answer = "family"
+        reasons.append(f"{', '.join(open_ones)} there could not be simulated, so not excluded")
     members = [chosen, *others]
     physics = {s.trial.insertion.kind for s in members}
     places = tuple(dict.fromkeys([s.element for s in members] + [s.element for s in same]))
@@ -408,16 +421,18 @@ def _named(
         chosen=chosen.trial, same_place=same, rivals=tuple(s.trial for s in others),
         share=float(np.clip(share, 0.0, 1.0)), reasons=tuple(reasons), richer=richer,
         answer=answer,
-        physics=physics.pop() if len(physics) == 1 else "", places=places,
+        physics=plainest(physics if answer == "family" or len(physics) == 1 else ()),
+        places=places,
         law_fit=fit, kinds=(here,) if here is not None else (),
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
 
 
 def _replicated(chosen: Scored, e: Evidence) -> bool:
-    """Whether samples that no selection has seen gain as well, half as much at least."""
+    """Whether samples that no selection has seen gain as well, a part as much at least."""
     gained = e.trained - chosen.trial.train
-    return e.nominal - chosen.trial.test > 0.5 * min(gained, e.nominal)
+    least = 0.5 if e.named else 0.3
+    return e.nominal - chosen.trial.test > least * min(gained, e.nominal)
 
 
 def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:
@@ -436,11 +451,19 @@ def _kind(
     """No law fits: tell the kind and the place, as far as the set agrees on them."""
     kind = kinds[0]
     here = all(_together(k.element, kind.element, e.classes) for k in kinds)
-    placed = len({k.element for k in kinds}) <= PLACES
-    physics = plainest(k.kind for k in kinds) if here and placed else ""
-    if physics in ANYTHING and _follows_anything(kind, e, t):
+    # a law elsewhere that the data do not tell from the best form leaves the place open
+    alike = [s for s in e.laws if 0 <= s.score.behind(kind.score) < t.z]
+    open_places = {s.element for s in alike if s.trial.effect != UNNAMED.name}
+    places = [k.element for k in kinds]
+    physics = plainest(k.kind for k in kinds) if here else _common(kinds)
+    if physics in ANYTHING and (not here or _follows_anything(kind, e, t)):
         physics = ""
-    places = sorted(kinds, key=lambda k: k.kind != physics)
+    if len(set(places)) > PLACES or not (here or open_places <= set(places)):
+        physics = ""
+    if not physics:
+        places += sorted(open_places)
+    places = sorted(places, key=lambda p: all(k.kind != physics for k in kinds if k.element == p))
+    placed = len(set(places)) <= PLACES
     gain = e.plain.behind(kind.score)
     reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
     fit = float("nan")
@@ -452,10 +475,16 @@ def _kind(
     decided = replace(
         quiet, kind="unknown_physics", chosen=law.trial if law else None, law_fit=fit,
         reasons=tuple(reasons), answer="kind" if physics else "unknown",
-        physics=physics, places=tuple(dict.fromkeys(k.element for k in places)) if placed else (),
+        physics=physics, places=tuple(dict.fromkeys(places)) if placed else (),
         kinds=tuple(kinds), share=0.0 if law is None else float(np.nan_to_num(fit)),
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
+
+
+def _common(kinds: Sequence[KindScore]) -> str:
+    """Return the kind that is in question at every place, empty if there is no such one."""
+    at = [{k.kind for k in kinds if k.element == p} for p in {k.element for k in kinds}]
+    return plainest(set.intersection(*at))
 
 
 def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:

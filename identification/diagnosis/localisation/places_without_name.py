@@ -10,6 +10,8 @@ from identification.diagnosis.localisation.structural_classes import Isolability
 
 CLEAR = 8.0
 """Standard errors by which a relation must fail for its ports to be ruled out."""
+OF_ITS_PORT = ("sensing", "command", "ratio")
+"""Kinds that only one sort of element can have, and that follow its own signals."""
 
 
 def places_of(
@@ -26,5 +28,6 @@ def places_of(
             return at_floor[0].ports
     if not decision.places or len(decision.places) > PLACES:
         return ()
-    group = classes.class_of(decision.places[0]) if classes else ()
+    own = decision.answer == "kind" and decision.physics in OF_ITS_PORT
+    group = classes.class_of(decision.places[0]) if classes and not own else ()
     return tuple(dict.fromkeys([*decision.places, *group]))

@@ -62,6 +62,11 @@ class Candidate:
         """Place of the effect."""
         return self.insertion.element
 
+    @property
+    def itself(self) -> bool:
+        """Whether the fitted law is still what its name says."""
+        return self.insertion.is_itself(self.fit.values)
+
 
 def blocks_of(result: Fit, part: str = "test") -> Array:
     """Mean square weighted residual on consecutive parts of the held-out samples."""

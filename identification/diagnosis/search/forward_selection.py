@@ -9,13 +9,16 @@ from itertools import zip_longest
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import UNNAMED, Effect
+from identification.diagnosis.catalogue.effect import kind_at
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.decision import (
+    CURVES,
     RIGHT,
     Decision,
     Evidence,
     Scored,
     Thresholds,
+    alike_kinds,
     decide,
 )
 from identification.diagnosis.evidence.kind_score import KindScore, bench_of, kind_scores
@@ -221,9 +224,59 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     trials = _finished(search(seen, base.template, ranked, options, tell), options)
     laws = scored(trials)
     best = laws[0].trial if laws and laws[0].score.loss < plain.loss else None
-    if best is not None:
-        kinds = _merged(kinds, done.kinds(base.fit, best.fit))
-    return decide(replace(evidence, laws=laws, kinds=tuple(kinds)), limits)
+    if best is None:
+        return decide(replace(evidence, laws=laws, kinds=tuple(kinds)), limits)
+    kinds = _merged(kinds, done.kinds(base.fit, best.fit))
+    evidence = replace(evidence, laws=laws, kinds=tuple(kinds))
+    decision = decide(evidence, limits)
+    asked = overlooked(decision, alike_kinds(evidence, limits), trials, ranked)[: options.more]
+    if not asked:
+        return decision
+    more = fitted(seen, base.template, asked, options, tell, 0.9, 1.0, best.train)
+    more = [finish(t, options.final_iterations, options.holds) for t in more]
+    made = {(t.effect, t.element) for t in more}
+    untried = ((s.effect.name, s.element.name) for s in asked)
+    return decide(
+        replace(
+            evidence, laws=scored([*trials, *more]),
+            untried=tuple(x for x in untried if x not in made),
+        ),
+        limits,
+    )  # fmt: skip
+
+
+def overlooked(
+    decision: Decision,
+    kinds: Sequence[KindScore],
+    trials: Sequence[Candidate],
+    ranked: Sequence[Screened],
+) -> list[Screened]:
+    """Return laws that were not fitted though the evidence asks for them.
+
+    Simpler forms of the best law, and, where no law could be named, laws of the kinds and places
+    that the decision was left with.
+    """
+    done = {(t.effect, t.element) for t in trials}
+    left = [s for s in ranked if (s.effect.name, s.element.name) not in done]
+    chosen = decision.chosen
+    found = [
+        s for s in left
+        if chosen is not None
+        and s.element.name == chosen.element and s.effect.name in chosen.insertion.simpler
+    ]  # fmt: skip
+    if decision.kind == "unknown_physics" and decision.answer in ("kind", "unknown"):
+        for k in kinds:
+            found += [
+                s for s in left
+                if s.element.name == k.element and s.effect.name != UNNAMED.name
+                and k.kind in _kinds_of(s)
+            ]  # fmt: skip
+    return list(dict.fromkeys(found))
+
+
+def _kinds_of(s: Screened) -> tuple[str, ...]:
+    own = kind_at(s.effect.kind, s.element)
+    return (own, "surface") if own in CURVES else (own,)
 
 
 def in_turn(first: Sequence[Screened], second: Sequence[Screened]) -> list[Screened]:

@@ -62,7 +62,10 @@ def left_by(misfit: float) -> Any:
         floor_measured=True,
     )  # fmt: skip
     return SimpleNamespace(
-        problem=SimpleNamespace(data=data), simulated=moved, residuals=lambda part: noise[N // 2 :]
+        values={},
+        problem=SimpleNamespace(data=data),
+        simulated=moved,
+        residuals=lambda part: noise[N // 2 :],
     )
 
 

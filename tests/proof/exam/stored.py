@@ -110,6 +110,7 @@ def stored(e: Evidence) -> dict[str, Any]:
         "nominal": _number(e.nominal),
         "trained": _number(e.trained),
         "named": list(e.named),
+        "untried": [list(x) for x in e.untried],
         "classes": [] if classes is None else [sorted(classes.class_of(x)) for x in elements],
         "elements": elements,
     }
@@ -128,7 +129,7 @@ def _law(s: Scored) -> dict[str, Any]:
     made = s.trial.insertion
     return {
         "effect": s.trial.effect, "element": s.element, "label": s.trial.label,
-        "home": s.trial.home, "family": made.family, "kind": made.kind,
+        "home": s.trial.home, "itself": s.trial.itself, "family": made.family, "kind": made.kind,
         "simpler": list(made.simpler), "train": _number(s.trial.train),
         "test": _number(s.trial.test), "left": _left(s.left),
     }  # fmt: skip
@@ -155,6 +156,7 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
     return Evidence(
         scores[0], tuple(laws), tuple(kinds), Remaining(*content["before"]), content["nominal"],
         content["trained"], classes, tuple(content["named"]),
+        tuple((effect, place) for effect, place in content.get("untried", ())),
     )  # fmt: skip
 
 
@@ -164,7 +166,8 @@ def _scored(law: Mapping[str, Any], score: Any) -> Scored:
         simpler=tuple(law["simpler"]), label=law["label"],
     )  # fmt: skip
     trial: Any = SimpleNamespace(
-        insertion=insertion, home=law["home"], train=law["train"], test=law["test"],
-        label=law["label"], effect=law["effect"], element=law["element"], fit=None,
+        insertion=insertion, home=law["home"], itself=law.get("itself", True),
+        train=law["train"], test=law["test"], label=law["label"], effect=law["effect"],
+        element=law["element"], fit=None,
     )  # fmt: skip
     return Scored(trial, score, Remaining(*law["left"]))

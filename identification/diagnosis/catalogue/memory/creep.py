@@ -36,6 +36,7 @@ class Creep(Effect):
         "a step up, a long rest, a step down and a long rest: creep comes back by itself after "
         "the step down, hysteresis stays where it is, drift goes on as before"
     )
+    simpler = ("leakage",)
     source = "Kuhnen and Janocha, Creep and hysteresis compensation, 1998; Kelvin-Voigt chain"
     where = staticmethod(storages)
 

@@ -13,10 +13,12 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 
 SHARES = (-0.7, -0.4, -0.15, 0.0, 0.15, 0.4, 0.7)
 """Knees tried, over half the range from its middle."""
+STIFFEST = 3.0
+"""Change of slope over the slope from which a spring's second part is a stop."""
 
 
 class BilinearStiffness(Effect):
-    """A spring with another slope beyond a knee."""
+    """A spring with another slope beyond a knee, up to four times as stiff."""
 
     name = "bilinear_stiffness"
     family = "restoring"
@@ -60,7 +62,8 @@ class BilinearStiffness(Effect):
             values = {change: size, knee: at}
             added = size * np.maximum(past.argument - at, 0.0)
             starts += [{**values, **rebalanced(element, past, added)}, values]
-        return self.inserted(element, graph, tuple(starts), (change,))
+        within = ((change, -np.inf, STIFFEST * k),)
+        return self.inserted(element, graph, tuple(starts), (change,), within)
 
 
 def _knees(past: PortHistory) -> tuple[float, ...]:

@@ -21,7 +21,7 @@ AWAY = 6.0
 class EndStopEffect(Effect):
     """A stiff contact that limits the stroke on one side or both.
 
-    Its stiffness is at least twice that of the spring beside it; below it is a bilinear spring.
+    Its stiffness is several times that of the spring beside it; below it is a bilinear spring.
     """
 
     name = "end_stop"

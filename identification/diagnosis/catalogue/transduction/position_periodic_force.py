@@ -12,6 +12,8 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 PERIODS = 40
+SEEN = 2.0
+"""Periods that the way must cover before anything can be said to repeat."""
 NOT_MOVING = ("H", "kg/m4", "kg/m^4")
 """Units of inertias of electric circuits and of fluids."""
 
@@ -67,7 +69,8 @@ class PositionPeriodicForce(Effect):
         starts: dict[str, float] = {names[2]: period}
         if hint is not None:
             starts |= dict(zip(names, map(float, hint.weights), strict=False))
-        return self.inserted(element, graph, (starts,), names[:2])
+        longest = float(np.ptp(way)) / SEEN
+        return self.inserted(element, graph, (starts,), names[:2], ((names[2], 0.0, longest),))
 
 
 def way_of(past: PortHistory) -> Array:
