@@ -62,20 +62,20 @@ def left_by(misfit: float) -> Any:
         floor_measured=True,
     )  # fmt: skip
     return SimpleNamespace(
-        values={},
-        problem=SimpleNamespace(data=data),
-        simulated=moved,
+        values={"s": 1.0}, problem=SimpleNamespace(data=data), simulated=moved,
         residuals=lambda part: noise[N // 2 :],
-    )
+    )  # fmt: skip
 
 
-def trial(label: str, misfit: float, test: float, *, home: bool = True) -> Candidate:
+def trial(
+    label: str, misfit: float, test: float, *, home: bool = True, most: float = np.inf
+) -> Candidate:
     effect, element = label.split(" at ")
     e = by_name(effect)
     nothing: Any = None  # the decision does not look at graphs
     insertion = Insertion(
         effect, e.family, e.law, element, nothing, ({},), ("s",), e.simpler, e.confused_with,
-        e.sentence, e.kind,
+        e.sentence, e.kind, (("s", 0.0, most),),
     )  # fmt: skip
     return Candidate(insertion, home, left_by(misfit), 1 + misfit**2, test, np.full(BLOCKS, test))
 
@@ -93,8 +93,8 @@ class Case:
         self.used += 1
         return self.used
 
-    def law(self, label: str, misfit: float, *, home: bool = True, test: float = 0.0) -> Case:
-        made = trial(label, misfit, test or 1 + misfit**2, home=home)
+    def law(self, label: str, misfit: float, *, test: float = 0.0, **more: Any) -> Case:
+        made = trial(label, misfit, test or 1 + misfit**2, **more)
         self.laws.append(Scored(made, scored(misfit, self._direction()), remaining(made.fit)))
         return self
 
@@ -214,7 +214,51 @@ def test_the_gain_must_show_on_the_held_out_part() -> None:
     assert again.decided().kind == "missing_physics"
 
 
+@pytest.mark.parametrize(("named", "least"), [((), 0.3), (("d",), 0.5)])
+def test_a_further_effect_must_show_there_more_clearly(
+    named: tuple[str, ...], least: float
+) -> None:
+    def answer(gained: float) -> str:
+        case = Case(3.0, named=named)
+        case.law("hysteresis at k", 0.0, test=10.0 - gained * 9.0).kind("memory", "k", 0.0)
+        return case.decided().kind
+
+    assert answer(least - 0.02) == "unknown_physics"
+    assert answer(least + 0.02) == "missing_physics"
+
+
+def test_a_law_that_left_what_its_name_says_is_not_named() -> None:
+    """A spring twenty times stiffer beyond its knee is a stop."""
+
+    def answer(most: float) -> Decision:
+        case = Case(5.0).law("bilinear_stiffness at k", 0.0, most=most)
+        return case.law("end_stop at k", lag(0.5)).kind("restoring", "k", 0.0).decided()
+
+    assert answer(2.0).answer == "family"
+    d = answer(0.5)
+    assert (d.kind, d.answer, label(d)) == ("missing_physics", "exact", "end_stop at k")
+
+
 # -- several laws ----------------------------------------------------------------------------------
+def test_a_simpler_law_that_could_not_be_simulated_leaves_a_family() -> None:
+    def answer(*untried: tuple[str, str]) -> Decision:
+        case = Case(5.0, untried=untried).law("presliding_friction at d", 0.0)
+        return case.kind("memory", "d", 0.0).decided()
+
+    assert answer().answer == answer(("coulomb_friction", "m")).answer == "exact"
+    d = answer(("coulomb_friction", "d"))
+    assert (d.kind, d.answer, d.family) == ("missing_physics", "family", "friction")
+    assert any("coulomb_friction" in r and "not excluded" in r for r in d.reasons)
+
+
+def test_rubbing_with_and_without_memory_is_dissipative() -> None:
+    d = (
+        Case(5.0).law("presliding_friction at d", lag(0.5)).law("stribeck_friction at d", 0.0)
+        .kind("dissipative", "d", 0.0).decided()
+    )  # fmt: skip
+    assert (d.answer, d.family, d.physics) == ("family", "friction", "dissipative")
+
+
 @pytest.mark.parametrize("z", [0.3, 1.0])
 def test_the_simpler_law_is_named_where_the_richer_adds_nothing(z: float) -> None:
     d = (
@@ -353,6 +397,26 @@ def test_kinds_of_two_places_are_no_place() -> None:
     d = Case(3.0).kind("memory", "k", 0.0).kind("dissipative", "d", lag(0.5)).decided()
     assert (d.kind, d.answer, d.physics) == ("unknown_physics", "unknown", "")
     assert set(d.places) == {"k", "d"}
+
+
+def test_one_kind_at_two_places_is_that_kind_at_either() -> None:
+    case = Case(3.0).kind("memory", "b", lag(0.5)).kind("memory", "d", 0.0)
+    d = case.kind("dissipative", "d", lag(0.5)).decided()
+    assert (d.answer, d.physics, d.places) == ("kind", "memory", ("d", "b"))
+    for free in ("time", "sensing"):
+        both = Case(3.0).kind(free, "b", lag(0.5)).kind(free, "d", 0.0).decided()
+        assert (both.answer, set(both.places)) == ("unknown", {"b", "d"})
+
+
+def test_a_law_elsewhere_leaves_the_place_open() -> None:
+    def answer(lead: float) -> Decision:
+        case = Case(lag(9.0)).law("external_disturbance at m", lead)
+        return case.kind("memory", "b", lag(0.5)).kind("memory", "d", 0.0).decided()
+
+    d = answer(lag(6.0))
+    assert (d.answer, d.physics, d.places) == ("kind", "memory", ("d", "b"))
+    d = answer(lag(2.7))
+    assert (d.answer, set(d.places)) == ("unknown", {"b", "d", "m"})
 
 
 def test_a_form_that_may_depend_on_anything_needs_to_do_clearly_better() -> None:

@@ -1,0 +1,51 @@
+"""A law is what its name says only while its fitted parameters lie where the name holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.localisation.places_without_name import places_of
+from identification.diagnosis.localisation.structural_classes import Isolability
+from tests.identification.diagnosis.effect_plants import scene
+
+
+@pytest.mark.parametrize(("change", "holds"), [(-1.2, True), (2.5, True), (8.0, False)])
+def test_a_second_slope_many_times_stiffer_is_a_stop(change: float, holds: bool) -> None:
+    s = scene("mechanical")
+    made = by_name("bilinear_stiffness").insert(s, s.graph["k"])
+    slope = s.of(s.graph["k"]).slope
+    assert made.is_itself({"dk_k": change * slope, "knee_k": 0.0}) is holds
+
+
+@pytest.mark.parametrize(("periods", "holds"), [(0.5, False), (1.5, False), (4.0, True)])
+def test_nothing_repeats_in_less_than_two_periods(periods: float, holds: bool) -> None:
+    s = scene("mechanical")
+    way = s.past["m"].moved
+    assert way is not None
+    made = by_name("position_periodic_force").insert(s, s.graph["m"])
+    assert made.is_itself({"period_ripple_m": float(np.ptp(way)) / periods}) is holds
+
+
+def test_a_law_without_such_a_range_is_always_itself() -> None:
+    s = scene("mechanical")
+    made = by_name("coulomb_friction").insert(s, s.graph["d"])
+    assert made.is_itself({})
+    assert made.is_itself({"F_c_d": 1e30})
+
+
+def test_a_kind_that_only_its_own_port_can_have_stays_there() -> None:
+    classes = Isolability((("F", "m", "d"), ("k",)))
+    answer = Decision(
+        "unknown_physics", None, (), (), 0.0, 0.0, (), answer="kind", physics="command",
+        places=("F",),
+    )  # fmt: skip
+    assert places_of(answer, classes) == ("F",)
+    anything = replace(answer, physics="dissipative", places=("d",))
+    assert set(places_of(anything, classes)) == {"F", "m", "d"}
+    unknown = replace(answer, answer="unknown", physics="")
+    assert set(places_of(unknown, classes)) == {"F", "m", "d"}

@@ -1,0 +1,71 @@
+"""Laws that the screening passed over are fitted where the evidence asks for them."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from bondgraph import R
+from identification.diagnosis.catalogue import UNNAMED, by_name
+from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.screening.score_test import Screened
+from identification.diagnosis.search.forward_selection import overlooked
+from tests.identification.diagnosis.spring import spring
+
+SPRING = spring()
+
+
+def screened(*labels: str) -> list[Screened]:
+    made = []
+    for text in labels:
+        effect, element = text.split("@")
+        found = UNNAMED if effect == "unknown" else by_name(effect)
+        made.append(Screened(found, SPRING[element], True, 0.5, 1, 5.0, None))
+    return made
+
+
+def decision(answer: str, law: str = "", simpler: tuple[str, ...] = ()) -> Decision:
+    chosen: Any = None
+    if law:
+        effect, element = law.split("@")
+        insertion = SimpleNamespace(simpler=simpler, family="")
+        chosen = SimpleNamespace(effect=effect, element=element, insertion=insertion)
+    kind = "missing_physics" if answer == "exact" else "unknown_physics"
+    return Decision(kind, chosen, (), (), 0.0, 0.0, (), answer=answer)
+
+
+def asked(d: Decision, kinds: list[tuple[str, str]], tried: list[str], *ranked: str) -> list[str]:
+    nothing: Any = None
+    at = [KindScore(element, kind, nothing, np.zeros(0)) for kind, element in kinds]
+    trials: list[Any] = []
+    for text in tried:
+        effect, element = text.split("@")
+        trials.append(SimpleNamespace(effect=effect, element=element))
+    found = overlooked(d, at, trials, screened(*ranked))
+    return [f"{s.effect.name}@{s.element.name}" for s in found]
+
+
+def test_simpler_forms_of_the_best_law() -> None:
+    d = decision("exact", "presliding_friction@d", ("coulomb_friction",))
+    ranked = ("coulomb_friction@d", "stribeck_friction@d", "hysteresis@k")
+    assert asked(d, [], ["presliding_friction@d"], *ranked) == ["coulomb_friction@d"]
+    assert asked(d, [], ["coulomb_friction@d"], *ranked) == []
+
+
+def test_laws_of_the_kinds_in_question_in_their_order() -> None:
+    ranked = ("hysteresis@k", "quadratic_drag@d", "end_stop@k", "backlash@k", "unknown@k")
+    kinds = [("restoring", "k"), ("dissipative", "d")]
+    found = asked(decision("kind"), kinds, ["backlash@k"], *ranked)
+    assert found == ["end_stop@k", "quadratic_drag@d"]
+    assert asked(decision("unknown"), kinds[1:], [], *ranked) == ["quadratic_drag@d"]
+    # a curve of one variable is a surface, too
+    assert asked(decision("kind"), [("surface", "d")], [], *ranked) == ["quadratic_drag@d"]
+
+
+def test_a_name_asks_for_nothing_else() -> None:
+    d = decision("exact", "hysteresis@k")
+    assert asked(d, [("restoring", "k")], ["hysteresis@k"], "end_stop@k") == []
+    assert isinstance(SPRING["d"], R)
