@@ -29,4 +29,5 @@ from bondgraph.laws.slew_limit import SlewLimit as SlewLimit
 from bondgraph.laws.sliding import Sliding as Sliding
 from bondgraph.laws.stop_sum import StopSum as StopSum
 from bondgraph.laws.table import TableLaw as TableLaw
+from bondgraph.laws.timed_slope import TimedSlope as TimedSlope
 from bondgraph.laws.tone import Tone as Tone

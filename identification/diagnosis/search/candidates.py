@@ -269,10 +269,11 @@ def attempt(
         problem = replace(problem, built=problem.engine)
     except BondsightError:
         return insertion.label, None
-    for candidate in promising(problem, insertion.starts, far):
+    for number, candidate in enumerate(promising(problem, insertion.starts, far)):
         try:
             short.append(fit(candidate, max_iterations=FIRST))
-            if problem.source_offsets or lost:
+            # windows forgive a start: one way through them is enough
+            if number == 0 and (problem.source_offsets or lost):
                 again = through_windows(candidate, 3 * FIRST)
                 short.append(fit(again, max_iterations=FIRST))
         except (BondsightError, np.linalg.LinAlgError, ValueError):

@@ -58,6 +58,7 @@ from bondgraph.laws import (
     StopSum,
     Stribeck,
     TableLaw,
+    TimedSlope,
     Tone,
     Viscous,
 )
@@ -106,6 +107,7 @@ LAW_EXAMPLES: dict[str, Law] = {
     "tone": Tone(7.0, 0.05, 3.0, "V", False),
     "onset": Onset(2.0, 0.1, 0.3, 4.0, "V", True, False),
     "ageing": Ageing(30.0, 0.2, "N/m"),
+    "timed_slope": TimedSlope(Tone(7.0, 0.05, 3.0, "N/m", False)),
     "lifted": Parametrised(Polynomial(0.1, 1.5, 2.0), ("centre", "half")),
 }
 

@@ -11,7 +11,7 @@ import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Dq, I, One, R, Se
-from bondgraph.laws import Ageing, Law, Odometer, Onset, Periodic, Tone
+from bondgraph.laws import Ageing, Law, Odometer, Onset, Periodic, TimedSlope, Tone
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
@@ -20,6 +20,8 @@ LAWS: tuple[Law, ...] = (
     Onset(0.4, 0.05),
     Onset(0.4, 0.05, ramp=True, free_standing=False),
     Ageing(2.0),
+    TimedSlope(Tone(3.0, 0.5, free_standing=False)),
+    TimedSlope(Onset(0.15, 0.05, free_standing=False)),
     Periodic(0.3),
     Odometer(),
 )
@@ -53,6 +55,9 @@ def test_start_values_do_not_change_the_structure() -> None:
     assert Onset(0.4).structure == Onset(0.9, 0.3).structure
     assert Onset(0.4).structure != Onset(0.4, ramp=True).structure
     assert Ageing(2.0).structure == Ageing(9.0).structure
+    made = [TimedSlope(Tone(f, free_standing=False)) for f in (3.0, 7.0)]
+    assert made[0].structure == made[1].structure
+    assert made[0].structure != TimedSlope(Onset(free_standing=False)).structure
     assert Periodic(0.3).structure == Periodic(0.7).structure
 
 

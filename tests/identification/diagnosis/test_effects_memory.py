@@ -63,6 +63,10 @@ CASES = (
     ("external_disturbance", "C_1", 16, 0.02),
     ("time_varying_parameter", "c", 0, 0.02),
     ("time_varying_parameter", "d", 0, 0.02),
+    ("time_varying_parameter", "c", 5, 0.02),
+    ("time_varying_parameter", "d", 7, 0.02),
+    ("time_varying_parameter", "c", -1, 0.02),
+    ("time_varying_parameter", "d", -9, 0.02),
     ("unknown", "c", 0, 0.02),
     ("unknown", "V", 0, 0.05),
 )
