@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -35,7 +35,7 @@ from identification.diagnosis.screening.tangent_space import freedom
 from identification.diagnosis.search.base import declared_fit, thinned, unthinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
 from identification.diagnosis.search.forward_selection import SelectionStage, steps
-from identification.diagnosis.search.nominal import deeper, nominal_fit
+from identification.diagnosis.search.nominal import deeper, held_to_residual, nominal_fit
 from identification.estimation.single_record import Fit, FitStatus
 from identification.estimation.threads import calm
 from identification.study.joined import joined, split_of
@@ -207,6 +207,9 @@ def diagnose(
                 f"{graph.name} cannot be simulated on {recording.name}: the outputs are not "
                 "finite; check parameter values, signs and units"
             )
+        nominal = held_to_residual(nominal, noise or {})
+        template, data = nominal.problem, nominal.problem.data
+        floor = dict(zip(sensors, map(float, data.floor), strict=True))
         declared = declared_fit(template, nominal)
         result = replace(result, data=data, declared=declared, nominal=nominal)
         mistakes = mixups(graph, nominal)
@@ -238,7 +241,8 @@ def diagnose(
         ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
         relations=relations, experiments=experiments,
         notes=(
-            *recording.notes, *_notes(template), *_noise_notes(read, floor, sure), *moved(nominal)
+            *recording.notes, *_notes(template),
+            *_noise_notes(read, floor, sure, noise or {}), *moved(nominal),
         ),
     )  # fmt: skip
     last = result.repaired or nominal
@@ -405,11 +409,16 @@ FAR_OFF = 3.0
 
 
 def _noise_notes(
-    read: Mapping[str, float], floor: Mapping[str, float], sure: bool
+    read: Mapping[str, float], floor: Mapping[str, float], sure: bool, given: Collection[str] = ()
 ) -> tuple[str, ...]:
     notes = []
     for n, level in floor.items():
-        if level != read[n] and not 1 / FAR_OFF < level / read[n] < FAR_OFF:
+        if n not in given and level < read[n]:
+            notes.append(
+                f"the noise of {n} was read at {read[n]:.3g} (SI), but the model leaves no more "
+                f"than {level:.3g}, so that is taken"
+            )
+        elif level != read[n] and not 1 / FAR_OFF < level / read[n] < FAR_OFF:
             notes.append(
                 f"the noise given for {n} is {level:.3g}, the recording itself looks like "
                 f"{read[n]:.3g} (SI): check it, the answer rests on it"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -152,6 +152,48 @@ def _integrating(base: Problem) -> Fit:
     if from_there is not base:
         fits.append(_rebased(base, fit(from_there, max_iterations=25)))
     return best([f for f in fits if f.status is not FitStatus.BROKEN] or fits)
+
+
+def held_to_residual(result: Fit, given: Collection[str] = ()) -> Fit:
+    """Lower every noise that was read higher than what the fit leaves, and fit again.
+
+    No noise is larger than the residual of a model: a floor above it was read off something else,
+    and weighs its reading too little.
+
+    Parameters
+    ----------
+    given : collection of str
+        Readings whose noise the user has stated: it stays.
+    """
+    for _ in range(ROUNDS):
+        data = result.problem.data
+        r = result.residuals("train")
+        freedom = len(result.problem.free) + result.point.states.size
+        if r.shape[0] < FEWEST * freedom:
+            return result
+        level = np.sqrt(np.sum(r**2, axis=0) / (r.shape[0] - freedom))
+        least = np.maximum(data.readings.std(axis=0), np.finfo(float).tiny) * LEAST
+        known = np.array([n in given for n in data.names])
+        floor = np.where(known, data.floor, np.minimum(data.floor, np.maximum(level, least)))
+        if (floor > CLEARLY * data.floor).all():
+            return result
+        floor = np.where(floor > CLEARLY * data.floor, data.floor, floor)
+        problem = replace(result.problem, data=replace(data, floor=floor))
+        again = fit(problem, start=result.point, max_iterations=25)
+        if again.status is FitStatus.BROKEN:
+            return result
+        result = again
+    return result
+
+
+ROUNDS = 3
+"""Times that noises are lowered: what is weighed more is followed more closely."""
+CLEARLY = 0.7
+"""Part of a noise that was read below which the residual contradicts it."""
+FEWEST = 10
+"""Samples for each degree of freedom below which a residual says nothing of the noise."""
+LEAST = 1e-6
+"""Smallest noise over what moves: no reading is finer."""
 
 
 def deeper(result: Fit, values: Mapping[str, float]) -> Fit | None:

@@ -66,7 +66,7 @@ CASES = (
     ("time_varying_parameter", "c", 5, 0.02),
     ("time_varying_parameter", "d", 7, 0.02),
     ("time_varying_parameter", "c", -1, 0.02),
-    ("time_varying_parameter", "d", -9, 0.02),
+    ("time_varying_parameter", "d", -17, 0.02),
     ("unknown", "c", 0, 0.02),
     ("unknown", "V", 0, 0.05),
 )

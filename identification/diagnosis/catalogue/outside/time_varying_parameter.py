@@ -17,7 +17,7 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 
 MOMENTS = 12
 """Times tried for a jump, evenly over the record."""
-SWINGS = tuple(1.5 + i for i in range(9))
+SWINGS = tuple(1.5 + 0.5 * i for i in range(17))
 """Periods over the record of the swings tried: faster ones are no change of a value."""
 
 
