@@ -1,0 +1,105 @@
+"""A noise read too high is lowered to what the model leaves, and its reading weighs again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
+from bondgraph.signals.recording import Recording
+from bondgraph.signals.split import interleaved
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis import diagnose as module
+from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.search.nominal import held_to_residual, nominal_fit
+from identification.estimation.single_record import Fit
+from identification.study.problem import Data
+
+N, DT = 900, 0.01
+NOISE = np.array([2e-5, 3e-4])
+T = DT * np.arange(N)
+FORCE = 4 * np.sin(2 * np.pi * 0.7 * T) + 2 * np.sin(2 * np.pi * 2.3 * T)
+
+
+def plant(k: float = 200.0) -> BondGraph:
+    with BondGraph("spring") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
+        v >> R("d", 2.0, unit="N*s/m")
+        v >> C("k", stiffness=k, unit="N/m")
+        v >> Dq("x", unit="m")
+        v >> Df("speed", unit="m/s")
+    return g
+
+
+def readings() -> np.ndarray:
+    run = simulate(plant(210.0), T, {"F": FORCE})
+    y = np.stack([np.asarray(run[n]) for n in ("x", "speed")], axis=1)
+    return np.asarray(y + NOISE * np.random.default_rng(4).standard_normal(y.shape))
+
+
+def fitted(read_as: np.ndarray) -> Fit:
+    """The plain model, the noises taken for `read_as`."""
+    data = Data(
+        "run",
+        np.asarray(T, np.float64),
+        {"F": FORCE},
+        readings(),
+        ("x", "speed"),
+        read_as,
+        interleaved(0, N),
+    )
+    return nominal_fit(plant(), data, "linear")[1]
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.floats(1.6, 1e4), st.floats(1.6, 1e4))
+def test_each_is_lowered_to_its_own_level(one: float, other: float) -> None:
+    found = held_to_residual(fitted(NOISE * np.array([one, other]))).problem.data.floor
+    assert found == pytest.approx(NOISE, rel=0.2)
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.floats(0.01, 1.2), st.floats(0.01, 1.2))
+def test_none_is_raised_and_none_that_fits_is_touched(one: float, other: float) -> None:
+    before = NOISE * np.array([one, other])
+    assert held_to_residual(fitted(before)).problem.data.floor.tolist() == before.tolist()
+
+
+def test_a_stated_noise_stays() -> None:
+    before = NOISE * np.array([20.0, 20.0])
+    found = held_to_residual(fitted(before), given=("x",)).problem.data.floor
+    assert found[0] == before[0]
+    assert found[1] == pytest.approx(NOISE[1], rel=0.1)
+
+
+def test_a_short_record_says_nothing_of_the_noise() -> None:
+    f = fitted(50 * NOISE)
+    few = replace(f.problem.data.split, train=slice(0, 30), test=slice(30, 60))
+    data = replace(f.problem.data, split=few)
+    short = replace(f, problem=replace(f.problem, data=data))
+    assert held_to_residual(short) is short
+
+
+def test_the_answer_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However it was read: what lies above the residual is not believed."""
+    y = readings()
+    seen = Recording(
+        "run", np.asarray(T, np.float64), {"F": FORCE, "x": y[:, 0], "speed": y[:, 1]},
+        {"F": "N", "x": "m", "speed": "m/s"},
+    )  # fmt: skip
+    monkeypatch.setattr(
+        module, "noise_floor", lambda *_: dict(zip(("x", "speed"), 30 * NOISE, strict=True))
+    )
+    d = diagnose(plant(), seen, options=DiagnosisOptions(jobs=1, effects=1), hold="linear")
+    assert d.kind in ("explained", "parameters_only")
+    assert d.data is not None
+    assert d.data.floor == pytest.approx(NOISE, rel=0.1)
+    assert [n.split(" was read")[0] for n in d.notes if "was read at" in n] == [
+        "the noise of x", "the noise of speed",
+    ]  # fmt: skip
