@@ -165,7 +165,7 @@ def held_to_residual(result: Fit, given: Collection[str] = ()) -> Fit:
     given : collection of str
         Readings whose noise the user has stated: it stays.
     """
-    for _ in range(ROUNDS):
+    for clearly in CLEARLY:
         data = result.problem.data
         r = result.residuals("train")
         freedom = len(result.problem.free) + result.point.states.size
@@ -175,9 +175,9 @@ def held_to_residual(result: Fit, given: Collection[str] = ()) -> Fit:
         least = np.maximum(data.readings.std(axis=0), np.finfo(float).tiny) * LEAST
         known = np.array([n in given for n in data.names])
         floor = np.where(known, data.floor, np.minimum(data.floor, np.maximum(level, least)))
-        if (floor > CLEARLY * data.floor).all():
+        if (floor > clearly * data.floor).all():
             return result
-        floor = np.where(floor > CLEARLY * data.floor, data.floor, floor)
+        floor = np.where(floor > clearly * data.floor, data.floor, floor)
         problem = replace(result.problem, data=replace(data, floor=floor))
         again = fit(problem, start=result.point, max_iterations=25)
         if again.status is FitStatus.BROKEN:
@@ -186,10 +186,9 @@ def held_to_residual(result: Fit, given: Collection[str] = ()) -> Fit:
     return result
 
 
-ROUNDS = 3
-"""Times that noises are lowered: what is weighed more is followed more closely."""
-CLEARLY = 0.7
-"""Part of a noise that was read below which the residual contradicts it."""
+CLEARLY = (0.7, 0.95, 0.95)
+"""Parts of a noise below which the residual contradicts it: as it was read, and once it has been
+lowered, for what is weighed more is followed more closely."""
 FEWEST = 10
 """Samples for each degree of freedom below which a residual says nothing of the noise."""
 LEAST = 1e-6
