@@ -252,13 +252,18 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     if own in SHAPELESS and not law.left.is_noise(t.noise):
         return False  # a law of time alone has to take the right course
 
+    # where no form at its own place explains as much, nothing is discounted
+    odd = law.element not in {k.element for k in kinds} and law is not best
+
     def part(k: KindScore) -> float:
         here = k.kind == own and k.element == law.element
-        return explained(k, e.plain, best.score, usual=here)
+        return explained(k, e.plain, best.score, usual=here or odd)
 
     # what an approximate law leaves looks like another effect: a further one has to fit exactly
-    least = EXACT if e.named else min(NEAR, t.law) if _alone(law, kinds, e.classes) else t.law
-    return explained(law, e.plain, best.score) >= least * max(map(part, kinds), default=0.0)
+    near = min(NEAR, t.law) if _alone(law, kinds, e.classes) else t.law
+    least = EXACT if e.named or odd else near
+    rivals = e.kinds if odd else kinds
+    return explained(law, e.plain, best.score) >= least * max(map(part, rivals), default=0.0)
 
 
 def _alone(law: Scored, kinds: Sequence[KindScore], classes: Isolability | None) -> bool:

@@ -482,6 +482,18 @@ def test_a_law_of_the_sensor_is_held_against_its_own_form_in_full() -> None:
     assert answer(0.97) == "missing_physics"
 
 
+def test_a_law_that_no_form_of_its_place_confirms_is_held_against_every_form_in_full() -> None:
+    """It leads its rivals only because they are discounted for what they may depend on."""
+
+    def answer(part: float) -> str:
+        case = Case(5.0, Remaining({"x": 5.0, "y": 5.0}, True, 0.0))
+        case.law("creep at k", 5.0 * float(np.sqrt(1 - part))).kind("sensing", "x", 0.0)
+        return case.kind("command", "F", 5.0 * float(np.sqrt(1 - 0.94))).decided().kind
+
+    assert answer(0.95) == "unknown_physics"
+    assert answer(0.99) == "missing_physics"
+
+
 def test_too_many_places_are_no_place() -> None:
     case = Case(3.0)
     for i, place in enumerate(("k", "d", "m", "b", "c", "e")):
