@@ -234,15 +234,20 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
         return decision
     more = fitted(seen, base.template, asked, options, tell, 0.9, 1.0, best.train)
     more = [finish(t, options.final_iterations, options.holds) for t in more]
+    return decide(_enlarged(evidence, trials, more, asked), limits)
+
+
+def _enlarged(
+    evidence: Evidence,
+    trials: Sequence[Candidate],
+    more: Sequence[Candidate],
+    asked: Sequence[Screened],
+) -> Evidence:
+    """Return the evidence with what was fitted later, and what could not be."""
     made = {(t.effect, t.element) for t in more}
-    untried = ((s.effect.name, s.element.name) for s in asked)
-    return decide(
-        replace(
-            evidence, laws=scored([*trials, *more]),
-            untried=tuple(x for x in untried if x not in made),
-        ),
-        limits,
-    )  # fmt: skip
+    wanted = [(s.effect.name, s.element.name) for s in asked]
+    untried = tuple(at for at in wanted if at not in made)
+    return replace(evidence, laws=scored([*trials, *more]), untried=untried)
 
 
 def overlooked(

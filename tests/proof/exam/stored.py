@@ -68,14 +68,21 @@ class StoredScore:
 
 @contextmanager
 def recorded() -> Iterator[list[dict[str, Any]]]:
-    """Collect the evidence of every decision of the last search made meanwhile, in order."""
+    """Collect the evidence of every decision of the last search made meanwhile, in order.
+
+    Of a decision that was made again with more laws the last evidence is kept.
+    """
     found: list[dict[str, Any]] = []
+    seen: list[Any] = []
 
     def begun(*arguments: Any) -> SelectionStage:
         found.clear()
         return steps(*arguments)
 
     def noted(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
+        if found and seen and evidence.plain is seen[-1]:
+            found.pop()
+        seen.append(evidence.plain)
         found.append(stored(evidence))
         return decide(evidence, limits)
 

@@ -58,6 +58,24 @@ def test_stored_evidence_gives_the_same_decisions(friction: float) -> None:
         assert strict.alarm
 
 
+def test_a_decision_made_again_with_more_laws_is_kept_once() -> None:
+    """One candidate is fitted at first, a wrong one: the evidence asks for others."""
+    t = np.asarray(0.01 * np.arange(1200), np.float64)
+    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 3 * np.sin(2 * np.pi * 2.3 * t)
+    rubbing = simulate(spring().with_element("d", law=Coulomb(0.5)), t, {"F": u})
+    x = rubbing["x"] + 1e-5 * np.random.default_rng(1).standard_normal(t.size)
+    recording = Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
+    kept_away = ("coulomb_friction", "stribeck_friction", "presliding_friction")
+    options = DiagnosisOptions(jobs=1, keep=1, more=2, effects=1, without=kept_away)
+    with recorded() as kept:
+        found = diagnose(spring(), recording, options=options)
+    assert found.kind == "unknown_physics"
+    assert len(kept) == len(found.steps) == 1
+    laws = {(x["effect"], x["element"]) for x in kept[0]["laws"]}
+    assert len(laws - {("unknown", "d")}) > 1
+    assert laws == {(c.effect, c.element) for c in found.steps[0].trials}
+
+
 def truth(number: int, *, control: bool) -> ExamTruth:
     concealed = ConcealedEffect(
         "backlash", frozenset({"backlash"}), "restoring", frozenset({"restoring"}),
