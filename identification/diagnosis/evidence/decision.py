@@ -227,7 +227,12 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
     left = float(top.score.noise.max()) > t.noise
     least = part[id(top)] - (LIKE if left else 0.0)
     return [
-        k for k in ranked if k is top or part[id(k)] > least or 0 <= k.score.behind(top.score) < t.z
+        k
+        for k in ranked
+        if k is top
+        or part[id(k)] > least
+        or 0 <= k.score.behind(top.score) < t.z
+        or (k.element == top.element and k.kind in CURVES and part[id(k)] > part[id(top)] - PLAIN)
     ]
 
 
@@ -287,6 +292,8 @@ SHAPELESS = ("time", "exogenous")
 """Kinds that are a course in time and nothing else."""
 LIKE = 0.05
 """Part of the gain by which forms may differ through their columns alone."""
+PLAIN = 0.01
+"""The same of a curve beside a richer form at its place, however surely that one leads."""
 
 
 def _admissible(laws: Sequence[Scored], kinds: Sequence[KindScore], t: Thresholds) -> list[Scored]:

@@ -399,6 +399,15 @@ def test_kinds_of_two_places_are_no_place() -> None:
     assert set(d.places) == {"k", "d"}
 
 
+def test_a_curve_that_explains_nearly_all_is_told_though_a_surface_leads_surely() -> None:
+    def answer(part: float, place: str = "k") -> str:
+        case = Case(60.0).kind("surface", "k", 0.0)
+        return case.kind("restoring", place, 60.0 * float(np.sqrt(1 - part))).decided().physics
+
+    assert answer(0.995) == "restoring"
+    assert answer(0.98) == answer(0.995, "m") == "surface"
+
+
 def test_one_kind_at_two_places_is_that_kind_at_either() -> None:
     case = Case(3.0).kind("memory", "b", lag(0.5)).kind("memory", "d", 0.0)
     d = case.kind("dissipative", "d", lag(0.5)).decided()
