@@ -109,11 +109,11 @@ def steps(
 
 
 def _held_to_noise(decisions: tuple[Decision, ...], limits: Thresholds) -> tuple[Decision, ...]:
-    """Call no name exact beside a rest above the noise."""
+    """Call no name exact beside a rest above the noise, however that was read."""
     named = [d for d in decisions if d.kind == "missing_physics" and d.chosen is not None]
     if not named or named[-1].chosen is None:
         return decisions
-    if remaining(named[-1].chosen.fit).is_noise(limits.noise):
+    if remaining(named[-1].chosen.fit).most <= limits.noise:
         return decisions
     return tuple(
         replace(d, answer="approximate", confidence=RIGHT["approximate"])
