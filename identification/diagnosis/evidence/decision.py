@@ -390,8 +390,9 @@ def _named(
     same = tuple(
         s.trial for s in alike if s is not chosen and s.trial.effect == chosen.trial.effect
     )
+    # what contains the chosen law is never excluded, however well its own fit went
     richer = tuple(
-        s.trial for s in alike
+        s.trial for s in laws
         if s.trial.effect in nested and s.element == chosen.element
         and chosen.score.behind(s.score) <= DOUBT
     )  # fmt: skip
@@ -468,7 +469,7 @@ def _kind(
     open_places = {s.element for s in alike if s.trial.effect != UNNAMED.name}
     places = [k.element for k in kinds]
     physics = plainest(k.kind for k in kinds) if here else _common(kinds)
-    if physics in ANYTHING and (not here or _follows_anything(kind, e, t)):
+    if physics in ANYTHING and _follows_anything(kind, e, t):
         physics = ""
     if len(set(places)) > PLACES or not (here or open_places <= set(places)):
         physics = ""
@@ -496,7 +497,11 @@ def _kind(
 def _common(kinds: Sequence[KindScore]) -> str:
     """Return the kind that is in question at every place, empty if there is no such one."""
     at = [{k.kind for k in kinds if k.element == p} for p in {k.element for k in kinds}]
-    return plainest(set.intersection(*at))
+    return plainest(set.intersection(*at) & LOCAL)
+
+
+LOCAL = {"restoring", "dissipative", "memory", "ratio"}
+"""Kinds that look otherwise at every port; slow ones look alike everywhere."""
 
 
 def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:

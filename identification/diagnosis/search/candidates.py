@@ -335,6 +335,41 @@ def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS
     return trial_of(trial.insertion, trial.home, with_best_hold(result, iterations, holds))
 
 
+def not_worse(trials: Sequence[Candidate], iterations: int) -> list[Candidate]:
+    """Fit laws again that do worse than one they contain: from where that one ended.
+
+    A law that holds another as a special case cannot explain less; its fit stopped too early.
+    """
+    return [_from_simpler(t, trials, iterations) for t in trials]
+
+
+STOPPED = 0.99
+"""Part of a law's misfit below which a law it contains shows that its fit stopped early."""
+
+
+def _from_simpler(trial: Candidate, trials: Sequence[Candidate], iterations: int) -> Candidate:
+    better = [
+        s for s in trials
+        if s.effect in trial.insertion.simpler and s.element == trial.element
+        and s.train < STOPPED * trial.train
+    ]  # fmt: skip
+    if not better:
+        return trial
+    end = min(better, key=lambda s: s.train).fit
+    problem = replace(
+        trial.fit.problem, n_sub=max(trial.fit.problem.n_sub, end.problem.n_sub),
+        data=replace(trial.fit.problem.data, hold=end.problem.data.hold),
+    )  # fmt: skip
+    known = {n: v for n, v in end.values.items() if n in problem.graph.parameters}
+    try:
+        again = settled_fit(replace(problem, starts={**problem.starts, **known}), iterations)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return trial
+    if not _sound(again) or not again.cost < trial.fit.cost:
+        return trial
+    return trial_of(trial.insertion, trial.home, again)
+
+
 def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
     """Return the fit under the behaviour of the commands between samples that suits it best.
 

@@ -35,6 +35,7 @@ from identification.diagnosis.search.candidates import (
     astray,
     finish,
     fitted,
+    not_worse,
     search,
 )
 from identification.estimation.single_record import Fit, FitStatus, fit
@@ -222,6 +223,7 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):
         return decide(replace(evidence, kinds=()), limits)
     trials = _finished(search(seen, base.template, ranked, options, tell), options)
+    trials = not_worse(trials, options.final_iterations)
     laws = scored(trials)
     best = laws[0].trial if laws and laws[0].score.loss < plain.loss else None
     if best is None:
@@ -234,20 +236,18 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
         return decision
     more = fitted(seen, base.template, asked, options, tell, 0.9, 1.0, best.train)
     more = [finish(t, options.final_iterations, options.holds) for t in more]
-    return decide(_enlarged(evidence, trials, more, asked), limits)
+    every = not_worse([*trials, *more], options.final_iterations)
+    return decide(_enlarged(evidence, every, asked), limits)
 
 
 def _enlarged(
-    evidence: Evidence,
-    trials: Sequence[Candidate],
-    more: Sequence[Candidate],
-    asked: Sequence[Screened],
+    evidence: Evidence, trials: Sequence[Candidate], asked: Sequence[Screened]
 ) -> Evidence:
-    """Return the evidence with what was fitted later, and what could not be."""
-    made = {(t.effect, t.element) for t in more}
+    """Return the evidence with everything that was fitted, and what could not be."""
+    made = {(t.effect, t.element) for t in trials}
     wanted = [(s.effect.name, s.element.name) for s in asked]
     untried = tuple(at for at in wanted if at not in made)
-    return replace(evidence, laws=scored([*trials, *more]), untried=untried)
+    return replace(evidence, laws=scored(trials), untried=untried)
 
 
 def overlooked(

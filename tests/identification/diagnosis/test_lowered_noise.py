@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
+from bondgraph import BondGraph, Df
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
@@ -19,6 +19,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import held_to_residual, nominal_fit
 from identification.estimation.single_record import Fit
 from identification.study.problem import Data
+from tests.identification.diagnosis.spring import spring
 
 N, DT = 900, 0.01
 NOISE = np.array([2e-5, 3e-4])
@@ -27,14 +28,7 @@ FORCE = 4 * np.sin(2 * np.pi * 0.7 * T) + 2 * np.sin(2 * np.pi * 2.3 * T)
 
 
 def plant(k: float = 200.0) -> BondGraph:
-    with BondGraph("spring") as g:
-        v = One("v")
-        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        v >> R("d", 2.0, unit="N*s/m")
-        v >> C("k", stiffness=k, unit="N/m")
-        v >> Dq("x", unit="m")
-        v >> Df("speed", unit="m/s")
-    return g
+    return spring(k=k).with_branch("v", [Df("speed", unit="m/s")])
 
 
 def readings() -> np.ndarray:

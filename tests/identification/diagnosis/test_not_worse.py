@@ -1,0 +1,55 @@
+"""A law that contains another explains at least as much, or its fit stopped too early."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bondgraph.laws import Stribeck
+from bondgraph.signals.split import interleaved
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.search.candidates import Candidate, not_worse, settled_fit, trial_of
+from identification.diagnosis.search.nominal import nominal_fit
+from identification.estimation.single_record import fit
+from identification.study.problem import Data, Problem
+from tests.identification.diagnosis.spring import spring
+
+N, DT, NOISE = 1500, 0.005, 2e-6
+
+
+def rubbing() -> Data:
+    t = DT * np.arange(N)
+    force = 3 * np.sin(2 * np.pi * 0.7 * t) + 2 * np.sin(2 * np.pi * 1.9 * t)
+    truth = spring().with_element("d", law=Stribeck(0.5, 0.3, 0.02))
+    x = simulate(truth, t, {"F": force})["x"] + NOISE * np.random.default_rng(2).standard_normal(N)
+    return Data(
+        "run", t, {"F": force}, x[:, None], ("x",), np.array([NOISE]), interleaved(0, N), "linear"
+    )
+
+
+def candidates() -> tuple[Problem, list[Candidate]]:
+    """Coulomb friction fitted, Stribeck's and a hysteresis hardly begun."""
+    template, nominal = nominal_fit(spring(), rubbing(), "linear")
+    seen, made = scene(nominal), []
+    for name, place in (("coulomb_friction", "d"), ("stribeck_friction", "d"), ("hysteresis", "k")):
+        i = by_name(name).insert(seen, seen.graph[place])
+        begin = {**template.starts, **i.starts[0]}
+        problem = replace(template, graph=i.graph, built=None, starts=begin)
+        done = settled_fit(problem, 20) if name[0] == "c" else fit(problem, max_iterations=0)
+        made.append(trial_of(i, True, done))
+    return template, made
+
+
+def test_the_richer_law_goes_on_from_where_the_simpler_ended() -> None:
+    _, (coulomb, stribeck, hysteresis) = candidates()
+    assert stribeck.train > 2 * coulomb.train
+    again = not_worse([coulomb, stribeck, hysteresis], 30)
+    assert again[0] is coulomb
+    assert again[2] is hysteresis  # holds nothing else as a special case
+    assert again[1].train < 0.5 * coulomb.train
+    assert (again[1].effect, again[1].element, again[1].home) == ("stribeck_friction", "d", True)
+    # what explains at least as much is left alone
+    assert not_worse(again, 30)[1] is again[1]
