@@ -119,7 +119,8 @@ def run_prepared(
     With `every_substep` the result has ``(N - 1) * n_sub + 1`` rows instead of N. `memory` replaces
     the virgin memory of the laws it names.
     """
-    from bondgraph.simulation.lure_kernel import layout, runner
+    from bondgraph.simulation.lure_kernel import runner
+    from bondgraph.simulation.lure_layout import layout
 
     compiled, n_p, n_x = ready.compiled, ready.n_p, ready.compiled.n_x
     lay = layout(compiled, ready.n_d)
@@ -131,18 +132,17 @@ def run_prepared(
     _initial_memory(compiled, lay, *ready.still, u[0], z)
     _given_memory(compiled, lay, memory or {}, z)
     at_rest = np.stack([u[:1], u[:1]], axis=1)
-    first, z = run(at_rest, z, 1, ready.still[0], ready.q, ready.still[1], ready.dq)
+    begun, laws, z = run(at_rest, z, 1, ready.still[0], ready.q, ready.still[1], ready.dq)
     if fine is None:
         fine = fine_inputs(u, ready.n_sub, hold)
     stride = 1 if every_substep else ready.n_sub
-    rest, z = run(fine, z, stride, ready.moving[0], ready.q, ready.moving[1], ready.dq)
-    out = np.concatenate([first, rest])
-    n_y, n_w = lay.n_y, lay.n_w
+    y, seen, z = run(fine, z, stride, ready.moving[0], ready.q, ready.moving[1], ready.dq)
+    y, seen = np.concatenate([begun, y]), np.concatenate([laws, seen])
     return KernelRun(
-        out[:, :n_y, 0],
-        out[:, :n_y, 1:],
-        out[:, n_y : n_y + n_w, 0],
-        out[:, n_y + n_w :, 0],
+        y[:, :, 0],
+        y[:, :, 1:],
+        seen[:, : lay.n_w],
+        seen[:, lay.n_w :],
         z[:n_x, 0].copy(),
         {e: tuple(z[rows, 0].tolist()) for e, rows, _ in _memories(compiled, lay)},
         dx=z[:n_x, 1:].copy(),

@@ -72,7 +72,7 @@ class ExactMarch:
         step: float,
         substeps: int,
     ) -> None:
-        from bondgraph.simulation.lure_kernel import layout, runner
+        from bondgraph.simulation.lure_kernel import runner
 
         names = compiled.space.input_names
         if ramps := [n for n in names if n.startswith("ramp")]:
@@ -87,7 +87,6 @@ class ExactMarch:
         ready = prepare(compiled, p, step, substeps)
         self._ready, self._substeps = ready, substeps
         self._run = runner(compiled, 0)
-        self._n_y = layout(compiled, 0).n_y
         self.outputs = tuple(n for n, *_ in compiled.space.outputs)
         x0 = equilibrium(compiled, p, still)
         first = run_record(compiled, p, np.stack([still, still]), step, x0, n_sub=substeps)
@@ -104,9 +103,8 @@ class ExactMarch:
         u[:, :, self._input] = np.repeat(command, self._substeps)[:, None]
         ready = self._ready
         packed, derivative = ready.moving
-        out, z = self._run(u, self._z, self._substeps, packed, ready.q, derivative, ready.dq)
-        self._z = z
-        return np.asarray(out[:, : self._n_y, 0])
+        y, _, self._z = self._run(u, self._z, self._substeps, packed, ready.q, derivative, ready.dq)
+        return np.asarray(y[:, :, 0])
 
     def snapshot(self) -> Array:
         """Return a copy of the state."""

@@ -306,7 +306,10 @@ FAR = 10.0
 def go_on(trial: Candidate, iterations: int) -> tuple[str, Candidate | None]:
     """Continue a fit, with sub-steps as fine as its residual asks for."""
     try:
-        result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
+        if trial.fit.status is FitStatus.CONVERGED:
+            result = refined(trial.fit, iterations)
+        else:
+            result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return trial.label, trial
     better = _sound(result) and result.cost <= trial.fit.cost * 1.05
@@ -322,6 +325,12 @@ def trial_of(insertion: Insertion, home: bool, result: Fit) -> Candidate:
 
 def _sound(r: Fit) -> bool:
     return r.status is not FitStatus.BROKEN and bool(np.isfinite(r.cost))
+
+
+def finished(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
+    """Go on with every trial from where the search stopped, in their order."""
+    work = (delayed(_alone)(finish, t, options.final_iterations, options.holds) for t in trials)
+    return list(Parallel(n_jobs=options.jobs)(work))
 
 
 def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS)) -> Candidate:
@@ -380,13 +389,19 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
     for hold in holds:
         if hold == result.problem.data.hold:
             continue
-        n_sub = max(result.problem.n_sub, 4 if hold == "band-limited" else 1)
-        problem = replace(result.problem, data=replace(result.problem.data, hold=hold), n_sub=n_sub)
-        there = evaluate(problem, result.point, derivatives=False).residual
+        n_sub = best.problem.n_sub
+        n_sub = max(2 * n_sub, 4) if hold == "band-limited" else n_sub
+        data = replace(result.problem.data, hold=hold)
+        problem = replace(result.problem, data=data, n_sub=n_sub)
+        there = evaluate(problem, best.point, derivatives=False).residual
         cost = float(np.mean(there**2))
-        if not np.isfinite(cost) or abs(cost - result.cost) < 0.02 * result.cost:
+        if not np.isfinite(cost) or abs(cost - best.cost) < 0.02 * best.cost:
             continue
-        other = settled_fit(problem, iterations, result.point)
+        # half a sample more or less is made up for in a few steps, or the behaviour is the wrong
+        other = fit(problem, max_iterations=FIRST, start=best.point)
+        if other.status is FitStatus.BROKEN or not other.cost < 0.97 * best.cost:
+            continue
+        other = settled_fit(problem, iterations, other.point)
         if other.status is not FitStatus.BROKEN and other.cost < 0.97 * best.cost:
             best = other
     return best
@@ -424,7 +439,12 @@ def settled_fit(
     problem: Problem, iterations: int, start: Point | None = None, finest: int = 16
 ) -> Fit:
     """Fit, then refine the sub-steps until they no longer matter beside the residual."""
-    result = fit(problem, max_iterations=iterations, start=start)
+    return refined(fit(problem, max_iterations=iterations, start=start), iterations, finest)
+
+
+def refined(result: Fit, iterations: int, finest: int = 16) -> Fit:
+    """Refine the sub-steps of a fit until they no longer matter beside the residual."""
+    problem = result.problem
     if problem.engine.exact_step and problem.data.hold != "band-limited":
         return result
     while result.problem.n_sub < finest and result.status is not FitStatus.BROKEN:

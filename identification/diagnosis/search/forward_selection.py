@@ -34,6 +34,7 @@ from identification.diagnosis.search.candidates import (
     DiagnosisOptions,
     astray,
     finish,
+    finished,
     fitted,
     not_worse,
     search,
@@ -235,7 +236,7 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     if not asked:
         return decision
     more = fitted(seen, base.template, asked, options, tell, 0.9, 1.0, best.train)
-    more = [finish(t, options.final_iterations, options.holds) for t in more]
+    more = finished(more, options)
     every = not_worse([*trials, *more], options.final_iterations)
     return decide(_enlarged(evidence, every, asked), limits)
 
@@ -322,6 +323,6 @@ def _finished(trials: list[Candidate], options: DiagnosisOptions) -> list[Candid
         return trials
     best = min(t.train for t in trials)
     close = [t for t in trials if t.train < 1.5 * best][:4]
-    done = [finish(t, options.final_iterations, options.holds) for t in close]
+    done = finished(close, options)
     rest = [t for t in trials if not any(t is c for c in close)]
     return sorted([*done, *rest], key=lambda t: t.test)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from bondgraph.simulation.lure import Compiled
-from bondgraph.simulation.lure_kernel import KernelLayout, layout
+from bondgraph.simulation.lure_layout import KernelLayout, layout
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,132 @@
+"""The laws of a model at the end of one step, and how their answer moves: one CasADi function.
+
+Everything else in a step is linear, and is left to whoever runs it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from bondgraph.laws.law import Law, split
+from bondgraph.simulation.lure import (
+    Compiled,
+    advance_laws,
+    law_arguments,
+    law_slices,
+    scalar_solution,
+    solve_laws,
+)
+from bondgraph.support.ops import CASADI
+
+__all__ = ["ClosedLaws", "closed_laws"]
+
+
+@dataclass(frozen=True, slots=True)
+class ClosedLaws:
+    """The laws of a step, solved.
+
+    Attributes
+    ----------
+    function : casadi.Function
+        ``(s_free, gain, memory, q, w_last, h) -> (w, memory+)``, shapes (n_w,), (n_w, n_w), (n_m,),
+        (n_q,), (n_w,), a number. With slopes also ``(resolvent, by_free, by_gain, by_memory, by_q,
+        slopes)``: a change of the deviations is the resolvent (n_w, n_w) times the change each law
+        makes alone, by its free argument and own gain (n_w,), its memory (n_m,) and parameters
+        (n_q,); the last are the nonzeros of the derivative of the new memory.
+    memories, parameters : tuple of int
+        How many of each belong to each law.
+    rows, columns : tuple of int
+        Where those nonzeros stand; the columns are the arguments, the memory and the parameters.
+    """
+
+    function: ca.Function
+    memories: tuple[int, ...]
+    parameters: tuple[int, ...]
+    rows: tuple[int, ...] = ()
+    columns: tuple[int, ...] = ()
+
+
+def closed_laws(compiled: Compiled, slopes: bool) -> ClosedLaws:
+    """Return the laws of `compiled`, with the derivatives of their answer if `slopes`."""
+    n_w = compiled.n_w
+    n_m = sum(port.law.n_memory for port in compiled.space.laws)
+    free, gain = ca.SX.sym("free", n_w), ca.SX.sym("gain", n_w, n_w)
+    memory, q = ca.SX.sym("memory", n_m), ca.SX.sym("q", len(compiled.law_parameters))
+    last, h = ca.SX.sym("last", n_w), ca.SX.sym("h")
+    p = ca.SX.zeros(len(compiled.parameter_names))
+    for position, i in enumerate(compiled.law_parameters):
+        p[i] = q[position]
+    w = solve_laws(compiled, free, gain, memory, p, last, h) if n_w else ca.SX(0, 1)
+    s = free + gain @ w
+    given, made = [free, gain, memory, q, last, h], [w, advance_laws(compiled, s, memory, q, h)]
+    rows: list[int] = []
+    columns: list[int] = []
+    if slopes and n_w:
+        made += _response(compiled, free, gain, memory, q, w, h)
+        values, rows, columns = _memory_slopes(compiled, s, memory, q, h)
+        made.append(values)
+    # a plain name might be a symbol of the C library
+    made = [ca.densify(v) for v in made]
+    function = ca.Function("bondsight_laws", given, made, {"cse": True})
+    ports = compiled.space.laws
+    memories = tuple(port.law.n_memory for port in ports)
+    parameters = tuple(len(port.parameters) for port in ports)
+    return ClosedLaws(function, memories, parameters, tuple(rows), tuple(columns))
+
+
+def _response(
+    compiled: Compiled, free: ca.SX, gain: ca.SX, memory: ca.SX, q: ca.SX, w: ca.SX, h: ca.SX
+) -> list[ca.SX]:
+    """Total derivative of the closed laws, by the implicit function theorem for Newton laws."""
+    n_w = compiled.n_w
+    coupling = ca.SX.eye(n_w)
+    parts: tuple[list[ca.SX], ...] = ([], [], [], [])
+    for j, (port, ms, qs) in enumerate(law_slices(compiled)):
+        alone = free[j] + gain[j, :] @ w - gain[j, j] * w[j]
+        slopes = _one_response(port, alone, gain[j, j], memory[ms], q[qs], w[j], h)
+        for k in range(n_w):
+            if k != j:
+                coupling[j, k] = -slopes[0] * gain[j, k]
+        for part, slope in zip(parts, slopes, strict=True):
+            part.append(ca.vec(slope))
+    resolvent = ca.SX.eye(1) if n_w == 1 else ca.solve(coupling, ca.SX.eye(n_w))
+    return [resolvent, *(ca.vertcat(*part) for part in parts)]
+
+
+def _one_response(
+    port: Any, free: ca.SX, gain: ca.SX, memory: ca.SX, q: ca.SX, w: ca.SX, h: ca.SX
+) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    law: Law = port.law
+    t, g, step = ca.SX.sym("t"), ca.SX.sym("g"), ca.SX.sym("h")
+    mem, par = ca.SX.sym("mem", memory.numel()), ca.SX.sym("par", q.numel())
+    if law.closed:
+        last = ca.SX.sym("last")
+        value = scalar_solution(port, t, g, mem, par, last, step)
+        parts = [_jac(value, v) for v in (t, g, mem, par)]
+        f = ca.Function("partial", [t, g, mem, par, last, step], parts)
+        return tuple(f(free, gain, memory, q, w, h))  # type: ignore[return-value]
+    value = ca.SX(law.deviation(CASADI, t, split(mem), law_arguments(law, par, step)))
+    f = ca.Function("partial", [t, mem, par, step], [_jac(value, v) for v in (t, mem, par)])
+    slope, by_memory, by_q = f(free + gain * w, memory, q, h)
+    share = 1 / (1 - gain * slope)
+    return slope * share, w * slope * share, by_memory * share, by_q * share
+
+
+def _jac(value: Any, by: ca.SX) -> ca.SX:
+    return ca.densify(ca.jacobian(ca.SX(value), by))
+
+
+def _memory_slopes(
+    compiled: Compiled, s: ca.SX, memory: ca.SX, q: ca.SX, h: ca.SX
+) -> tuple[ca.SX, list[int], list[int]]:
+    """Nonzeros of the derivative of the new memory, with their rows and columns."""
+    a, b, c = (ca.SX.sym(n, v.numel()) for n, v in (("s", s), ("m", memory), ("q", q)))
+    step = ca.SX.sym("h")
+    by_all = ca.jacobian(advance_laws(compiled, a, b, c, step), ca.vertcat(a, b, c))
+    rows, columns = by_all.sparsity().get_triplet()
+    nonzeros = ca.vertcat(*(by_all[i, k] for i, k in zip(rows, columns, strict=True)))
+    f = ca.Function("memory", [a, b, c, step], [nonzeros])
+    return f(s, memory, q, h), list(rows), list(columns)

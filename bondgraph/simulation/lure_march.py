@@ -1,0 +1,206 @@
+"""A record in one compiled call: the value and all its derivatives side by side in registers.
+
+A row holds a number and its derivatives. The linear part of a step multiplies rows by numbers, so
+that one instruction serves several directions; only the laws are code of their own.
+"""
+
+from __future__ import annotations
+
+from bondgraph.simulation.lure_closing import ClosedLaws
+from bondgraph.simulation.lure_layout import KernelLayout
+from bondgraph.support.native import c_source
+
+__all__ = ["LANES", "blocks_of", "march_source"]
+
+LANES = 4
+"""Directions that one instruction serves at best."""
+
+
+def blocks_of(lay: KernelLayout) -> int:
+    """Return in how many blocks of lanes a row is cut."""
+    return -(-(1 + lay.n_d) // LANES) if lay.n_d else 1
+
+
+def march_source(lay: KernelLayout, laws: ClosedLaws) -> str:
+    """Return C source of ``run_record`` for a model with `lay` and `laws`."""
+    v = lay.n_u + lay.n_w
+    lengths = [r * c for r, c in lay.pieces]
+    sizes = {
+        "NX": lay.n_x, "NU": lay.n_u, "NW": lay.n_w, "NM": lay.n_m, "NQ": lay.n_q, "NY": lay.n_y,
+        "ND": lay.n_d, "NB": blocks_of(lay), "LANES": LANES if lay.n_d else 1, "NV": v,
+        **{n: sum(lengths[:i]) for i, n in enumerate(PIECES)}, "STEP": sum(lengths),
+        "NJ": len(laws.rows),
+    }  # fmt: skip
+    head = "".join(f"#define {name} {value}\n" for name, value in sizes.items())
+    where = "".join(
+        f"static const int {name}[] = {{{', '.join(map(str, values)) or '0'}}};\n"
+        for name, values in (
+            ("memory_row", laws.rows), ("memory_column", laws.columns),
+            ("memories", laws.memories), ("parameters", laws.parameters),
+        )
+    )  # fmt: skip
+    body = c_source(laws.function) if lay.n_w else "#define casadi_int long long int\n"
+    return body + head + where + _MARCH
+
+
+PIECES = ("PHI", "G0", "G1", "CS", "DS", "GAIN", "CY", "DY")
+
+_MARCH = r"""
+#include <string.h>
+#if LANES > 1
+typedef double row_block __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+#define FIRST(block, value) (block)[0] = (value)
+#else
+typedef double row_block;
+#define FIRST(block, value) (block) = (value)
+#endif
+#define SOME(n) ((n) ? (n) : 1)
+#define VALUE(rows, i) (((const double*)(rows))[(i) * NB * LANES])
+/* derivatives of the matrices: one row each, `lead` blocks that are not zero; the first lane of an
+   input's entry is the entry itself, so that inputs enter values and derivatives alike */
+#define D(entry) d[(entry) * lead + b]
+
+void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_int lead,
+                const casadi_int* live, double* carried, const double* m, const double* q,
+                const double* derivatives, const double* by_parameters, double* y, double* seen,
+                casadi_int* iw, double* work, const double** arg, double** res) {
+  row_block* z = (row_block*)carried;
+  const row_block* d = (const row_block*)derivatives;
+  const row_block* dq = (const row_block*)by_parameters;
+  row_block x1[SOME(NX) * NB];
+#if NW
+  row_block s[NW * NB], w1[NW * NB], m1[SOME(NM) * NB], alone[NW];
+  double free_[NW], w[NW], w_new[NW], memory[SOME(NM)], memory_new[SOME(NM)];
+  double resolvent[NW * NW], by_free[NW], by_gain[NW], by_memory[SOME(NM)], by_q[SOME(NQ)];
+  double slopes[SOME(NJ)];
+#endif
+  double x[SOME(NX)];
+  row_block out[NB];
+  casadi_int sample, sub;
+  int b, i, j, k;
+  for (sample = 0; sample < n_samples; ++sample) {
+    for (sub = 0; sub < n_sub; ++sub) {
+      const double *u0 = u, *u1 = u + NU;
+      for (j = 0; j < NX; ++j) x[j] = VALUE(z, j);
+#if NW
+      for (k = 0; k < NW; ++k) w[k] = VALUE(z, NX + k);
+      for (k = 0; k < NM; ++k) memory[k] = VALUE(z, NX + NW + k);
+#endif
+      for (b = 0; b < NB; ++b)
+        for (i = 0; i < NX; ++i) {
+          row_block a = {0};
+          for (j = 0; j < NX; ++j) a += m[PHI + i + NX * j] * z[j * NB + b];
+#if NW
+          for (k = 0; k < NW; ++k) a += m[G0 + i + NX * (NU + k)] * z[(NX + k) * NB + b];
+#endif
+          if (b < lead) {
+            for (k = 0; k < NU; ++k) a += D(G0 + i + NX * k) * u0[k] + D(G1 + i + NX * k) * u1[k];
+            if (live[0]) for (j = 0; j < NX; ++j) a += D(PHI + i + NX * j) * x[j];
+#if NW
+            if (live[1]) for (k = 0; k < NW; ++k) a += D(G0 + i + NX * (NU + k)) * w[k];
+#endif
+          }
+          x1[i * NB + b] = a;
+        }
+#if NW
+      for (i = 0; i < NX; ++i) x[i] = VALUE(x1, i);
+      for (b = 0; b < NB; ++b)
+        for (j = 0; j < NW; ++j) {
+          row_block a = {0};
+          for (i = 0; i < NX; ++i) a += m[CS + j + NW * i] * x1[i * NB + b];
+          if (b < lead) {
+            for (k = 0; k < NU; ++k) a += D(DS + j + NW * k) * u1[k];
+            if (live[3]) for (i = 0; i < NX; ++i) a += D(CS + j + NW * i) * x[i];
+          }
+          s[j * NB + b] = a;
+        }
+      for (j = 0; j < NW; ++j) free_[j] = VALUE(s, j);
+      arg[0] = free_; arg[1] = m + GAIN; arg[2] = memory; arg[3] = q; arg[4] = w; arg[5] = m + STEP;
+      res[0] = w_new; res[1] = memory_new;
+#if ND
+      res[2] = resolvent; res[3] = by_free; res[4] = by_gain; res[5] = by_memory; res[6] = by_q;
+      res[7] = slopes;
+#endif
+      bondsight_laws(arg, res, iw, work, 0);
+      for (b = 0; b < NB; ++b) {
+#if ND
+        int from = 0, to;
+        for (j = 0, i = 0, to = 0; j < NW; ++j) {
+          row_block a = by_free[j] * s[j * NB + b];
+          if (b < lead && live[5])
+            for (k = 0; k < NW; ++k)
+              a += D(GAIN + j + NW * k) * (k == j ? by_gain[j] : by_free[j] * w_new[k]);
+          for (to += memories[j]; i < to; ++i) a += by_memory[i] * z[(NX + NW + i) * NB + b];
+          for (k = 0; k < parameters[j]; ++k, ++from) a += by_q[from] * dq[from * NB + b];
+          alone[j] = a;
+        }
+        for (j = 0; j < NW; ++j) {
+          row_block a = {0};
+          for (k = 0; k < NW; ++k) a += resolvent[j + NW * k] * alone[k];
+          w1[j * NB + b] = a;
+        }
+#endif
+        if (b == 0) for (j = 0; j < NW; ++j) FIRST(w1[j * NB], w_new[j]);
+        for (i = 0; i < NX; ++i) {
+          row_block a = x1[i * NB + b];
+          for (k = 0; k < NW; ++k) a += m[G1 + i + NX * (NU + k)] * w1[k * NB + b];
+          if (b < lead && live[2])
+            for (k = 0; k < NW; ++k) a += D(G1 + i + NX * (NU + k)) * w_new[k];
+          x1[i * NB + b] = a;
+        }
+        for (j = 0; j < NW; ++j) {
+          row_block a = s[j * NB + b];
+          for (k = 0; k < NW; ++k) a += m[GAIN + j + NW * k] * w1[k * NB + b];
+          if (b < lead && live[5]) for (k = 0; k < NW; ++k) a += D(GAIN + j + NW * k) * w_new[k];
+          s[j * NB + b] = a;
+        }
+#if NM
+        for (i = 0; i < NM; ++i) m1[i * NB + b] = (row_block){0};
+#if ND
+        for (k = 0; k < NJ; ++k) {
+          const int c = memory_column[k];
+          const row_block r = c < NW ? s[c * NB + b]
+                            : c < NW + NM ? z[(NX + c) * NB + b] : dq[(c - NW - NM) * NB + b];
+          m1[memory_row[k] * NB + b] += slopes[k] * r;
+        }
+#endif
+        if (b == 0) for (i = 0; i < NM; ++i) FIRST(m1[i * NB], memory_new[i]);
+#endif
+      }
+      memcpy(z + NX * NB, w1, sizeof w1);
+#if NM
+      memcpy(z + (NX + NW) * NB, m1, sizeof m1);
+#endif
+#endif
+      memcpy(z, x1, NX * NB * sizeof(row_block));
+      u += 2 * NU;
+    }
+    const double* u1 = u - NU;
+    for (i = 0; i < NX; ++i) x[i] = VALUE(z, i);
+    for (i = 0; i < NY; ++i) {
+      for (b = 0; b < NB; ++b) {
+        row_block a = {0};
+        for (j = 0; j < NX; ++j) a += m[CY + i + NY * j] * z[j * NB + b];
+#if NW
+        for (k = 0; k < NW; ++k) a += m[DY + i + NY * (NU + k)] * w1[k * NB + b];
+#endif
+        if (b < lead) {
+          for (k = 0; k < NU; ++k) a += D(DY + i + NY * k) * u1[k];
+          if (live[6]) for (j = 0; j < NX; ++j) a += D(CY + i + NY * j) * x[j];
+#if NW
+          if (live[7]) for (k = 0; k < NW; ++k) a += D(DY + i + NY * (NU + k)) * w_new[k];
+#endif
+        }
+        out[b] = a;
+      }
+      memcpy(y, out, (1 + ND) * sizeof(double));
+      y += 1 + ND;
+    }
+#if NW
+    for (j = 0; j < NW; ++j) seen[j] = VALUE(s, j);
+    for (j = 0; j < NW; ++j) seen[NW + j] = w_new[j];
+    seen += 2 * NW;
+#endif
+  }
+}
+"""
