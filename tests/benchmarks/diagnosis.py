@@ -13,7 +13,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -27,9 +27,9 @@ __all__ = ["Case", "Cost", "cases", "chain", "cost", "diagnosis", "exponent", "r
 Array = np.ndarray
 STEP = 2e-3
 MASS, DAMPING, DRAG, STIFFNESS, GROUND = 0.5, 1.5, 2.0, 1500.0, 1500.0
-HARDENING = 1e7
-"""N/m^3, of the last spring of the chain."""
-SECONDS, MEMORY = 60.0, 2048.0
+CONCEALED = ("hardening", "stop", "drag", "dry friction", "slack", "nothing")
+"""What the last spring of the chain, or the last mass, has and the model lacks."""
+SECONDS, CLEAN, MEMORY = 60.0, 10.0, 2048.0
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,8 @@ class Case:
         Part of the catalogue that may be named; the concealed effect always may.
     jobs : int
         Processes.
+    concealed : str
+        One of `CONCEALED`.
     """
 
     samples: int = 20_000
@@ -50,6 +52,7 @@ class Case:
     sensors: int = 3
     catalogue: float = 1.0
     jobs: int = 2
+    concealed: str = "hardening"
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,8 @@ class Cost:
     pairs, fitted : int
         Pairs of effect and place that were screened, and that were fitted.
     answer : str
+    stages : dict
+        Seconds between what was said while it ran: where the time went.
     """
 
     seconds: float
@@ -71,6 +76,7 @@ class Cost:
     pairs: int
     fitted: int
     answer: str
+    stages: Mapping[str, float] = field(default_factory=dict)
 
 
 def diagnosis(quick: bool = False) -> None:
@@ -86,14 +92,27 @@ def diagnosis(quick: bool = False) -> None:
         made = cost(whole)
         print(_row(f"{what}: {_words(whole)}", made))
     if not quick:
-        print(limit_line("20,000 samples, 3 sensors, whole catalogue, s", made.seconds, SECONDS))
-        print(limit_line("20,000 samples, 3 sensors, whole catalogue, MiB", made.memory, MEMORY))
+        _limits({c: made if c == whole.concealed else cost(replace(whole, concealed=c))
+                 for c in CONCEALED})  # fmt: skip
     for what, listed in families.items():
         found = {_size(what, c): made if c == whole else cost(c) for c in listed}
         for size, each in found.items():
             print(_row(f"{what} {size:g}", each))
         if len(found) > 1:
             print(f"growth of the time with {what}: exponent {exponent(found):.2f}")
+
+
+def _limits(made: Mapping[str, Cost]) -> None:
+    """Print what was concealed and what it took, beside the limits."""
+    for what, each in made.items():
+        print(_row(what, each))
+        print("    " + ", ".join(f"{s:.1f} s {name}" for name, s in each.stages.items()))
+    found = [c for what, c in made.items() if what != "nothing"]
+    slow = float(np.quantile([c.seconds for c in found], 0.95))
+    size = "20,000 samples, 3 sensors, whole catalogue"
+    print(limit_line(f"{size}, 95th percentile, s", slow, SECONDS))
+    print(limit_line(f"{size}, nothing missing, s", made["nothing"].seconds, CLEAN))
+    print(limit_line(f"{size}, most MiB", max(c.memory for c in made.values()), MEMORY))
 
 
 def cases(quick: bool = False) -> tuple[Case, Mapping[str, Sequence[Case]]]:
@@ -171,7 +190,7 @@ def places(masses: int, sensors: int) -> tuple[int, ...]:
 
 
 def record(case: Case, seed: int = 1) -> Recording:
-    """Return a recording of the chain whose last spring stiffens."""
+    """Return a recording of the chain with what is concealed."""
     rng = np.random.default_rng(seed)
     t: Array = (STEP * np.arange(case.samples)).astype(np.float64)
     tones = np.linspace(0.3, 15.0, 60)
@@ -184,8 +203,10 @@ def record(case: Case, seed: int = 1) -> Recording:
         x, v = state[:n], state[n:]
         stretch = np.diff(x)
         link = STIFFNESS * stretch + DAMPING * np.diff(v)
-        link[-1] += HARDENING * stretch[-1] ** 3
+        spring, rubbing = _extra(case.concealed, stretch[-1], v[-1])
+        link[-1] += spring
         total = -DRAG * v
+        total[-1] -= rubbing
         total[0] += np.interp(time, t, force) - GROUND * x[0]
         total[:-1] += link
         total[1:] -= link
@@ -201,6 +222,21 @@ def record(case: Case, seed: int = 1) -> Recording:
     return Recording(f"chain_of_{n}", t, channels, units)
 
 
+def _extra(concealed: str, stretch: float, speed: float) -> tuple[float, float]:
+    """Force that the last spring adds (N), and what brakes the last mass (N)."""
+    if concealed == "hardening":
+        return 1e7 * stretch**3, 0.0
+    if concealed == "stop":
+        return 4e3 * max(stretch - 4e-3, 0.0), 0.0
+    if concealed == "slack":  # of 1 mm each way: the spring does not pull within
+        return -STIFFNESS * float(np.clip(stretch, -1e-3, 1e-3)), 0.0
+    if concealed == "drag":
+        return 0.0, 20.0 * speed * abs(speed)
+    if concealed == "dry friction":
+        return 0.0, 0.4 * math.tanh(speed / 2e-3)
+    return 0.0, 0.0
+
+
 def measured(case: Case) -> Cost:
     """Diagnose in this process."""
     from identification.diagnosis.diagnose import diagnose
@@ -210,7 +246,11 @@ def measured(case: Case) -> Cost:
     graph = chain(case.masses, case.sensors)
     begin = time.perf_counter()
     options = DiagnosisOptions(jobs=case.jobs, without=_left_out(case.catalogue))
-    d = diagnose(graph, recording, options=options)
+    said: list[tuple[float, str]] = []
+    d = diagnose(
+        graph, recording, options=options,
+        progress=lambda what, _: said.append((time.perf_counter() - begin, what)),
+    )  # fmt: skip
     seconds = time.perf_counter() - begin
     own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     worker = _largest_worker() if case.jobs > 1 else 0.0
@@ -221,7 +261,26 @@ def measured(case: Case) -> Cost:
         len(d.ranking),
         sum(len(s.trials) for s in d.steps),
         named,
+        _stages(said, seconds),
     )
+
+
+def _stages(said: Sequence[tuple[float, str]], end: float) -> dict[str, float]:
+    """Seconds that followed each thing said, all fits of the search together.
+
+    What is said of a fit is said when it is done.
+    """
+    found: dict[str, float] = {}
+    last, doing = 0.0, "reading the recording"
+    for now, what in [*said, (end, "")]:
+        fitted = what.startswith("fitting ") and " at " in what
+        name = SEARCH if fitted and doing == "deciding" else doing
+        found[name] = found.get(name, 0.0) + now - last
+        last, doing = now, "deciding" if fitted else what
+    return {name: s for name, s in found.items() if s >= 0.05}
+
+
+SEARCH = "fitting effects"
 
 
 def _largest_worker() -> float:

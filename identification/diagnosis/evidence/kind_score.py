@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from joblib import Parallel, delayed
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element, R, TwoPort
@@ -116,6 +117,7 @@ def kind_scores(
     scene: FittedModel,
     ranked: Sequence[Screened],
     places: Iterable[str] | None = None,
+    jobs: int = 1,
 ) -> list[KindScore]:
     """Score every kind at the given places (all, unless given), best first.
 
@@ -125,26 +127,35 @@ def kind_scores(
         Of the best candidate: its ports' histories are used.
     ranked : sequence of Screened
         Effects screened there; the additions they ask for join the forms of their kind.
+    jobs : int
+        Threads that share the places.
     """
-    found: list[KindScore] = []
-    for name in places or list(bench.problem.graph.elements):
-        if name not in scene.past or not bench.probed.knows(name):
-            continue
-        if name not in bench.problem.graph.elements:
-            continue
-        element = bench.problem.graph[name]
-        forms = dict(flexible_forms(element, scene.past[name]))
-        for s in ranked:
-            # the addition of a two-port has two sides, of which the screening keeps one
-            alone = s.element.name == name and not isinstance(element, TwoPort)
-            if alone and s.effect.kind and s.latent is not None:
-                column = np.nan_to_num(s.latent)[:, None]
-                for k in _kinds_of(s.effect.kind, element):
-                    known = forms.get(k)
-                    both = column if known is None else np.hstack([known.columns, column])
-                    forms[k] = Signature(both)
-        found += scores_at(bench, name, forms)
-    return sorted(found, key=lambda k: k.score.loss)
+    elements = bench.problem.graph.elements
+    asked = [
+        name
+        for name in places or list(elements)
+        if name in scene.past and bench.probed.knows(name) and name in elements
+    ]
+    found = Parallel(n_jobs=jobs, backend="threading")(
+        delayed(_scores)(bench, scene, ranked, elements[name]) for name in asked
+    )
+    return sorted((k for each in found for k in each), key=lambda k: k.score.loss)
+
+
+def _scores(
+    bench: Bench, scene: FittedModel, ranked: Sequence[Screened], element: Element
+) -> list[KindScore]:
+    forms = dict(flexible_forms(element, scene.past[element.name]))
+    for s in ranked:
+        # the addition of a two-port has two sides, of which the screening keeps one
+        alone = s.element.name == element.name and not isinstance(element, TwoPort)
+        if alone and s.effect.kind and s.latent is not None:
+            column = np.nan_to_num(s.latent)[:, None]
+            for k in _kinds_of(s.effect.kind, element):
+                known = forms.get(k)
+                both = column if known is None else np.hstack([known.columns, column])
+                forms[k] = Signature(both)
+    return scores_at(bench, element.name, forms)
 
 
 def _kinds_of(kind: str, element: Element) -> tuple[str, ...]:

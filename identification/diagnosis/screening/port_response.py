@@ -166,14 +166,19 @@ class Probes:
 
     def _convolved(self, at: int, columns: Array, out: Array) -> None:
         """Add the response of a linear model, by convolution with its answer to one sample."""
-        answer = self._answers(at)
         for w in windows(self.problem):
             n = w.stop - w.start
             size = next_fast_len(2 * n + EARLY, real=True)
-            spectrum = rfft(columns[w], size, axis=0)
-            for c in range(answer.shape[1]):
-                both = spectrum * rfft(answer[: n + EARLY, c], size)[:, None]
-                out[w, c] += irfft(both, size, axis=0)[EARLY : EARLY + n]
+            spectrum = rfft(np.ascontiguousarray(columns[w].T), size)
+            for c, answer in enumerate(self._spectra(at, n, size)):
+                out[w, c] += irfft(spectrum * answer, size)[:, EARLY : EARLY + n].T
+
+    def _spectra(self, at: int, n: int, size: int) -> Array:
+        """Return the spectra of `_answers` over `n` samples, shape (n_y, size // 2 + 1)."""
+        if (at, n) not in self._known_spectra:
+            answer = self._answers(at)[: n + EARLY]
+            self._known_spectra[at, n] = rfft(np.ascontiguousarray(answer.T), size)
+        return self._known_spectra[at, n]
 
     def _answers(self, at: int) -> Array:
         """Return the outputs after one input of 1 at sample `EARLY`, shape (N + EARLY, n_y)."""
@@ -193,6 +198,10 @@ class Probes:
 
     @cached_property
     def _known(self) -> dict[int, Array]:
+        return {}
+
+    @cached_property
+    def _known_spectra(self) -> dict[tuple[int, int], Array]:
         return {}
 
     def _one(self, parts: Sequence[tuple[int, float, Array]]) -> Array:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from joblib import Parallel, delayed
 
 from bondgraph.graph.elements import Element
 from bondgraph.support.arrays import Array
@@ -110,27 +111,40 @@ def projection(scene: FittedModel) -> Projection:
     )
 
 
-def screen(scene: FittedModel, probes: Probes, catalogue: Sequence[Effect]) -> list[Screened]:
-    """Rank the effects of `catalogue` at all their places, best first; those exempt come last."""
+def screen(
+    scene: FittedModel, probes: Probes, catalogue: Sequence[Effect], jobs: int = 1
+) -> list[Screened]:
+    """Rank the effects of `catalogue` at all their places, best first; those exempt come last.
+
+    `jobs` threads share the work, which is done by libraries that let each other run.
+    """
     onto = projection(scene)
-    found: list[Screened] = []
-    for effect in catalogue:
-        for element in effect.places(scene.graph):
-            if element.name not in scene.past or not probes.knows(element.name):
-                continue
-            signatures = effect.signatures(scene, element)
-            home = effect.home(element)
-            if not signatures:
-                found.append(Screened(effect, element, home, 0.0, 0, 0.0, None))
-                continue
-            best = _best(onto, probes, element, signatures)
-            if best is not None:
-                share, z, signature, weights = best
-                hint = Hint(signature.shape or {}, weights)
-                latent = signature.columns @ weights
-                k = weights.size
-                found.append(Screened(effect, element, home, share, k, z, hint, latent))
+    pairs = [
+        (effect, element)
+        for effect in catalogue
+        for element in effect.places(scene.graph)
+        if element.name in scene.past and probes.knows(element.name)
+    ]
+    looks = Parallel(n_jobs=jobs, backend="threading")(
+        delayed(_screened)(scene, onto, probes, *pair) for pair in pairs
+    )
+    found = [s for s in looks if s is not None]
     return sorted(found, key=lambda s: (s.hint is None, -s.share))
+
+
+def _screened(
+    scene: FittedModel, onto: Projection, probes: Probes, effect: Effect, element: Element
+) -> Screened | None:
+    signatures = effect.signatures(scene, element)
+    home = effect.home(element)
+    if not signatures:
+        return Screened(effect, element, home, 0.0, 0, 0.0, None)
+    best = _best(onto, probes, element, signatures)
+    if best is None:
+        return None
+    share, z, signature, weights = best
+    hint, latent = Hint(signature.shape or {}, weights), signature.columns @ weights
+    return Screened(effect, element, home, share, weights.size, z, hint, latent)
 
 
 def _best(

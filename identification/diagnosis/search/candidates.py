@@ -103,7 +103,7 @@ class DiagnosisOptions:
     keep: int = 8
     more: int = 4
     final_iterations: int = 30
-    samples: int = 12000
+    samples: int = 24000
     effects: int = 3
     without: tuple[str, ...] = ()
     extra: tuple[Effect, ...] = ()

@@ -60,23 +60,26 @@ class _Looks:
     ----------
     plain : BondGraph
         The declared model: additions at ports are sent through it.
+    jobs : int
+        Threads.
     """
 
-    def __init__(self, catalogue: tuple[Effect, ...], plain: BondGraph) -> None:
-        self.catalogue, self.plain = catalogue, plain
+    def __init__(self, catalogue: tuple[Effect, ...], plain: BondGraph, jobs: int = 1) -> None:
+        self.catalogue, self.plain, self.jobs = catalogue, plain, jobs
         self.known: dict[int, tuple[Fit, FittedModel, list[Screened]]] = {}
 
     def of(self, fit: Fit) -> tuple[FittedModel, list[Screened]]:
         """Scene and ranking of one fit."""
         if id(fit) not in self.known:
             seen = scene(fit)
-            self.known[id(fit)] = (fit, seen, screen(seen, probes(fit, self.plain), self.catalogue))
+            looks = screen(seen, probes(fit, self.plain), self.catalogue, self.jobs)
+            self.known[id(fit)] = (fit, seen, looks)
         return self.known[id(fit)][1:]
 
     def kinds(self, base: Fit, better: Fit) -> list[KindScore]:
         """Score every kind at every port, on top of `base`, along the histories of `better`."""
         try:
-            return kind_scores(bench_of(base, better, self.plain), *self.of(better))
+            return kind_scores(bench_of(base, better, self.plain), *self.of(better), jobs=self.jobs)
         except BondsightError:
             return []
 
@@ -100,7 +103,7 @@ def steps(
     say: Progress,
 ) -> SelectionStage:
     """Look for one effect after another until nothing more shows."""
-    done = _Looks((*options.catalogue, UNNAMED), base.fit.problem.with_offsets)
+    done = _Looks((*options.catalogue, UNNAMED), base.fit.problem.with_offsets, options.jobs)
     task = _Search(done, options, limits, classes, say)
     decisions = _forward(base, task, max(1, options.effects))
     again = _revisited(base, decisions, task)
