@@ -81,12 +81,16 @@ def minimise(
     try:
         for _ in range(max_iterations):
             system = stack.normal(now, point)
+            first = True
             while True:
                 trial = stack.step(system, point, damping)
-                after = stack.evaluate(trial)
+                after = stack.evaluate(trial, derivatives=first)
                 trial_cost = stack.cost(after, trial)
                 if np.isfinite(trial_cost) and trial_cost <= cost:
+                    # a step that must be shortened is likely to be shortened again
+                    after = after if first else stack.evaluate(trial)
                     break
+                first = False
                 damping *= 8.0
                 if damping > 1e9:
                     break

@@ -14,6 +14,7 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -284,11 +285,24 @@ SEARCH = "fitting effects"
 
 
 def _largest_worker() -> float:
-    """Peak of the largest worker process, MiB; they count once they have ended."""
+    """Peak of the largest worker process, MiB, without what it had of its parent when forked."""
     from joblib.externals.loky import get_reusable_executor
 
-    get_reusable_executor().shutdown(wait=True)
+    executor = get_reusable_executor()
+    peaks = [_peak(Path(f"/proc/{pid}/status")) for pid in executor._processes]
+    executor.shutdown(wait=True)
+    if peaks and all(peaks):
+        return max(peaks)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+
+
+def _peak(status: Path) -> float:
+    """Peak of a process, MiB; zero where the system does not tell."""
+    try:
+        lines = status.read_text().splitlines()
+    except OSError:
+        return 0.0
+    return next((float(s.split()[1]) / 1024 for s in lines if s.startswith("VmHWM:")), 0.0)
 
 
 def _left_out(part: float) -> tuple[str, ...]:

@@ -306,7 +306,7 @@ FAR = 10.0
 def go_on(trial: Candidate, iterations: int) -> tuple[str, Candidate | None]:
     """Continue a fit, with sub-steps as fine as its residual asks for."""
     try:
-        if trial.fit.status is FitStatus.CONVERGED:
+        if trial.fit.status in (FitStatus.CONVERGED, FitStatus.NO_PROGRESS):
             result = refined(trial.fit, iterations)
         else:
             result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
@@ -336,7 +336,11 @@ def finished(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Can
 def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS)) -> Candidate:
     """Go on from where the search stopped."""
     try:
-        result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
+        # a new start may still lead on from where a descent crept, but not where it was stuck
+        if trial.fit.status is FitStatus.NO_PROGRESS:
+            result = refined(trial.fit, iterations)
+        else:
+            result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return trial
     if result.status is FitStatus.BROKEN or not result.cost <= trial.fit.cost * 1.001:
@@ -390,7 +394,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         if hold == result.problem.data.hold:
             continue
         n_sub = best.problem.n_sub
-        n_sub = max(2 * n_sub, 4) if hold == "band-limited" else n_sub
+        n_sub = min(max(2 * n_sub, 4), FINEST) if hold == "band-limited" else n_sub
         data = replace(result.problem.data, hold=hold)
         problem = replace(result.problem, data=data, n_sub=n_sub)
         there = evaluate(problem, best.point, derivatives=False).residual
@@ -435,14 +439,18 @@ def promising(
     return chosen
 
 
+FINEST = 16
+"""Sub-steps of a sample up to which a fit is refined."""
+
+
 def settled_fit(
-    problem: Problem, iterations: int, start: Point | None = None, finest: int = 16
+    problem: Problem, iterations: int, start: Point | None = None, finest: int = FINEST
 ) -> Fit:
     """Fit, then refine the sub-steps until they no longer matter beside the residual."""
     return refined(fit(problem, max_iterations=iterations, start=start), iterations, finest)
 
 
-def refined(result: Fit, iterations: int, finest: int = 16) -> Fit:
+def refined(result: Fit, iterations: int, finest: int = FINEST) -> Fit:
     """Refine the sub-steps of a fit until they no longer matter beside the residual."""
     problem = result.problem
     if problem.engine.exact_step and problem.data.hold != "band-limited":
