@@ -286,13 +286,12 @@ SEARCH = "fitting effects"
 
 def _largest_worker() -> float:
     """Peak of the largest worker process, MiB, without what it had of its parent when forked."""
+    children = " ".join(p.read_text() for p in Path("/proc/self/task").glob("*/children")).split()
+    if children:
+        return max(_peak(Path(f"/proc/{child}/status")) for child in children)
     from joblib.externals.loky import get_reusable_executor
 
-    executor = get_reusable_executor()
-    peaks = [_peak(Path(f"/proc/{pid}/status")) for pid in executor._processes]
-    executor.shutdown(wait=True)
-    if peaks and all(peaks):
-        return max(peaks)
+    get_reusable_executor().shutdown(wait=True)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
 
 

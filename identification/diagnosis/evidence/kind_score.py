@@ -205,18 +205,16 @@ def _moving(form: Signature) -> Signature:
 
 
 def _scored(bench: Bench, form: Array, x: Array) -> tuple[BlockScore, Array]:
-    all_columns = np.hstack([bench.columns, x])
-    size = np.linalg.norm(all_columns, axis=0)
+    both = np.hstack([bench.columns, x])
+    size = np.sqrt(np.einsum("ij,ij->j", both, both))
     used = size > 0
-    scaled = all_columns[:, used] / size[used]
+    both, size = both if used.all() else both[:, used], size[used]
     # a little precision: forms that nearly coincide must not run against each other
-    gram = scaled.T @ scaled
-    precision = RIDGE * np.ones(gram.shape[0])
-    weights = np.linalg.solve(gram + np.diag(precision), scaled.T @ bench.residual)
-    left = bench.residual - scaled @ weights
-    full = np.zeros(size.size)
-    full[used] = weights / size[used]
-    out = held_out(scaled, left, precision, bench.rows)
+    gram = both.T @ both / np.outer(size, size) + RIDGE * np.eye(size.size)
+    weights = np.linalg.solve(gram, both.T @ bench.residual / size) / size
+    full = np.zeros(used.size)
+    full[used] = weights
+    out = held_out(both, bench.residual - both @ weights, RIDGE * size**2, bench.rows)
     return BlockScore(out), np.asarray(form @ full[bench.columns.shape[1] :])
 
 

@@ -101,13 +101,14 @@ def held_out(columns: Array, residual: Array, precision: Array, rows: Rows) -> L
     precision : ndarray, shape (p,)
         Diagonal of the prior's precision.
     """
-    size = np.sqrt(np.sum(columns**2, axis=0) + precision)
+    size = np.sqrt(np.einsum("ij,ij->j", columns, columns) + precision)
     used = (size > 0) & np.isfinite(size)
-    x = columns[:, used] / size[used]
-    a = x.T @ x + np.diag(precision[used] / size[used] ** 2)
+    x = columns if used.all() else columns[:, used]
+    # large: scaled where it is small, and never copied
+    a = (x.T @ x + np.diag(precision[used])) / np.outer(size[used], size[used])
     power, axes = np.linalg.eigh(a)
     kept = power > 1e-12 * power.max(initial=0.0)
-    root = axes[:, kept] / np.sqrt(power[kept])
+    root = axes[:, kept] / np.sqrt(power[kept]) / size[used][:, None]
     out, leverage = residual.copy(), np.zeros(rows.blocks)
     order = np.argsort(rows.block, kind="stable")
     ends = np.searchsorted(rows.block[order], np.arange(rows.blocks + 1))
