@@ -200,7 +200,7 @@ def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runne
         def at(v: Array) -> Any:
             return v.ctypes.data_as(pointer)
 
-        counts = map(ctypes.c_longlong, (n, n_sub, lead))
+        counts = map(ctypes.c_longlong, (n, n_sub, width, lead))
         arg, res = (pointer * laws.sz_arg())(), (pointer * laws.sz_res())()
         march(
             at(u), *counts, live.ctypes.data_as(ctypes.c_void_p), at(carried), *map(at, given),

@@ -22,12 +22,15 @@ def blocks_of(lay: KernelLayout) -> int:
 
 
 def march_source(lay: KernelLayout, laws: ClosedLaws) -> str:
-    """Return C source of ``run_record`` for a model with `lay` and `laws`."""
+    """Return C source of ``run_record`` for a model with `lay` and `laws`.
+
+    It is the same for all numbers of directions that fill as many blocks: few are compiled.
+    """
     v = lay.n_u + lay.n_w
     lengths = [r * c for r, c in lay.pieces]
     sizes = {
         "NX": lay.n_x, "NU": lay.n_u, "NW": lay.n_w, "NM": lay.n_m, "NQ": lay.n_q, "NY": lay.n_y,
-        "ND": lay.n_d, "NB": blocks_of(lay), "LANES": LANES if lay.n_d else 1, "NV": v,
+        "SLOPES": int(lay.n_d > 0), "NB": blocks_of(lay), "LANES": LANES if lay.n_d else 1, "NV": v,
         **{n: sum(lengths[:i]) for i, n in enumerate(PIECES)}, "STEP": sum(lengths),
         "NJ": len(laws.rows),
     }  # fmt: skip
@@ -60,8 +63,8 @@ typedef double row_block;
    input's entry is the entry itself, so that inputs enter values and derivatives alike */
 #define D(entry) d[(entry) * lead + b]
 
-void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_int lead,
-                const casadi_int* live, double* carried, const double* m, const double* q,
+void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_int width,
+                casadi_int lead, const casadi_int* live, double* carried, const double* m, const double* q,
                 const double* derivatives, const double* by_parameters, double* y, double* seen,
                 casadi_int* iw, double* work, const double** arg, double** res) {
   row_block* z = (row_block*)carried;
@@ -117,13 +120,13 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
       for (j = 0; j < NW; ++j) free_[j] = VALUE(s, j);
       arg[0] = free_; arg[1] = m + GAIN; arg[2] = memory; arg[3] = q; arg[4] = w; arg[5] = m + STEP;
       res[0] = w_new; res[1] = memory_new;
-#if ND
+#if SLOPES
       res[2] = resolvent; res[3] = by_free; res[4] = by_gain; res[5] = by_memory; res[6] = by_q;
       res[7] = slopes;
 #endif
       bondsight_laws(arg, res, iw, work, 0);
       for (b = 0; b < NB; ++b) {
-#if ND
+#if SLOPES
         int from = 0, to;
         for (j = 0, i = 0, to = 0; j < NW; ++j) {
           row_block a = by_free[j] * s[j * NB + b];
@@ -156,7 +159,7 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
         }
 #if NM
         for (i = 0; i < NM; ++i) m1[i * NB + b] = (row_block){0};
-#if ND
+#if SLOPES
         for (k = 0; k < NJ; ++k) {
           const int c = memory_column[k];
           const row_block r = c < NW ? s[c * NB + b]
@@ -193,8 +196,8 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
         }
         out[b] = a;
       }
-      memcpy(y, out, (1 + ND) * sizeof(double));
-      y += 1 + ND;
+      memcpy(y, out, width * sizeof(double));
+      y += width;
     }
 #if NW
     for (j = 0; j < NW; ++j) seen[j] = VALUE(s, j);

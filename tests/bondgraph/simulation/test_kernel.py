@@ -161,3 +161,34 @@ def test_the_cache_is_by_content(tmp_path: Path, monkeypatch: Any) -> None:
         assert run(oscillator(Polynomial(orders=(4,)))) == stack
     finally:
         kernel._runner.cache_clear()
+
+
+@pytest.mark.parametrize("directions", [1, 3, 4, 7])
+def test_rows_that_fill_their_blocks_or_do_not(directions: int) -> None:
+    """Each derivative is the same whatever stands beside it in a row."""
+    model = oscillator(Polynomial(size=1.0), Stribeck(0.3, 0.2, 0.1))
+    p, u, x0 = point(model), inputs(model), np.array([0.11, -0.23])
+    assert len(p) >= 7
+    whole = run_record(model, p, u, STEP, x0, directions=range(len(p)))
+    part = run_record(model, p, u, STEP, x0, directions=range(directions))
+    np.testing.assert_allclose(part.dy, whole.dy[:, :, :directions], rtol=1e-9, atol=1e-12)
+    last = run_record(model, p, u, STEP, x0, directions=[directions - 1], state_directions=True)
+    np.testing.assert_allclose(last.dy[:, :, 0], whole.dy[:, :, directions - 1], rtol=1e-9)
+
+
+def test_numbers_of_directions_share_a_kernel(tmp_path: Path, monkeypatch: Any) -> None:
+    if not shutil.which("gcc"):
+        pytest.skip("no gcc")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.delenv("BONDSIGHT_NO_COMPILER", raising=False)
+    kernel._runner.cache_clear()
+    try:
+        model = oscillator(Polynomial(orders=(3,)), Coulomb(0.3))
+        p, x0 = model.nominal(), np.zeros(model.n_x)
+        found = []
+        for n in (0, 1, 3, 4, 5):
+            run_record(model, p, inputs(model), STEP, x0, directions=range(n))
+            found.append(len(list(native.cache_folder().iterdir())))
+        assert found == [1, 2, 2, 3, 3]  # rows of one number, of one block, of two
+    finally:
+        kernel._runner.cache_clear()
