@@ -35,7 +35,12 @@ from identification.diagnosis.screening.tangent_space import freedom
 from identification.diagnosis.search.base import declared_fit, thinned, unthinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
 from identification.diagnosis.search.forward_selection import SelectionStage, steps
-from identification.diagnosis.search.nominal import deeper, held_to_residual, nominal_fit
+from identification.diagnosis.search.nominal import (
+    deeper,
+    held_to_residual,
+    nominal_fit,
+    seen_in_training,
+)
 from identification.estimation.single_record import Fit, FitStatus
 from identification.estimation.threads import calm
 from identification.study.joined import joined, split_of
@@ -182,6 +187,7 @@ def diagnose(
     result = Diagnosis(
         "insufficient_data", model or graph.name, recording, graph, seed=seed, limits=limits
     )
+    ours = split is None and not breaks
     split = split or (split_of(parts) if breaks else _split(recording, commands))
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     known = recording.meta.get("resolution") or {}
@@ -208,6 +214,8 @@ def diagnose(
                 "finite; check parameter values, signs and units"
             )
         nominal = held_to_residual(nominal, noise or {})
+        if ours and recording.n >= LEAST_TO_INTERLEAVE:
+            nominal = seen_in_training(graph, nominal, hold, limits.noise)
         template, data = nominal.problem, nominal.problem.data
         floor = dict(zip(sensors, map(float, data.floor), strict=True))
         declared = declared_fit(template, nominal)

@@ -1,0 +1,61 @@
+"""What happens rarely is divided between the samples that fit and those that judge."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bondgraph.laws import EndStop
+from bondgraph.signals.recording import Recording
+from bondgraph.signals.split import interleaved, stretches
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from tests.identification.diagnosis.spring import spring
+
+N, DT, NOISE = 3000, 0.01, 2e-5
+HIT = slice(1702, 1735)
+"""Within a stretch that is held out of thirty, early enough to ring down in it."""
+
+
+def run(hard: float = 1.0) -> Recording:
+    """A stop that is reached in one stretch only, where the force is eight times as large."""
+    t = np.asarray(DT * np.arange(N), np.float64)
+    force = 2 * np.sin(2 * np.pi * 0.7 * t) + 2 * np.sin(2 * np.pi * 2.3 * t)
+    force[HIT] *= 8
+    truth = spring(d=10.0).with_element("k", law=EndStop(2000.0 * hard, -0.04, 0.04))
+    x = simulate(truth, t, {"F": force})["x"]
+    x += NOISE * np.random.default_rng(3).standard_normal(N)
+    return Recording("run", t, {"F": force, "x": x}, {"F": "N", "x": "m"})
+
+
+def judged(r: Recording, **given: object) -> Diagnosis:
+    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=1)
+    return diagnose(spring(d=9.0), r, options=options, **given)  # type: ignore[arg-type]
+
+
+def test_the_hit_lies_in_a_stretch_that_is_held_out() -> None:
+    held = stretches(interleaved(0, N).test)
+    assert any(p.start <= HIT.start and HIT.stop <= p.stop for p in held)
+
+
+def test_a_stop_reached_once_is_fitted_and_named() -> None:
+    d = judged(run())
+    assert d.data is not None
+    assert "of 90 stretches" in d.data.split.rule
+    assert d.kind == "missing_physics"
+    assert [(s.chosen.effect, s.chosen.element) for s in d.findings if s.chosen] == [
+        ("end_stop", "k")
+    ]
+
+
+def test_the_usual_division_stays_where_nothing_is_missed() -> None:
+    d = judged(run(hard=0.0))
+    assert d.data is not None
+    assert "of 30 stretches" in d.data.split.rule
+    assert d.kind in ("explained", "parameters_only")
+
+
+def test_a_division_that_is_given_stays() -> None:
+    d = judged(run(), split=interleaved(0, N))
+    assert d.data is not None
+    assert "of 30 stretches" in d.data.split.rule
