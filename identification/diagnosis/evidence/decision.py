@@ -401,6 +401,8 @@ def _named(
         if s.trial.effect != chosen.trial.effect and s.trial.home
         and (s.trial.effect not in nested or chosen.score.behind(s.score) > DOUBT)
     ]  # fmt: skip
+    imitated = [s for s in _imitated(chosen, laws, e) if s not in others]
+    others += imitated
     here = _here(chosen, e)
     fit = law_fit(chosen, here, e) if here is not None else float("nan")
     best = _best([chosen, *e.kinds[:1]])
@@ -413,6 +415,8 @@ def _named(
         if here is not None
         else "no free form could be tried there",
     ]
+    if imitated:
+        reasons.append("a course in time follows whatever shows in few stretches")
     if others:
         reasons.append("as good: " + ", ".join(s.trial.label for s in others))
     if richer:
@@ -439,6 +443,24 @@ def _named(
         law_fit=fit, kinds=(here,) if here is not None else (),
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
+
+
+def _imitated(chosen: Scored, laws: Sequence[Scored], e: Evidence) -> list[Scored]:
+    """Laws of the model's own quantities that a mere course in time may imitate.
+
+    What shows in few stretches looks like a push from outside, however exactly that one fits.
+    """
+    if chosen.trial.insertion.kind not in SHAPELESS or e.plain.paired(chosen.score) > SELDOM:
+        return []
+    return [
+        s for s in laws
+        if s.element == chosen.element and s.trial.insertion.kind not in ANYTHING
+        and explained(s, e.plain, chosen.score) > UNUSUAL
+    ]  # fmt: skip
+
+
+SELDOM = 2.0
+"""Standard errors by which stretches agree, all alike, if four of forty tell all there is."""
 
 
 def _replicated(chosen: Scored, e: Evidence) -> bool:

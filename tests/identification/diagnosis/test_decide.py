@@ -50,8 +50,12 @@ def lag(z: float) -> float:
     return 2.0 * z / float(np.sqrt(N))
 
 
-def scored(misfit: float, direction: int) -> BlockScore:
-    residual = NOISE + misfit * BASIS[:, direction]
+ONCE = np.where(ROWS.block == 17, np.sqrt(BLOCKS), 0.0)
+"""Puts a misfit into one stretch."""
+
+
+def scored(misfit: float, direction: int, where: np.ndarray | float = 1.0) -> BlockScore:
+    residual = NOISE + misfit * where * BASIS[:, direction]
     return BlockScore(LeftOut(ROWS, residual, residual, np.zeros(BLOCKS)))
 
 
@@ -86,8 +90,10 @@ def trial(
 class Case:
     """A record that the plain model misses by `plain`, and what was tried on it."""
 
-    def __init__(self, plain: float, before: Remaining = LOUD, **more: Any) -> None:
-        self.plain, self.before, self.more = plain, before, more
+    def __init__(
+        self, plain: float, before: Remaining = LOUD, where: np.ndarray | float = 1.0, **more: Any
+    ) -> None:
+        self.plain, self.before, self.where, self.more = plain, before, where, more
         self.laws: list[Scored] = []
         self.kinds: list[KindScore] = []
         self.used = 1
@@ -98,11 +104,13 @@ class Case:
 
     def law(self, label: str, misfit: float, *, test: float = 0.0, **more: Any) -> Case:
         made = trial(label, misfit, test or 1 + misfit**2, **more)
-        self.laws.append(Scored(made, scored(misfit, self._direction()), remaining(made.fit)))
+        self.laws.append(
+            Scored(made, scored(misfit, self._direction(), self.where), remaining(made.fit))
+        )
         return self
 
     def kind(self, kind: str, element: str, misfit: float) -> Case:
-        score = scored(misfit, self._direction())
+        score = scored(misfit, self._direction(), self.where)
         self.kinds.append(KindScore(element, kind, score, np.zeros(3)))
         return self
 
@@ -113,7 +121,7 @@ class Case:
             return h.score.loss
 
         evidence = Evidence(
-            scored(self.plain, 1), tuple(sorted(self.laws, key=by_loss)),
+            scored(self.plain, 1, self.where), tuple(sorted(self.laws, key=by_loss)),
             tuple(sorted(self.kinds, key=by_loss)), self.before, square, square, **self.more,
         )  # fmt: skip
         return decide(evidence, limits)
@@ -465,6 +473,23 @@ def test_what_takes_any_course_has_to_leave_nothing(kind: str) -> None:
 def test_a_disturbance_is_named_if_it_leaves_noise(left: float, named: bool) -> None:
     d = Case(9.0).law("external_disturbance at m", left).kind("exogenous", "m", left).decided()
     assert (d.kind == "missing_physics") is named
+
+
+def test_what_shows_in_one_stretch_only_is_no_push_alone() -> None:
+    """A push fits whatever happens once; a law of the plant that does nearly as well stays in."""
+
+    def answer(where: np.ndarray | float, overflow: float) -> Decision:
+        case = Case(3.0, where=where).law("external_disturbance at C_1", 0.0)
+        case.law("overflow at C_1", overflow).law("overflow at C_2", 1.0)
+        return case.kind("exogenous", "C_1", 0.01).decided()
+
+    often = answer(1.0, 1.0)
+    assert (often.answer, named(often)) == ("exact", ["external_disturbance"])
+    once = answer(ONCE, 1.0)
+    assert (once.answer, once.places) == ("look_alikes", ("C_1",))
+    assert named(once) == ["external_disturbance", "overflow"]
+    far = answer(ONCE, 2.0)
+    assert (far.answer, named(far)) == ("exact", ["external_disturbance"])
 
 
 def test_a_law_near_the_only_kind_is_named_and_one_beside_another_kind_is_not() -> None:

@@ -38,15 +38,15 @@ class StoredScore:
         Row and column of the tables.
     noise : ndarray, shape (n_y,)
         Standard deviation of each reading's prediction error, over the floor.
-    apart, paired, excesses : ndarray, shape (n, n)
-        What the methods of that name say of row and column.
+    aparts, pairs, excesses : ndarray, shape (n, n)
+        What the methods say of row and column.
     """
 
     place: int
     loss: float
     noise: Array
-    apart: Array
-    paired: Array
+    aparts: Array
+    pairs: Array
     excesses: Array
 
     @property
@@ -56,10 +56,13 @@ class StoredScore:
 
     def behind(self, better: StoredScore) -> float:
         """Return the stored standard errors."""
-        at = self.place, better.place
         if self.loss < better.loss:
             return -better.behind(self)
-        return float(max(self.apart[at], self.paired[at], key=abs))
+        return max(float(self.aparts[self.place, better.place]), self.paired(better), key=abs)
+
+    def paired(self, better: StoredScore) -> float:
+        """Return the stored standard errors by which stretches agree."""
+        return float(self.pairs[self.place, better.place])
 
     def excess(self, best: StoredScore) -> float:
         """Return the stored mean square beyond that of `best`."""
