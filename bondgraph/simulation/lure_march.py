@@ -64,9 +64,10 @@ typedef double row_block;
 #define D(entry) d[(entry) * lead + b]
 
 void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_int width,
-                casadi_int lead, const casadi_int* live, double* carried, const double* m, const double* q,
-                const double* derivatives, const double* by_parameters, double* y, double* seen,
-                casadi_int* iw, double* work, const double** arg, double** res) {
+                casadi_int lead, const casadi_int* live, double* carried, const double* m,
+                const double* q, const double* derivatives, const double* by_parameters,
+                double* y, double* seen, casadi_int* iw, double* work, const double** arg,
+                double** res) {
   row_block* z = (row_block*)carried;
   const row_block* d = (const row_block*)derivatives;
   const row_block* dq = (const row_block*)by_parameters;

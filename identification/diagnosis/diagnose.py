@@ -226,13 +226,13 @@ def diagnose(
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
-        made = steps(base, options, limits, classes, say)
+        made = steps(base, options, limits, classes, say, noise or ())
         if (found := _deeper(nominal, made)) is not None:
             # nothing may be called missing that better values of the same model explain
             nominal = found
             result = replace(result, nominal=nominal)
             base = thinned(template, nominal, options)
-            made = steps(base, options, limits, classes, say)
+            made = steps(base, options, limits, classes, say, noise or ())
         say("fitting the repaired model on all training samples", 0.95)
         decisions = unthinned(made.decisions, template, options.holds)
         open_question = not any(d.kind == "missing_physics" for d in decisions)

@@ -98,7 +98,7 @@ def _refitted(chosen: Candidate, template: Problem, holds: Sequence[str]) -> Can
         if factor == 1 and hold == old.problem.data.hold:
             continue
         n_sub = max(old.problem.n_sub // factor, 4 if hold == "band-limited" else 1)
-        data = replace(template.data, hold=hold)
+        data = replace(template.data, hold=hold, floor=old.problem.data.floor)
         problem = replace(old.problem, data=data, window=template.window, n_sub=n_sub)
         point = _lags_scaled(old, problem, 1 / factor)
         if len(windows(problem)) != old.point.states.shape[0]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 
@@ -39,6 +39,7 @@ from identification.diagnosis.search.candidates import (
     not_worse,
     search,
 )
+from identification.diagnosis.search.nominal import held_to_residual
 from identification.estimation.single_record import Fit, FitStatus, fit
 
 Progress = Callable[[str, float], None]
@@ -93,6 +94,7 @@ class _Search:
     limits: Thresholds
     classes: Isolability
     say: Progress
+    given: tuple[str, ...] = ()
 
 
 def steps(
@@ -101,10 +103,14 @@ def steps(
     limits: Thresholds,
     classes: Isolability,
     say: Progress,
+    given: Collection[str] = (),
 ) -> SelectionStage:
-    """Look for one effect after another until nothing more shows."""
+    """Look for one effect after another until nothing more shows.
+
+    `given` are readings whose noise the user has stated; the others' may turn out to be lower.
+    """
     done = _Looks((*options.catalogue, UNNAMED), base.fit.problem.with_offsets, options.jobs)
-    task = _Search(done, options, limits, classes, say)
+    task = _Search(done, options, limits, classes, say, tuple(given))
     decisions = _forward(base, task, max(1, options.effects))
     again = _revisited(base, decisions, task)
     if again is not None and again[-1].remaining is not None:
@@ -118,7 +124,10 @@ def _held_to_noise(decisions: tuple[Decision, ...], limits: Thresholds) -> tuple
     named = [d for d in decisions if d.kind == "missing_physics" and d.chosen is not None]
     if not named or named[-1].chosen is None:
         return decisions
-    if remaining(named[-1].chosen.fit).most <= limits.noise:
+    left = [remaining(named[-1].chosen.fit)]
+    if decisions[-1] is not named[-1]:  # what the last look found, by the noise of the repair
+        left += [r for r in (decisions[-1].remaining,) if r is not None]
+    if all(r.most <= limits.noise for r in left):
         return decisions
     return tuple(
         replace(d, answer="approximate", confidence=RIGHT["approximate"])
@@ -140,7 +149,8 @@ def _forward(
         more = decision.kind == "missing_physics" or _promising(decision, number, task.options)
         if decision.chosen is None or not more:
             break
-        base = base_of(decision.chosen.fit)
+        # what the repair leaves bounds the noise: one read too high hides what comes next
+        base = base_of(held_to_residual(decision.chosen.fit, task.given))
         if decision.kind == "missing_physics":
             places = (*places, decision.chosen.element)
     return decisions
@@ -171,7 +181,8 @@ def _revisited(base: Base, decisions: list[Decision], task: _Search) -> list[Dec
     if not made:
         return None
     alone = finish(made[0], task.options.final_iterations, task.options.holds)
-    after = _forward(base_of(alone.fit), task, task.options.effects - 1, 1, (alone.element,))
+    begin = base_of(held_to_residual(alone.fit, task.given))
+    after = _forward(begin, task, task.options.effects - 1, 1, (alone.element,))
     if after[0].kind != "missing_physics":
         return None
     return [replace(named[0], chosen=alone), *after]

@@ -31,6 +31,13 @@ def test_nothing_repeats_in_less_than_two_periods(periods: float, holds: bool) -
     assert made.is_itself({"period_ripple_m": float(np.ptp(way)) / periods}) is holds
 
 
+@pytest.mark.parametrize(("later", "holds"), [(0.3, True), (2.0, True), (3.0, False)])
+def test_what_gives_way_without_end_is_no_creep(later: float, holds: bool) -> None:
+    s = scene("mechanical")
+    made = by_name("creep").insert(s, s.graph["k"])
+    assert made.is_itself({"creep_1_k": 0.01, "creep_2_k": later}) is holds
+
+
 def test_a_law_without_such_a_range_is_always_itself() -> None:
     s = scene("mechanical")
     made = by_name("coulomb_friction").insert(s, s.graph["d"])

@@ -77,7 +77,12 @@ class Creep(Effect):
             g = g.with_branch(branch.name, [R(f"R_{j}_{name}", slope * t / a)])
             strengths.append(amount.name)
             starts[amount.name] = float(weight)
-        return self.inserted(element, g, (starts,), tuple(strengths))
+        within = tuple((n, 0.0, FLOWS) for n in strengths)
+        return self.inserted(element, g, (starts,), tuple(strengths), within)
+
+
+FLOWS = 2.5
+"""Part of what a spring gives at once from which what it gives later is a flow, or a drift."""
 
 
 def lagged(x: Array, tau: float, dt: float) -> Array:
