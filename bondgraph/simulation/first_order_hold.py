@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.simulation.lure import Compiled
+from bondgraph.simulation.lure_layout import layout
 
 Array = np.ndarray
 
@@ -67,6 +68,10 @@ def discretise(compiled: Compiled, p: Array, step: float, wanted: Array | None =
         jac = np.asarray(compiled.matrices_jacobian(p).full(), float)[:, wanted]
     else:
         jac = np.zeros((block.size, 0))
+    if not np.isfinite(block).all() or not np.isfinite(jac).all():
+        # values too large to compute with: the run is no number, and whoever fits steps back
+        size = sum(rows * columns for rows, columns in layout(compiled, 0).pieces) + 1
+        return Discrete(np.full(size, np.nan), np.full((size, wanted.size), np.nan))
     shape = block.shape
     tangents = [blocks(compiled, jac[:, i].reshape(shape, order="F")) for i in range(wanted.size)]
     held, dheld = _hold(parts, tangents, step)

@@ -84,12 +84,19 @@ def minimise(
             first = True
             while True:
                 trial = stack.step(system, point, damping)
+                if not np.isfinite(trial.theta).all():  # derivatives too large to compute with
+                    damping = np.inf
+                    break
                 after = stack.evaluate(trial, derivatives=first)
                 trial_cost = stack.cost(after, trial)
                 if np.isfinite(trial_cost) and trial_cost <= cost:
-                    # a step that must be shortened is likely to be shortened again
-                    after = after if first else stack.evaluate(trial)
-                    break
+                    if first:
+                        break
+                    after = stack.evaluate(trial)
+                    trial_cost = stack.cost(after, trial)
+                    if trial_cost <= cost:
+                        break
+                # a step that must be shortened is likely to be shortened again
                 first = False
                 damping *= 8.0
                 if damping > 1e9:

@@ -394,7 +394,7 @@ def _named(
     richer = tuple(
         s.trial for s in laws
         if s.trial.effect in nested and s.element == chosen.element
-        and chosen.score.behind(s.score) <= DOUBT
+        and np.isfinite(s.score.loss) and chosen.score.behind(s.score) <= DOUBT
     )  # fmt: skip
     others = [
         s for s in alike

@@ -177,7 +177,9 @@ class Probes:
         """Return the spectra of `_answers` over `n` samples, shape (n_y, size // 2 + 1)."""
         if (at, n) not in self._known_spectra:
             answer = self._answers(at)[: n + EARLY]
-            self._known_spectra[at, n] = rfft(np.ascontiguousarray(answer.T), size)
+            made = rfft(np.ascontiguousarray(answer.T), size)
+            self._known_spectra[at, n] = made
+            return np.asarray(made)
         return self._known_spectra[at, n]
 
     def _answers(self, at: int) -> Array:
@@ -194,6 +196,7 @@ class Probes:
             for c in np.flatnonzero(lags):
                 y[:, c] = delayed_values(np.ascontiguousarray(y[:, c]), float(lags[c]))
             self._known[at] = y
+            return y
         return self._known[at]
 
     @cached_property

@@ -394,18 +394,22 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         if hold == result.problem.data.hold:
             continue
         n_sub = best.problem.n_sub
-        n_sub = min(max(2 * n_sub, 4), FINEST) if hold == "band-limited" else n_sub
+        finer = max(n_sub, min(max(2 * n_sub, 4), FINEST))
+        n_sub = finer if hold == "band-limited" else n_sub
         data = replace(result.problem.data, hold=hold)
         problem = replace(result.problem, data=data, n_sub=n_sub)
         there = evaluate(problem, best.point, derivatives=False).residual
         cost = float(np.mean(there**2))
         if not np.isfinite(cost) or abs(cost - best.cost) < 0.02 * best.cost:
             continue
-        # half a sample more or less is made up for in a few steps, or the behaviour is the wrong
-        other = fit(problem, max_iterations=FIRST, start=best.point)
-        if other.status is FitStatus.BROKEN or not other.cost < 0.97 * best.cost:
+        try:
+            # half a sample more or less is made up for in a few steps, or the behaviour is wrong
+            other = fit(problem, max_iterations=FIRST, start=best.point)
+            if other.status is FitStatus.BROKEN or not other.cost < 0.97 * best.cost:
+                continue
+            other = settled_fit(problem, iterations, other.point)
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
-        other = settled_fit(problem, iterations, other.point)
         if other.status is not FitStatus.BROKEN and other.cost < 0.97 * best.cost:
             best = other
     return best

@@ -147,7 +147,7 @@ def _forward(
         decision = _step(base, task, number, places)
         decisions.append(decision)
         more = decision.kind == "missing_physics" or _promising(decision, number, task.options)
-        if decision.chosen is None or not more:
+        if decision.chosen is None or not more or number + 1 == begin + count:
             break
         # what the repair leaves bounds the noise: one read too high hides what comes next
         base = base_of(held_to_residual(decision.chosen.fit, task.given))
@@ -199,7 +199,7 @@ def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, 
     last = named[-1].chosen
     assert last is not None
     assert first.chosen is not None
-    left, joint = remaining(last.fit), score(last.fit)
+    left, joint = remaining(last.fit), score(_weighed_as(last.fit, first.chosen.fit))
     freer = any(joint.behind(k.score) > limits.z for k in first.kinds)
     if first.rivals or freer or not left.is_noise(limits.noise):
         return (first,)
@@ -209,6 +209,12 @@ def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, 
         reasons=(*first.reasons, f"together with {last.label} it leaves nothing but noise"),
     )  # fmt: skip
     return (sure, *more)
+
+
+def _weighed_as(result: Fit, other: Fit) -> Fit:
+    """Return a fit with the noise of another one: scores compare in one unit only."""
+    data = replace(result.problem.data, floor=other.problem.data.floor)
+    return replace(result, problem=replace(result.problem, data=data))
 
 
 def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -> Decision:

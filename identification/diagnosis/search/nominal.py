@@ -90,7 +90,10 @@ def seen_in_training(graph: BondGraph, nominal: Fit, hold: str | None, noise: fl
         if not unseen or data.n - begin < SHORTEST * count:
             break
         split = replace(interleaved(begin, data.n, count), rest=data.split.rest)
-        nominal = nominal_fit(graph, replace(data, split=split), hold)[1]
+        finer = nominal_fit(graph, replace(data, split=split), hold)[1]
+        if finer.status is FitStatus.BROKEN or not np.isfinite(finer.cost):
+            break
+        nominal = finer
     return nominal
 
 

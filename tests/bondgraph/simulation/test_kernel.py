@@ -192,3 +192,13 @@ def test_numbers_of_directions_share_a_kernel(tmp_path: Path, monkeypatch: Any) 
         assert found == [1, 2, 2, 3, 3]  # rows of one number, of one block, of two
     finally:
         kernel._runner.cache_clear()
+
+
+def test_values_too_large_to_compute_with_give_no_number() -> None:
+    """A trial step of a fit may go there: it is told by the run, not by an exception."""
+    model = oscillator(Polynomial(size=1.0))
+    p = point(model)
+    p[model.parameter_names.index("k")] = np.inf
+    run = run_record(model, p, inputs(model), STEP, np.zeros(2), directions=(0, 1))
+    assert np.isnan(run.y).any()
+    assert run.dy.shape == (N, model.n_y, 2)
