@@ -312,6 +312,19 @@ def test_equals_of_different_families_are_look_alikes() -> None:
     assert d.confidence == 0.0
 
 
+def test_an_equal_that_fails_on_the_held_out_part_leaves_nothing_known() -> None:
+    """The samples that fitted both cannot be what tells them apart."""
+
+    def answer(test: float) -> Decision:
+        case = Case(1.0).law("creep at C_1", 0.0).law("sensor_drift at p_1", lag(1.0), test=test)
+        return case.kind("slow", "C_1", 0.0).decided()
+
+    assert answer(1.01).answer == "look_alikes"
+    failing = answer(5.0)
+    assert (failing.answer, failing.places) == ("unknown", ())
+    assert "held-out" in failing.reasons[-1]
+
+
 def test_many_equals_are_nothing_known() -> None:
     case = Case(5.0).kind("memory", "k", lag(0.5))
     for i, name in enumerate(
