@@ -18,6 +18,8 @@ def information_root(stack: JointProblem, factor: Array) -> Array:
     The square of the triangle would leave unstable plants no digits. Nuisances that are switched
     off are known, and have no variance.
     """
+    if not np.isfinite(factor).all():  # said here: LAPACK would print it
+        raise np.linalg.LinAlgError("the sensitivities are not finite")
     lower, upper = stack.bounds
     free = upper > lower
     size = np.linalg.norm(factor[:, free], axis=0) + 1e-300
