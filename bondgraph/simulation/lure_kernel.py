@@ -146,7 +146,8 @@ def _runner(key: _Key) -> Runner:
     return _machine_runner(step_function(key.compiled, key.n_d), lay)
 
 
-FAST = tuple("-O3" if f == "-O2" else f for f in FLAGS)
+FAST = (*("-O3" if f == "-O2" else f for f in FLAGS), "-ffp-contract=off")
+"""Products are rounded before they are added: what sticks stands still to the last bit."""
 
 
 def _blocked_runner(lay: KernelLayout) -> Runner:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -133,34 +134,38 @@ def test_without_a_compiler(name: str, monkeypatch: Any) -> None:
         np.testing.assert_allclose(b, a, rtol=0, atol=1e-10 * max(1.0, np.abs(a).max(initial=0)))
 
 
-def test_the_cache_is_by_content(tmp_path: Path, monkeypatch: Any) -> None:
-    """One file for one step function, whatever the numbers, names and order of calls."""
+@pytest.fixture
+def compiled_files(tmp_path: Path, monkeypatch: Any) -> Iterator[Callable[[], list[str]]]:
+    """Names of the libraries in a cache that begins empty; the kernels in memory go with it."""
     if not shutil.which("gcc"):
         pytest.skip("no gcc")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.delenv("BONDSIGHT_NO_COMPILER", raising=False)
     kernel._runner.cache_clear()
-    try:
-        folder = native.cache_folder()
-        assert folder.is_relative_to(tmp_path)
+    folder = native.cache_folder()
+    assert folder.is_relative_to(tmp_path)
+    yield lambda: sorted(f.name for f in folder.iterdir())
+    kernel._runner.cache_clear()
 
-        def run(model: Compiled) -> list[str]:
-            kernel._runner.cache_clear()
-            p, x0 = model.nominal(), np.zeros(model.n_x)
-            run_record(model, p, np.ones((5, model.n_u)), STEP, x0)
-            return sorted(f.name for f in folder.iterdir())
 
-        first = run(oscillator(Polynomial(orders=(3,))))
-        assert len(first) == 1
-        assert run(oscillator(Polynomial(orders=(3,)))) == first
-        assert len(run(oscillator(Polynomial(orders=(2,))))) == 2
-        stack = run(compile_model(stack_bond_graph(mass=1.0)))
-        assert run(compile_model(stack_bond_graph(mass=2.0))) == stack
-        # a broken or missing compiler falls back to the machine
-        monkeypatch.setattr(shutil, "which", lambda _: "/bin/false")
-        assert run(oscillator(Polynomial(orders=(4,)))) == stack
-    finally:
+def test_the_cache_is_by_content(compiled_files: Callable[[], list[str]], monkeypatch: Any) -> None:
+    """One file for one step function, whatever the numbers, names and order of calls."""
+
+    def run(model: Compiled) -> list[str]:
         kernel._runner.cache_clear()
+        p, x0 = model.nominal(), np.zeros(model.n_x)
+        run_record(model, p, np.ones((5, model.n_u)), STEP, x0)
+        return compiled_files()
+
+    first = run(oscillator(Polynomial(orders=(3,))))
+    assert len(first) == 1
+    assert run(oscillator(Polynomial(orders=(3,)))) == first
+    assert len(run(oscillator(Polynomial(orders=(2,))))) == 2
+    stack = run(compile_model(stack_bond_graph(mass=1.0)))
+    assert run(compile_model(stack_bond_graph(mass=2.0))) == stack
+    # a broken or missing compiler falls back to the machine
+    monkeypatch.setattr(shutil, "which", lambda _: "/bin/false")
+    assert run(oscillator(Polynomial(orders=(4,)))) == stack
 
 
 @pytest.mark.parametrize("directions", [1, 3, 4, 7])
@@ -176,22 +181,14 @@ def test_rows_that_fill_their_blocks_or_do_not(directions: int) -> None:
     np.testing.assert_allclose(last.dy[:, :, 0], whole.dy[:, :, directions - 1], rtol=1e-9)
 
 
-def test_numbers_of_directions_share_a_kernel(tmp_path: Path, monkeypatch: Any) -> None:
-    if not shutil.which("gcc"):
-        pytest.skip("no gcc")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.delenv("BONDSIGHT_NO_COMPILER", raising=False)
-    kernel._runner.cache_clear()
-    try:
-        model = oscillator(Polynomial(orders=(3,)), Coulomb(0.3))
-        p, x0 = model.nominal(), np.zeros(model.n_x)
-        found = []
-        for n in (0, 1, 3, 4, 5):
-            run_record(model, p, inputs(model), STEP, x0, directions=range(n))
-            found.append(len(list(native.cache_folder().iterdir())))
-        assert found == [1, 2, 2, 3, 3]  # rows of one number, of one block, of two
-    finally:
-        kernel._runner.cache_clear()
+def test_numbers_of_directions_share_a_kernel(compiled_files: Callable[[], list[str]]) -> None:
+    model = oscillator(Polynomial(orders=(3,)), Coulomb(0.3))
+    p, x0 = model.nominal(), np.zeros(model.n_x)
+    found = []
+    for n in (0, 1, 3, 4, 5):
+        run_record(model, p, inputs(model), STEP, x0, directions=range(n))
+        found.append(len(compiled_files()))
+    assert found == [1, 2, 2, 3, 3]  # rows of one number, of one block, of two
 
 
 def test_values_too_large_to_compute_with_give_no_number() -> None:

@@ -441,6 +441,9 @@ def test_one_kind_at_either_of_two_places() -> None:
     assert (d.kind, d.answer, d.physics) == ("unknown_physics", "kind", "memory")
     assert set(d.places) == {"d", "b"}
     assert answer("memory", "dissipative").answer == "unknown"
+    case = Case(3.0).kind("memory", "b", lag(0.5)).kind("memory", "d", 0.0)
+    d = case.kind("dissipative", "d", lag(0.5)).decided()
+    assert (d.answer, d.physics, d.places) == ("kind", "memory", ("d", "b"))
     # what is slow looks alike everywhere
     assert answer("slow", "slow").answer == "unknown"
     for free in ("time", "sensing"):
@@ -694,6 +697,7 @@ def test_whatever_the_scores_the_answer_hangs_together(seed: int) -> None:
         assert d.physics or d.rivals
         assert d.places[0] == d.chosen.element
         # of the best form at its place: unusual ones count less
+        assert np.isnan(d.law_fit) or d.law_fit >= 0.8
         assert np.isnan(d.law_fit) or d.law_fit >= min(NEAR, UNUSUAL * Thresholds().law)
         assert d.answer != "exact" or d.law_fit >= EXACT
         if d.answer != "family":
