@@ -188,7 +188,7 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     laws = [s for s in e.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
     best = _best([*laws, *e.kinds])
     if best is None or not _shows(e.plain, best.score, t):
-        return _nothing(quiet, e, t)
+        return _nothing(quiet, e, t, best)
     kinds = _alike_kinds(e, best.score, t)
     laws = _admissible(laws, kinds, t)
     law = _best_law(laws, t)
@@ -371,13 +371,23 @@ def _together(one: str, other: str, classes: Isolability | None) -> bool:
     return one == other or (classes is not None and other in classes.class_of(one))
 
 
-def _nothing(quiet: Decision, e: Evidence, t: Thresholds) -> Decision:
-    """Nothing improves the model: then what is left is noise, or something without a pattern."""
+def _nothing(
+    quiet: Decision, e: Evidence, t: Thresholds, best: Hypothesis | None = None
+) -> Decision:
+    """Nothing improves the model: then what is left is noise, or something without a pattern.
+
+    `best` may improve it surely, but by too little to be told: then that is said.
+    """
     said = e.before.words
-    if e.before.is_noise(t.noise):
-        return replace(quiet, reasons=(f"no law and no kind of physics improves it; {said}",))
-    reason = f"no law and no kind of physics explains it, and {said}: that is no noise"
-    return replace(quiet, kind="unknown_physics", reasons=(reason,))
+    if not e.before.is_noise(t.noise):
+        reason = f"no law and no kind of physics explains it, and {said}: that is no noise"
+        return replace(quiet, kind="unknown_physics", reasons=(reason,))
+    reason = "no law and no kind of physics improves it"
+    if best is not None and e.plain.behind(best.score) > t.z:
+        label = best.label if isinstance(best, KindScore) else best.trial.label
+        gain = 100 * e.plain.excess(best.score)
+        reason = f"{label} improves it by {gain:.2g} % of the noise only, too little to be told"
+    return replace(quiet, reasons=(f"{reason}; {said}",))
 
 
 def _named(

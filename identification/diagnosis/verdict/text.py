@@ -54,13 +54,12 @@ def sentence(d: Diagnosis) -> str:
     if d.kind == "explained":
         return (
             f"The model {d.model} explains {d.recording.name} as far as its noise allows; "
-            "nothing is missing."
+            "nothing missing shows."
         )
     if d.kind == "parameters_only":
         return (
-            f"The model {d.model} has the right structure for {d.recording.name}; only its "
-            "parameter "
-            "values were off."
+            f"With other parameter values the model {d.model} explains {d.recording.name} as far "
+            "as its noise allows; nothing missing shows."
         )
     if d.kind == "missing_physics" and d.nominal is not None and d.repaired is not None:
         parts = []

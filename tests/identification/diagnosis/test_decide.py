@@ -171,7 +171,11 @@ def test_a_lead_within_the_noise_names_nothing() -> None:
 def test_a_sure_but_tiny_gain_names_nothing() -> None:
     case = Case(0.4, QUIET).law("hysteresis at k", 0.0).kind("memory", "k", 0.0)
     assert case.decided().kind == "missing_physics"
-    assert case.decided(Thresholds(gain=0.3)).kind == "explained"
+    d = case.decided(Thresholds(gain=0.3))
+    assert d.kind == "explained"
+    # what improves it is not denied
+    assert "at k improves it by 16 % of the noise only" in d.reasons[0]
+    assert "no law and no kind" in Case(0.0, QUIET).law("creep at k", lag(1)).decided().reasons[0]
 
 
 # -- one law ---------------------------------------------------------------------------------------
