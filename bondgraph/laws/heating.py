@@ -49,7 +49,7 @@ class SelfHeating(Law):
         """``r``, ``tau``, then the fixed level."""
         tau = self.tau
         return (
-            Parameter(f"r_heat_{element}", self.rise, self.unit, lower=0.0, scale=self.rise),
+            Parameter(f"r_heat_{element}", self.rise, self.unit, scale=abs(self.rise) or 1.0),
             Parameter(
                 f"tau_heat_{element}", tau, "s", lower=0.02 * tau, upper=50.0 * tau, scale=tau
             ),

@@ -19,7 +19,7 @@ from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import Latent, latent
 from identification.diagnosis.explanation.next_experiment import Experiment, next_experiments
-from identification.diagnosis.localisation.blind_relations import BlindRelation, blind_relations
+from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.regions import Region, regions
 from identification.diagnosis.localisation.structural_classes import (
     Isolability,
@@ -198,7 +198,8 @@ def diagnose(
         )
     read = noise_floor(recording, split, sensors, tuple(commands), breaks)
     floor = read | given_noise(noise or {}, sensors, graph.name)
-    sure = measured(recording, split, tuple(commands), breaks) or set(noise or {}) >= set(sensors)
+    sure = measured(recording, split, sensors, tuple(commands), breaks)
+    sure = sure or set(noise or {}) >= set(sensors)
     data = replace(data, floor=np.array([floor[n] for n in sensors]), floor_measured=sure)
     if reason := _nothing_moves(data):
         return replace(
@@ -237,7 +238,7 @@ def diagnose(
         decisions = unthinned(made.decisions, template, options.holds)
         open_question = not any(d.kind == "missing_physics" for d in decisions)
         unknown = open_question and decisions[0].kind == "unknown_physics"
-        relations = _relations(base.fit, classes) if unknown else ()
+        relations = made.relations if unknown else ()
         experiments = _experiments(decisions[0]) if unknown else ()
     kind = _kind(made, declared, nominal)
     if mistakes and kind != "missing_physics":
@@ -286,13 +287,6 @@ def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
         regions=regions(result.nominal), notes=(*result.recording.notes, *reasons),
         advice=(f"{either}: correct the recording and diagnose again",),
     )  # fmt: skip
-
-
-def _relations(f: Fit, classes: Isolability) -> tuple[BlindRelation, ...]:
-    try:
-        return blind_relations(f, classes)
-    except (BondsightError, np.linalg.LinAlgError, ValueError):
-        return ()  # models that are not linear up to laws have none
 
 
 WORTH = 0.5

@@ -26,8 +26,9 @@ def noise_floor(
 
     Where all commands repeat themselves exactly, the noise is what two neighbouring periods differ
     by, white or not. A rest of at least 200 samples gives it directly (less its slow trend).
-    Otherwise it is taken as white at the level of the highest fifth of the spectrum, where plants
-    answer least.
+    Otherwise, and where periods differ by more than any colour of the noise explains (something
+    acts that does not repeat), it is taken as white at the level of the highest fifth of the
+    spectrum, where plants answer least.
     Never less than the rounding of the converter or 1e-5 of the spread.
 
     Parameters
@@ -54,6 +55,7 @@ def noise_floor(
         y = np.asarray(recording[n])
         if again is not None:
             sigma = _repeat_level(y, *again)
+            sigma = sigma if _is_noise(sigma, y) else _white_level(y)
         elif split.rest is not None and split.rest.stop - (split.rest.start or 0) >= REST:
             sigma = _rest_level(y[split.rest])
         else:
@@ -70,6 +72,7 @@ def _within(split: Split, first: int) -> Split:
 def measured(
     recording: Recording,
     split: Split,
+    sensors: tuple[str, ...],
     commands: tuple[str, ...],
     breaks: tuple[int, ...] = (),
 ) -> bool:
@@ -77,12 +80,26 @@ def measured(
     if breaks:
         ends = (0, *breaks, recording.n)
         return all(
-            measured(recording.slice(a, b), _within(split, a), commands) for a, b in pairwise(ends)
+            measured(recording.slice(a, b), _within(split, a), sensors, commands)
+            for a, b in pairwise(ends)
         )
     moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
     rest = split.rest
     long = rest is not None and rest.stop - (rest.start or 0) >= REST
-    return long or (bool(moving) and repeats(moving) is not None)
+    again = repeats(moving) if moving else None
+    if again is None:
+        return long
+    read = (np.asarray(recording[n]) for n in sensors)
+    return all(_is_noise(_repeat_level(y, *again), y) for y in read)
+
+
+COLOURED = 12.0
+"""Level over that read off the top of the spectrum, above which no colour of noise explains it."""
+
+
+def _is_noise(level: float, y: Array) -> bool:
+    """Whether what periods differ by may be noise, not a push that does not come again."""
+    return level <= COLOURED * max(_white_level(y), _rounding(y), RELATIVE_LEAST * float(y.std()))
 
 
 REST = 200

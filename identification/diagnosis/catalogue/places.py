@@ -87,6 +87,11 @@ def electrical_resistors(graph: BondGraph) -> tuple[Element, ...]:
     return tuple(e for e in other_resistors(graph) if has_unit(e, ("ohm",)))
 
 
+def warming_resistors(graph: BondGraph) -> tuple[Element, ...]:
+    """Resistors whose own heat changes them: of wire, and dampers with their oil."""
+    return (*electrical_resistors(graph), *mechanical_resistors(graph))
+
+
 def hydraulic_resistors(graph: BondGraph) -> tuple[Element, ...]:
     """Resistors of a fluid's flow without a law."""
     return tuple(e for e in other_resistors(graph) if has_unit(e, ("Pa*s/m3",)))

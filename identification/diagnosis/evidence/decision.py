@@ -99,6 +99,8 @@ class Evidence:
         Places of the effects that were named before this one.
     untried : tuple of (str, str)
         Effects with their places that could not be fitted beside what is in the model.
+    located : tuple of str
+        The only places where the mismatch may sit, whatever its law; empty where that is not known.
     """
 
     plain: BlockScore
@@ -110,6 +112,19 @@ class Evidence:
     classes: Isolability | None = None
     named: tuple[str, ...] = ()
     untried: tuple[tuple[str, str], ...] = ()
+    located: tuple[str, ...] = ()
+
+    def at(self, places: tuple[str, ...], kinds: Sequence[KindScore] | None = None) -> Evidence:
+        """Return the evidence with the mismatch known to sit at one of `places`.
+
+        With `kinds` in place of its own, if given.
+        """
+        every = self.kinds if kinds is None else kinds
+        return replace(
+            self, located=places,
+            laws=tuple(s for s in self.laws if s.element in places),
+            kinds=tuple(k for k in every if k.element in places),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,12 +208,12 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     laws = _admissible(laws, kinds, t)
     law = _best_law(laws, t)
     if law is not None and _shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
-        if not _matters(law, e.plain):
+        if not _matters(law, e, t):
             return _slight(quiet, e, law)
         return _rest_of(_named(quiet, e, law, laws, t), e, best.score, t)
     if not kinds:
         return _nothing(quiet, e, t)
-    if not _matters(kinds[0], e.plain):
+    if not _matters(kinds[0], e, t):
         return _slight(quiet, e, kinds[0])
     return _rest_of(_kind(quiet, e, kinds, law, t), e, best.score, t)
 
@@ -207,7 +222,7 @@ def _slight(quiet: Decision, e: Evidence, h: Hypothesis) -> Decision:
     """Something improves the model surely, but leaves nearly all of the misfit."""
     said = h.label if isinstance(h, KindScore) else h.trial.label
     reason = f"{said} explains little of the misfit: {e.before.words}"
-    return replace(quiet, kind="unknown_physics", reasons=(reason,))
+    return replace(quiet, kind="unknown_physics", places=e.located, reasons=(reason,))
 
 
 def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore]:
@@ -354,10 +369,16 @@ def _shows(plain: BlockScore, best: BlockScore, t: Thresholds) -> bool:
     return plain.behind(best) > t.z and plain.excess(best) > t.gain
 
 
-def _matters(h: Hypothesis, plain: BlockScore) -> bool:
-    """Whether a hypothesis removes enough of the misfit to be what is told of it."""
-    least = MOSTLY if isinstance(h, KindScore) else PART
-    return plain.square - h.score.square > least * (plain.square - 1.0)
+def _matters(h: Hypothesis, e: Evidence, t: Thresholds) -> bool:
+    """Whether a hypothesis removes enough of the misfit to be what is told of it.
+
+    What a fitted law leaves counts as noise if it is: a floor read off the spectrum is a guess.
+    """
+    noise, least = 1.0, MOSTLY
+    if isinstance(h, Scored):
+        quiet = [s.score.square for s in e.laws if s.left.is_noise(t.noise)]
+        noise, least = max([noise, *quiet]), PART
+    return e.plain.square - h.score.square > least * (e.plain.square - noise)
 
 
 def law_fit(law: Scored, kind: KindScore, e: Evidence) -> float:
@@ -381,7 +402,7 @@ def _nothing(
     said = e.before.words
     if not e.before.is_noise(t.noise):
         reason = f"no law and no kind of physics explains it, and {said}: that is no noise"
-        return replace(quiet, kind="unknown_physics", reasons=(reason,))
+        return replace(quiet, kind="unknown_physics", places=e.located, reasons=(reason,))
     reason = "no law and no kind of physics improves it"
     if best is not None and e.plain.behind(best.score) > t.z:
         label = best.label if isinstance(best, KindScore) else best.trial.label
@@ -441,7 +462,7 @@ def _named(
     places = tuple(dict.fromkeys([s.element for s in members] + [s.element for s in same]))
     # one that fails there though it is as good here shows that here decides nothing
     if not all(_replicated(s, e) for s in members):
-        answer, physics, places = "unknown", set(), ()
+        answer, physics, places = "unknown", set(), e.located
         reasons.append("the improvement does not show on the held-out part")
     decided = replace(
         quiet, kind="missing_physics" if answer in ("exact", "approximate", "family")

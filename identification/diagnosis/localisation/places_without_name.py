@@ -14,18 +14,32 @@ OF_ITS_PORT = ("sensing", "command", "ratio")
 """Kinds that only one sort of element can have, and that follow its own signals."""
 
 
-def places_of(
-    decision: Decision, classes: Isolability | None, relations: Sequence[BlindRelation] = ()
-) -> tuple[str, ...]:
-    """Elements at which the mismatch may sit, the likeliest first; empty if unresolved.
+LEFT = 0.1
+"""Part of the misfit that the relation blind to the right place may leave: linear in the port."""
+APART = 4.0
+"""Times more that the relation blind to any other place must leave."""
 
-    Those of the decision's set. Where exactly one relation is at the floor and all others clearly
-    are not, its ports are the answer whatever was fitted.
+
+def located(relations: Sequence[BlindRelation]) -> tuple[str, ...]:
+    """Return the only ports where the mismatch may sit, whatever its law; empty if not known.
+
+    The relation blind to them is at the floor or leaves little of the misfit, and every other one
+    clearly leaves more.
     """
-    at_floor = [r for r in relations if r.compatible]
-    if len(at_floor) == 1 and all(r.z > CLEAR for r in relations if not r.compatible):
-        if len(relations) > 1:
-            return at_floor[0].ports
+    if len(relations) < 2:
+        return ()
+    best, *others = relations
+    if best.compatible:
+        alone = all(not r.compatible and r.z > CLEAR for r in others)
+    else:
+        most = max(best.train, best.test) - 1.0
+        alone = most < LEFT * (best.nominal - 1.0)
+        alone = alone and all(r.train - 1.0 > APART * (best.train - 1.0) for r in others)
+    return best.ports if alone else ()
+
+
+def places_of(decision: Decision, classes: Isolability | None) -> tuple[str, ...]:
+    """Elements at which the mismatch may sit, the likeliest first; empty if unresolved."""
     if not decision.places or len(decision.places) > PLACES:
         return ()
     own = decision.answer == "kind" and decision.physics in OF_ITS_PORT

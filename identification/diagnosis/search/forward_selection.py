@@ -6,6 +6,8 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 
+import numpy as np
+
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import UNNAMED, Effect
@@ -23,6 +25,8 @@ from identification.diagnosis.evidence.decision import (
 )
 from identification.diagnosis.evidence.kind_score import KindScore, bench_of, kind_scores
 from identification.diagnosis.evidence.remaining import remaining
+from identification.diagnosis.localisation.blind_relations import BlindRelation, blind_relations
+from identification.diagnosis.localisation.places_without_name import located
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
@@ -47,11 +51,12 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class SelectionStage:
-    """Decisions in order, with the scene and the screening they started from."""
+    """Decisions in order, with the scene, screening and relations they started from."""
 
     decisions: tuple[Decision, ...]
     scene: FittedModel
     ranking: tuple[Screened, ...]
+    relations: tuple[BlindRelation, ...] = ()
 
 
 class _Looks:
@@ -68,6 +73,7 @@ class _Looks:
     def __init__(self, catalogue: tuple[Effect, ...], plain: BondGraph, jobs: int = 1) -> None:
         self.catalogue, self.plain, self.jobs = catalogue, plain, jobs
         self.known: dict[int, tuple[Fit, FittedModel, list[Screened]]] = {}
+        self.blind: tuple[BlindRelation, ...] = ()
 
     def of(self, fit: Fit) -> tuple[FittedModel, list[Screened]]:
         """Scene and ranking of one fit."""
@@ -76,6 +82,14 @@ class _Looks:
             looks = screen(seen, probes(fit, self.plain), self.catalogue, self.jobs)
             self.known[id(fit)] = (fit, seen, looks)
         return self.known[id(fit)][1:]
+
+    def where(self, base: Fit, classes: Isolability) -> tuple[str, ...]:
+        """Return the only places where the mismatch may sit, whatever its law."""
+        try:
+            self.blind = blind_relations(base, classes)
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            return ()  # models that are not linear up to laws have none
+        return located(self.blind)
 
     def kinds(self, base: Fit, better: Fit) -> list[KindScore]:
         """Score every kind at every port, on top of `base`, along the histories of `better`."""
@@ -116,7 +130,8 @@ def steps(
     if again is not None and again[-1].remaining is not None:
         decisions = again
     seen, ranked = done.of(base.fit)
-    return SelectionStage(_held_to_noise(_together(decisions, limits), limits), seen, tuple(ranked))
+    told = _held_to_noise(_together(decisions, limits), limits)
+    return SelectionStage(told, seen, tuple(ranked), done.blind)
 
 
 def _held_to_noise(decisions: tuple[Decision, ...], limits: Thresholds) -> tuple[Decision, ...]:
@@ -247,28 +262,48 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     trials = not_worse(trials, options.final_iterations)
     laws = scored(trials)
     best = laws[0].trial if laws and laws[0].score.loss < plain.loss else None
-    if best is None:
-        return decide(replace(evidence, laws=laws, kinds=tuple(kinds)), limits)
-    kinds = _merged(kinds, done.kinds(base.fit, best.fit))
+    if best is not None:
+        kinds = _merged(kinds, done.kinds(base.fit, best.fit))
     evidence = replace(evidence, laws=laws, kinds=tuple(kinds))
     decision = decide(evidence, limits)
-    asked = overlooked(decision, alike_kinds(evidence, limits), trials, ranked)[: options.more]
-    if not asked:
-        return decision
-    more = fitted(seen, base.template, asked, options, tell, 0.9, 1.0, best.train)
-    more = finished(more, options)
-    every = not_worse([*trials, *more], options.final_iterations)
-    return decide(_enlarged(evidence, every, asked), limits)
+
+    def with_laws(evidence: Evidence, wanted: Sequence[Screened], beat: float) -> Evidence:
+        """Return the evidence with more laws fitted, and those that could not be."""
+        known = [s.trial for s in evidence.laws]
+        more = fitted(seen, base.template, wanted, options, tell, 0.9, 1.0, beat)
+        every = not_worse([*known, *finished(more, options)], options.final_iterations)
+        made = {(t.effect, t.element) for t in every}
+        names = [(s.effect.name, s.element.name) for s in wanted]
+        untried = (*evidence.untried, *(at for at in names if at not in made))
+        return replace(evidence, laws=scored(every), untried=untried)
+
+    first = overlooked(decision, alike_kinds(evidence, limits), trials, ranked)[: options.more]
+    if best is not None and first:
+        evidence = with_laws(evidence, first, best.train)
+        decision = decide(evidence, limits)
+    if number == 0 and decision.kind == "unknown_physics":
+        where = done.where(base.fit, task.classes)
+        if where and not (decision.physics and set(decision.places) <= set(where)):
+            here = [s.trial.train for s in evidence.laws if s.element in where]
+            left = untried_at(where, evidence, ranked)[: options.more]
+            evidence = with_laws(evidence, left, min(here, default=evidence.trained)).at(where)
+            if evidence.laws:
+                again = done.kinds(base.fit, evidence.laws[0].trial.fit)
+                evidence = evidence.at(where, _merged(evidence.kinds, again))
+            decision = decide(evidence, limits)
+    return decision
 
 
-def _enlarged(
-    evidence: Evidence, trials: Sequence[Candidate], asked: Sequence[Screened]
-) -> Evidence:
-    """Return the evidence with everything that was fitted, and what could not be."""
-    made = {(t.effect, t.element) for t in trials}
-    wanted = [(s.effect.name, s.element.name) for s in asked]
-    untried = tuple(at for at in wanted if at not in made)
-    return replace(evidence, laws=scored(trials), untried=untried)
+def untried_at(
+    where: Collection[str], evidence: Evidence, ranked: Sequence[Screened]
+) -> list[Screened]:
+    """Return laws at some places that were not fitted, the likeliest first."""
+    done = {(s.trial.effect, s.element) for s in evidence.laws}
+    return [
+        s for s in ranked
+        if s.element.name in where
+        and s.effect.name != UNNAMED.name and (s.effect.name, s.element.name) not in done
+    ]  # fmt: skip
 
 
 def overlooked(

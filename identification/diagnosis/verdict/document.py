@@ -147,7 +147,7 @@ def _remaining(d: Diagnosis) -> dict[str, Any]:
 def unresolved_place(d: Diagnosis) -> dict[str, Any]:
     """Place of an unnamed mismatch, with all that are as good; empty where they are too many."""
     step = d.decision
-    found = places_of(step, d.structure, d.relations) if step else ()
+    found = places_of(step, d.structure) if step else ()
     if not found:
         return {"element": "", "kind": "junction", "indistinguishable_from": []}
     effect = step.chosen.effect if step and step.chosen and step.answer != "kind" else ""

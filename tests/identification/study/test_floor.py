@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -99,7 +101,19 @@ def test_the_period_and_its_stretches() -> None:
     period, runs = found
     assert period % PERIOD == 0
     assert sum(s.stop - s.start for s in runs) + period == r.n
-    assert measured(r, Split(slice(0, 1), slice(1, 2), ""), ("u",))
+    assert measured(r, Split(slice(0, 1), slice(1, 2), ""), ("x",), ("u",))
+
+
+def test_pushes_that_do_not_come_again_are_no_noise() -> None:
+    noise = 2e-3 * np.random.default_rng(5).standard_normal(6 * PERIOD)
+    bare = repeated(noise)
+    t = bare.time
+    pushed = sum(np.exp(-(((t - c) / 0.15) ** 2)) for c in (0.3, 0.72, 1.4, 1.9, 2.3, 2.8))
+    r = replace(bare, channels={**bare.channels, "x": bare["x"] + pushed})
+    split = Split(slice(0, bare.n // 2), slice(bare.n // 2, bare.n), "")
+    assert noise_floor(r, split, ("x",), ("u",))["x"] == pytest.approx(2e-3, rel=0.2)
+    assert measured(bare, split, ("x",), ("u",))
+    assert not measured(r, split, ("x",), ("u",))
 
 
 def test_feedback_and_sweeps_do_not_repeat() -> None:
@@ -111,7 +125,7 @@ def test_feedback_and_sweeps_do_not_repeat() -> None:
     for u in (fed_back, sweep, rng.standard_normal(t.size), np.cumsum(rng.standard_normal(3000))):
         assert repeats([u]) is None
         r = Recording("r", t, {"u": u, "x": wanted}, {"u": "V", "x": "m"})
-        assert not measured(r, Split(slice(0, 1), slice(1, 2), ""), ("u",))
+        assert not measured(r, Split(slice(0, 1), slice(1, 2), ""), ("x",), ("u",))
     assert repeats([wanted, fed_back]) is None
     assert repeats([wanted]) is not None
 
@@ -132,8 +146,8 @@ def test_recordings_behind_one_another_are_read_alone() -> None:
     split = Split(slice(0, one.n), slice(one.n, both.n), "", slice(0, 300))
     found = noise_floor(both, split, ("x",), ("u",), (one.n,))["x"]
     assert found == pytest.approx(2e-3, rel=0.15)
-    assert measured(both, split, ("u",), (one.n,))
-    assert not measured(both, split, (), (one.n,))
+    assert measured(both, split, ("x",), ("u",), (one.n,))
+    assert not measured(both, split, ("x",), (), (one.n,))
 
 
 # -- transients, steps, jumps and coarse converters -------------------------------------------

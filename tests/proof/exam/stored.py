@@ -13,6 +13,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.decision import (
     Decision,
     Evidence,
@@ -21,6 +22,7 @@ from identification.diagnosis.evidence.decision import (
     decide,
 )
 from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.leave_out import stretch_sums
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.search import forward_selection
 from identification.diagnosis.search.forward_selection import SelectionStage, steps
@@ -77,16 +79,19 @@ def recorded() -> Iterator[list[dict[str, Any]]]:
     """
     found: list[dict[str, Any]] = []
     seen: list[Any] = []
+    floors: dict[str, float] = {}
 
     def begun(*arguments: Any) -> SelectionStage:
         found.clear()
+        data = arguments[0].fit.problem.data
+        floors.update(zip(data.names, map(float, data.floor), strict=True))
         return steps(*arguments)
 
     def noted(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         if found and seen and evidence.plain is seen[-1]:
             found.pop()
         seen.append(evidence.plain)
-        found.append(stored(evidence))
+        found.append(stored(evidence) | {"floors": dict(floors)})
         return decide(evidence, limits)
 
     with (
@@ -114,6 +119,7 @@ def stored(e: Evidence) -> dict[str, Any]:
         "paired": [[_number(v) for v in row] for row in paired],
         "noise": [[_number(v) for v in s.noise] for s in scores],
         "loss": [_number(s.loss) for s in scores],
+        "stretches": [_stretches(s) for s in scores],
         "laws": [_law(s) for s in e.laws],
         "kinds": [[k.element, k.kind] for k in e.kinds],
         "before": _left(e.before),
@@ -123,7 +129,18 @@ def stored(e: Evidence) -> dict[str, Any]:
         "untried": [list(x) for x in e.untried],
         "classes": [] if classes is None else [sorted(classes.class_of(x)) for x in elements],
         "elements": elements,
+        "located": list(e.located),
     }
+
+
+def _stretches(s: Any) -> list[list[float]]:
+    """Mean square of the prediction errors over the floor, by stretch and reading."""
+    if not isinstance(s, BlockScore):
+        return []
+    rows = s.out.rows
+    total = stretch_sums(rows, np.clip(s.out.residual, -1e100, 1e100) ** 2, s.channels)
+    count = np.maximum(stretch_sums(rows, np.ones(rows.block.size), s.channels), 1)
+    return [[_number(v) for v in row] for row in total / count]
 
 
 def _number(value: float) -> float:
@@ -167,6 +184,7 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
         scores[0], tuple(laws), tuple(kinds), Remaining(*content["before"]), content["nominal"],
         content["trained"], classes, tuple(content["named"]),
         tuple((effect, place) for effect, place in content.get("untried", ())),
+        tuple(content.get("located", ())),
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""A resistor that grows with its own heat."""
+"""A resistor or a damper that its own heat changes."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from bondgraph.graph.elements import Element
 from bondgraph.laws import SelfHeating
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import electrical_resistors
-from identification.diagnosis.catalogue.starts import at_least
+from identification.diagnosis.catalogue.places import mechanical_resistors, warming_resistors
+from identification.diagnosis.catalogue.starts import rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 SHARES = (0.003, 0.02, 0.1, 0.5)
@@ -18,21 +18,24 @@ SHARES = (0.003, 0.02, 0.1, 0.5)
 
 
 class SelfHeatingEffect(Effect):
-    """The resistance grows with the energy it has lately turned into heat."""
+    """The resistance changes with the energy it has lately turned into heat.
+
+    Wire gains resistance; the oil of a damper loses viscosity.
+    """
 
     name = "self_heating"
     family = "storage"
     kind = "slow"
     law = "lumped_heat"
-    sentence = "it grows with its own heat, which leaves with a time constant"
-    looks = "the current sinks slowly under load and recovers in pauses, whatever its sign"
+    sentence = "it changes with its own heat, which leaves with a time constant"
+    looks = "the flow changes slowly under load and comes back in pauses, whatever its sign"
     confused_with = ("nonlinear_resistance", "time_varying_parameter", "creep")
     separated_by = (
-        "a strong current, a pause and a weak probing current: the resistance is high just after "
-        "the load and comes back in the pause"
+        "a strong flow, a pause and a weak probing flow: the resistance differs just after the "
+        "load and comes back in the pause"
     )
     source = "lumped thermal body; Incropera et al., Fundamentals of Heat and Mass Transfer, ch. 5"
-    where = staticmethod(electrical_resistors)
+    where = staticmethod(warming_resistors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Temperature rise times flow, for several time constants."""
@@ -43,13 +46,16 @@ class SelfHeatingEffect(Effect):
         )
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert a resistance that grows beside the constant one."""
+        """Insert a resistance that changes beside the constant one."""
         past = scene.of(element)
         size, taus = past.slope, _time_constants(past)
-        tried = [(0.1 * size, taus[1]), (0.1 * size, taus[3])]
+        tried = [(sign * 0.1 * size, tau) for tau in (taus[1], taus[3]) for sign in (1.0, -1.0)]
         if hint is not None:
-            tried = [(at_least(hint.weights[0], 0.01 * size), float(hint.shape["tau"]))]
-        law = SelfHeating(0.1 * size, tried[0][1], past.rms)
+            tried = [(float(hint.weights[0]), float(hint.shape["tau"]))]
+        unit, flow = ("ohm", "A")
+        if element in mechanical_resistors(scene.graph):
+            unit, flow = element.unit, rubbing_units(element)[1]  # type: ignore[attr-defined]
+        law = SelfHeating(0.1 * size, tried[0][1], past.rms, unit=unit, flow_unit=flow)
         graph, (rise, tau) = self.with_law(scene, element, law)
         starts = tuple({rise: r, tau: t} for r, t in tried)
         return self.inserted(element, graph, starts, (rise,))
