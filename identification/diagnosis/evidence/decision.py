@@ -433,7 +433,8 @@ def _named(
         and (s.trial.effect not in nested or chosen.score.behind(s.score) > DOUBT)
     ]  # fmt: skip
     imitated = [s for s in _imitated(chosen, laws, e) if s not in others]
-    others += imitated
+    refuted = [s for s in others if _refuted(s, chosen, e, t)]
+    others = [s for s in (*others, *imitated) if s not in refuted]
     here = _here(chosen, e)
     fit = law_fit(chosen, here, e) if here is not None else float("nan")
     best = _best([chosen, *e.kinds[:1]])
@@ -448,6 +449,8 @@ def _named(
     ]
     if imitated:
         reasons.append("a course in time follows whatever shows in few stretches")
+    if refuted:
+        reasons.append("held-out samples refute " + ", ".join(s.trial.label for s in refuted))
     if others:
         reasons.append("as good: " + ", ".join(s.trial.label for s in others))
     if richer:
@@ -493,6 +496,20 @@ def _imitated(chosen: Scored, laws: Sequence[Scored], e: Evidence) -> list[Score
 
 SELDOM = 2.0
 """Standard errors by which stretches agree, all alike, if four of forty tell all there is."""
+
+
+def _refuted(rival: Scored, chosen: Scored, e: Evidence, t: Thresholds) -> bool:
+    """Whether `chosen` predicts samples that no fit has seen to the noise, and a rival does not.
+
+    Beside a rest a rival's failure may be as much an accident as the gain is.
+    """
+    worse = rival.trial.test > REFUTED * chosen.trial.test
+    sure = chosen.left.most <= t.noise and _replicated(chosen, e)
+    return worse and sure and not _replicated(rival, e)
+
+
+REFUTED = 4.0
+"""Times more of its mean square that a refuted law leaves on held-out samples."""
 
 
 def _replicated(chosen: Scored, e: Evidence) -> bool:

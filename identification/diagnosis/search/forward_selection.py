@@ -277,7 +277,8 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
         untried = (*evidence.untried, *(at for at in names if at not in made))
         return replace(evidence, laws=scored(every), untried=untried)
 
-    first = overlooked(decision, alike_kinds(evidence, limits), trials, ranked)[: options.more]
+    alike = alike_kinds(evidence, limits)
+    first = overlooked(decision, alike, trials, ranked, task.classes)[: options.more]
     if best is not None and first:
         evidence = with_laws(evidence, first, best.train)
         decision = decide(evidence, limits)
@@ -311,11 +312,12 @@ def overlooked(
     kinds: Sequence[KindScore],
     trials: Sequence[Candidate],
     ranked: Sequence[Screened],
+    classes: Isolability | None = None,
 ) -> list[Screened]:
     """Return laws that were not fitted though the evidence asks for them.
 
     Simpler forms of the best law, and, where no law could be named, laws of the kinds and places
-    that the decision was left with.
+    that the decision was left with; then any at places that the readings cannot tell from these.
     """
     done = {(t.effect, t.element) for t in trials}
     left = [s for s in ranked if (s.effect.name, s.element.name) not in done]
@@ -332,6 +334,10 @@ def overlooked(
                 if s.element.name == k.element and s.effect.name != UNNAMED.name
                 and k.kind in _kinds_of(s)
             ]  # fmt: skip
+        same = {n for k in kinds if classes for n in classes.class_of(k.element)}
+        found += [
+            s for s in left if s.element.name in same and s.effect.name != UNNAMED.name
+        ]  # fmt: skip
     return list(dict.fromkeys(found))
 
 

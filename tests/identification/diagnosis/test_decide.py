@@ -7,6 +7,7 @@ perfect one has the misfit ``lag(z)``.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -57,6 +58,12 @@ ONCE = np.where(ROWS.block == 17, np.sqrt(BLOCKS), 0.0)
 def scored(misfit: float, direction: int, where: np.ndarray | float = 1.0) -> BlockScore:
     residual = NOISE + misfit * where * BASIS[:, direction]
     return BlockScore(LeftOut(ROWS, residual, residual, np.zeros(BLOCKS)))
+
+
+def times(score: BlockScore, scale: float) -> BlockScore:
+    """The same score over a floor that was read too low."""
+    out = score.out
+    return BlockScore(replace(out, residual=scale * out.residual, fitted=scale * out.fitted))
 
 
 def left_by(misfit: float) -> Any:
@@ -115,16 +122,18 @@ class Case:
         return self
 
     def decided(self, limits: Thresholds | None = None) -> Decision:
+        return decide(self.evidence(), limits)
+
+    def evidence(self) -> Evidence:
         square = 1 + self.plain**2
 
         def by_loss(h: Hypothesis) -> float:
             return h.score.loss
 
-        evidence = Evidence(
+        return Evidence(
             scored(self.plain, 1, self.where), tuple(sorted(self.laws, key=by_loss)),
             tuple(sorted(self.kinds, key=by_loss)), self.before, square, square, **self.more,
         )  # fmt: skip
-        return decide(evidence, limits)
 
 
 def label(d: Decision) -> str:
@@ -317,16 +326,69 @@ def test_equals_of_different_families_are_look_alikes() -> None:
 
 
 def test_an_equal_that_fails_on_the_held_out_part_leaves_nothing_known() -> None:
-    """The samples that fitted both cannot be what tells them apart."""
+    """Beside a rest the samples that fitted both cannot be what tells them apart."""
 
     def answer(test: float) -> Decision:
-        case = Case(1.0).law("creep at C_1", 0.0).law("sensor_drift at p_1", lag(1.0), test=test)
-        return case.kind("slow", "C_1", 0.0).decided()
+        case = Case(9.0).law("creep at C_1", 2.0).law("sensor_drift at p_1", 2.0, test=test)
+        return case.kind("slow", "C_1", 2.0).decided()
 
-    assert answer(1.01).answer == "look_alikes"
-    failing = answer(5.0)
+    assert answer(5.01).answer == "look_alikes"
+    failing = answer(80.0)
     assert (failing.answer, failing.places) == ("unknown", ())
     assert "held-out" in failing.reasons[-1]
+
+
+def test_what_predicts_unseen_samples_to_the_noise_refutes_an_equal_that_does_not() -> None:
+    def answer(test: float, misfit: float = 0.0) -> Decision:
+        case = Case(9.0).law("overflow at C_1", misfit)
+        case.law("saturation at Q", misfit + lag(1.0), test=test)
+        return case.kind("restoring", "C_1", misfit).decided()
+
+    assert answer(1.01).answer == "look_alikes"
+    alone = answer(80.0)
+    assert (label(alone), alone.answer) == ("overflow at C_1", "exact")
+    assert "refute saturation at Q" in " ".join(alone.reasons)
+    assert answer(80.0, 2.0).answer == "unknown"  # a rest is left, so nothing is refuted
+
+
+# -- a place that needs no law ---------------------------------------------------------------------
+def test_where_only_one_place_is_left_the_decision_is_made_there() -> None:
+    case = Case(5.0).law("backlash at k", 0.0).law("creep at k_2", lag(1.0))
+    case.kind("memory", "k_2", 0.0).kind("restoring", "k", lag(1.0))
+    assert case.decided().answer == "look_alikes"
+    evidence = case.evidence().at(("k", "b"))
+    d = decide(evidence)
+    assert (label(d), d.answer, d.places) == ("backlash at k", "exact", ("k",))
+    elsewhere = decide(case.evidence().at(("m",)))
+    assert (elsewhere.kind, elsewhere.answer, elsewhere.places) == (
+        "unknown_physics", "unknown", ("m",)
+    )  # fmt: skip
+
+
+def test_a_place_stays_known_where_laws_explain_little_or_fail() -> None:
+    little = Case(9.0).law("backlash at k", 8.5).kind("restoring", "k", 8.5)
+    assert decide(little.evidence()).places == ()
+    assert decide(little.evidence().at(("k", "b"))).places == ("k", "b")
+    failing = Case(9.0).law("backlash at k", 0.0, test=80.0).kind("restoring", "k", 0.0)
+    d = decide(failing.evidence().at(("k",)))
+    assert (d.answer, d.physics, d.places) == ("unknown", "", ("k",))
+
+
+def test_noise_is_what_a_law_leaves_if_that_may_be_noise() -> None:
+    """A floor read far too low makes the gain look small beside what is left."""
+    unknown = Remaining({"x": 3.4}, False, 0.0)
+    case = Case(0.4, unknown).law("hysteresis at k", 0.0).kind("memory", "k", 0.0)
+    evidence = case.evidence()
+    scale = 3.0
+    louder = [replace(s, score=times(s.score, scale), left=unknown) for s in evidence.laws]
+    kinds = [replace(k, score=times(k.score, scale)) for k in evidence.kinds]
+    read = replace(
+        evidence, plain=times(evidence.plain, scale), laws=tuple(louder), kinds=tuple(kinds),
+        nominal=scale**2 * evidence.nominal, trained=scale**2 * evidence.trained,
+    )  # fmt: skip
+    assert label(decide(read)) == "hysteresis at k"
+    loud = [replace(s, left=LOUD) for s in louder]  # what it leaves is no noise
+    assert label(decide(replace(read, laws=tuple(loud)))) == ""
 
 
 def test_many_equals_are_nothing_known() -> None:

@@ -98,6 +98,8 @@ CASES = [
          lambda s, e: {"mu_m": e, "omega_m": shape(s, "omega")}, lambda e: (e,), 1e-5, 0.05),
     Case(SelfHeatingEffect(), "electrical", "R_1", lambda s: shape(s, "tau") > 1.0,
          lambda s, e: {"r_heat_R_1": e, "tau_heat_R_1": shape(s, "tau")}, lambda e: (e,), 1e-4),
+    Case(SelfHeatingEffect(), "mechanical", "d", lambda s: shape(s, "tau") > 1.0,
+         lambda s, e: {"r_heat_d": -e, "tau_heat_d": shape(s, "tau")}, lambda e: (-e,), 1e-4),
     Case(SquareRootFlow(), "hydraulic", "R_2", first,
          lambda s, e: {"c_2_R_2": e}, lambda e: (e,), 1e-2),
     Case(NonlinearResistanceEffect(), "electrical", "R_1", first,
@@ -261,6 +263,8 @@ def test_only_where_the_domain_makes_sense() -> None:
     assert not BY_NAME["overflow"].places(circuit)
     assert not BY_NAME["leakage"].places(mass)
     assert not BY_NAME["self_heating"].places(tanks)
+    assert {e.name for e in BY_NAME["self_heating"].places(mass)} == {"d"}
+    assert {e.name for e in BY_NAME["self_heating"].places(circuit)} == {"R_1"}
     assert not BY_NAME["square_root_flow"].places(circuit)
     assert not any(isinstance(p, Source) for e in BY_NAME.values() for p in e.places(mass))
 

@@ -9,7 +9,8 @@ import pytest
 
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.evidence.decision import Decision
-from identification.diagnosis.localisation.places_without_name import places_of
+from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.localisation.places_without_name import APART, CLEAR, LEFT, located, places_of
 from identification.diagnosis.localisation.structural_classes import Isolability
 from tests.identification.diagnosis.effect_plants import scene
 
@@ -56,3 +57,27 @@ def test_a_kind_that_only_its_own_port_can_have_stays_there() -> None:
     assert set(places_of(anything, classes)) == {"F", "m", "d"}
     unknown = replace(answer, answer="unknown", physics="")
     assert set(places_of(unknown, classes)) == {"F", "m", "d"}
+
+
+def relation(ports: str, train: float, test: float | None = None, z: float = 1e3) -> BlindRelation:
+    return BlindRelation(tuple(ports.split()), 500.0, train, test or train, z, 1000.0, 401.0)
+
+
+def test_one_relation_at_the_floor_tells_the_place() -> None:
+    best = relation("k b", 1.02, z=0.5)
+    assert located([best, relation("m", 1.5, z=CLEAR + 1)]) == ("k", "b")
+    assert located([best, relation("m", 1.2, z=CLEAR - 1)]) == ()
+    assert located([best, relation("m", 1.02, z=0.6)]) == ()
+    assert located([best]) == ()  # nothing to compare it with
+    assert located([]) == ()
+
+
+def test_one_relation_far_below_all_others_tells_the_place() -> None:
+    left = 0.5 * LEFT * 400.0
+    best = relation("k b", 1.0 + left)
+    assert located([best, relation("m", 1.0 + 1.1 * APART * left)]) == ("k", "b")
+    assert located([best, relation("m", 1.0 + 0.9 * APART * left)]) == ()
+    much = relation("k b", 1.0 + 2.2 * left)
+    assert located([much, relation("m", 400.0)]) == ()
+    # it must hold on samples that it was not fitted to
+    assert located([relation("k b", 1.0 + left, 1.0 + 2.2 * left), relation("m", 400.0)]) == ()

@@ -11,6 +11,7 @@ from bondgraph import R
 from identification.diagnosis.catalogue import UNNAMED, by_name
 from identification.diagnosis.evidence.decision import Decision
 from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.forward_selection import overlooked
 from tests.identification.diagnosis.spring import spring
@@ -37,14 +38,20 @@ def decision(answer: str, law: str = "", simpler: tuple[str, ...] = ()) -> Decis
     return Decision(kind, chosen, (), (), 0.0, 0.0, (), answer=answer)
 
 
-def asked(d: Decision, kinds: list[tuple[str, str]], tried: list[str], *ranked: str) -> list[str]:
+def asked(
+    d: Decision,
+    kinds: list[tuple[str, str]],
+    tried: list[str],
+    *ranked: str,
+    classes: Isolability | None = None,
+) -> list[str]:
     nothing: Any = None
     at = [KindScore(element, kind, nothing, np.zeros(0)) for kind, element in kinds]
     trials: list[Any] = []
     for text in tried:
         effect, element = text.split("@")
         trials.append(SimpleNamespace(effect=effect, element=element))
-    found = overlooked(d, at, trials, screened(*ranked))
+    found = overlooked(d, at, trials, screened(*ranked), classes)
     return [f"{s.effect.name}@{s.element.name}" for s in found]
 
 
@@ -63,6 +70,15 @@ def test_laws_of_the_kinds_in_question_in_their_order() -> None:
     assert asked(decision("unknown"), kinds[1:], [], *ranked) == ["quadratic_drag@d"]
     # a curve of one variable is a surface, too
     assert asked(decision("kind"), [("surface", "d")], [], *ranked) == ["quadratic_drag@d"]
+
+
+def test_then_laws_at_places_that_cannot_be_told_from_these() -> None:
+    ranked = ("hysteresis@k", "end_stop@k", "quadratic_drag@d", "saturation@F", "unknown@k")
+    kinds = [("dissipative", "d")]
+    classes = Isolability((("k", "d"), ("F",)))
+    found = asked(decision("kind"), kinds, ["end_stop@k"], *ranked, classes=classes)
+    assert found == ["quadratic_drag@d", "hysteresis@k"]
+    assert asked(decision("exact"), kinds, [], *ranked, classes=classes) == []
 
 
 def test_a_name_asks_for_nothing_else() -> None:
