@@ -51,7 +51,8 @@ class SelfHeatingEffect(Effect):
         size, taus = past.slope, _time_constants(past)
         tried = [(sign * 0.1 * size, tau) for tau in (taus[1], taus[3]) for sign in (1.0, -1.0)]
         if hint is not None:
-            tried = [(float(hint.weights[0]), float(hint.shape["tau"]))]
+            # a resistance below zero would drive what it should damp
+            tried = [(max(float(hint.weights[0]), -0.5 * size), float(hint.shape["tau"]))]
         unit, flow = ("ohm", "A")
         if element in mechanical_resistors(scene.graph):
             unit, flow = element.unit, rubbing_units(element)[1]  # type: ignore[attr-defined]
