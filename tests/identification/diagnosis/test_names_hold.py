@@ -10,7 +10,13 @@ import pytest
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.evidence.decision import Decision
 from identification.diagnosis.localisation.blind_relations import BlindRelation
-from identification.diagnosis.localisation.places_without_name import APART, CLEAR, LEFT, located, places_of
+from identification.diagnosis.localisation.places_without_name import (
+    APART,
+    CLEAR,
+    LEFT,
+    located,
+    places_of,
+)
 from identification.diagnosis.localisation.structural_classes import Isolability
 from tests.identification.diagnosis.effect_plants import scene
 

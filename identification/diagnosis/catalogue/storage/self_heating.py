@@ -51,15 +51,17 @@ class SelfHeatingEffect(Effect):
         size, taus = past.slope, _time_constants(past)
         tried = [(sign * 0.1 * size, tau) for tau in (taus[1], taus[3]) for sign in (1.0, -1.0)]
         if hint is not None:
+            rise, tau = float(hint.weights[0]), float(hint.shape["tau"])
             # a resistance below zero would drive what it should damp
-            tried = [(max(float(hint.weights[0]), -0.5 * size), float(hint.shape["tau"]))]
+            warmest = float(np.max(warmth(past.argument / past.rms, tau, past.dt)))
+            tried = [(max(rise, -0.5 * size / max(warmest, 1.0)), tau)]
         unit, flow = ("ohm", "A")
         if element in mechanical_resistors(scene.graph):
             unit, flow = element.unit, rubbing_units(element)[1]  # type: ignore[attr-defined]
         law = SelfHeating(0.1 * size, tried[0][1], past.rms, unit=unit, flow_unit=flow)
-        graph, (rise, tau) = self.with_law(scene, element, law)
-        starts = tuple({rise: r, tau: t} for r, t in tried)
-        return self.inserted(element, graph, starts, (rise,))
+        graph, (gained, pace) = self.with_law(scene, element, law)
+        starts = tuple({gained: r, pace: t} for r, t in tried)
+        return self.inserted(element, graph, starts, (gained,))
 
 
 def warmth(relative: Array, tau: float, dt: float) -> Array:
