@@ -10,6 +10,7 @@ from itertools import pairwise
 
 from tests.proof.exam.judging import ExamOutcome, judge_exam
 from tests.proof.exam.said import ExamAnswer
+from tests.proof.exam.separable import kind_separable, name_separable
 from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.rates import Rate, rate
 from tests.proof.trial.vocabulary import FAMILIES
@@ -131,6 +132,8 @@ def _sets(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
     told = [o for o in shown if o.answer.alarm]
     # where fitted parameters take up what the effect moved, there is nothing left to be named
     left = [o for o in shown if o.left > LEFT]
+    by_name = [o for o in shown if name_separable(o.truth, o.answer.first)]
+    by_kind = [o for o in shown if kind_separable(o.truth, o.answer.first)]
     return {
         "sharp: right name at the right place": rate(o.truth.main in o.found for o in shown),
         "sharp: right place, and right name or kind": rate(map(_sorted_out, shown)),
@@ -147,6 +150,12 @@ def _sets(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
         ),
         "sharp where the declared model leaves a misfit: right place": rate(
             any(_place_of_main(o)) for o in left
+        ),
+        "sharp where an oracle separates names: right name and place": rate(
+            o.truth.main in o.found for o in by_name
+        ),
+        "sharp where an oracle separates kinds: right place, and right name or kind": rate(
+            map(_sorted_out, by_kind)
         ),
         "said to miss something": rate(o.answer.alarm for o in shown),
         "truth in the set of names, of those told": rate(map(_name_held, told)),

@@ -80,6 +80,8 @@ class ExamAnswer:
         Held-out rms of each reading in SI, of the declared model and of the repaired one.
     seconds, cpu : float
         On the clock and of the processor.
+    first : mapping
+        What the first decision looked at, as plain numbers; empty where that was not kept.
     """
 
     id: str
@@ -90,6 +92,7 @@ class ExamAnswer:
     seconds: float = float("nan")
     cpu: float = float("nan")
     error: str = ""
+    first: Mapping[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def alarm(self) -> bool:
@@ -151,6 +154,7 @@ def exam_answer_of(content: Mapping[str, Any]) -> ExamAnswer:
         float(content.get("seconds", "nan")),
         float(content.get("cpu_seconds", "nan")),
         str(content.get("error") or ""),
+        next(iter(content.get("evidence") or ()), {}),
     )
 
 
