@@ -32,6 +32,8 @@ _TARGETS: Mapping[str, tuple[float, float]] = {
     "medium": (13.0, 23.0),
     "strong": (65.0, 115.0),
 }
+_LEAST_LEFT = 1.0
+"""Rms over noise that other values of the parameters leave of what is concealed, at least."""
 _SEARCH_STEPS = 30
 _LARGEST_AMPLITUDE = 30.0
 
@@ -120,7 +122,8 @@ def draw_truth(
 ) -> Truth:
     """Draw a bench.
 
-    Without wishes, nothing is concealed with probability 1/5 and every effect of the catalogue is
+    What is concealed shows: other values of the plant's parameters leave at least the size of the
+    noise of it (`left_over`). Without wishes, nothing is concealed with probability 1/5 and every effect of the catalogue is
     as likely as the others, as are its places and the three classes.
 
     Parameters
@@ -168,6 +171,44 @@ def deviation_ratio(
     """
     dx, di = changed[0] - plain[0], changed[1] - plain[1]
     return float(max(np.std(dx) / noise.x_rms, np.std(di) / noise.i_rms))
+
+
+def left_over(
+    changed: tuple[Array, Array],
+    plain: tuple[Array, Array],
+    noise: ChannelNoise,
+    imitations: Array,
+) -> float:
+    """Rms over noise of what a combination of `imitations` leaves of a deviation.
+
+    Parameters
+    ----------
+    changed, plain
+        Undisturbed (x, i) with and without the effect, m and A, ``(N,)`` each.
+    imitations
+        Changes of the readings by each parameter, over the noise, x before i, ``(2 N, p)``.
+    """
+    away = _over_noise((changed[0] - plain[0], changed[1] - plain[1]), noise)
+    weights = np.linalg.lstsq(imitations, away, rcond=None)[0]
+    left = (away - imitations @ weights).reshape(2, -1)
+    return float(np.max(np.std(left, axis=1)))
+
+
+def imitations(
+    plant: PlantParameters, command: Array, plain: tuple[Array, Array], noise: ChannelNoise
+) -> Array:
+    """Changes of the readings by one per cent of each parameter, over the noise, ``(2 N, p)``."""
+    columns = []
+    for f in fields(PlantParameters):
+        other = replace(plant, **{f.name: 1.01 * getattr(plant, f.name)})
+        run = simulate(other, HiddenEffect(), command, substeps=_COARSE)
+        columns.append(_over_noise((run.x - plain[0], run.i - plain[1]), noise))
+    return np.stack(columns, axis=1)
+
+
+def _over_noise(pair: tuple[Array, Array], noise: ChannelNoise) -> Array:
+    x, i = (d - np.mean(d) for d in pair)
+    return np.concatenate([x / noise.x_rms, i / noise.i_rms])
 
 
 def _draw_plant(rng: np.random.Generator) -> PlantParameters:
@@ -222,16 +263,24 @@ def _size(
     low, high = np.log(_TARGETS[level])
     target = math.exp(rng.uniform(low, high))
 
-    def mark(amplitude: float) -> float:
+    def changed(amplitude: float) -> tuple[Array, Array]:
         hidden = chosen.effect(shape, amplitude, plant)
         if hidden.place in ("x", "i"):
-            changed = (sense(plain[0], hidden, "x"), sense(plain[1], hidden, "i"))
-        else:
-            readings = simulate(plant, hidden, command, substeps=_COARSE)
-            changed = (readings.x, readings.i)
-        return deviation_ratio(changed, plain, noise)
+            return sense(plain[0], hidden, "x"), sense(plain[1], hidden, "i")
+        readings = simulate(plant, hidden, command, substeps=_COARSE)
+        return readings.x, readings.i
+
+    def mark(amplitude: float) -> float:
+        return deviation_ratio(changed(amplitude), plain, noise)
+
+    like = imitations(plant, command, plain, noise)
+
+    def left(amplitude: float) -> float:
+        return left_over(changed(amplitude), plain, noise, like)
 
     amplitude = _invert(mark, target, chosen.first_guess, RATIO_RANGES[level])
+    if left(amplitude) < _LEAST_LEFT:
+        amplitude = _invert(left, 1.1 * _LEAST_LEFT, amplitude, (_LEAST_LEFT, 1.5 * _LEAST_LEFT))
     return chosen.effect(shape, amplitude, plant)
 
 

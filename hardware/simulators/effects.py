@@ -23,7 +23,9 @@ RATIO_RANGES: Mapping[str, tuple[float, float]] = {
     "medium": (10.0, 30.0),
     "strong": (50.0, 150.0),
 }
-"""Promised rms deviation of the most touched output over its noise, per class."""
+"""Promised rms deviation of the most touched output over its noise, per class.
+
+More where other values of the plant's parameters would imitate it to below the noise (creep)."""
 
 Parameters = dict[str, float]
 
