@@ -123,8 +123,8 @@ def draw_truth(
     """Draw a bench.
 
     What is concealed shows: other values of the plant's parameters leave at least the size of the
-    noise of it (`left_over`). Without wishes, nothing is concealed with probability 1/5 and every effect of the catalogue is
-    as likely as the others, as are its places and the three classes.
+    noise of it (`left_over`). Without wishes, nothing is concealed with probability 1/5 and every
+    effect of the catalogue is as likely as the others, as are its places and the three classes.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def left_over(
 def imitations(
     plant: PlantParameters, command: Array, plain: tuple[Array, Array], noise: ChannelNoise
 ) -> Array:
-    """Changes of the readings by one per cent of each parameter, over the noise, ``(2 N, p)``."""
+    """Return what one per cent of each parameter changes, over the noise, ``(2 N, p)``."""
     columns = []
     for f in fields(PlantParameters):
         other = replace(plant, **{f.name: 1.01 * getattr(plant, f.name)})
