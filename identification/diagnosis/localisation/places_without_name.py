@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from identification.diagnosis.evidence.decision import PLACES, Decision
 from identification.diagnosis.localisation.blind_relations import BlindRelation
@@ -20,11 +20,12 @@ APART = 4.0
 """Times more that the relation blind to any other place must leave."""
 
 
-def located(relations: Sequence[BlindRelation]) -> tuple[str, ...]:
+def located(relations: Sequence[BlindRelation], readings: Collection[str]) -> tuple[str, ...]:
     """Return the only ports where the mismatch may sit, whatever its law; empty if not known.
 
     The relation blind to them is at the floor or leaves little of the misfit, and every other one
-    clearly leaves more.
+    clearly leaves more. What is blind to one of the `readings` does not hear it, so that the others
+    leave little anyhow: there it has to be at the floor.
     """
     if len(relations) < 2:
         return ()
@@ -32,6 +33,8 @@ def located(relations: Sequence[BlindRelation]) -> tuple[str, ...]:
     if best.compatible:
         alone = all(not r.compatible and r.z > CLEAR for r in others)
     else:
+        if set(best.ports) <= set(readings):
+            return ()
         most = max(best.train, best.test) - 1.0
         alone = most < LEFT * (best.nominal - 1.0)
         alone = alone and all(r.train - 1.0 > APART * (best.train - 1.0) for r in others)

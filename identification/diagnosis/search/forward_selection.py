@@ -89,7 +89,7 @@ class _Looks:
             self.blind = blind_relations(base, classes)
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             return ()  # models that are not linear up to laws have none
-        return located(self.blind)
+        return located(self.blind, base.problem.data.names)
 
     def kinds(self, base: Fit, better: Fit) -> list[KindScore]:
         """Score every kind at every port, on top of `base`, along the histories of `better`."""

@@ -69,21 +69,29 @@ def relation(ports: str, train: float, test: float | None = None, z: float = 1e3
     return BlindRelation(tuple(ports.split()), 500.0, train, test or train, z, 1000.0, 401.0)
 
 
+READINGS = ("x", "v")
+
+
 def test_one_relation_at_the_floor_tells_the_place() -> None:
     best = relation("k b", 1.02, z=0.5)
-    assert located([best, relation("m", 1.5, z=CLEAR + 1)]) == ("k", "b")
-    assert located([best, relation("m", 1.2, z=CLEAR - 1)]) == ()
-    assert located([best, relation("m", 1.02, z=0.6)]) == ()
-    assert located([best]) == ()  # nothing to compare it with
-    assert located([]) == ()
+    assert located([best, relation("m", 1.5, z=CLEAR + 1)], READINGS) == ("k", "b")
+    assert located([best, relation("m", 1.2, z=CLEAR - 1)], READINGS) == ()
+    assert located([best, relation("m", 1.02, z=0.6)], READINGS) == ()
+    assert located([best], READINGS) == ()  # nothing to compare it with
+    assert located([], READINGS) == ()
 
 
 def test_one_relation_far_below_all_others_tells_the_place() -> None:
     left = 0.5 * LEFT * 400.0
     best = relation("k b", 1.0 + left)
-    assert located([best, relation("m", 1.0 + 1.1 * APART * left)]) == ("k", "b")
-    assert located([best, relation("m", 1.0 + 0.9 * APART * left)]) == ()
+    assert located([best, relation("m", 1.0 + 1.1 * APART * left)], READINGS) == ("k", "b")
+    assert located([best, relation("m", 1.0 + 0.9 * APART * left)], READINGS) == ()
     much = relation("k b", 1.0 + 2.2 * left)
-    assert located([much, relation("m", 400.0)]) == ()
+    assert located([much, relation("m", 400.0)], READINGS) == ()
     # it must hold on samples that it was not fitted to
-    assert located([relation("k b", 1.0 + left, 1.0 + 2.2 * left), relation("m", 400.0)]) == ()
+    late = relation("k b", 1.0 + left, 1.0 + 2.2 * left)
+    assert located([late, relation("m", 400.0)], READINGS) == ()
+    # without the reading itself little is left to be missed
+    deaf = relation("x", 1.0 + left)
+    assert located([deaf, relation("m", 400.0)], READINGS) == ()
+    assert located([relation("x", 1.02, z=0.5), relation("m", 400.0)], READINGS) == ("x",)
