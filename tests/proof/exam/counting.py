@@ -160,6 +160,8 @@ def _sets(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
         "said to miss something": rate(o.answer.alarm for o in shown),
         "truth in the set of names, of those told": rate(map(_name_held, told)),
         "truth in the set of places, of those told": rate(map(_place_held, told)),
+        "truth not excluded, names": rate(map(_name_open, told)),
+        "truth not excluded, places": rate(map(_place_open, told)),
     }
 
 
@@ -189,6 +191,21 @@ def _place_held(o: ExamOutcome) -> bool:
     main = o.truth.main
     assert main is not None
     return any(main.places & (j.claim.places | j.claim.also_places) for j in o.claims)
+
+
+def _name_open(o: ExamOutcome) -> bool:
+    """Whether the answer holds the name or leaves it open: a kind its own names, unknown all."""
+    told = [c for c in o.claims if c.claim.answer != "unknown"]
+    return (
+        not told
+        or any(c.claim.answer == "kind" and c.kind is True for c in told)
+        or (_name_held(o))
+    )
+
+
+def _place_open(o: ExamOutcome) -> bool:
+    """Whether the answer leaves the place open or holds it."""
+    return not any(c.claim.resolved for c in o.claims) or _place_held(o)
 
 
 def _several(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:

@@ -218,12 +218,35 @@ def test_rates_have_the_right_denominators() -> None:
         "sharp: right place, and right name or kind": Rate(2, 3),
         "truth in the set of names, of those told": Rate(1, 2),
         "truth in the set of places, of those told": Rate(2, 2),
+        "truth not excluded, names": Rate(2, 2),
+        "truth not excluded, places": Rate(2, 2),
     }
     assert {k: score.rates[k] for k in expected} == expected
     assert score.cells["single"] == {"right": 1, "missed": 2, "kind": 1}
     (line,) = score.reliability
     assert (line.low, line.stated, line.right) == (0.95, 0.97, Rate(1, 1))
     assert score.seconds["seconds, median"] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("found", "name", "place"),
+    [
+        (finding("unknown", place=""), True, True),
+        (finding("unknown", place="k_1"), True, False),
+        (finding("kind", kind="restoring"), True, True),
+        (finding("kind", kind="slow"), False, True),
+        (finding("exact", "creep"), False, True),
+        (finding("exact", "backlash", "k_1"), True, False),
+        (finding("exact", "backlash", "k_1", same=["k_2"]), True, True),
+        (finding("look_alikes", "creep", also_possible=[{"effect": "backlash", "element": "k_2"}]),
+         True, True),
+    ],
+)  # fmt: skip
+def test_what_an_answer_excludes(found: dict[str, Any], name: bool, place: bool) -> None:
+    verdict = MISSING if found["answer"] == "exact" else UNKNOWN
+    score = counted((BACKLASH, said(verdict, found)))
+    assert score.rates["truth not excluded, names"] == Rate(int(name), 1)
+    assert score.rates["truth not excluded, places"] == Rate(int(place), 1)
 
 
 def test_two_sets_of_answers_stand_side_by_side() -> None:
