@@ -1,4 +1,4 @@
-"""A resistor that grows with its own heat."""
+"""A resistor that its own heat changes."""
 
 from __future__ import annotations
 
@@ -39,17 +39,27 @@ class SelfHeating(Law):
     flow_unit: str = "A"
     starts: ClassVar[tuple[str, ...]] = ("rise", "tau", "level", "unit", "flow_unit")
     name: ClassVar[str] = "self_heating"
-    energy: ClassVar[str] = "dissipates"
     lives_in_time: ClassVar[bool] = True
     """Heat leaves with time."""
     follows: ClassVar[tuple[bool, ...]] = (False, True)
     """Temperature rise and last flow."""
 
+    @property
+    def energy(self) -> str:  # type: ignore[override]
+        """``dissipates`` while heat adds to the resistance; what it takes away gives energy."""
+        return "dissipates" if self.rise >= 0 else "signal"
+
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """``r``, ``tau``, then the fixed level."""
         tau = self.tau
         return (
-            Parameter(f"r_heat_{element}", self.rise, self.unit, scale=abs(self.rise) or 1.0),
+            Parameter(
+                f"r_heat_{element}",
+                self.rise,
+                self.unit,
+                positive=False,
+                scale=abs(self.rise) or 1.0,
+            ),
             Parameter(
                 f"tau_heat_{element}", tau, "s", lower=0.02 * tau, upper=50.0 * tau, scale=tau
             ),

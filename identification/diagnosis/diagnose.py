@@ -198,8 +198,8 @@ def diagnose(
         )
     read = noise_floor(recording, split, sensors, tuple(commands), breaks)
     floor = read | given_noise(noise or {}, sensors, graph.name)
-    sure = measured(recording, split, sensors, tuple(commands), breaks)
-    sure = sure or set(noise or {}) >= set(sensors)
+    open_ones = tuple(n for n in sensors if n not in (noise or {}))
+    sure = not open_ones or measured(recording, split, open_ones, tuple(commands), breaks)
     data = replace(data, floor=np.array([floor[n] for n in sensors]), floor_measured=sure)
     if reason := _nothing_moves(data):
         return replace(

@@ -26,9 +26,9 @@ def noise_floor(
 
     Where all commands repeat themselves exactly, the noise is what two neighbouring periods differ
     by, white or not. A rest of at least 200 samples gives it directly (less its slow trend).
-    Otherwise, and where periods differ by more than any colour of the noise explains (something
-    acts that does not repeat), it is taken as white at the level of the highest fifth of the
-    spectrum, where plants answer least.
+    Otherwise it is taken as white at the level of the highest fifth of the spectrum, where plants
+    answer least; so also where periods differ by far more than that (something acts that does not
+    repeat, or slow noise), and then by an eighth of what they differ by at least.
     Never less than the rounding of the converter or 1e-5 of the spread.
 
     Parameters
@@ -53,13 +53,15 @@ def noise_floor(
     again = repeats(moving) if moving else None
     for n in sensors:
         y = np.asarray(recording[n])
-        if again is not None:
-            sigma = _repeat_level(y, *again)
-            sigma = sigma if _is_noise(sigma, y) else _white_level(y)
+        level = _repeat_level(y, *again) if again is not None else np.inf
+        if again is not None and _is_noise(level, y):
+            sigma = level
         elif split.rest is not None and split.rest.stop - (split.rest.start or 0) >= REST:
             sigma = _rest_level(y[split.rest])
         else:
             sigma = _white_level(y)
+            if np.isfinite(level):  # as far as its colour could go, it may be noise after all
+                sigma = max(sigma, level / NEARLY)
         found[n] = max(sigma, _rounding(y), RELATIVE_LEAST * float(y.std()), 1e-300)
     return found
 
@@ -86,7 +88,7 @@ def measured(
     moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
     rest = split.rest
     long = rest is not None and rest.stop - (rest.start or 0) >= REST
-    again = repeats(moving) if moving else None
+    again = repeats(moving) if moving and not long else None
     if again is None:
         return long
     read = (np.asarray(recording[n]) for n in sensors)
@@ -94,12 +96,19 @@ def measured(
 
 
 COLOURED = 12.0
-"""Level over that read off the top of the spectrum, above which no colour of noise explains it."""
+"""Level over that read off the top of the spectrum, above which it is no longer taken for noise."""
+NEARLY = 8.0
+"""The same with room for what a floor is allowed to be wrong by."""
 
 
 def _is_noise(level: float, y: Array) -> bool:
-    """Whether what periods differ by may be noise, not a push that does not come again."""
-    return level <= COLOURED * max(_white_level(y), _rounding(y), RELATIVE_LEAST * float(y.std()))
+    """Whether what periods differ by may be noise, not a push that does not come again.
+
+    A filter may leave nothing at the top of the spectrum; then that tells nothing.
+    """
+    white = _white_level(y)
+    silent = white < max(_rounding(y), RELATIVE_LEAST * float(y.std()))
+    return silent or level <= COLOURED * white
 
 
 REST = 200

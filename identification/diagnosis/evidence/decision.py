@@ -114,17 +114,16 @@ class Evidence:
     untried: tuple[tuple[str, str], ...] = ()
     located: tuple[str, ...] = ()
 
-    def at(self, places: tuple[str, ...], kinds: Sequence[KindScore] | None = None) -> Evidence:
-        """Return the evidence with the mismatch known to sit at one of `places`.
-
-        With `kinds` in place of its own, if given.
-        """
-        every = self.kinds if kinds is None else kinds
+    @property
+    def here(self) -> Evidence:
+        """Only what sits at one of the places where the mismatch may sit."""
+        if not self.located:
+            return self
         return replace(
-            self, located=places,
-            laws=tuple(s for s in self.laws if s.element in places),
-            kinds=tuple(k for k in every if k.element in places),
-        )  # fmt: skip
+            self,
+            laws=tuple(s for s in self.laws if s.element in self.located),
+            kinds=tuple(k for k in self.kinds if k.element in self.located),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,8 +193,8 @@ class Decision:
 
 def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     """Decide what the evidence supports."""
-    t, e = limits or Thresholds(), evidence
-    trials = tuple(s.trial for s in e.laws)
+    t, e = limits or Thresholds(), evidence.here
+    trials = tuple(s.trial for s in evidence.laws)
     quiet = Decision(
         "explained", None, (), (), 0.0, 0.0, (), nominal=e.nominal, trials=trials,
         remaining=e.before,
@@ -253,6 +252,7 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
 
 def alike_kinds(e: Evidence, limits: Thresholds) -> list[KindScore]:
     """Kinds and places that one decision has to choose from, the likeliest first."""
+    e = e.here
     best = _best([*e.laws, *e.kinds])
     return [] if best is None else _alike_kinds(e, best.score, limits)
 
@@ -372,12 +372,16 @@ def _shows(plain: BlockScore, best: BlockScore, t: Thresholds) -> bool:
 def _matters(h: Hypothesis, e: Evidence, t: Thresholds) -> bool:
     """Whether a hypothesis removes enough of the misfit to be what is told of it.
 
-    What a fitted law leaves counts as noise if it is: a floor read off the spectrum is a guess.
+    Where the noise was only read off the spectrum, what a fitted law leaves counts as noise if it
+    may be.
     """
     noise, least = 1.0, MOSTLY
     if isinstance(h, Scored):
-        quiet = [s.score.square for s in e.laws if s.left.is_noise(t.noise)]
-        noise, least = max([noise, *quiet]), PART
+        least = PART
+        if not e.before.measured:
+            quiet = [s.score.square for s in e.laws if s.left.is_noise(t.noise)]
+            better = [square for square in quiet if square < e.plain.square]
+            noise = max(noise, min(better, default=noise))
     return e.plain.square - h.score.square > least * (e.plain.square - noise)
 
 
@@ -402,6 +406,9 @@ def _nothing(
     said = e.before.words
     if not e.before.is_noise(t.noise):
         reason = f"no law and no kind of physics explains it, and {said}: that is no noise"
+        return replace(quiet, kind="unknown_physics", places=e.located, reasons=(reason,))
+    if e.located:  # what shows elsewhere is theirs
+        reason = f"what is missing sits there, but no law and no kind explains it; {said}"
         return replace(quiet, kind="unknown_physics", places=e.located, reasons=(reason,))
     reason = "no law and no kind of physics improves it"
     if best is not None and e.plain.behind(best.score) > t.z:

@@ -33,10 +33,10 @@ def located(relations: Sequence[BlindRelation], readings: Collection[str]) -> tu
     if best.compatible:
         alone = all(not r.compatible and r.z > CLEAR for r in others)
     else:
-        if set(best.ports) <= set(readings):
+        if set(best.ports) & set(readings):
             return ()
-        most = max(best.train, best.test) - 1.0
-        alone = most < LEFT * (best.nominal - 1.0)
+        least = LEFT * (best.nominal - 1.0)
+        alone = best.train - 1.0 < least and best.test - 1.0 < least
         alone = alone and all(r.train - 1.0 > APART * (best.train - 1.0) for r in others)
     return best.ports if alone else ()
 

@@ -6,6 +6,8 @@ import numpy as np
 
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.localisation.places_without_name import located
 from identification.diagnosis.localisation.recording import axes_of
 from identification.diagnosis.report.evidence import spoken
 from identification.diagnosis.report.found import NAMED, found_of, places_of
@@ -50,17 +52,26 @@ def _relations(d: Diagnosis) -> list[str]:
         "Each relation leaves out what one class of ports could do, and is fitted on its own. If "
         "the mismatch sits in that class, its relation stays at the noise (1); every other rises."
     )
-    said = {True: "the mismatch may sit here alone", False: "elsewhere too"}
+    readings = d.nominal.problem.data.names if d.nominal is not None else ()
+    place = located(d.relations, readings)
     rows = [
-        [", ".join(r.ports), short(r.train), short(r.test), said[r.compatible]] for r in d.relations
+        [", ".join(r.ports), short(r.train), short(r.test), _so(r, place)] for r in d.relations
     ]
-    kinds = ["named" if r.compatible else "" for r in d.relations]
+    kinds = ["named" if r.compatible or r.ports == place else "" for r in d.relations]
     heads = ("blind to", "misfit / floor, train", "held out", "so")
     return [
         html.heading("relations blind to one place"),
         html.paragraph(words),
         html.table(heads, rows, (1, 2), kinds),
     ]
+
+
+def _so(r: BlindRelation, place: tuple[str, ...]) -> str:
+    if r.compatible:
+        return "the mismatch may sit here alone"
+    if r.ports == place:
+        return f"here: all but {percent(r.left)} of the mismatch"
+    return "elsewhere too"
 
 
 def _screening(d: Diagnosis) -> str:

@@ -27,7 +27,7 @@ from identification.report.words import spaced
 from identification.study.problem import Data
 
 BADGES = {
-    "explained": ("nothing is missing", GOOD),
+    "explained": ("nothing missing shows", GOOD),
     "parameters_only": ("only parameter values", "#0f766e"),
     "missing_physics": ("missing physics", BAD),
     "unknown_physics": ("unknown physics", "#6d28d9"),

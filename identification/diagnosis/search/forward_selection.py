@@ -91,10 +91,13 @@ class _Looks:
             return ()  # models that are not linear up to laws have none
         return located(self.blind, base.problem.data.names)
 
-    def kinds(self, base: Fit, better: Fit) -> list[KindScore]:
+    def kinds(
+        self, base: Fit, better: Fit, places: Collection[str] | None = None
+    ) -> list[KindScore]:
         """Score every kind at every port, on top of `base`, along the histories of `better`."""
         try:
-            return kind_scores(bench_of(base, better, self.plain), *self.of(better), jobs=self.jobs)
+            bench = bench_of(base, better, self.plain)
+            return kind_scores(bench, *self.of(better), places, jobs=self.jobs)
         except BondsightError:
             return []
 
@@ -285,12 +288,13 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     if number == 0 and decision.kind == "unknown_physics":
         where = done.where(base.fit, task.classes)
         if where and not (decision.physics and set(decision.places) <= set(where)):
-            here = [s.trial.train for s in evidence.laws if s.element in where]
-            left = untried_at(where, evidence, ranked)[: options.more]
-            evidence = with_laws(evidence, left, min(here, default=evidence.trained)).at(where)
-            if evidence.laws:
-                again = done.kinds(base.fit, evidence.laws[0].trial.fit)
-                evidence = evidence.at(where, _merged(evidence.kinds, again))
+            evidence = replace(evidence, located=where)
+            if left := untried_at(where, evidence, ranked)[: options.more]:
+                here = [s.trial.train for s in evidence.here.laws]
+                evidence = with_laws(evidence, left, min(here, default=evidence.trained))
+            if laws := evidence.here.laws:
+                again = done.kinds(base.fit, laws[0].trial.fit, where)
+                evidence = replace(evidence, kinds=tuple(_merged(evidence.kinds, again)))
             decision = decide(evidence, limits)
     return decision
 

@@ -42,6 +42,7 @@ RESISTORS: dict[str, Law] = {
     "bristle": DahlFriction(0.3, 0.05),
     "short bristle": DahlFriction(0.3, 1e-4),
     "heating": SelfHeating(0.3, 0.4, 0.5),
+    "softening": SelfHeating(-0.3, 0.4, 0.5),
     "resistance": NonlinearResistance(0.3, 0.5),
 }
 STORES: dict[str, Law] = {**SPRINGS, "overflow": Overflow(stiffness=3.0, depth=0.8, top=1.0)}

@@ -356,10 +356,10 @@ def test_where_only_one_place_is_left_the_decision_is_made_there() -> None:
     case = Case(5.0).law("backlash at k", 0.0).law("creep at k_2", lag(1.0))
     case.kind("memory", "k_2", 0.0).kind("restoring", "k", lag(1.0))
     assert case.decided().answer == "look_alikes"
-    evidence = case.evidence().at(("k", "b"))
-    d = decide(evidence)
+    d = decide(replace(case.evidence(), located=("k", "b")))
     assert (label(d), d.answer, d.places) == ("backlash at k", "exact", ("k",))
-    elsewhere = decide(case.evidence().at(("m",)))
+    assert {t.label for t in d.trials} == {"backlash at k", "creep at k_2"}
+    elsewhere = decide(replace(case.evidence(), located=("m",)))
     assert (elsewhere.kind, elsewhere.answer, elsewhere.places) == (
         "unknown_physics", "unknown", ("m",)
     )  # fmt: skip
@@ -368,10 +368,20 @@ def test_where_only_one_place_is_left_the_decision_is_made_there() -> None:
 def test_a_place_stays_known_where_laws_explain_little_or_fail() -> None:
     little = Case(9.0).law("backlash at k", 8.5).kind("restoring", "k", 8.5)
     assert decide(little.evidence()).places == ()
-    assert decide(little.evidence().at(("k", "b"))).places == ("k", "b")
+    assert decide(replace(little.evidence(), located=("k", "b"))).places == ("k", "b")
     failing = Case(9.0).law("backlash at k", 0.0, test=80.0).kind("restoring", "k", 0.0)
-    d = decide(failing.evidence().at(("k",)))
+    d = decide(replace(failing.evidence(), located=("k",)))
     assert (d.answer, d.physics, d.places) == ("unknown", "", ("k",))
+
+
+@pytest.mark.parametrize("before", [QUIET, LOUD])
+def test_what_shows_elsewhere_is_not_explained_because_it_cannot_sit_there(
+    before: Remaining,
+) -> None:
+    shows = Case(1.0, before).kind("memory", "k", 0.0).evidence()
+    assert decide(shows).kind == "unknown_physics"
+    d = decide(replace(shows, located=("m",)))
+    assert (d.kind, d.places) == ("unknown_physics", ("m",))
 
 
 def test_noise_is_what_a_law_leaves_if_that_may_be_noise() -> None:
@@ -389,6 +399,12 @@ def test_noise_is_what_a_law_leaves_if_that_may_be_noise() -> None:
     assert label(decide(read)) == "hysteresis at k"
     loud = [replace(s, left=LOUD) for s in louder]  # what it leaves is no noise
     assert label(decide(replace(read, laws=tuple(loud)))) == ""
+    # nor is there anything to guess where the noise was measured
+    sure = replace(read, before=Remaining({"x": 3.4}, True, 0.0))
+    assert label(decide(sure)) == ""
+    # a law that explains nothing, and leaves what may be noise, says nothing of another one
+    worse = replace(louder[0], score=times(scored(0.5, 7), scale))
+    assert label(decide(replace(read, laws=(*loud, worse)))) == ""
 
 
 def test_many_equals_are_nothing_known() -> None:

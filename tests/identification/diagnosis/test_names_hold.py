@@ -89,9 +89,9 @@ def test_one_relation_far_below_all_others_tells_the_place() -> None:
     much = relation("k b", 1.0 + 2.2 * left)
     assert located([much, relation("m", 400.0)], READINGS) == ()
     # it must hold on samples that it was not fitted to
-    late = relation("k b", 1.0 + left, 1.0 + 2.2 * left)
-    assert located([late, relation("m", 400.0)], READINGS) == ()
+    for late in (1.0 + 2.2 * left, np.nan):
+        assert located([relation("k b", 1.0 + left, late), relation("m", 400.0)], READINGS) == ()
     # without the reading itself little is left to be missed
-    deaf = relation("x", 1.0 + left)
+    deaf = relation("x d", 1.0 + left)
     assert located([deaf, relation("m", 400.0)], READINGS) == ()
     assert located([relation("x", 1.02, z=0.5), relation("m", 400.0)], READINGS) == ("x",)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from bondgraph.support.arrays import Array
+from identification.diagnosis.catalogue import UNNAMED
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth
 
 __all__ = ["SURE", "kind_separable", "name_separable"]
@@ -26,34 +27,39 @@ def name_separable(truth: ExamTruth, evidence: Mapping[str, Any]) -> bool:
         are the rivals, the model without an effect among them. The truth is as good as can be:
         its prediction errors are the noise that was added to the recording.
     """
-    main = truth.main
-    assert main is not None
-    laws = evidence.get("laws", ())
-    right = [x["effect"] in main.names and x["element"] in main.places for x in laws]
-    return _beaten(truth, evidence, right)
+    return _beaten(truth, evidence, lambda law, main: law["effect"] in main.names)
 
 
 def kind_separable(truth: ExamTruth, evidence: Mapping[str, Any]) -> bool:
     """Whether every fit of an effect of another kind, or at another place, loses."""
+    return _beaten(
+        truth, evidence, lambda law, main: law["effect"] in main.names or law["kind"] in main.kinds
+    )
+
+
+def _beaten(
+    truth: ExamTruth,
+    evidence: Mapping[str, Any],
+    right: Callable[[Mapping[str, Any], ConcealedEffect], bool],
+) -> bool:
     main = truth.main
     assert main is not None
-    laws = evidence.get("laws", ())
-    right = [_of_kind(x, main) and x["element"] in main.places for x in laws]
-    return _beaten(truth, evidence, right)
-
-
-def _of_kind(law: Mapping[str, Any], main: ConcealedEffect) -> bool:
-    return law["effect"] in main.names or law["kind"] in main.kinds
-
-
-def _beaten(truth: ExamTruth, evidence: Mapping[str, Any], right: list[bool]) -> bool:
     if not evidence.get("stretches"):
         return True  # nothing is known that would excuse the answer
     floors = evidence["floors"]
     noise = np.array([(truth.noise[n] / floors[n]) ** 2 for n in floors])
-    plain, *laws = evidence["stretches"][: 1 + len(right)]
-    rivals = [x for x, good in zip(laws, right, strict=True) if not good]
+    plain, *fitted = evidence["stretches"]
+    rivals = [
+        square
+        for law, square in zip(evidence["laws"], fitted, strict=True)
+        if law["element"] not in main.places or not (right(law, main) or _contains(law, main))
+    ]
     return all(_behind(np.array(x), noise) > SURE for x in (plain, *rivals))
+
+
+def _contains(law: Mapping[str, Any], main: ConcealedEffect) -> bool:
+    """Whether a law is no rival where it sits: the unnamed curve, or one with the truth in it."""
+    return law["effect"] == UNNAMED.name or bool(main.names & set(law["simpler"]))
 
 
 def _behind(square: Array, noise: Array) -> float:
@@ -63,6 +69,8 @@ def _behind(square: Array, noise: Array) -> float:
     noise alone would scatter it by, if that is less than the stretches themselves do.
     """
     lead = np.mean(square / noise - 1.0, axis=1)
+    if lead.size < 2:
+        return 0.0
     spread = float(np.std(lead, ddof=1))
     quiet = 1.4826 * float(np.median(np.abs(lead - np.median(lead))))
     spread = min(spread, quiet) if quiet > 0 else spread

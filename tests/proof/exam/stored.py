@@ -119,7 +119,7 @@ def stored(e: Evidence) -> dict[str, Any]:
         "paired": [[_number(v) for v in row] for row in paired],
         "noise": [[_number(v) for v in s.noise] for s in scores],
         "loss": [_number(s.loss) for s in scores],
-        "stretches": [_stretches(s) for s in scores],
+        "stretches": [_stretches(s) for s in scores[: 1 + len(e.laws)]],
         "laws": [_law(s) for s in e.laws],
         "kinds": [[k.element, k.kind] for k in e.kinds],
         "before": _left(e.before),

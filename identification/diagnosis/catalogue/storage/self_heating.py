@@ -49,12 +49,14 @@ class SelfHeatingEffect(Effect):
         """Insert a resistance that changes beside the constant one."""
         past = scene.of(element)
         size, taus = past.slope, _time_constants(past)
-        tried = [(sign * 0.1 * size, tau) for tau in (taus[1], taus[3]) for sign in (1.0, -1.0)]
         if hint is not None:
             rise, tau = float(hint.weights[0]), float(hint.shape["tau"])
-            # a resistance below zero would drive what it should damp
-            warmest = float(np.max(warmth(past.argument / past.rms, tau, past.dt)))
-            tried = [(max(rise, -0.5 * size / max(warmest, 1.0)), tau)]
+            tried = [(max(rise, -_most(past, tau)), tau)]
+        else:
+            tried = [
+                (sign * min(0.1 * size, _most(past, tau)), tau)
+                for tau in (taus[1], taus[3]) for sign in (1.0, -1.0)
+            ]  # fmt: skip
         unit, flow = ("ohm", "A")
         if element in mechanical_resistors(scene.graph):
             unit, flow = element.unit, rubbing_units(element)[1]  # type: ignore[attr-defined]
@@ -62,6 +64,12 @@ class SelfHeatingEffect(Effect):
         graph, (gained, pace) = self.with_law(scene, element, law)
         starts = tuple({gained: r, pace: t} for r, t in tried)
         return self.inserted(element, graph, starts, (gained,))
+
+
+def _most(past: PortHistory, tau: float) -> float:
+    """Gain that heat may take away: a resistance below zero would drive what it should damp."""
+    warmest = float(np.max(warmth(past.argument / past.rms, tau, past.dt)))
+    return 0.5 * past.slope / max(warmest, 1.0)
 
 
 def warmth(relative: Array, tau: float, dt: float) -> Array:

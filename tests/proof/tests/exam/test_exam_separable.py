@@ -37,10 +37,17 @@ def stretches(misfit: float, seed: int, only: int | None = None) -> list[list[fl
 
 
 def evidence(plain: float, *laws: tuple[str, str, float], only: int | None = None) -> Any:
-    kinds = {"end_stop": "restoring", "bilinear_stiffness": "restoring", "creep": "slow"}
+    kinds = {"creep": "slow", "unknown": "surface"}
+    simpler = {"richer": ["end_stop"]}
     return {
         "floors": FLOORS,
-        "laws": [{"effect": e, "element": p, "kind": kinds[e]} for e, p, _ in laws],
+        "laws": [
+            {
+                "effect": e, "element": p, "kind": kinds.get(e, "restoring"),
+                "simpler": simpler.get(e, []),
+            }
+            for e, p, _ in laws
+        ],
         "stretches": [
             stretches(plain, 0, only),
             *(stretches(m, 1 + i, only) for i, (*_, m) in enumerate(laws)),
@@ -73,6 +80,14 @@ def test_another_kind_or_place_hides_both(rival: tuple[str, str]) -> None:
     kept = evidence(3.0, ("end_stop", "k", 0.0), (*rival, 0.0))
     assert not name_separable(TRUTH, kept)
     assert not kind_separable(TRUTH, kept)
+
+
+@pytest.mark.parametrize(("law", "hides"), [("unknown", False), ("richer", False), ("creep", True)])
+def test_what_contains_the_truth_is_no_rival_where_it_sits(law: str, hides: bool) -> None:
+    kept = evidence(3.0, ("end_stop", "k", 0.0), (law, "k", 0.0))
+    assert name_separable(TRUTH, kept) is not hides
+    elsewhere = evidence(3.0, ("end_stop", "k", 0.0), (law, "m", 0.0))
+    assert not name_separable(TRUTH, elsewhere)
 
 
 def test_a_misfit_in_one_stretch_can_be_told() -> None:
