@@ -54,9 +54,7 @@ def _relations(d: Diagnosis) -> list[str]:
     )
     readings = d.nominal.problem.data.names if d.nominal is not None else ()
     place = located(d.relations, readings)
-    rows = [
-        [", ".join(r.ports), short(r.train), short(r.test), _so(r, place)] for r in d.relations
-    ]
+    rows = [[", ".join(r.ports), short(r.train), short(r.test), _so(r, place)] for r in d.relations]
     kinds = ["named" if r.compatible or r.ports == place else "" for r in d.relations]
     heads = ("blind to", "misfit / floor, train", "held out", "so")
     return [
