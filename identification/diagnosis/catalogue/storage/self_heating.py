@@ -63,7 +63,8 @@ class SelfHeatingEffect(Effect):
         law = SelfHeating(0.1 * size, tried[0][1], past.rms, unit=unit, flow_unit=flow)
         graph, (gained, pace) = self.with_law(scene, element, law)
         starts = tuple({gained: r, pace: t} for r, t in tried)
-        return self.inserted(element, graph, starts, (gained,))
+        # what work thins may be warm oil, or a fluid that has lost its structure
+        return self.inserted(element, graph, starts, (gained,), ((gained, 0.0, np.inf),))
 
 
 def _most(past: PortHistory, tau: float) -> float:
