@@ -45,11 +45,17 @@ def test_what_gives_way_without_end_is_no_creep(later: float, holds: bool) -> No
     assert made.is_itself({"creep_1_k": 0.01, "creep_2_k": later}) is holds
 
 
-@pytest.mark.parametrize(("gained", "holds"), [(0.2, True), (-0.2, False)])
-def test_what_gives_way_under_work_is_no_heat_for_sure(gained: float, holds: bool) -> None:
+@pytest.mark.parametrize(
+    ("gained", "share", "holds"), [(0.2, 0.1, True), (-0.2, 0.1, False), (0.2, 0.001, False)]
+)
+def test_what_thins_under_work_or_is_quick_is_no_heat_for_sure(
+    gained: float, share: float, holds: bool
+) -> None:
     s = scene("mechanical")
+    past = s.of(s.graph["d"])
     made = by_name("self_heating").insert(s, s.graph["d"])
-    assert made.is_itself({"r_heat_d": gained, "tau_heat_d": 1.0}) is holds
+    pace = share * past.dt * past.n
+    assert made.is_itself({"r_heat_d": gained, "tau_heat_d": pace}) is holds
 
 
 def test_a_law_without_such_a_range_is_always_itself() -> None:

@@ -63,8 +63,9 @@ class SelfHeatingEffect(Effect):
         law = SelfHeating(0.1 * size, tried[0][1], past.rms, unit=unit, flow_unit=flow)
         graph, (gained, pace) = self.with_law(scene, element, law)
         starts = tuple({gained: r, pace: t} for r, t in tried)
-        # what work thins may be warm oil, or a fluid that has lost its structure
-        return self.inserted(element, graph, starts, (gained,), ((gained, 0.0, np.inf),))
+        # what work thins may be warm oil or a fluid that lost its structure; nor is heat quick
+        within = ((gained, 0.0, np.inf), (pace, taus[0], np.inf))
+        return self.inserted(element, graph, starts, (gained,), within)
 
 
 def _most(past: PortHistory, tau: float) -> float:
