@@ -12,7 +12,7 @@ from tests.proof.trial.rates import Rate
 
 __all__ = ["bad_lines", "table_lines"]
 
-_WIDE = 72
+_WIDE = 76
 
 
 def rate_text(r: Rate) -> str:

@@ -51,7 +51,7 @@ def _beaten(
     plain, *fitted = evidence["stretches"]
     rivals = [
         square
-        for law, square in zip(evidence["laws"], fitted, strict=True)
+        for law, square in zip(evidence["laws"], fitted, strict=False)
         if law["element"] not in main.places or not (right(law, main) or _contains(law, main))
     ]
     return all(_behind(np.array(x), noise) > SURE for x in (plain, *rivals))
