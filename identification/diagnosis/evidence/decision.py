@@ -549,7 +549,15 @@ def _kind(
     physics = plainest(k.kind for k in kinds) if here else _common(kinds)
     if physics in ANYTHING and _follows_anything(kind, e, t):
         physics = ""
-    if len(set(places)) > PLACES or not (here or open_places <= set(places)):
+    # so does one with few numbers that explains nearly as much as a form with many
+    near = {
+        s.element for s in e.laws
+        if s.trial.itself and s.trial.effect != UNNAMED.name
+        and explained(s, e.plain, kind.score) >= EXACT
+        and not _together(s.element, kind.element, e.classes)
+    }  # fmt: skip
+    open_places |= near
+    if len(set(places)) > PLACES or near or not (here or open_places <= set(places)):
         physics = ""
     if not physics:
         places += sorted(open_places)

@@ -365,6 +365,20 @@ def test_where_only_one_place_is_left_the_decision_is_made_there() -> None:
     )  # fmt: skip
 
 
+def test_a_law_elsewhere_that_explains_nearly_as_much_leaves_kind_and_place_open() -> None:
+    """A filter of the command does what creep of the spring does, and more of it by chance."""
+
+    def answer(law: float) -> Decision:
+        case = Case(5.0).law("creep at k", law).kind("slow", "k", 2.0)
+        return case.kind("command", "V", 0.0).decided()
+
+    near = answer(0.8)  # 97.4 % of it
+    assert (near.answer, near.physics) == ("unknown", "")
+    assert set(near.places) == {"V", "k"}
+    far = answer(1.5)
+    assert (far.answer, far.physics, far.places) == ("kind", "command", ("V",))
+
+
 def test_a_place_stays_known_where_laws_explain_little_or_fail() -> None:
     little = Case(9.0).law("backlash at k", 8.5).kind("restoring", "k", 8.5)
     assert decide(little.evidence()).places == ()
