@@ -123,8 +123,9 @@ def draw_truth(
     """Draw a bench.
 
     What is concealed shows: other values of the plant's parameters leave at least the size of the
-    noise of it (`left_over`). Without wishes, nothing is concealed with probability 1/5 and every
-    effect of the catalogue is as likely as the others, as are its places and the three classes.
+    noise of it (`left_over`; delays and the amplifier's pole do by their range). Without wishes,
+    nothing is concealed with probability 1/5 and every effect of the catalogue is as likely as
+    the others, as are its places and the three classes.
 
     Parameters
     ----------
@@ -183,8 +184,8 @@ def left_over(
 
     Parameters
     ----------
-    changed, plain
-        Undisturbed (x, i) with and without the effect, m and A, ``(N,)`` each.
+    changed, plain, noise
+        As `deviation_ratio` takes them.
     imitations
         Changes of the readings by each parameter, over the noise, x before i, ``(2 N, p)``.
     """

@@ -14,7 +14,8 @@ from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import interleaved
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
-from identification.diagnosis.evidence.decision import Decision, Thresholds
+from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import Latent, latent

@@ -96,7 +96,8 @@ def measured(
 
 
 COLOURED = 12.0
-"""Level over that read off the top of the spectrum, above which it is no longer taken for noise."""
+"""Level over that read off the top of the spectrum, above which the colour of noise that is seldom
+slower does not explain it."""
 NEARLY = 8.0
 """The same with room for what a floor is allowed to be wrong by."""
 

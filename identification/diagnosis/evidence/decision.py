@@ -10,41 +10,18 @@ asked apart (`remaining`), and only then nothing is said to be missing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from types import MappingProxyType
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from identification.diagnosis.catalogue import UNNAMED
+from identification.diagnosis.evidence.answer import Decision, probability
 from identification.diagnosis.evidence.block_score import BlockScore
+from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
-from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """The knobs of the decision, set on development seeds and then kept.
-
-    Attributes
-    ----------
-    z : float
-        Standard errors by which a hypothesis must lag behind the best to leave the set.
-    noise : float
-        Root mean square over a measured noise above which what is left is no noise.
-    gain : float
-        Least gain worth naming: mean square that an effect removes, in units of the noise.
-    law : float
-        Least part of what the best flexible form explains that a named law must explain.
-    """
-
-    z: float = 3.0
-    noise: float = 1.5
-    gain: float = 0.05
-    law: float = 0.95
-
 
 EXACT = 0.97
 """Part of what its kind explains from which a law is called exact."""
@@ -58,137 +35,6 @@ MOST = 3
 """More effects than this are no set of look-alikes but nothing known."""
 PLACES = 5
 """More places than this are no answer."""
-
-
-@dataclass(frozen=True, eq=False)
-class Scored:
-    """A fitted law with its score and what it leaves."""
-
-    trial: Candidate
-    score: BlockScore
-    left: Remaining
-
-    @property
-    def element(self) -> str:
-        """Its place."""
-        return self.trial.element
-
-
-Hypothesis = Scored | KindScore
-
-
-@dataclass(frozen=True, eq=False)
-class Evidence:
-    """Everything that one decision looks at.
-
-    Attributes
-    ----------
-    plain : BlockScore
-        The model without a further effect.
-    laws : tuple of Scored
-        Best first; the unnamed curve may be among them.
-    kinds : tuple of KindScore
-        Best first.
-    before : Remaining
-        What is left without a further effect.
-    nominal : float
-        Held-out mean square over the floor without one.
-    trained : float
-        The same on training samples.
-    named : tuple of str
-        Places of the effects that were named before this one.
-    untried : tuple of (str, str)
-        Effects with their places that could not be fitted beside what is in the model.
-    located : tuple of str
-        The only places where the mismatch may sit, whatever its law; empty where that is not known.
-    """
-
-    plain: BlockScore
-    laws: tuple[Scored, ...]
-    kinds: tuple[KindScore, ...]
-    before: Remaining
-    nominal: float
-    trained: float
-    classes: Isolability | None = None
-    named: tuple[str, ...] = ()
-    untried: tuple[tuple[str, str], ...] = ()
-    located: tuple[str, ...] = ()
-
-    @property
-    def here(self) -> Evidence:
-        """Only what sits at one of the places where the mismatch may sit."""
-        if not self.located:
-            return self
-        return replace(
-            self,
-            laws=tuple(s for s in self.laws if s.element in self.located),
-            kinds=tuple(k for k in self.kinds if k.element in self.located),
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Decision:
-    """What the evidence supports.
-
-    Attributes
-    ----------
-    kind : {"explained", "missing_physics", "unknown_physics"}
-    answer : {"exact", "approximate", "look_alikes", "family", "kind", "unknown"}
-    chosen : Candidate or None
-        The named effect, or the best description when nothing may be named.
-    physics : str
-        Kind of physics (`screening.flexible_forms.KINDS`); empty where none can be told.
-    places : tuple of str
-        Elements in the set, the likeliest first; empty where they are too many.
-    richer : tuple of Candidate
-        Richer forms of the named effect that these data neither need nor exclude.
-    same_place : tuple of Candidate
-        The same effect at other elements, not separable.
-    rivals : tuple of Candidate
-        Other effects that describe the data as well.
-    share : float
-        Part of the excess misfit that `chosen` explains.
-    law_fit : float
-        Part of what any law of its kind could explain at its place; NaN without a law.
-    confidence : float
-        Calibrated chance that the answer is right.
-    reasons : tuple of str
-    remaining : Remaining or None
-        What is left beside `chosen`.
-    trials : tuple of Candidate
-        All that was fitted for this decision.
-    nominal : float
-        Held-out mean square over the floor before this decision.
-    """
-
-    kind: str
-    chosen: Candidate | None
-    same_place: tuple[Candidate, ...]
-    rivals: tuple[Candidate, ...]
-    share: float
-    confidence: float
-    reasons: tuple[str, ...]
-    richer: tuple[Candidate, ...] = ()
-    remaining: Remaining | None = None
-    trials: tuple[Candidate, ...] = ()
-    nominal: float = float("nan")
-    answer: str = "unknown"
-    physics: str = ""
-    places: tuple[str, ...] = ()
-    law_fit: float = float("nan")
-    kinds: tuple[KindScore, ...] = ()
-
-    @property
-    def possible(self) -> tuple[Candidate, ...]:
-        """The best description and its rivals."""
-        return self.rivals if self.chosen is None else (self.chosen, *self.rivals)
-
-    @property
-    def family(self) -> str:
-        """Family of what is missing; ``outside`` where none can be given."""
-        families = {t.insertion.family for t in self.possible}
-        known = self.answer not in ("unknown", "kind") and len(families) == 1
-        return families.pop() if known else "outside"
 
 
 def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
@@ -633,15 +479,3 @@ def richer_names(best: Candidate, trials: Sequence[Candidate]) -> set[str]:
     return {
         x.effect for x in trials if x.effect != UNNAMED.name and best.effect in x.insertion.simpler
     }
-
-
-RIGHT: Mapping[str, float] = MappingProxyType(
-    {"exact": 0.95, "approximate": 0.915, "family": 0.94, "kind": 0.76}
-)
-"""Share of the answers of a sort that were right in the development exam, as its `certify` prints
-it: one right and one wrong more than were counted."""
-
-
-def probability(d: Decision) -> float:
-    """Chance that the answer is right; zero where none is given."""
-    return RIGHT.get(d.answer, 0.0)

@@ -10,10 +10,8 @@ from scipy.stats import spearmanr
 
 from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
+from identification.study.noise_floor import COLOURED
 
-COLOURED = 12.0
-"""Root mean square over a noise that was only read off the top of the spectrum, above which no
-colour of the noise explains it."""
 FOLLOWS = 3.5
 """Standard errors from which a misfit that is larger where more moves is no noise."""
 SHORT = 5

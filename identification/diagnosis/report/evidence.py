@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.report.rivals import Standing, nominal_misfit, standings, title
 from identification.estimation.single_record import Estimate
 from identification.report import html

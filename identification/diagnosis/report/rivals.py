@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.search.candidates import Candidate
 from identification.report.words import spaced

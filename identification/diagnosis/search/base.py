@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.search.candidates import (
     Candidate,
     DiagnosisOptions,

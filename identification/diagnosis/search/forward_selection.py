@@ -12,17 +12,10 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import UNNAMED, Effect
 from identification.diagnosis.catalogue.effect import kind_at
+from identification.diagnosis.evidence.answer import RIGHT, Decision
 from identification.diagnosis.evidence.block_score import BlockScore, score
-from identification.diagnosis.evidence.decision import (
-    CURVES,
-    RIGHT,
-    Decision,
-    Evidence,
-    Scored,
-    Thresholds,
-    alike_kinds,
-    decide,
-)
+from identification.diagnosis.evidence.decision import CURVES, alike_kinds, decide
+from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore, bench_of, kind_scores
 from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.localisation.blind_relations import BlindRelation, blind_relations

@@ -132,11 +132,23 @@ def test_recording_is_finite_and_inside_the_range(name: Any, place: Any) -> None
 
 @pytest.mark.parametrize(("name", "place"), SIZED)
 def test_mark_is_in_the_promised_class(name: Any, place: Any) -> None:
-    """Deviation from the twin over noise lies in the range of the class, or shows just enough."""
+    """Deviation from the twin over noise lies in the range of the class.
+
+    A creep that would be a softer spring to below the noise is larger, but no larger than it needs
+    to be.
+    """
     t = truth(name, place)
     low, high = RATIO_RANGES[t.strength]
-    assert visibility(t, SEED) >= low
-    assert visibility(t, SEED) <= high or shows(t, SEED) < 1.5
+    mark = visibility(t, SEED)
+    assert mark >= low
+    if mark > high:
+        assert (name, place) == ("creep", "k")
+        assert 0.95 < shows(t, SEED) < 1.5
+
+
+@pytest.mark.parametrize(("name", "place"), SIZED)
+def test_what_is_concealed_shows(name: Any, place: Any) -> None:
+    assert shows(truth(name, place), SEED) > 0.95
 
 
 @pytest.mark.parametrize("seed", [3, 2094261339])

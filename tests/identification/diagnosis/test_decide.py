@@ -17,20 +17,10 @@ import pytest
 from bondgraph.signals.recording import Split
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.effect import Insertion
+from identification.diagnosis.evidence.answer import RIGHT, Decision
 from identification.diagnosis.evidence.block_score import BlockScore
-from identification.diagnosis.evidence.decision import (
-    EXACT,
-    NEAR,
-    RIGHT,
-    UNUSUAL,
-    Decision,
-    Evidence,
-    Hypothesis,
-    Scored,
-    Thresholds,
-    decide,
-    plainest,
-)
+from identification.diagnosis.evidence.decision import EXACT, NEAR, UNUSUAL, decide, plainest
+from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.leave_out import LeftOut, Rows
 from identification.diagnosis.evidence.remaining import Remaining, remaining

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.catalogue import by_name
-from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.places_without_name import (
     APART,

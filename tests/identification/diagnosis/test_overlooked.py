@@ -9,7 +9,7 @@ import numpy as np
 
 from bondgraph import R
 from identification.diagnosis.catalogue import UNNAMED, by_name
-from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.score_test import Screened

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from bondgraph.signals.recording import Split
-from identification.diagnosis.evidence.remaining import COLOURED, Remaining, remaining
+from identification.diagnosis.evidence.remaining import Remaining, remaining
+from identification.study.noise_floor import COLOURED
 from identification.study.problem import Data
 
 N = 4000

@@ -26,7 +26,7 @@ from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
-from identification.diagnosis.evidence.decision import Thresholds
+from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.report import page, sections, write_report
 from identification.diagnosis.report.changed import changes, definition, math_svg, whole_law

@@ -14,7 +14,7 @@ from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
-from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.localisation.recording.region import Region
 from identification.diagnosis.screening.flexible_forms import KINDS

@@ -10,7 +10,7 @@ from bondgraph.drawing import shading
 from bondgraph.drawing.svg import svg
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import Insertion
-from identification.diagnosis.evidence.decision import Decision
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.localisation.recording.plausible import (
     confidence_of_places,
     place_weights,

@@ -18,7 +18,9 @@ from typing import Any
 from scipy.stats import binom
 
 from bondgraph.support.errors import UnusableInput
-from identification.diagnosis.evidence.decision import Decision, Thresholds, decide
+from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.decision import decide
+from identification.diagnosis.evidence.hypotheses import Thresholds
 from tests.proof.exam.counting import score_exam
 from tests.proof.exam.printing import rate_text
 from tests.proof.exam.said import Claim, ExamAnswer, exam_answer_of

@@ -13,14 +13,10 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore
-from identification.diagnosis.evidence.decision import (
-    Decision,
-    Evidence,
-    Scored,
-    Thresholds,
-    decide,
-)
+from identification.diagnosis.evidence.decision import decide
+from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.leave_out import stretch_sums
 from identification.diagnosis.evidence.remaining import Remaining

@@ -19,7 +19,7 @@ from typing import Any
 
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.whole_file import write_atomically
-from identification.diagnosis.evidence.decision import Thresholds
+from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.truths import Truth, canonical, read_truths

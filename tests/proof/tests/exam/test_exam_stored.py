@@ -15,7 +15,9 @@ from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.evidence.decision import RIGHT, Thresholds, decide
+from identification.diagnosis.evidence.answer import RIGHT
+from identification.diagnosis.evidence.decision import decide
+from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
 from tests.identification.diagnosis.spring import spring

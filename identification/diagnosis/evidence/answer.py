@@ -1,0 +1,88 @@
+"""What the evidence supports, and how often answers of that sort were right."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.remaining import Remaining
+from identification.diagnosis.search.candidates import Candidate
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What the evidence supports.
+
+    Attributes
+    ----------
+    kind : {"explained", "missing_physics", "unknown_physics"}
+    answer : {"exact", "approximate", "look_alikes", "family", "kind", "unknown"}
+    chosen : Candidate or None
+        The named effect, or the best description when nothing may be named.
+    physics : str
+        Kind of physics (`screening.flexible_forms.KINDS`); empty where none can be told.
+    places : tuple of str
+        Elements in the set, the likeliest first; empty where they are too many.
+    richer : tuple of Candidate
+        Richer forms of the named effect that these data neither need nor exclude.
+    same_place : tuple of Candidate
+        The same effect at other elements, not separable.
+    rivals : tuple of Candidate
+        Other effects that describe the data as well.
+    share : float
+        Part of the excess misfit that `chosen` explains.
+    law_fit : float
+        Part of what any law of its kind could explain at its place; NaN without a law.
+    confidence : float
+        Calibrated chance that the answer is right.
+    reasons : tuple of str
+    remaining : Remaining or None
+        What is left beside `chosen`.
+    trials : tuple of Candidate
+        All that was fitted for this decision.
+    nominal : float
+        Held-out mean square over the floor before this decision.
+    """
+
+    kind: str
+    chosen: Candidate | None
+    same_place: tuple[Candidate, ...]
+    rivals: tuple[Candidate, ...]
+    share: float
+    confidence: float
+    reasons: tuple[str, ...]
+    richer: tuple[Candidate, ...] = ()
+    remaining: Remaining | None = None
+    trials: tuple[Candidate, ...] = ()
+    nominal: float = float("nan")
+    answer: str = "unknown"
+    physics: str = ""
+    places: tuple[str, ...] = ()
+    law_fit: float = float("nan")
+    kinds: tuple[KindScore, ...] = ()
+
+    @property
+    def possible(self) -> tuple[Candidate, ...]:
+        """The best description and its rivals."""
+        return self.rivals if self.chosen is None else (self.chosen, *self.rivals)
+
+    @property
+    def family(self) -> str:
+        """Family of what is missing; ``outside`` where none can be given."""
+        families = {t.insertion.family for t in self.possible}
+        known = self.answer not in ("unknown", "kind") and len(families) == 1
+        return families.pop() if known else "outside"
+
+
+RIGHT: Mapping[str, float] = MappingProxyType(
+    {"exact": 0.95, "approximate": 0.915, "family": 0.94, "kind": 0.76}
+)
+"""Share of the answers of a sort that were right in the development exam, as its `certify` prints
+it: one right and one wrong more than were counted."""
+
+
+def probability(d: Decision) -> float:
+    """Chance that the answer is right; zero where none is given."""
+    return RIGHT.get(d.answer, 0.0)
