@@ -283,12 +283,18 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
         if where and not (decision.physics and set(decision.places) <= set(where)):
             evidence = replace(evidence, located=where)
             if left := untried_at(where, evidence, ranked)[: options.more]:
-                here = [s.trial.train for s in evidence.here.laws]
-                evidence = with_laws(evidence, left, min(here, default=evidence.trained))
+                tried = [s.trial.train for s in evidence.here.laws]
+                evidence = with_laws(evidence, left, min(tried, default=evidence.trained))
             if laws := evidence.here.laws:
                 again = done.kinds(base.fit, laws[0].trial.fit, where)
                 evidence = replace(evidence, kinds=tuple(_merged(evidence.kinds, again)))
             decision = decide(evidence, limits)
+            here, next_best = done.blind[:2]
+            reason = (
+                f"whatever its law, it sits at {', '.join(where)}: beside that {here.train:.3g} "
+                f"times the floor is left, beside any other place {next_best.train:.3g} at least"
+            )
+            decision = replace(decision, reasons=(*decision.reasons, reason))
     return decision
 
 

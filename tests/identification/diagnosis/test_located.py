@@ -1,0 +1,50 @@
+"""Where relations leave one place, the decision is made there, and says why."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.search import forward_selection
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict import verdict
+from tests.identification.diagnosis.spring import spring
+
+
+def pushed() -> Recording:
+    """A spring that something pushes now and then, which no law and no kind of its own follows."""
+    t = np.asarray(0.01 * np.arange(700), np.float64)
+    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 3 * np.sin(2 * np.pi * 2.3 * t)
+    rng = np.random.default_rng(3)
+    force = sum(
+        rng.normal(scale=6.0) * np.exp(-(((t - c) / 0.05) ** 2)) for c in rng.uniform(0, 7, 20)
+    )
+    x = simulate(spring(), t, {"F": u + force})["x"] + 1e-5 * rng.standard_normal(t.size)
+    return Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
+
+
+def test_the_place_that_relations_leave_is_told_with_its_reason(monkeypatch: Any) -> None:
+    place = ("k",)
+
+    def relations(*_: Any) -> tuple[BlindRelation, ...]:
+        return (
+            BlindRelation(place, 400.0, 1.3, 1.4, 9.0, 1e3, 401.0),
+            BlindRelation(("F", "m"), 400.0, 90.0, 95.0, 1e3, 1e3, 401.0),
+        )
+
+    options = DiagnosisOptions(jobs=1, effects=1)
+    monkeypatch.setattr(forward_selection, "blind_relations", relations)
+    d = diagnose(spring(), pushed(), options=options)
+    assert d.kind == "unknown_physics"
+    assert d.decision is not None
+    assert d.decision.places == place
+    assert "beside that 1.3 times the floor" in d.decision.reasons[-1]
+    assert "any other place 90" in d.decision.reasons[-1]
+    assert d.relations == relations()
+    location = verdict(d)["findings"][0]["location"]
+    assert place[0] in (location["element"], *location["indistinguishable_from"])
