@@ -9,7 +9,7 @@ Ould Bouamama, Model-based Process Supervision, 2008).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -66,6 +66,10 @@ class BlindRelation:
         Degrees of freedom on training data.
     nominal : float
         Training misfit of the nominal fit, all of the residual.
+    sides : int
+        Latent signals that it is blind to: two for a two-port, whose sides may change together.
+    theta : ndarray
+        Unknowns of the fit as this relation sees them.
     """
 
     ports: tuple[str, ...]
@@ -75,6 +79,13 @@ class BlindRelation:
     z: float
     freedom: float
     nominal: float
+    sides: int = 1
+    theta: Array = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
+
+    @property
+    def decided(self) -> bool:
+        """Whether anything is known: where a port could explain every reading, nothing is."""
+        return bool(np.isfinite(self.train))
 
     @property
     def left(self) -> float:
@@ -84,12 +95,14 @@ class BlindRelation:
     @property
     def compatible(self) -> bool:
         """Whether the mismatch may sit at these ports alone."""
-        return self.z < LIMIT or (self.left < LEFT and self.nominal > 2.0)
+        return not self.decided or self.z < LIMIT or (self.left < LEFT and self.nominal > 2.0)
 
     @property
     def words(self) -> str:
         """One sentence."""
         names = ", ".join(self.ports)
+        if not self.decided:
+            return f"blind to {names}: it could explain every reading, so that it is not excluded"
         said = f"blind to {names}: {self.train:.3g} of the floor (held out {self.test:.3g})"
         if self.compatible:
             return f"{said}; the mismatch may sit there alone"
@@ -116,7 +129,8 @@ def blind_relations(
     Returns
     -------
     tuple of BlindRelation
-        Empty where there is none; `no_relation` says why. Also empty if the fit is broken.
+        Empty where there is none; `no_relation` says why. Also empty if the fit is broken. Ports
+        that could explain every reading are at the end, not `decided`.
 
     Notes
     -----
@@ -131,33 +145,48 @@ def blind_relations(
     if not np.isfinite(start.residual).all() or not start.residual.size:
         return ()
     nominal = float(np.mean(start.residual**2))
-    found = []
+    found, relations = [], []
     for ports in _classes(model, structure):
-        seen = _seen(fit, model, start, ports[0])
+        sampled = model.sampled(ports[0], fit.point.theta)
+        if not _hears(sampled):
+            continue
+        seen = _seen(fit, model, start, ports[0], sampled)
         done = None if seen is None else _refitted(seen, start, FIRST)
         if seen is not None and done is not None:
             found.append((ports, seen, done))
+        else:
+            relations.append(_undecided(ports, nominal, sampled.d.shape[1]))
     found.sort(key=lambda f: f[2].train)
     # only those that may yet reach the floor are followed to their end
     best = found[0][2].train if found else 1.0
     for i, (ports, seen, done) in enumerate(found):
         if done.moving and (i < FOLLOWED or done.train < NEAR * max(best, 1.0)):
             found[i] = ports, seen, _refitted(seen, start, steps, done.theta) or done
-    relations = [_relation(ports, done, nominal) for ports, _, done in found]
-    if not any(r.compatible for r in relations):
+    made = [_relation(ports, seen, done, nominal) for ports, seen, done in found]
+    if not any(r.compatible for r in made):
         # a gross mismatch may have dragged the nominal fit too far: begin where the model did
         declared = start_point(fit.problem).theta
         for i, (ports, seen, done) in enumerate(found[:FOLLOWED]):
             again = _refitted(seen, start, steps, declared)
             if again is not None and again.train < done.train:
-                relations[i] = _relation(ports, again, nominal)
-    return tuple(sorted(relations, key=lambda r: r.train))
+                made[i] = _relation(ports, seen, again, nominal)
+    return (*sorted(made, key=lambda r: r.train), *relations)
 
 
-def _relation(ports: tuple[str, ...], done: Refitted, nominal: float) -> BlindRelation:
+def _relation(
+    ports: tuple[str, ...], seen: BlindProblem, done: Refitted, nominal: float
+) -> BlindRelation:
     spread = np.hypot(np.sqrt(2.0 / done.count), FLOOR_ERROR)
     away = float((done.train - 1.0) / spread)
-    return BlindRelation(ports, done.before, done.train, done.test, away, done.count, nominal)
+    return BlindRelation(
+        ports, done.before, done.train, done.test, away, done.count, nominal, seen.sides,
+        done.theta,
+    )  # fmt: skip
+
+
+def _undecided(ports: tuple[str, ...], nominal: float, sides: int) -> BlindRelation:
+    nothing = float("nan")
+    return BlindRelation(ports, nothing, nothing, nothing, nothing, 0.0, nominal, sides)
 
 
 def no_relation(fit: Fit, probed: Probes | None = None) -> str:
@@ -181,14 +210,17 @@ def more_than_one_site(relations: tuple[BlindRelation, ...]) -> bool:
     refit may have stopped short: then nothing is known.
     """
     return (
-        bool(relations)
+        any(r.decided for r in relations)
         and relations[0].nominal < GROSS
-        and not any(r.compatible for r in relations)
+        and not any(r.compatible for r in relations if r.decided)
     )
 
 
 def _classes(model: LatentModel, structure: Isolability) -> list[tuple[str, ...]]:
-    """Classes of the structure with a probed port; ports it does not know join a parallel one."""
+    """Classes of the structure with a probed port; ports it does not know join a parallel one.
+
+    Two-ports whose sides may change together stand alone: they explain more than their classes.
+    """
     classes = [tuple(n for n in c if n in model.ports) for c in structure.classes]
     classes = [c for c in classes if c]
     listed = {n for c in classes for n in c}
@@ -204,7 +236,10 @@ def _classes(model: LatentModel, structure: Isolability) -> list[tuple[str, ...]
                 break
         else:
             classes.append((name,))
-    return classes
+    wide = [(n,) for c in classes for n in c if len(model.ports[n]) > 1]
+    alone = {n for (n,) in wide}
+    single = [tuple(n for n in c if n not in alone) for c in classes]
+    return [*(c for c in single if c), *wide]
 
 
 def _parallel(a: Array, b: Array) -> bool:
@@ -216,17 +251,24 @@ def _parallel(a: Array, b: Array) -> bool:
     return bool((both > 0).any() and (inner >= (1 - PARALLEL) * both).all())
 
 
+def _hears(sampled: Sampled) -> bool:
+    """Whether a latent signal reaches any reading."""
+    return bool(np.abs(sampled.response(np.geomspace(1e-3, 3.0, 9))).max(initial=0.0) > 0)
+
+
 def _seen(
-    fit: Fit, model: LatentModel, start: ResidualEvaluation, port: str
+    fit: Fit, model: LatentModel, start: ResidualEvaluation, port: str, sampled: Sampled
 ) -> BlindProblem | None:
-    """Return the fit as the relation sees it; None where the port explains all, or nothing."""
+    """Return the fit as the relation sees it; None where the port explains all."""
     try:
-        size = _size(fit, model.sampled(port, fit.point.theta), start)
+        size = _size(fit, sampled, start)
     except (np.linalg.LinAlgError, BondsightError):
         return None
     if size is None:
         return None
-    return BlindProblem(fit, lambda theta: blind_filter(model.sampled(port, theta), size))
+    return BlindProblem(
+        fit, lambda theta: blind_filter(model.sampled(port, theta), size), sampled.d.shape[1]
+    )
 
 
 def _refitted(

@@ -26,20 +26,40 @@ def located(relations: Sequence[BlindRelation], readings: Collection[str]) -> tu
 
     The relation blind to them is at the floor or leaves little of the misfit, and every other one
     clearly leaves more. What is blind to one of the `readings` does not hear it, so that the others
-    leave little anyhow: there it has to be at the floor.
+    leave little anyhow: there all of it has to go. Ports that no relation excludes are among them:
+    two-ports, whose sides together explain more than any other port.
     """
-    if len(relations) < 2:
+    decided = [r for r in relations if r.decided]
+    single = [r for r in decided if r.sides == 1]
+    if len(decided) < 2 or not single:
         return ()
-    best, *others = relations
-    if best.compatible:
-        alone = all(not r.compatible and r.z > CLEAR for r in others)
-    else:
-        if set(best.ports) & set(readings):
+    best = single[0] if _alone(single, readings) else None
+    if best is None:
+        wide = [r for r in decided if r.sides > 1]
+        if not wide or not _alone([wide[0], *single], readings):
             return ()
-        least = LEFT * (best.nominal - 1.0)
-        alone = best.train - 1.0 < least and best.test - 1.0 < least
-        alone = alone and all(r.train - 1.0 > APART * (best.train - 1.0) for r in others)
-    return best.ports if alone else ()
+        best = wide[0]
+    least = best.train if best.compatible else APART * best.train
+    free = [
+        r for r in relations
+        if r is not best and (not r.decided or (r.sides > 1 and (r.compatible or r.train < least)))
+    ]  # fmt: skip
+    ports = (*best.ports, *(n for r in free for n in r.ports))
+    return ports if len(free) == 0 or len(ports) <= PLACES else ()
+
+
+def _alone(relations: Sequence[BlindRelation], readings: Collection[str]) -> bool:
+    """Whether the first relation explains the mismatch and no other one does."""
+    best, *others = relations
+    listens = not set(best.ports) & set(readings)
+    apart = all(r.train > APART * best.train for r in others)
+    if best.compatible:
+        # no floor can be read below what is left there: one read too high hides what others leave
+        return apart or (listens and all(not r.compatible and r.z > CLEAR for r in others))
+    least = LEFT * (best.nominal - 1.0)
+    little = best.train - 1.0 < least and best.test - 1.0 < least
+    clear = all(r.train - 1.0 > APART * (best.train - 1.0) for r in others)
+    return listens and little and clear
 
 
 def places_of(decision: Decision, classes: Isolability | None) -> tuple[str, ...]:

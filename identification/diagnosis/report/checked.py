@@ -54,8 +54,8 @@ def _relations(d: Diagnosis) -> list[str]:
     )
     readings = d.nominal.problem.data.names if d.nominal is not None else ()
     place = located(d.relations, readings)
-    rows = [[", ".join(r.ports), short(r.train), short(r.test), _so(r, place)] for r in d.relations]
-    kinds = ["named" if r.compatible or r.ports == place else "" for r in d.relations]
+    rows = [[", ".join(r.ports), _left(r.train), _left(r.test), _so(r, place)] for r in d.relations]
+    kinds = ["named" if r.compatible or r.ports[0] in place else "" for r in d.relations]
     heads = ("blind to", "misfit / floor, train", "held out", "so")
     return [
         html.heading("relations blind to one place"),
@@ -64,10 +64,16 @@ def _relations(d: Diagnosis) -> list[str]:
     ]
 
 
+def _left(misfit: float) -> str:
+    return short(misfit) if np.isfinite(misfit) else ""
+
+
 def _so(r: BlindRelation, place: tuple[str, ...]) -> str:
+    if not r.decided:
+        return "not excluded: it could explain every reading"
     if r.compatible:
         return "the mismatch may sit here alone"
-    if r.ports == place:
+    if r.ports[0] in place:
         return f"here: all but {percent(r.left)} of the mismatch"
     return "elsewhere too"
 

@@ -289,10 +289,11 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
                 again = done.kinds(base.fit, laws[0].trial.fit, where)
                 evidence = replace(evidence, kinds=tuple(_merged(evidence.kinds, again)))
             decision = decide(evidence, limits)
-            here, next_best = done.blind[:2]
+            decided = [r.train for r in done.blind if r.decided and r.ports[0] not in where]
+            here = next(r.train for r in done.blind if r.ports[0] in where)
             reason = (
-                f"whatever its law, it sits at {', '.join(where)}: beside that {here.train:.3g} "
-                f"times the floor is left, beside any other place {next_best.train:.3g} at least"
+                f"whatever its law, it sits at {', '.join(where)}: beside that {here:.3g} "
+                f"times the floor is left, beside any other place {min(decided, default=np.inf):.3g} at least"
             )
             decision = replace(decision, reasons=(*decision.reasons, reason))
     return decision

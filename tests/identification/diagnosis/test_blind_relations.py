@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se, Zero
+from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, Zero
 from bondgraph.signals.recording import Split
 from identification.diagnosis.localisation.blind_relations import (
     BlindRelation,
@@ -72,13 +72,25 @@ def course(cubic_k2: float, friction_b1: float) -> tuple[np.ndarray, np.ndarray]
     return force, found.y[:3].T
 
 
+LAST_THIRD = Split(slice(0, 800), slice(800, N), "last third")
+INTERLEAVED = Split(
+    tuple(slice(200 * i, 200 * i + 140) for i in range(6)),
+    tuple(slice(200 * i + 140, 200 * i + 200) for i in range(6)),
+    "interleaved",
+)
+
+
 @single_threaded
-def fitted(cubic_k2: float = 0.0, friction_b1: float = 0.0, cubic_x2: float = 0.0) -> Fit:
+def fitted(
+    cubic_k2: float = 0.0,
+    friction_b1: float = 0.0,
+    cubic_x2: float = 0.0,
+    split: Split = LAST_THIRD,
+) -> Fit:
     """Nominal fit that starts from parameters a fifth off."""
     force, x = course(cubic_k2, friction_b1)
     seen = x + NOISE * np.random.default_rng(1).standard_normal(x.shape)
     seen[:, 1] += cubic_x2 * x[:, 1] ** 3
-    split = Split(slice(0, 800), slice(800, N), "last third")
     names = ("x1", "x2", "x3")
     data = Data("run", DT * np.arange(N), {"F": force}, seen, names, np.full(3, NOISE), split)
     return fit(Problem(chain(1.2 * MASS, 0.85 * STIFFNESS, 0.8 * DAMPING), data))
@@ -93,10 +105,11 @@ def relations(f: Fit) -> tuple[BlindRelation, ...]:
     [({"cubic_k2": 5e4}, "k2"), ({"friction_b1": 0.5}, "b1"), ({"cubic_x2": 5.0}, "x2")],
     ids=["cubic_spring", "coulomb", "sensor"],
 )
+@pytest.mark.parametrize("split", [LAST_THIRD, INTERLEAVED], ids=["last_third", "interleaved"])
 def test_only_the_relation_blind_to_the_true_port_reaches_the_floor(
-    effect: dict[str, float], port: str
+    effect: dict[str, float], port: str, split: Split
 ) -> None:
-    f = fitted(**effect)
+    f = fitted(**effect, split=split)
     assert f.chi2("train") > 10
     found = relations(f)
     assert port in found[0].ports
@@ -165,3 +178,46 @@ def test_the_filter_is_the_projection_of_the_whole_record() -> None:
     assert filtered == pytest.approx(exact, rel=1e-6)
     # and the latent signal itself is not seen
     assert np.sum(blind((g @ rng.standard_normal(n)).reshape(n, 3).T[:, None]) ** 2) < 0.1 * n
+
+
+def test_a_state_that_moves_a_reading_only_later_has_no_freedom_of_its_own() -> None:
+    # the readings hear the last state through the others only, whatever its unit
+    rng = np.random.default_rng(3)
+    c = np.array([[1.0, 0.0, 0.0], [0.2, 1.0, 0.0]])
+    for unit in (1.0, 1e-8):
+        phi = np.array([[0.9, 0.1, 0.0], [0.0, 0.8, 0.1 / unit], [0.0, 0.0, 0.95]])
+        model = Sampled(phi, np.array([[1.0], [0.0], [0.0]]), c, np.zeros((2, 1)))
+        blind = blind_filter(model, np.array([300.0]))
+        # of two readings one latent signal takes one
+        assert blind.kept == pytest.approx(1.0, abs=0.01)
+        noise = rng.standard_normal((2, 1, 4000))
+        assert np.mean(blind(noise) ** 2) == pytest.approx(0.5, abs=0.03)
+
+
+def test_the_sides_of_a_two_port_together_are_not_excluded() -> None:
+    force, x = course(0.0, 0.0)
+    with BondGraph("lever") as g:
+        body, far = One("v1"), One("v2")
+        Se("F", unit="N") >> body
+        body >> I("m1", MASS, unit="kg")
+        body >> C("k1", stiffness=STIFFNESS, unit="N/m")
+        body >> R("b1", DAMPING, unit="N*s/m")
+        body >> Dq("x1", unit="m")
+        body >> TF("lever", 2.0) >> far
+        far >> C("k2", stiffness=STIFFNESS, unit="N/m")
+        far >> R("b2", DAMPING, unit="N*s/m")
+        far >> I("m2", MASS, unit="kg")
+        joint = Zero("joint")
+        far >> joint >> C("k3", stiffness=STIFFNESS, unit="N/m")
+        joint >> (third := One("v3")) >> I("m3", MASS, unit="kg")
+        third >> R("b3", DAMPING, unit="N*s/m")
+        third >> Dq("x2", unit="m")
+    data = Data("run", DT * np.arange(N), {"F": force}, x[:, :2], ("x1", "x2"),
+                np.full(2, NOISE), LAST_THIRD)  # fmt: skip
+    f = fit(Problem(g, data), max_iterations=2)
+    found = blind_relations(f, structure(g, np.geomspace(1.0, 60.0, 24)))
+    (both,) = [r for r in found if r.ports == ("lever",)]
+    assert both.sides == 2
+    assert not both.decided
+    assert both.compatible
+    assert "not excluded" in both.words

@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bondgraph.signals.fractional_delay import delayed_values
 from bondgraph.support.arrays import Array
@@ -71,10 +73,13 @@ class BlindProblem:
         The nominal fit.
     filter_at : callable
         The blind filter at given unknowns.
+    sides : int
+        Latent signals that it is blind to.
     """
 
     fit: Fit
     filter_at: Callable[[Array], Blind]
+    sides: int = 1
 
     @property
     def problem(self) -> Problem:
@@ -93,14 +98,14 @@ class BlindProblem:
         return np.flatnonzero(upper > lower)
 
     @cached_property
-    def stretches(self) -> list[tuple[slice, int]]:
-        """Rows of each training window in the residual vector, and its number of samples."""
+    def stretches(self) -> list[tuple[slice, list[slice]]]:
+        """Rows of each training window in the residual vector, and the runs of samples in them."""
         mask, found, filled = self.problem.data.mask("train"), [], 0
         for w in windows(self.problem):
-            n = int(mask[w].sum())
-            if n:
-                rows = n * len(self.problem.data.names)
-                found.append((slice(filled, filled + rows), n))
+            chosen = np.flatnonzero(mask[w])
+            if chosen.size:
+                rows = chosen.size * len(self.problem.data.names)
+                found.append((slice(filled, filled + rows), unbroken(chosen)))
                 filled += rows
         return found
 
@@ -112,8 +117,9 @@ class BlindProblem:
         """Training residual as the filter sees it."""
         return np.concatenate(
             [
-                _without_starts(blind(self._timed(theta, self._block(e.residual[rows], n))), blind)
-                for rows, n in self.stretches
+                _without_starts(blind(self._timed(theta, r)), blind)
+                for rows, runs in self.stretches
+                for r in self._blocks(e.residual[rows], runs)
             ]
         )[:, 0]
 
@@ -121,14 +127,16 @@ class BlindProblem:
         """Triangular factor of [columns rest] on training data, filter's derivative included."""
         moved = self._moved(theta)
         pieces = []
-        for rows, n in self.stretches:
-            r = self._timed(theta, self._block(e.residual[rows], n))
-            j = self._timed(theta, self._block(e.jacobian[rows][:, self.free], n))
-            columns, rest = blind(j), blind(r)
-            for i, other in moved:
-                columns[:, i] -= (other(r) - rest)[:, 0] / DIFFERENCE
-            both = np.concatenate([columns, rest], axis=1)
-            pieces.append(np.linalg.qr(_without_starts(both, blind), mode="r"))
+        for rows, runs in self.stretches:
+            residuals = self._blocks(e.residual[rows], runs)
+            jacobians = self._blocks(e.jacobian[rows][:, self.free], runs)
+            for r, j in zip(residuals, jacobians, strict=True):
+                r, j = self._timed(theta, r), self._timed(theta, j)
+                columns, rest = blind(j), blind(r)
+                for i, other in moved:
+                    columns[:, i] -= (other(r) - rest)[:, 0] / DIFFERENCE
+                both = np.concatenate([columns, rest], axis=1)
+                pieces.append(np.linalg.qr(_without_starts(both, blind), mode="r"))
         return np.asarray(np.linalg.qr(np.concatenate(pieces), mode="r"))
 
     def held_out(self, theta: Array, blind: Blind) -> float:
@@ -138,23 +146,28 @@ class BlindProblem:
         left = problem.data.readings - e.y
         test = problem.data.mask("test")
         for w in windows(problem):
-            n = int(test[w].sum())
-            if n <= blind.states + 2:
-                continue
-            r = weighted(problem, left[w][test[w]].T[:, :, None].copy()).transpose(0, 2, 1)
-            seen = _without_starts(blind(self._timed(theta, r)), blind)
-            total += float(np.sum(seen**2))
-            count += max(n * blind.kept - blind.states, 1.0)
+            chosen = np.flatnonzero(test[w])
+            for run in unbroken(chosen):
+                part = left[w][chosen[run]]
+                if part.shape[0] <= blind.states + 2:
+                    continue
+                r = weighted(problem, part.T[:, :, None].copy()).transpose(0, 2, 1)
+                seen = _without_starts(blind(self._timed(theta, r)), blind)
+                total += float(np.sum(seen**2))
+                count += max(part.shape[0] * blind.kept - blind.states, 1.0)
         return total / count if count else np.nan
 
     def count(self, blind: Blind) -> float:
         """Degrees of freedom of the training data."""
-        own = sum(max(n * blind.kept - blind.states, 1.0) for _, n in self.stretches)
+        lengths = [run.stop - run.start for _, runs in self.stretches for run in runs]
+        own = sum(max(n * blind.kept - blind.states, 1.0) for n in lengths)
         return max(own - min(self.free.size, 0.5 * own), 1.0)
 
-    def _block(self, rows: Array, n: int) -> Array:
-        """Rows channel by channel as (n_y, m, n)."""
-        return rows.reshape(len(self.problem.data.names), n, -1).transpose(0, 2, 1)
+    def _blocks(self, rows: Array, runs: list[slice]) -> list[Array]:
+        """Rows of a window, channel by channel, as a block (n_y, m, n) for each run of samples."""
+        n_y = len(self.problem.data.names)
+        whole = rows.reshape(n_y, runs[-1].stop, -1).transpose(0, 2, 1)
+        return [whole[:, :, run] for run in runs]
 
     def _moved(self, theta: Array) -> list[tuple[int, Blind]]:
         """Return filters a little way along every model parameter."""
@@ -178,6 +191,23 @@ class BlindProblem:
             if lag > LATE:
                 block[c] = delayed_values(block[c].T, -float(lag)).T
         return block
+
+
+def unbroken(chosen: NDArray[np.intp]) -> list[slice]:
+    """Positions of samples that follow each other: a filter must not run across what lies between.
+
+    Parameters
+    ----------
+    chosen : ndarray of int, shape (n,)
+        Numbers of samples, rising.
+
+    Examples
+    --------
+    >>> unbroken(np.array([3, 4, 5, 9, 10]))
+    [slice(0, 3, None), slice(3, 5, None)]
+    """
+    ends = [0, *(np.flatnonzero(np.diff(chosen) > 1) + 1).tolist(), int(chosen.size)]
+    return [slice(a, b) for a, b in pairwise(ends)]
 
 
 def blind_refit(

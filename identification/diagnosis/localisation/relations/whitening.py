@@ -23,6 +23,9 @@ DOUBLINGS = 40
 DRIFT = 1e-9
 """Variance of a state's own drift, for modes at the unit circle that the latent signal leaves."""
 CONDITION = 1e7
+GROWN = 1e12
+NEXT, LATER = 64, 12
+"""Samples, and doublings after them, over which the reach of a state is followed."""
 MEMORY = 4096
 """Samples over which the expected size of filtered noise is summed."""
 
@@ -129,12 +132,14 @@ def blind_filter(model: Sampled, size: Array) -> Blind:
         No stable filter was found: model and floor are too far apart for the arithmetic.
     """
     n, k = model.gamma.shape
+    # states in units of what they reach: arithmetic and drift are the same for all
+    reach = _reach(model.phi, model.c)
+    reach = np.where(reach > 0, reach, 1.0)
     a = np.zeros((n + k, n + k))
-    a[:n, :n], a[:n, n:] = model.phi, model.gamma * size
-    c = np.hstack([model.c, model.d * size])
-    reach = np.abs(c[:, :n]).max(axis=0, initial=0.0)
-    own = DRIFT / np.where(reach > 0, reach, 1.0) ** 2
-    p = _riccati(a, c, np.diag(np.concatenate([own, np.ones(k)])))
+    a[:n, :n] = model.phi * reach[:, None] / reach
+    a[:n, n:] = model.gamma * size * reach[:, None]
+    c = np.hstack([model.c / reach, model.d * size])
+    p = _riccati(a, c, np.diag(np.concatenate([np.full(n, DRIFT), np.ones(k)])))
     s = c @ p @ c.T + np.eye(c.shape[0])
     gain = np.linalg.solve(s, c @ p @ a.T).T
     closed = (a - gain @ c)[:n, :n]
@@ -142,6 +147,27 @@ def blind_filter(model: Sampled, size: Array) -> Blind:
         raise np.linalg.LinAlgError("the blind filter is not stable")
     # the latent sample itself cannot be predicted: its state stays zero and is left out
     return Blind(closed, gain[:n], c[:, :n], np.linalg.cholesky(0.5 * (s + s.T)))
+
+
+def _reach(phi: Array, c: Array) -> Array:
+    """Most that a unit of each state ever moves a reading, shape (n,).
+
+    A state may move nothing at once and much later on: its own drift must stay small all the way.
+    """
+    most, power = np.abs(c).max(axis=0, initial=0.0), c
+    for _ in range(NEXT):
+        power = power @ phi
+        if not np.abs(power).max(initial=0.0) < GROWN:
+            return np.asarray(most)
+        most = np.maximum(most, np.abs(power).max(axis=0, initial=0.0))
+    jump = phi
+    for _ in range(LATER):
+        jump = jump @ jump
+        power = power @ jump
+        if not np.abs(power).max(initial=0.0) < GROWN:
+            break  # a model that runs away
+        most = np.maximum(most, np.abs(power).max(axis=0, initial=0.0))
+    return np.asarray(most)
 
 
 def _riccati(a: Array, c: Array, q: Array) -> Array:
