@@ -292,8 +292,8 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
             here = next(r.train for r in done.blind if r.ports[0] in where)
             beside = [r.train for r in done.blind if r.decided and r.ports[0] not in where]
             reason = (
-                f"whatever its law, it sits at {', '.join(where)}: beside that {here:.3g} times "
-                f"the floor is left, beside any other place {min(beside, default=here):.3g} at least"
+                f"whatever its law, it sits at {', '.join(where)}: that leaves {here:.3g} times the "
+                f"floor, any other place {min(beside, default=here):.3g} at least"
             )
             decision = replace(decision, reasons=(*decision.reasons, reason))
     return decision
