@@ -405,9 +405,10 @@ def _kind(
     open_places |= near
     if len(set(places)) > PLACES or near or not (here or open_places <= set(places)):
         physics = ""
-    if not physics:
+    if physics:
+        places = _with_kind(physics, kinds, e)
+    else:
         places += sorted(open_places)
-    places = sorted(places, key=lambda p: all(k.kind != physics for k in kinds if k.element == p))
     placed = len(set(places)) <= PLACES
     gain = e.plain.behind(kind.score)
     reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
@@ -424,6 +425,16 @@ def _kind(
         kinds=tuple(kinds), share=0.0 if law is None else float(np.nan_to_num(fit)),
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
+
+
+def _with_kind(physics: str, kinds: Sequence[KindScore], e: Evidence) -> list[str]:
+    """Places of a kind: those in the set, then others that can have it and look the same."""
+    found = [k.element for k in kinds if k.kind == physics]
+    same = [
+        k.element for k in e.kinds
+        if k.kind == physics and any(_together(k.element, f, e.classes) for f in found)
+    ]  # fmt: skip
+    return list(dict.fromkeys([*found, *same]))
 
 
 def _common(kinds: Sequence[KindScore]) -> str:

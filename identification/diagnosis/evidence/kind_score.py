@@ -23,7 +23,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue.effect import Signature, kind_at
 from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.leave_out import Rows, held_out, rows_of, states_of
-from identification.diagnosis.screening.flexible_forms import flexible_forms
+from identification.diagnosis.screening.flexible_forms import flexible_forms, linear_forms
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.score_test import Screened, training_rows
@@ -90,6 +90,23 @@ def bench_of(base: Fit, better: Fit, plain: BondGraph | None = None) -> Bench:
     columns = np.hstack([e.jacobian, states_of(problem, e)])
     graph = problem.with_offsets if plain is None else plain
     return Bench(problem, rows_of(problem), e.residual, columns, probes(fit, graph))
+
+
+def along(bench: Bench, scene: FittedModel, places: Iterable[str]) -> Bench:
+    """Return the bench with what the parameters at some places would add along given histories.
+
+    Their own columns are those of the model without what is missing there, which may move
+    otherwise altogether.
+    """
+    elements, parts = bench.problem.graph.elements, [bench.columns]
+    for name in places:
+        if name not in scene.past or name not in elements or not bench.probed.knows(name):
+            continue
+        form = _moving(linear_forms(elements[name], scene.past[name]))
+        if form.columns.shape[1]:
+            response = bench.probed.respond(name, form.columns, form.flow)
+            parts.append(training_rows(bench.problem, response))
+    return replace(bench, columns=np.hstack(parts))
 
 
 def _carried(base: Fit, better: Fit) -> Point:
@@ -185,6 +202,12 @@ def scores_at(bench: Bench, element: str, forms: Mapping[str, Signature]) -> lis
         if np.isfinite(x).all():
             found.append(KindScore(element, kind, *_scored(bench, kept.columns, x)))
     return found
+
+
+def alone(bench: Bench) -> BlockScore:
+    """Score the columns of a bench without any form."""
+    nothing = np.zeros((bench.residual.size, 0))
+    return _scored(bench, nothing[:0], nothing)[0]
 
 
 def _key(form: Signature, column: int) -> bytes:

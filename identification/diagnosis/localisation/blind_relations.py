@@ -261,7 +261,7 @@ def _seen(
 ) -> BlindProblem | None:
     """Return the fit as the relation sees it; None where the port explains all."""
     try:
-        size = _size(fit, sampled, start)
+        size = ample_size(fit, sampled, start.y)
     except (np.linalg.LinAlgError, BondsightError):
         return None
     if size is None:
@@ -281,13 +281,13 @@ def _refitted(
     return done if np.isfinite(done.train) else None
 
 
-def _size(fit: Fit, sampled: Sampled, start: ResidualEvaluation) -> Array | None:
-    """Return a deviation of the latent signal ample for the residual to come from it."""
+def ample_size(fit: Fit, sampled: Sampled, y: Array) -> Array | None:
+    """Return a deviation of the latent signal ample for the residual beside `y` to come from it."""
     n_y, k = sampled.d.shape
     mask = fit.problem.data.mask("train")
-    n = min(int(mask.sum()), start.residual.size // n_y)
+    n = int(mask.sum())
     # windows are consecutive; for a size their joints do not matter
-    left = (fit.problem.data.readings - start.y)[mask][:n] / fit.problem.data.floor
+    left = (fit.problem.data.readings - y)[mask] / fit.problem.data.floor
     taper = np.hanning(n)
     spectrum = np.fft.rfft(left * (taper / np.sqrt(np.sum(taper**2)))[:, None], axis=0)[2:]
     angles = 2 * np.pi * np.arange(2, spectrum.shape[0] + 2) / n

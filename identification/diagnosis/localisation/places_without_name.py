@@ -11,10 +11,6 @@ from identification.diagnosis.localisation.structural_classes import Isolability
 
 CLEAR = 8.0
 """Standard errors by which a relation must fail for its ports to be ruled out."""
-OF_ITS_PORT = ("sensing", "command", "ratio")
-"""Kinds that only one sort of element can have, and that follow its own signals."""
-
-
 LEFT = 0.1
 """Part of the misfit that the relation blind to the right place may leave: linear in the port."""
 APART = 4.0
@@ -66,6 +62,6 @@ def places_of(decision: Decision, classes: Isolability | None) -> tuple[str, ...
     """Elements at which the mismatch may sit, the likeliest first; empty if unresolved."""
     if not decision.places or len(decision.places) > PLACES:
         return ()
-    own = decision.answer == "kind" and decision.physics in OF_ITS_PORT
+    own = decision.answer == "kind"  # not every element can have it
     group = classes.class_of(decision.places[0]) if classes and not own else ()
     return tuple(dict.fromkeys([*decision.places, *group]))

@@ -54,7 +54,9 @@ def _relations(d: Diagnosis) -> list[str]:
     )
     readings = d.nominal.problem.data.names if d.nominal is not None else ()
     place = located(d.relations, readings)
-    rows = [[", ".join(r.ports), _left(r.train), _left(r.test), _so(r, place)] for r in d.relations]
+    rows = [
+        [", ".join(r.ports), _number(r.train), _number(r.test), _so(r, place)] for r in d.relations
+    ]
     kinds = ["named" if r.compatible or r.ports[0] in place else "" for r in d.relations]
     heads = ("blind to", "misfit / floor, train", "held out", "so")
     return [
@@ -64,7 +66,7 @@ def _relations(d: Diagnosis) -> list[str]:
     ]
 
 
-def _left(misfit: float) -> str:
+def _number(misfit: float) -> str:
     return short(misfit) if np.isfinite(misfit) else ""
 
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.interpolate import BSpline
 
-from bondgraph.graph.elements import GY, TF, C, Element, R, Sensor, Source, TwoPort
+from bondgraph.graph.elements import GY, TF, C, Element, I, R, Sensor, Source, TwoPort
 from bondgraph.hysteresis import play_record
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Signature
@@ -73,6 +73,20 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signatur
     return {kind: Signature(np.hstack(parts)) for kind, parts in made.items()}
 
 
+def linear_forms(element: Element, past: PortHistory) -> Signature:
+    """Return what other values of an element's own parameters would add, a constant among it."""
+    q = _unit(past.argument)
+    one = np.ones(past.n)
+    match element:
+        case TF() | GY():
+            return Signature(past.argument[:, None], past.output[:, None])
+        case I():
+            parts = [_unit(past.rate), one]
+        case _:
+            parts = [q, one]
+    return Signature(np.stack(parts, axis=1))
+
+
 def ratio(element: TwoPort, past: PortHistory) -> Signature:
     """Return shares of a ratio that depend on the way and on the primary flow."""
     shares = np.hstack([curve(_unit(way_of_two_port(past, element))), curve(_unit(past.output))])
@@ -110,9 +124,13 @@ def plays(z: Array) -> Array:
 
 
 def products(displacement: Array, flow: Array) -> Array:
-    """Products of a displacement and a flow: what no sum of curves of either can be."""
+    """Products of a displacement and a flow: what no sum of curves of either can be.
+
+    A coefficient of the flow, and of its direction, that depends on the displacement.
+    """
     x, v = displacement, flow
-    return np.stack([x * v, x**2 * v, x * np.sign(v), x**2 * np.sign(v), x * v**2], axis=1)
+    rest = np.stack([x * np.sign(v), x**2 * np.sign(v), x * v**2], axis=1)
+    return np.hstack([curve(x) * v[:, None], rest])
 
 
 def slow(z: Array, dt: float) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from bondgraph.equations.bond_signals import SignalNames
@@ -34,26 +36,39 @@ from identification.study.residual import parameters_at, windows
 
 def scene(nominal: Fit) -> FittedModel:
     """Simulate the fitted model once more with all port variables observed."""
+    watched = watched_signals(nominal.problem.graph)
+    return scene_of(nominal, watched, _observe(nominal, watched))
+
+
+def scene_of(
+    nominal: Fit, watched: Mapping[str, tuple[str, str]], traces: Mapping[str, Array]
+) -> FittedModel:
+    """Put together what is known of every port.
+
+    Parameters
+    ----------
+    watched : mapping
+        Names of the argument and the output of every port, by element.
+    traces : mapping
+        Signals by name, each of shape (N,).
+    """
     problem = nominal.problem
     graph, data = problem.graph, problem.data
-    watched = _watched(graph)
-    traces = _observe(nominal, watched)
     past: dict[str, PortHistory] = {}
     for e, (a, b) in watched.items():
-        element = graph[e]
         if a not in traces or b not in traces:
             continue
         first, second = traces[a], traces[b]
-        flow = second if isinstance(element, TwoPort) else first
+        flow = second if isinstance(graph[e], TwoPort) else first
         moved = None
-        if not isinstance(element, C):
+        if not isinstance(graph[e], C):
             steps = 0.5 * (flow[1:] + flow[:-1]) * data.dt
             moved = np.concatenate([[0.0], np.cumsum(steps)])
         past[e] = PortHistory(first, second, data.dt, moved)
     for s in graph.of_type(Source):
         if s.name in data.commands:
             past[s.name] = PortHistory(data.commands[s.name], data.commands[s.name], data.dt)
-    simulated = _filled(nominal.simulated)
+    simulated = filled(nominal.simulated)
     for i, n in enumerate(data.names):
         past[n] = PortHistory(simulated[:, i], simulated[:, i], data.dt)
     residual = np.where(np.isfinite(nominal.simulated), data.readings - nominal.simulated, 0.0)
@@ -61,7 +76,7 @@ def scene(nominal: Fit) -> FittedModel:
     return FittedModel(graph, data, nominal, residual * scored[:, None], past)
 
 
-def _watched(graph: BondGraph) -> dict[str, tuple[str, str]]:
+def watched_signals(graph: BondGraph) -> dict[str, tuple[str, str]]:
     """Names of the argument and the output of every port, by element."""
     names = SignalNames(graph)
     found: dict[str, tuple[str, str]] = {}
@@ -105,7 +120,7 @@ def _observe_exact(nominal: Fit, wanted: list[str]) -> dict[str, Array]:
         u = problem.inputs[w]
         fine = problem.engine.fine_inputs(u, problem.n_sub, problem.data.hold)
         trace[w] = run_prepared(ready, u, x0, fine=fine).y[:, seen.n_y :]
-    trace = _filled(trace)
+    trace = filled(trace)
     return {n: trace[:, i] for i, n in enumerate(observed)}
 
 
@@ -136,7 +151,7 @@ def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> 
     for w, start in zip(windows(problem), x0, strict=True):
         fine = engine.fine_inputs(u[w], problem.n_sub, problem.data.hold)
         trace[w] = engine.run(ready, u[w], start, fine).y[:, : len(sensors)]
-    trace = _filled(trace)
+    trace = filled(trace)
     return {signal: trace[:, sensors.index(sensor)] for signal, sensor in sensed.items()}
 
 
@@ -169,7 +184,7 @@ def _measured(graph: BondGraph, bond: Bond, kind: type[One | Zero], sensor: Sens
     return graph.with_inserted(bond, node).with_branch(node.name, [sensor])
 
 
-def _filled(trace: Array) -> Array:
+def filled(trace: Array) -> Array:
     """Carry the nearest known value into samples that no window covers."""
     out = trace.copy()
     index = np.arange(trace.shape[0])

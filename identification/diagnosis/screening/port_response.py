@@ -7,7 +7,7 @@ trajectory with a small share of the signal.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -18,11 +18,14 @@ from scipy.fft import irfft, next_fast_len, rfft
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.fractional_delay import delayed_values
-from bondgraph.simulation.exact_run import KernelRun
+from bondgraph.simulation.exact_run import KernelRun, prepare, run_prepared
+from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import Array
+from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.screening.latent_input import probed_graph
+from identification.diagnosis.screening.observation import filled
 from identification.estimation.single_record import Fit
-from identification.study.engine import Engine, engine_of
+from identification.study.engine import Engine, ExactEngine, engine_of
 from identification.study.problem import Problem, drives
 from identification.study.residual import output_delays, parameters_at, read_out, windows
 
@@ -40,8 +43,10 @@ class Probes:
     ----------
     fit : Fit
         The fitted model.
+    graph : BondGraph
+        The probed graph.
     engine : Engine
-        Of the probed graph.
+        Its engine.
     ports : dict of str to (str, float)
         Source that stands for a latent addition at each element, and the factor on it.
     flows : dict of str to (str, float)
@@ -49,6 +54,7 @@ class Probes:
     """
 
     fit: Fit
+    graph: BondGraph
     engine: Engine
     ports: dict[str, tuple[str, float]]
     flows: dict[str, tuple[str, float]]
@@ -59,13 +65,18 @@ class Probes:
         return self.fit.problem
 
     @cached_property
-    def _ready(self) -> Any:
+    def _vector(self) -> Array:
         values = dict(zip(
             self.problem.engine.parameter_names,
             map(float, parameters_at(self.problem, self.fit.point.theta)), strict=True,
         ))  # fmt: skip
-        p = self.engine.vector({n: v for n, v in values.items() if n in self.engine.parameters})
-        return self.engine.prepare(p, self.problem.data.dt, self.problem.steps, [], False)
+        known = self.engine.parameters
+        return self.engine.vector({n: v for n, v in values.items() if n in known})
+
+    @cached_property
+    def _ready(self) -> Any:
+        data = self.problem.data
+        return self.engine.prepare(self._vector, data.dt, self.problem.steps, [], False)
 
     @cached_property
     def _base_inputs(self) -> Array:
@@ -164,6 +175,42 @@ class Probes:
             out[:, :, k] = self._one([(at, by, c[:, k]) for at, by, c in parts])
         return out
 
+    def observed(
+        self, names: Collection[str], driven: Mapping[str, Array]
+    ) -> tuple[Array, dict[str, Array]]:
+        """Run the model while some of its sources act.
+
+        Parameters
+        ----------
+        names : collection of str
+            Signals to be observed; those that the model does not have are left out.
+        driven : mapping of str to ndarray, shape (N,), SI
+            What is added by source.
+
+        Returns
+        -------
+        moved : ndarray, shape (N, n_y)
+            What this changes in the readings.
+        traces : dict of str to ndarray, shape (N,)
+        """
+        problem, u = self.problem, self._base_inputs.copy()
+        for source, values in driven.items():
+            u[:, self._columns[source]] += values
+        moved = self._run(u, self._states) - self._still
+        if not isinstance(self.engine, ExactEngine):
+            raise UnusableInput(f"{problem.graph.name} is not linear up to scalar laws")
+        space = self.engine.compiled.space
+        known = {str(s.symbol) for s in space.states} | {str(a.target) for a in space.assignments}
+        watched = tuple(sorted(known & set(names)))
+        seen = Compiled(space, watched)
+        ready = prepare(seen, self._vector, problem.data.dt, problem.steps)
+        trace = np.full((problem.data.n, len(watched)), np.nan)
+        for w, x0 in zip(windows(problem), self._states, strict=True):
+            fine = self.engine.fine_inputs(u[w], problem.steps, problem.data.hold)
+            trace[w] = run_prepared(ready, u[w], x0, fine=fine).y[:, seen.n_y :]
+        trace = filled(trace)
+        return moved, {n: trace[:, i] for i, n in enumerate(watched)}
+
     def _convolved(self, at: int, columns: Array, out: Array) -> None:
         """Add the response of a linear model, by convolution with its answer to one sample."""
         for w in windows(self.problem):
@@ -235,4 +282,5 @@ def probes(fit: Fit, plain: BondGraph | None = None) -> Probes:
     graph = fit.problem.with_offsets if plain is None else plain
     known = {n: v for n, v in fit.values.items() if n in graph.parameters}
     probed = probed_graph(graph.with_values(known))
-    return Probes(fit, engine_of(probed.graph), dict(probed.ports), dict(probed.flows))
+    engine = engine_of(probed.graph)
+    return Probes(fit, probed.graph, engine, dict(probed.ports), dict(probed.flows))

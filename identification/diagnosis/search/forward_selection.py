@@ -37,6 +37,7 @@ from identification.diagnosis.search.candidates import (
     search,
 )
 from identification.diagnosis.search.nominal import held_to_residual
+from identification.diagnosis.search.there import There, look_there
 from identification.estimation.single_record import Fit, FitStatus, fit
 
 Progress = Callable[[str, float], None]
@@ -83,6 +84,10 @@ class _Looks:
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             return ()  # models that are not linear up to laws have none
         return located(self.blind, base.problem.data.names)
+
+    def there(self, base: Base, where: Collection[str]) -> There | None:
+        """Look at the only places where the mismatch may sit."""
+        return look_there(base, self.blind, where, self.catalogue, self.plain, self.jobs)
 
     def kinds(
         self, base: Fit, better: Fit, places: Collection[str] | None = None
@@ -254,61 +259,46 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     # without a pattern there is nothing to explain, and noise is not searched
     if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):
         return decide(replace(evidence, kinds=()), limits)
-    trials = _finished(search(seen, base.template, ranked, options, tell), options)
+    template = base.template
+    where = done.where(base.fit, task.classes) if number == 0 else ()
+    there = done.there(base, where) if where else None
+    if there is not None:
+        seen, ranked, template = there.scene, list(there.ranking), there.base.template
+        kinds = _merged([k for k in kinds if k.element in where], there.kinds)
+    elif where:
+        ranked = [s for s in ranked if s.element.name in where]
+    evidence = replace(evidence, located=where)
+    trials = _finished(search(seen, template, ranked, options, tell), options)
     trials = not_worse(trials, options.final_iterations)
     laws = scored(trials)
     best = laws[0].trial if laws and laws[0].score.loss < plain.loss else None
     if best is not None:
-        kinds = _merged(kinds, done.kinds(base.fit, best.fit))
+        kinds = _merged(kinds, done.kinds(base.fit, best.fit, where or None))
     evidence = replace(evidence, laws=laws, kinds=tuple(kinds))
     decision = decide(evidence, limits)
-
-    def with_laws(evidence: Evidence, wanted: Sequence[Screened], beat: float) -> Evidence:
-        """Return the evidence with more laws fitted, and those that could not be."""
-        known = [s.trial for s in evidence.laws]
-        more = fitted(seen, base.template, wanted, options, tell, 0.9, 1.0, beat)
-        every = not_worse([*known, *finished(more, options)], options.final_iterations)
-        made = {(t.effect, t.element) for t in every}
-        names = [(s.effect.name, s.element.name) for s in wanted]
-        untried = (*evidence.untried, *(at for at in names if at not in made))
-        return replace(evidence, laws=scored(every), untried=untried)
-
     alike = alike_kinds(evidence, limits)
     first = overlooked(decision, alike, trials, ranked, task.classes)[: options.more]
     if best is not None and first:
-        evidence = with_laws(evidence, first, best.train)
-        decision = decide(evidence, limits)
-    if number == 0 and decision.kind == "unknown_physics":
-        where = done.where(base.fit, task.classes)
-        if where and not (decision.physics and set(decision.places) <= set(where)):
-            evidence = replace(evidence, located=where)
-            if left := untried_at(where, evidence, ranked)[: options.more]:
-                tried = [s.trial.train for s in evidence.here.laws]
-                evidence = with_laws(evidence, left, min(tried, default=evidence.trained))
-            if laws := evidence.here.laws:
-                again = done.kinds(base.fit, laws[0].trial.fit, where)
-                evidence = replace(evidence, kinds=tuple(_merged(evidence.kinds, again)))
-            decision = decide(evidence, limits)
-            here = next(r.train for r in done.blind if r.ports[0] in where)
-            beside = [r.train for r in done.blind if r.decided and r.ports[0] not in where]
-            reason = (
-                f"whatever its law, it sits at {', '.join(where)}: that leaves {here:.3g} times the "
-                f"floor, any other place {min(beside, default=here):.3g} at least"
-            )
-            decision = replace(decision, reasons=(*decision.reasons, reason))
+        known = [s.trial for s in evidence.laws]
+        more = fitted(seen, template, first, options, tell, 0.9, 1.0, best.train)
+        every = not_worse([*known, *finished(more, options)], options.final_iterations)
+        made = {(t.effect, t.element) for t in every}
+        names = [(s.effect.name, s.element.name) for s in first]
+        untried = tuple(at for at in names if at not in made)
+        decision = decide(replace(evidence, laws=scored(every), untried=untried), limits)
+    if where:
+        decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
     return decision
 
 
-def untried_at(
-    where: Collection[str], evidence: Evidence, ranked: Sequence[Screened]
-) -> list[Screened]:
-    """Return laws at some places that were not fitted, the likeliest first."""
-    done = {(s.trial.effect, s.element) for s in evidence.laws}
-    return [
-        s for s in ranked
-        if s.element.name in where
-        and s.effect.name != UNNAMED.name and (s.effect.name, s.element.name) not in done
-    ]  # fmt: skip
+def why_there(relations: Sequence[BlindRelation], where: Collection[str]) -> str:
+    """Say in a sentence why a mismatch sits at some places, whatever its law."""
+    here = next(r.train for r in relations if r.ports[0] in where)
+    beside = [r.train for r in relations if r.decided and r.ports[0] not in where]
+    return (
+        f"whatever its law, it sits at {', '.join(where)}: that leaves {here:.3g} times the "
+        f"floor, any other place {min(beside, default=here):.3g} at least"
+    )
 
 
 def overlooked(

@@ -117,7 +117,7 @@ class BlindProblem:
         """Training residual as the filter sees it."""
         return np.concatenate(
             [
-                _without_starts(blind(self._timed(theta, r)), blind)
+                _without_starts(blind(timed(self.problem, theta, r)), blind)
                 for rows, runs in self.stretches
                 for r in self._blocks(e.residual[rows], runs)
             ]
@@ -131,7 +131,7 @@ class BlindProblem:
             residuals = self._blocks(e.residual[rows], runs)
             jacobians = self._blocks(e.jacobian[rows][:, self.free], runs)
             for r, j in zip(residuals, jacobians, strict=True):
-                r, j = self._timed(theta, r), self._timed(theta, j)
+                r, j = timed(self.problem, theta, r), timed(self.problem, theta, j)
                 columns, rest = blind(j), blind(r)
                 for i, other in moved:
                     columns[:, i] -= (other(r) - rest)[:, 0] / DIFFERENCE
@@ -152,7 +152,7 @@ class BlindProblem:
                 if part.shape[0] <= blind.states + 2:
                     continue
                 r = weighted(problem, part.T[:, :, None].copy()).transpose(0, 2, 1)
-                seen = _without_starts(blind(self._timed(theta, r)), blind)
+                seen = _without_starts(blind(timed(self.problem, theta, r)), blind)
                 total += float(np.sum(seen**2))
                 count += max(part.shape[0] * blind.kept - blind.states, 1.0)
         return total / count if count else np.nan
@@ -161,7 +161,7 @@ class BlindProblem:
         """Degrees of freedom of the training data."""
         lengths = [run.stop - run.start for _, runs in self.stretches for run in runs]
         own = sum(max(n * blind.kept - blind.states, 1.0) for n in lengths)
-        return max(own - min(self.free.size, 0.5 * own), 1.0)
+        return float(max(own - min(self.free.size, 0.5 * own), 1.0))
 
     def _blocks(self, rows: Array, runs: list[slice]) -> list[Array]:
         """Rows of a window, channel by channel, as a block (n_y, m, n) for each run of samples."""
@@ -180,17 +180,21 @@ class BlindProblem:
                 found.append((j, self.filter_at(shifted)))
         return found
 
-    def _timed(self, theta: Array, block: Array) -> Array:
-        """Undo the delays between channels: a latent signal reaches the plant, not the clock."""
-        lags = output_delays(self.problem, theta)
-        away = lags - lags.min()
-        if not (away > LATE).any():
-            return np.ascontiguousarray(block)
-        block = block.copy()
-        for c, lag in enumerate(away):
-            if lag > LATE:
-                block[c] = delayed_values(block[c].T, -float(lag)).T
-        return block
+
+def timed(problem: Problem, theta: Array, block: Array) -> Array:
+    """Undo the delays between channels of a block (n_y, m, n).
+
+    A latent signal reaches the plant, not the clock.
+    """
+    lags = output_delays(problem, theta)
+    away = lags - lags.min()
+    if not (away > LATE).any():
+        return np.ascontiguousarray(block)
+    block = block.copy()
+    for c, lag in enumerate(away):
+        if lag > LATE:
+            block[c] = delayed_values(block[c].T, -float(lag)).T
+    return block
 
 
 def unbroken(chosen: NDArray[np.intp]) -> list[slice]:

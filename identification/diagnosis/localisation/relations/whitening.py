@@ -41,12 +41,15 @@ class Blind:
     a, k, c : ndarray, shapes (n, n), (n, n_y), (n_y, n)
     root : ndarray, shape (n_y, n_y)
         Lower Cholesky factor of the innovations' covariance.
+    reach : ndarray, shape (n,)
+        Units of the states, of those of the model it was made from.
     """
 
     a: Array
     k: Array
     c: Array
     root: Array
+    reach: Array
 
     def __call__(self, block: Array) -> Array:
         """Innovations of columns of readings, (n_y, m, N) -> (n_y, m, N)."""
@@ -95,7 +98,7 @@ class Blind:
         n_in, m, n = block.shape
         flat = block.reshape(n_in, -1)
         if self._modes is None:
-            x = _scan(self.a, (drive @ flat).reshape(-1, m, n))
+            x = scan(self.a, (drive @ flat).reshape(-1, m, n))
             seen = self._inverse_root @ self.c @ x.reshape(self.a.shape[0], -1)
             return np.asarray(seen.reshape(-1, m, n))
         total = np.zeros((self.c.shape[0], m * n))
@@ -111,7 +114,7 @@ class Blind:
         return total.reshape(-1, m, n)
 
 
-def _scan(a: Array, drive: Array) -> Array:
+def scan(a: Array, drive: Array) -> Array:
     """Return the recursion by doubling: sums over ever longer stretches, for any stable matrix."""
     x = np.zeros_like(drive)
     x[..., 1:] = drive[..., :-1]
@@ -146,7 +149,7 @@ def blind_filter(model: Sampled, size: Array) -> Blind:
     if not np.isfinite(closed).all() or np.abs(np.linalg.eigvals(closed)).max(initial=0.0) >= 1:
         raise np.linalg.LinAlgError("the blind filter is not stable")
     # the latent sample itself cannot be predicted: its state stays zero and is left out
-    return Blind(closed, gain[:n], c[:, :n], np.linalg.cholesky(0.5 * (s + s.T)))
+    return Blind(closed, gain[:n], c[:, :n], np.linalg.cholesky(0.5 * (s + s.T)), reach)
 
 
 def _reach(phi: Array, c: Array) -> Array:

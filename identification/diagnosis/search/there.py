@@ -1,0 +1,182 @@
+"""What a located mismatch must look like: its course, and every law and kind that may follow it.
+
+Relations say where a mismatch sits before anything is known of its law (`places_without_name`).
+With the signal that must have acted there every port's history is the true one: forms and laws of
+these places are held against what was really added, and need no good guess to be seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, TwoPort, Valued
+from bondgraph.support.arrays import Array
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue import Effect
+from identification.diagnosis.catalogue.effect import Signature
+from identification.diagnosis.catalogue.outside.external_disturbance import ExternalDisturbance
+from identification.diagnosis.evidence.kind_score import (
+    Bench,
+    KindScore,
+    alone,
+    along,
+    bench_of,
+    kind_scores,
+    scores_at,
+)
+from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.localisation.latent_history import latent_history
+from identification.diagnosis.screening.flexible_forms import linear_forms
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.screening.port_response import probes
+from identification.diagnosis.screening.score_test import Screened, screen
+from identification.diagnosis.search.base import Base
+
+FOLLOWS = 0.85
+"""Part of what was added that a form of the motion explains unless it came from outside."""
+LOUD = 3.0
+"""Times that a push from outside is stronger in the mean than half of the time."""
+ALIKE = 0.3
+"""Rank correlation of two signals' power from which one goes with the other."""
+FEW = 30
+QUARTILE = 1.4826
+WIDTHS = (1, 4, 16, 64, 256)
+"""Samples over which what was added is smoothed: it is known with noise, and pushes last."""
+
+
+@dataclass(frozen=True, eq=False)
+class There:
+    """How a search begins where the place is known.
+
+    Attributes
+    ----------
+    base : Base
+        Candidates start from the values that the relation found; those of the elements in
+        question, which it does not see, stay.
+    scene : FittedModel
+        Every port's history with what was added.
+    ranking : tuple of Screened
+        Laws at the places, the likeliest first.
+    kinds : tuple of KindScore
+        At the places, best first.
+    """
+
+    base: Base
+    scene: FittedModel
+    ranking: tuple[Screened, ...]
+    kinds: tuple[KindScore, ...]
+
+
+def look_there(
+    base: Base,
+    relations: Iterable[BlindRelation],
+    where: Collection[str],
+    catalogue: Sequence[Effect],
+    plain: BondGraph,
+    jobs: int = 1,
+) -> There | None:
+    """Look at the places of a located mismatch; None where what was added is not to be had.
+
+    Parameters
+    ----------
+    plain : BondGraph
+        The declared model: additions at ports are sent through it.
+    """
+    known = [r for r in relations if r.decided and r.ports[0] in where]
+    relation = min(known, key=lambda r: (r.sides, r.train))
+    try:
+        scene, course = latent_history(base.fit, relation)
+        ranked = screen(scene, probes(scene.nominal, plain), catalogue, jobs)
+        here = [s for s in ranked if s.element.name in where]
+        bench = along(bench_of(base.fit, scene.nominal, plain), scene, where)
+        kinds = kind_scores(bench, scene, here, where, jobs)
+    except (BondsightError, np.linalg.LinAlgError):
+        return None
+    if relation.sides == 1:
+        (added,) = course.values()
+        kinds += from_outside(bench, scene, relation.ports, added, kinds)
+    ordered = tuple(sorted(kinds, key=lambda k: k.score.loss))
+    return There(_begun(base, scene, where), scene, tuple(here), ordered)
+
+
+def from_outside(
+    bench: Bench, scene: FittedModel, ports: Sequence[str], added: Array, kinds: Sequence[KindScore]
+) -> list[KindScore]:
+    """Return the kind ``exogenous`` where what was added follows nothing at its port.
+
+    It is silent most of the time, though the port moves, and no form of the motion explains it.
+    """
+    places = [e.name for e in ExternalDisturbance().places(scene.graph) if e.name in ports]
+    if not places:
+        return []
+    whole = scores_at(bench, places[0], {"exogenous": Signature(added[:, None])})
+    if not whole:
+        return []
+    most = whole[0].score
+    left = min((k.score.excess(most) for k in kinds), default=np.inf)
+    followed = 1.0 - left / max(alone(bench).excess(most), 1e-12)
+    if followed > FOLLOWS:
+        return []
+    forms = [linear_forms(scene.graph[n], scene.past[n]).columns for n in ports if n in scene.past]
+    rest, motion = _beside(added, np.hstack(forms)), scene.past[places[0]].argument
+    if isinstance(scene.graph[places[0]], C):  # a flow shows in the effort as its integral
+        rest = np.diff(rest)
+    pushes = loudness(rest)
+    seldom = pushes > LOUD and pushes > 0.5 * LOUD * loudness(motion)
+    past = [scene.past[n] for n in ports if n in scene.past]
+    return whole if seldom and not grows_with(rest, past) else []
+
+
+def loudness(signal: Array) -> float:
+    """Mean power over that of half of the samples: 1 for noise, less for what acts all the time."""
+    found = 0.0
+    for width in WIDTHS:
+        if signal.size < 40 * width:
+            break
+        smooth = np.convolve(signal, np.full(width, 1.0 / width), mode="valid")
+        usual = QUARTILE * float(np.median(np.abs(smooth)))
+        found = max(found, float(np.mean(smooth**2)) / max(usual**2, 1e-300))
+    return found
+
+
+def grows_with(signal: Array, past: Iterable[PortHistory]) -> bool:
+    """Whether a signal is louder where a port moves more, or less: then the motion makes it."""
+    histories = [
+        z - z.mean()
+        for p in past
+        for z in (p.argument, p.rate, *((p.moved,) if p.moved is not None else ()))
+    ]
+    for width in (16, 64):
+        own = _power(signal, width)
+        if own.size < FEW:
+            break
+        for z in histories:
+            if abs(spearmanr(own, _power(z[: signal.size], width)).statistic) > ALIKE:
+                return True
+    return False
+
+
+def _power(signal: Array, width: int) -> Array:
+    whole = signal[: signal.size // width * width]
+    return np.asarray(np.mean(whole.reshape(-1, width) ** 2, axis=1))
+
+
+def _beside(signal: Array, columns: Array) -> Array:
+    size = np.linalg.norm(columns, axis=0)
+    columns = columns[:, size > 0] / size[size > 0]
+    return np.asarray(signal - columns @ np.linalg.lstsq(columns, signal, rcond=1e-10)[0])
+
+
+def _begun(base: Base, scene: FittedModel, where: Collection[str]) -> Base:
+    values: Mapping[str, float] = scene.nominal.values
+    graph = scene.graph
+    here = [e for e in graph.of_type(Valued, TwoPort) if e.name in where and e.name in scene.past]
+    own = {str(s) for e in here for s in graph.coefficient(e).free_symbols}
+    starts = {n: values[n] for n in base.template.starts if n in values and n not in own}
+    template = replace(base.template, starts={**base.template.starts, **starts})
+    return Base(base.fit, template)
