@@ -39,6 +39,7 @@ from identification.diagnosis.search.candidates import (
 from identification.diagnosis.search.nominal import held_to_residual
 from identification.diagnosis.search.there import There, look_there
 from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.study.problem import Problem
 
 Progress = Callable[[str, float], None]
 
@@ -259,16 +260,12 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     # without a pattern there is nothing to explain, and noise is not searched
     if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):
         return decide(replace(evidence, kinds=()), limits)
-    template = base.template
     where = done.where(base.fit, task.classes) if number == 0 else ()
-    there = done.there(base, where) if where else None
-    if there is not None:
-        seen, ranked, template = there.scene, list(there.ranking), there.base.template
-        kinds = _merged([k for k in kinds if k.element in where], there.kinds)
-    elif where:
+    if where:
         ranked = [s for s in ranked if s.element.name in where]
+        kinds = [k for k in kinds if k.element in where]
     evidence = replace(evidence, located=where)
-    trials = _finished(search(seen, template, ranked, options, tell), options)
+    trials = _finished(search(seen, base.template, ranked, options, tell), options)
     trials = not_worse(trials, options.final_iterations)
     laws = scored(trials)
     best = laws[0].trial if laws and laws[0].score.loss < plain.loss else None
@@ -276,19 +273,43 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
         kinds = _merged(kinds, done.kinds(base.fit, best.fit, where or None))
     evidence = replace(evidence, laws=laws, kinds=tuple(kinds))
     decision = decide(evidence, limits)
+
+    def with_laws(seen: FittedModel, template: Problem, wanted: Sequence[Screened]) -> Evidence:
+        """Return the evidence with more laws fitted, and those that could not be."""
+        beat = min((s.trial.train for s in evidence.laws), default=evidence.trained)
+        more = fitted(seen, template, wanted, options, tell, 0.9, 1.0, beat)
+        every = each_once([*(s.trial for s in evidence.laws), *finished(more, options)])
+        made = {(t.effect, t.element) for t in every}
+        names = [(s.effect.name, s.element.name) for s in wanted]
+        untried = (*evidence.untried, *(at for at in names if at not in made))
+        laws = scored(not_worse(every, options.final_iterations))
+        return replace(evidence, laws=laws, untried=untried)
+
     alike = alike_kinds(evidence, limits)
     first = overlooked(decision, alike, trials, ranked, task.classes)[: options.more]
     if best is not None and first:
-        known = [s.trial for s in evidence.laws]
-        more = fitted(seen, template, first, options, tell, 0.9, 1.0, best.train)
-        every = not_worse([*known, *finished(more, options)], options.final_iterations)
-        made = {(t.effect, t.element) for t in every}
-        names = [(s.effect.name, s.element.name) for s in first]
-        untried = tuple(at for at in names if at not in made)
-        decision = decide(replace(evidence, laws=scored(every), untried=untried), limits)
+        evidence = with_laws(seen, base.template, first)
+        decision = decide(evidence, limits)
+    if where and decision.kind == "unknown_physics":
+        there = done.there(base, where)
+        if there is not None:
+            wanted = [s for s in there.ranking if s.effect.name != UNNAMED.name and s.hint]
+            evidence = with_laws(there.scene, there.base.template, wanted[: options.more])
+            evidence = replace(evidence, kinds=tuple(_merged(evidence.kinds, there.kinds)))
+            decision = decide(evidence, limits)
     if where:
         decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
     return decision
+
+
+def each_once(trials: Sequence[Candidate]) -> list[Candidate]:
+    """Return the better fit of every law at every place."""
+    best: dict[tuple[str, str], Candidate] = {}
+    for t in trials:
+        at = (t.effect, t.element)
+        if at not in best or t.train < best[at].train:
+            best[at] = t
+    return list(best.values())
 
 
 def why_there(relations: Sequence[BlindRelation], where: Collection[str]) -> str:
