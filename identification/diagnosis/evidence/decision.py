@@ -428,13 +428,21 @@ def _kind(
 
 
 def _with_kind(physics: str, kinds: Sequence[KindScore], e: Evidence) -> list[str]:
-    """Places of a kind: those in the set, then others that can have it and look the same."""
+    """Places of a kind: those in the set, then others that can have it and look the same.
+
+    Where something from outside may act, any force or flow of the motion may be attached too.
+    """
     found = [k.element for k in kinds if k.kind == physics]
+    able = {physics, "exogenous"} if physics in ATTACHED else {physics}
     same = [
         k.element for k in e.kinds
-        if k.kind == physics and any(_together(k.element, f, e.classes) for f in found)
+        if k.kind in able and any(_together(k.element, f, e.classes) for f in found)
     ]  # fmt: skip
     return list(dict.fromkeys([*found, *same]))
+
+
+ATTACHED = ("restoring", "dissipative", "surface")
+"""Kinds of what may be attached to a moving part or a store."""
 
 
 def _common(kinds: Sequence[KindScore]) -> str:

@@ -10,7 +10,7 @@ that any law of its kind could reach.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,12 +24,14 @@ from identification.diagnosis.catalogue.effect import Signature, kind_at
 from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.leave_out import Rows, held_out, rows_of, states_of
 from identification.diagnosis.screening.flexible_forms import flexible_forms, linear_forms
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.score_test import Screened, training_rows
 from identification.estimation.single_record import Fit
 from identification.study.problem import Problem
 from identification.study.residual import Point, evaluate, slots
+
+Forms = Callable[[Element, PortHistory], Mapping[str, Signature]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +137,7 @@ def kind_scores(
     ranked: Sequence[Screened],
     places: Iterable[str] | None = None,
     jobs: int = 1,
+    forms: Forms = flexible_forms,
 ) -> list[KindScore]:
     """Score every kind at the given places (all, unless given), best first.
 
@@ -146,6 +149,8 @@ def kind_scores(
         Effects screened there; the additions they ask for join the forms of their kind.
     jobs : int
         Threads that share the places.
+    forms : callable
+        What every kind may look like at an element with its past.
     """
     elements = bench.problem.graph.elements
     asked = [
@@ -154,15 +159,15 @@ def kind_scores(
         if name in scene.past and bench.probed.knows(name) and name in elements
     ]
     found = Parallel(n_jobs=jobs, backend="threading")(
-        delayed(_scores)(bench, scene, ranked, elements[name]) for name in asked
+        delayed(_scores)(bench, scene, ranked, elements[name], forms) for name in asked
     )
     return sorted((k for each in found for k in each), key=lambda k: k.score.loss)
 
 
 def _scores(
-    bench: Bench, scene: FittedModel, ranked: Sequence[Screened], element: Element
+    bench: Bench, scene: FittedModel, ranked: Sequence[Screened], element: Element, made: Forms
 ) -> list[KindScore]:
-    forms = dict(flexible_forms(element, scene.past[element.name]))
+    forms = dict(made(element, scene.past[element.name]))
     for s in ranked:
         # the addition of a two-port has two sides, of which the screening keeps one
         alone = s.element.name == element.name and not isinstance(element, TwoPort)

@@ -31,7 +31,8 @@ def located(relations: Sequence[BlindRelation], readings: Collection[str]) -> tu
         return ()
     best = single[0] if _alone(single, readings) else None
     if best is None:
-        wide = [r for r in decided if r.sides > 1]
+        # two sides explain much of what sits elsewhere: here nothing but noise may be left
+        wide = [r for r in decided if r.sides > 1 and r.compatible]
         if not wide or not _alone([wide[0], *single], readings):
             return ()
         best = wide[0]

@@ -73,6 +73,21 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signatur
     return {kind: Signature(np.hstack(parts)) for kind, parts in made.items()}
 
 
+def rich_forms(element: Element, past: PortHistory) -> Mapping[str, Signature]:
+    """Return the forms with surfaces whose coefficient of the flow is any curve of displacement.
+
+    For histories that are known; along wrong ones so many columns imitate what they please.
+    """
+    forms = dict(flexible_forms(element, past))
+    if "surface" in forms:
+        where = past.argument if isinstance(element, C) else past.moved
+        flow = past.rate if isinstance(element, C) else past.argument
+        x = _unit(past.argument if where is None else where)
+        more = curve(x) * _unit(flow)[:, None]
+        forms["surface"] = Signature(np.hstack([forms["surface"].columns, more]))
+    return forms
+
+
 def linear_forms(element: Element, past: PortHistory) -> Signature:
     """Return what other values of an element's own parameters would add, a constant among it."""
     q = _unit(past.argument)
@@ -129,8 +144,7 @@ def products(displacement: Array, flow: Array) -> Array:
     A coefficient of the flow, and of its direction, that depends on the displacement.
     """
     x, v = displacement, flow
-    rest = np.stack([x * np.sign(v), x**2 * np.sign(v), x * v**2], axis=1)
-    return np.hstack([curve(x) * v[:, None], rest])
+    return np.stack([x * v, x**2 * v, x * np.sign(v), x**2 * np.sign(v), x * v**2], axis=1)
 
 
 def slow(z: Array, dt: float) -> Array:

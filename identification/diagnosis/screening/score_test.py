@@ -96,15 +96,16 @@ class Projection:
         return np.asarray(x - self._shared @ (self._shared.T @ x))
 
 
-def projection(scene: FittedModel) -> Projection:
-    """Prepare the screening of a fitted model."""
+def projection(scene: FittedModel, free: Array | None = None) -> Projection:
+    """Prepare the screening of a fitted model; `free`, shape (M, k), may take any weight too."""
     fit = scene.nominal
     problem = fit.problem
     e = evaluate(problem, fit.point)
     local = tuple((rows, _basis(matrix)) for rows, matrix in e.local)
     nothing = np.zeros((e.residual.size, 0))
     raw = Projection(problem, e.residual, 0.0, np.zeros(0), local, nothing)
-    made = replace(raw, _shared=_basis(raw.clean(e.jacobian)))
+    columns = e.jacobian if free is None else np.hstack([e.jacobian, free])
+    made = replace(raw, _shared=_basis(raw.clean(columns)))
     left = made.clean(e.residual[:, None])[:, 0]
     return replace(
         made, residual=left, total=float(left @ left), blocks=rows_of(problem, BLOCKS).block
@@ -112,13 +113,18 @@ def projection(scene: FittedModel) -> Projection:
 
 
 def screen(
-    scene: FittedModel, probes: Probes, catalogue: Sequence[Effect], jobs: int = 1
+    scene: FittedModel,
+    probes: Probes,
+    catalogue: Sequence[Effect],
+    jobs: int = 1,
+    free: Array | None = None,
 ) -> list[Screened]:
     """Rank the effects of `catalogue` at all their places, best first; those exempt come last.
 
-    `jobs` threads share the work, which is done by libraries that let each other run.
+    `jobs` threads share the work, which is done by libraries that let each other run. `free`,
+    shape (M, k), are columns beside those of the parameters that may take any weight.
     """
-    onto = projection(scene)
+    onto = projection(scene, free)
     pairs = [
         (effect, element)
         for effect in catalogue

@@ -31,7 +31,7 @@ from identification.diagnosis.evidence.kind_score import (
 )
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.latent_history import latent_history
-from identification.diagnosis.screening.flexible_forms import linear_forms
+from identification.diagnosis.screening.flexible_forms import linear_forms, rich_forms
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import Screened, screen
@@ -39,7 +39,7 @@ from identification.diagnosis.search.base import Base
 
 FOLLOWS = 0.85
 """Part of what was added that a form of the motion explains unless it came from outside."""
-LOUD = 3.0
+LOUD = 2.0
 """Times that a push from outside is stronger in the mean than half of the time."""
 ALIKE = 0.3
 """Rank correlation of two signals' power from which one goes with the other."""
@@ -91,10 +91,12 @@ def look_there(
     relation = min(known, key=lambda r: (r.sides, r.train))
     try:
         scene, course = latent_history(base.fit, relation)
-        ranked = screen(scene, probes(scene.nominal, plain), catalogue, jobs)
+        bare = bench_of(base.fit, scene.nominal, plain)
+        bench = along(bare, scene, where)
+        free = bench.columns[:, bare.columns.shape[1] :]
+        ranked = screen(scene, probes(scene.nominal, plain), catalogue, jobs, free)
         here = [s for s in ranked if s.element.name in where]
-        bench = along(bench_of(base.fit, scene.nominal, plain), scene, where)
-        kinds = kind_scores(bench, scene, here, where, jobs)
+        kinds = kind_scores(bench, scene, here, where, jobs, rich_forms)
     except (BondsightError, np.linalg.LinAlgError):
         return None
     if relation.sides == 1:
@@ -127,7 +129,7 @@ def from_outside(
     if isinstance(scene.graph[places[0]], C):  # a flow shows in the effort as its integral
         rest = np.diff(rest)
     pushes = loudness(rest)
-    seldom = pushes > LOUD and pushes > 0.5 * LOUD * loudness(motion)
+    seldom = pushes > LOUD * max(1.0, loudness(motion))
     past = [scene.past[n] for n in ports if n in scene.past]
     return whole if seldom and not grows_with(rest, past) else []
 

@@ -1,20 +1,16 @@
 """Relations blind to a port stay at the floor only where the missing physics sits there alone.
 
-The records come from another integrator, with the effect as a force of its own.
+The records come from another integrator, with the effect as a force of its own (`three_masses`).
 """
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, Zero
 from bondgraph.signals.recording import Split
 from identification.diagnosis.localisation.blind_relations import (
-    BlindRelation,
     blind_relations,
     more_than_one_site,
     no_relation,
@@ -22,82 +18,22 @@ from identification.diagnosis.localisation.blind_relations import (
 from identification.diagnosis.localisation.relations.latent import Sampled
 from identification.diagnosis.localisation.relations.whitening import blind_filter
 from identification.diagnosis.localisation.structural_classes import structure
-from identification.estimation.single_record import Fit, fit
-from identification.estimation.threads import single_threaded
+from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
-
-N, DT, NOISE = 1200, 0.01, 1e-4
-MASS, STIFFNESS, DAMPING = 1.0, 400.0, 1.5
-
-
-def chain(mass: float, stiffness: float, damping: float, sensors: int = 3) -> BondGraph:
-    """Three identical masses on identical springs; the first spring ends at the wall."""
-    with BondGraph("chain") as g:
-        bodies = [One(f"v{i}") for i in (1, 2, 3)]
-        for i, body in enumerate(bodies, start=1):
-            body >> I(f"m{i}", mass, unit="kg")
-            if i <= sensors:
-                body >> Dq(f"x{i}", unit="m")
-        Se("F", unit="N") >> bodies[-1]
-        for i, body in enumerate(bodies, start=1):
-            between = body
-            if i > 1:
-                joint, between = Zero(f"z{i}"), One(f"r{i}")
-                body >> joint
-                joint >> bodies[i - 2]
-                joint >> between
-            between >> C(f"k{i}", stiffness=stiffness, unit="N/m")
-            between >> R(f"b{i}", damping, unit="N*s/m")
-    return g
-
-
-@cache
-def course(cubic_k2: float, friction_b1: float) -> tuple[np.ndarray, np.ndarray]:
-    """Force and true displacements, shape (N, 3)."""
-    rng = np.random.default_rng(0)
-    tones, phases = rng.uniform(0.2, 8.0, 12), rng.uniform(0.0, 2 * np.pi, 12)
-    t = DT * np.arange(N)
-    force = 6.0 * np.sin(2 * np.pi * np.outer(t, tones) + phases).sum(axis=1)
-
-    def rate(s: float, z: np.ndarray) -> list[float]:
-        x1, x2, x3, v1, v2, v3 = z
-        e1 = STIFFNESS * x1 + DAMPING * v1 + friction_b1 * np.tanh(v1 / 1e-3)
-        e2 = STIFFNESS * (x2 - x1) + DAMPING * (v2 - v1) + cubic_k2 * (x2 - x1) ** 3
-        e3 = STIFFNESS * (x3 - x2) + DAMPING * (v3 - v2)
-        i = min(int(s / DT), N - 2)
-        u = force[i] + (force[i + 1] - force[i]) * (s / DT - i)
-        return [v1, v2, v3, (e2 - e1) / MASS, (e3 - e2) / MASS, (u - e3) / MASS]
-
-    found = solve_ivp(rate, (0.0, t[-1]), np.zeros(6), t_eval=t, max_step=DT, rtol=1e-7, atol=1e-10)
-    return force, found.y[:3].T
-
-
-LAST_THIRD = Split(slice(0, 800), slice(800, N), "last third")
-INTERLEAVED = Split(
-    tuple(slice(200 * i, 200 * i + 140) for i in range(6)),
-    tuple(slice(200 * i + 140, 200 * i + 200) for i in range(6)),
-    "interleaved",
+from tests.identification.diagnosis.three_masses import (
+    DAMPING,
+    DT,
+    INTERLEAVED,
+    LAST_THIRD,
+    MASS,
+    NOISE,
+    STIFFNESS,
+    N,
+    chain,
+    course,
+    fitted,
+    relations,
 )
-
-
-@single_threaded
-def fitted(
-    cubic_k2: float = 0.0,
-    friction_b1: float = 0.0,
-    cubic_x2: float = 0.0,
-    split: Split = LAST_THIRD,
-) -> Fit:
-    """Nominal fit that starts from parameters a fifth off."""
-    force, x = course(cubic_k2, friction_b1)
-    seen = x + NOISE * np.random.default_rng(1).standard_normal(x.shape)
-    seen[:, 1] += cubic_x2 * x[:, 1] ** 3
-    names = ("x1", "x2", "x3")
-    data = Data("run", DT * np.arange(N), {"F": force}, seen, names, np.full(3, NOISE), split)
-    return fit(Problem(chain(1.2 * MASS, 0.85 * STIFFNESS, 0.8 * DAMPING), data))
-
-
-def relations(f: Fit) -> tuple[BlindRelation, ...]:
-    return blind_relations(f, structure(f.problem.graph, np.geomspace(1.0, 60.0, 24)))
 
 
 @pytest.mark.parametrize(
@@ -141,7 +77,7 @@ def test_two_sites_leave_every_relation_above_the_floor() -> None:
 
 
 def test_one_sensor_makes_no_relation() -> None:
-    force, x = course(0.0, 0.0)
+    force, x, _ = course()
     split = Split(slice(0, 800), slice(800, N), "last third")
     data = Data("run", DT * np.arange(N), {"F": force}, x[:, :1], ("x1",), np.array([NOISE]), split)
     f = fit(Problem(chain(MASS, STIFFNESS, DAMPING, sensors=1), data), max_iterations=2)
@@ -195,7 +131,7 @@ def test_a_state_that_moves_a_reading_only_later_has_no_freedom_of_its_own() -> 
 
 
 def test_the_sides_of_a_two_port_together_are_not_excluded() -> None:
-    force, x = course(0.0, 0.0)
+    force, x, _ = course()
     with BondGraph("lever") as g:
         body, far = One("v1"), One("v2")
         Se("F", unit="N") >> body

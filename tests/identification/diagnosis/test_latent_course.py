@@ -1,0 +1,105 @@
+"""What was added at a port is read off the readings, and every form is held against it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.localisation.latent_history import latent_history
+from identification.diagnosis.localisation.places_without_name import located
+from identification.diagnosis.localisation.relations.course import latent_course
+from identification.diagnosis.localisation.relations.latent import Sampled
+from identification.diagnosis.screening.port_history import PortHistory
+from identification.diagnosis.search.base import base_of
+from identification.diagnosis.search.there import There, grows_with, look_there, loudness
+from identification.estimation.single_record import Fit
+from tests.identification.diagnosis.three_masses import INTERLEAVED, N, course, fitted, relations
+
+
+def test_the_course_is_the_likeliest_of_the_whole_record() -> None:
+    rng = np.random.default_rng(2)
+    phi, n, size = np.array([[0.9, 0.2], [-0.2, 0.85]]), 150, 5.0
+    c, d = rng.standard_normal((3, 2)), 0.3 * rng.standard_normal((3, 1))
+    model = Sampled(phi, np.array([[0.3], [1.0]]), c, d)
+    powers = [np.linalg.matrix_power(phi, i) for i in range(n)]
+    g = np.kron(np.eye(n), d)
+    for lag in range(1, n):
+        one = model.c @ powers[lag - 1] @ model.gamma
+        g += np.kron(np.eye(n, k=-lag), one)
+    free = np.concatenate([c @ p for p in powers])
+    true = size * rng.standard_normal(n)
+    seen = g @ true + free @ [3.0, -2.0] + rng.standard_normal(3 * n)
+    found = latent_course(model, np.array([30 * size]), seen.reshape(n, 3))[:, 0]
+    # least squares of all at once, with the size that the course itself has
+    own = found.std()
+    wide = np.vstack([np.hstack([g, free]), np.hstack([np.eye(n) / own, np.zeros((n, 2))])])
+    best = np.linalg.lstsq(wide, np.concatenate([seen, np.zeros(n)]), rcond=None)[0][:n]
+    assert np.std(found - best) < 0.02 * true.std()
+    assert np.std(found - true) < 0.2 * true.std()
+
+
+def test_the_course_at_a_spring_is_the_force_that_the_model_lacks() -> None:
+    f = fitted(cubic_k2=5e4, split=INTERLEAVED)
+    relation = relations(f)[0]
+    assert "k2" in relation.ports
+    scene, added = latent_history(f, relation)
+    _, x, v = course(5e4)
+    stretch, speed = x[:, 1] - x[:, 0], v[:, 1] - v[:, 0]
+    past = scene.past["k2"].argument
+    assert np.std(past - stretch) < 0.01 * np.std(stretch)
+    (force,) = added.values()
+    columns = np.stack([stretch, speed, np.ones(N)], axis=1)
+
+    def beside(z: np.ndarray) -> np.ndarray:
+        # what the relation does not see is the linear part of this very port; force has quick noise
+        left = z - columns @ np.linalg.lstsq(columns, z, rcond=None)[0]
+        return np.convolve(left, np.hanning(11), mode="valid")
+
+    assert abs(np.corrcoef(beside(force), beside(5e4 * stretch**3))[0, 1]) > 0.9
+    with pytest.raises(BondsightError, match="no signal of its own"):
+        latent_history(f, next(r for r in relations(f) if r.ports == ("x1",)))
+
+
+def look(f: Fit) -> There:
+    found = relations(f)
+    where = located(found, f.problem.data.names)
+    assert where
+    made = look_there(base_of(f), found, where, CATALOGUE, f.problem.with_offsets)
+    assert made is not None
+    return made
+
+
+def test_laws_are_ranked_along_what_was_added() -> None:
+    made = look(fitted(cubic_k2=5e4, split=INTERLEAVED))
+    best = next(s for s in made.ranking if s.effect.name == "nonlinear_stiffness")
+    assert best.element.name == "k2"
+    assert best.share > 0.9
+    assert made.kinds[0].element == "k2"
+    assert made.kinds[0].kind in ("restoring", "surface")
+    assert all(k.kind != "exogenous" for k in made.kinds)
+
+
+def test_pushes_follow_nothing_at_their_port() -> None:
+    made = look(fitted(pushes=15.0, split=INTERLEAVED))
+    assert made.kinds[0].label == "an exogenous effect at m1"
+
+
+def test_what_acts_seldom_is_loud() -> None:
+    rng = np.random.default_rng(0)
+    noise = rng.standard_normal(4000)
+    pulses = np.zeros(4000)
+    pulses[1000:1040] = pulses[2500:2530] = 10.0
+    assert loudness(noise) < 1.5
+    assert loudness(np.sin(0.05 * np.arange(4000))) < 1.0
+    assert loudness(noise + pulses) > 2.5
+
+
+def test_a_force_that_grows_with_the_motion_is_none_from_outside() -> None:
+    rng = np.random.default_rng(1)
+    level = np.repeat(rng.uniform(0.0, 1.0, 40) ** 4, 100)
+    flow = level * rng.standard_normal(4000)
+    past = PortHistory(flow, flow, 1e-3)
+    assert grows_with(level**2 * rng.standard_normal(4000), [past])
+    assert not grows_with(rng.standard_normal(4000), [past])
