@@ -7,27 +7,47 @@ history is the true one, and what was added can be held against it.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.localisation.blind_relations import BlindRelation, ample_size
-from identification.diagnosis.localisation.relations.course import latent_course
+from identification.diagnosis.localisation.relations.course import followed, latent_course
 from identification.diagnosis.localisation.relations.latent import LatentModel, latent_model
 from identification.diagnosis.localisation.relations.refit import timed
 from identification.diagnosis.screening.observation import filled, scene_of, watched_signals
 from identification.diagnosis.screening.port_history import FittedModel
-from identification.diagnosis.screening.port_response import Probes, probes
+from identification.diagnosis.screening.port_response import Probes, held, probes
 from identification.estimation.single_record import Fit
 from identification.study.residual import Point, evaluate, weighted, windows
 
 
+@dataclass(frozen=True, eq=False)
+class LatentHistory:
+    """What was added at a port, and the past of every port with it.
+
+    Attributes
+    ----------
+    scene : FittedModel
+        Its `nominal` is the declared model at the parameters that the relation found, with nothing
+        added: its residual is what the signal explains.
+    likely : ndarray, shape (N, k)
+        The likeliest course of the signals at the port.
+    ample : ndarray, shape (N, k)
+        What follows the readings as closely as any course can, their noise too.
+    """
+
+    scene: FittedModel
+    likely: Array
+    ample: Array
+
+
 def latent_history(
     fit: Fit, relation: BlindRelation, probed: Probes | None = None
-) -> tuple[FittedModel, dict[str, Array]]:
-    """Return the scene along the likeliest signal at the ports of a relation, and that signal.
+) -> LatentHistory:
+    """Look along the likeliest signal at the ports of a relation.
 
     Parameters
     ----------
@@ -35,14 +55,6 @@ def latent_history(
         The nominal fit.
     relation : BlindRelation
         What is added at its first port stands for the others, which have the same effect.
-
-    Returns
-    -------
-    scene : FittedModel
-        Its `nominal` is the declared model at the parameters that the relation found, with nothing
-        added: its residual is what the signal explains.
-    course : dict of str to ndarray, shape (N,)
-        By the source that stands for the port.
 
     Raises
     ------
@@ -54,8 +66,8 @@ def latent_history(
     if not sources or not relation.theta.size:
         raise BondsightError(f"{relation.ports[0]} has no signal of its own to look for")
     bare = _at(fit, Point(relation.theta, fit.point.states))
-    course = _course(bare, model, relation.ports[0])
-    driven = dict(zip(sources, _between(course, fit.problem.data.hold).T, strict=True))
+    likely, ample = _courses(bare, model, relation.ports[0])
+    driven = dict(zip(sources, held(likely, fit.problem.data.hold).T, strict=True))
     watched = watched_signals(model.probes.graph)
     names = {n for pair in watched.values() for n in pair}
     # the states at the start belong to it: what is left beside the signal says how they were
@@ -67,7 +79,7 @@ def latent_history(
     y = filled(bare.simulated + moved)
     for i, n in enumerate(fit.problem.data.names):
         past[n] = replace(past[n], argument=y[:, i], output=y[:, i])
-    return replace(seen, past=past), dict(zip(sources, course.T, strict=True))
+    return LatentHistory(replace(seen, past=past), likely, ample)
 
 
 def _at(fit: Fit, point: Point) -> Fit:
@@ -75,26 +87,21 @@ def _at(fit: Fit, point: Point) -> Fit:
     return replace(fit, point=point, simulated=simulated)
 
 
-def _course(bare: Fit, model: LatentModel, port: str) -> Array:
-    """Signal over the whole record, shape (N, k)."""
+def _courses(bare: Fit, model: LatentModel, port: str) -> tuple[Array, Array]:
+    """Signals over the whole record, shapes (N, k): the likeliest, and ample ones."""
     problem = bare.problem
     sampled = model.sampled(port, bare.point.theta)
     size = ample_size(bare, sampled, bare.simulated)
     if size is None:
         raise BondsightError(f"what was added at {port} could be anything")
     left = filled(problem.data.readings - bare.simulated)
-    course = np.zeros((problem.data.n, size.size))
+    likely = np.zeros((problem.data.n, size.size))
+    ample = likely.copy()
     for w in windows(problem):
         block = weighted(problem, left[w].T[:, :, None].copy()).transpose(0, 2, 1)
-        course[w] = latent_course(sampled, size, timed(problem, bare.point.theta, block)[:, 0].T)
-    return course
-
-
-def _between(course: Array, hold: str) -> Array:
-    """Return values that a source has to take where the engine holds them between samples."""
-    if hold != "hold":
-        return course
-    return np.concatenate([0.5 * (course[1:] + course[:-1]), course[-1:]])
+        seen = timed(problem, bare.point.theta, block)[:, 0].T
+        likely[w], ample[w] = latent_course(sampled, size, seen), followed(sampled, size, seen)
+    return likely, ample
 
 
 def _starts(bare: Fit, moved: Array) -> Array:

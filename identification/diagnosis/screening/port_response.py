@@ -163,10 +163,11 @@ class Probes:
             out[:, problem.data.names.index(element)] = columns
             return out
         source, factor = self.ports.get(element, (element, 1.0))
-        parts = [(self._columns[source], factor, columns)]
+        hold = problem.data.hold if element in self.ports else ""
+        parts = [(self._columns[source], factor, held(columns, hold))]
         if flow is not None and element in self.flows:
             other, by = self.flows[element]
-            parts.append((self._columns[other], by, flow))
+            parts.append((self._columns[other], by, held(flow, hold)))
         if self.engine.exact_step and not problem.clock:
             for at, by, c in parts:
                 self._convolved(at, by * c, out)
@@ -268,6 +269,16 @@ class Probes:
                 break
             share = SMALL / size
         return np.asarray(np.nan_to_num(change, posinf=0.0, neginf=0.0))
+
+
+def held(values: Array, hold: str) -> Array:
+    """Return what a source has to be given so that it runs straight from sample to sample.
+
+    Where the commands stay between samples every source does: its mean over the interval then.
+    """
+    if hold != "hold":
+        return values
+    return np.concatenate([0.5 * (values[1:] + values[:-1]), values[-1:]])
 
 
 def probes(fit: Fit, plain: BondGraph | None = None) -> Probes:

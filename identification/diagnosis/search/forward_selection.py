@@ -295,7 +295,8 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
         if there is not None:
             wanted = [s for s in there.ranking if s.effect.name != UNNAMED.name and s.hint]
             evidence = with_laws(there.scene, there.base.template, wanted[: options.more])
-            evidence = replace(evidence, kinds=tuple(_merged(evidence.kinds, there.kinds)))
+            if clearer(there.kinds, evidence):
+                evidence = replace(evidence, kinds=tuple(_merged(evidence.kinds, there.kinds)))
             decision = decide(evidence, limits)
     if where:
         decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
@@ -310,6 +311,19 @@ def each_once(trials: Sequence[Candidate]) -> list[Candidate]:
         if at not in best or t.train < best[at].train:
             best[at] = t
     return list(best.values())
+
+
+def clearer(kinds: Sequence[KindScore], evidence: Evidence) -> bool:
+    """Whether forms along the true histories explain clearly more than those known before."""
+    best = min((k.score for k in kinds), key=lambda x: x.loss, default=None)
+    if best is None:
+        return False
+    whole = max(evidence.plain.excess(best), 1e-12)
+    return all(1.0 - k.score.excess(best) / whole < ENOUGH for k in evidence.kinds)
+
+
+ENOUGH = 0.95
+"""Part of what the best form along the true histories explains, from which others are as good."""
 
 
 def why_there(relations: Sequence[BlindRelation], where: Collection[str]) -> str:

@@ -30,7 +30,7 @@ from identification.diagnosis.evidence.kind_score import (
     scores_at,
 )
 from identification.diagnosis.localisation.blind_relations import BlindRelation
-from identification.diagnosis.localisation.latent_history import latent_history
+from identification.diagnosis.localisation.latent_history import LatentHistory, latent_history
 from identification.diagnosis.screening.flexible_forms import linear_forms, rich_forms
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import probes
@@ -90,7 +90,8 @@ def look_there(
     known = [r for r in relations if r.decided and r.ports[0] in where]
     relation = min(known, key=lambda r: (r.sides, r.train))
     try:
-        scene, course = latent_history(base.fit, relation)
+        found = latent_history(base.fit, relation)
+        scene = found.scene
         bare = bench_of(base.fit, scene.nominal, plain)
         bench = along(bare, scene, where)
         free = bench.columns[:, bare.columns.shape[1] :]
@@ -100,23 +101,23 @@ def look_there(
     except (BondsightError, np.linalg.LinAlgError):
         return None
     if relation.sides == 1:
-        (added,) = course.values()
-        kinds += from_outside(bench, scene, relation.ports, added, kinds)
+        kinds += from_outside(bench, found, relation.ports, kinds)
     ordered = tuple(sorted(kinds, key=lambda k: k.score.loss))
     return There(_begun(base, scene, where), scene, tuple(here), ordered)
 
 
 def from_outside(
-    bench: Bench, scene: FittedModel, ports: Sequence[str], added: Array, kinds: Sequence[KindScore]
+    bench: Bench, found: LatentHistory, ports: Sequence[str], kinds: Sequence[KindScore]
 ) -> list[KindScore]:
     """Return the kind ``exogenous`` where what was added follows nothing at its port.
 
     It is silent most of the time, though the port moves, and no form of the motion explains it.
     """
+    scene, added = found.scene, found.likely[:, 0]
     places = [e.name for e in ExternalDisturbance().places(scene.graph) if e.name in ports]
     if not places:
         return []
-    whole = scores_at(bench, places[0], {"exogenous": Signature(added[:, None])})
+    whole = scores_at(bench, places[0], {"exogenous": Signature(found.ample)})
     if not whole:
         return []
     most = whole[0].score

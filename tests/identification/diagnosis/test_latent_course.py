@@ -44,12 +44,12 @@ def test_the_course_at_a_spring_is_the_force_that_the_model_lacks() -> None:
     f = fitted(cubic_k2=5e4, split=INTERLEAVED)
     relation = relations(f)[0]
     assert "k2" in relation.ports
-    scene, added = latent_history(f, relation)
+    found = latent_history(f, relation)
     _, x, v = course(5e4)
     stretch, speed = x[:, 1] - x[:, 0], v[:, 1] - v[:, 0]
-    past = scene.past["k2"].argument
+    past = found.scene.past["k2"].argument
     assert np.std(past - stretch) < 0.01 * np.std(stretch)
-    (force,) = added.values()
+    force = found.likely[:, 0]
     columns = np.stack([stretch, speed, np.ones(N)], axis=1)
 
     def beside(z: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.relations.latent import Sampled
 from identification.diagnosis.localisation.relations.whitening import Blind, blind_filter, scan
 
-ROUNDS = 3
+ROUNDS = 2
 """Times that the size of the signal is read off its own course."""
 LEAST = 1e-6
 """Part of the first size below which a signal counts as silent."""
@@ -37,13 +37,17 @@ def latent_course(model: Sampled, size: Array, residual: Array) -> Array:
     ndarray, shape (N, k)
         Values at the samples, linear between them, in the unit of the model's inputs.
     """
-    course = np.zeros((residual.shape[0], size.size))
     least = LEAST * size
+    course = followed(model, size, residual)
     for _ in range(ROUNDS):
-        blind = blind_filter(model, size)
-        course = _smoothed(model, blind, size, residual)
         size = np.maximum(np.sqrt(np.mean(course**2, axis=0)), least)
+        course = followed(model, size, residual)
     return course
+
+
+def followed(model: Sampled, size: Array, residual: Array) -> Array:
+    """Return the course of signals of a given size: ample ones follow the readings' noise too."""
+    return _smoothed(model, blind_filter(model, size), size, residual)
 
 
 def _smoothed(model: Sampled, blind: Blind, size: Array, residual: Array) -> Array:
