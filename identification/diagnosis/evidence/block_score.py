@@ -21,7 +21,13 @@ from functools import cached_property
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.diagnosis.evidence.leave_out import LeftOut, Rows, left_out, stretch_sums
+from identification.diagnosis.evidence.leave_out import (
+    Index,
+    LeftOut,
+    Rows,
+    left_out,
+    stretch_sums,
+)
 from identification.estimation.single_record import Fit
 
 SLOWEST = 0.98
@@ -76,10 +82,9 @@ class BlockScore:
         """Take the pole of this hypothesis' noise out of values (M,)."""
         out, rows = values.copy(), self.out.rows
         for c, pole in enumerate(self.poles):
-            at = np.flatnonzero(rows.channel == c)
             if pole > WHITE:
-                out[at[1:]] -= pole * values[at[:-1]]
-                out[at] /= np.sqrt(1.0 - pole**2)
+                before, after = _neighbours(rows, c)
+                out[after] = (out[after] - pole * values[before]) / np.sqrt(1.0 - pole**2)
         return out
 
     @cached_property
@@ -140,11 +145,18 @@ def _poles(residual: Array, rows: Rows, channels: int) -> Array:
     """Lag-one correlation of each reading's residual, 0 .. `SLOWEST`, shape (channels,)."""
     found = np.zeros(channels)
     for c in range(channels):
-        e = residual[rows.channel == c]
-        power = float(e @ e)
-        if e.size > 2 and power > 0:
-            found[c] = np.clip(float(e[1:] @ e[:-1]) / power, 0.0, SLOWEST)
+        before, after = _neighbours(rows, c)
+        power = float(residual[before] @ residual[before])
+        if before.size > 1 and power > 0:
+            found[c] = np.clip(float(residual[after] @ residual[before]) / power, 0.0, SLOWEST)
     return found
+
+
+def _neighbours(rows: Rows, channel: int) -> tuple[Index, Index]:
+    """Rows of a reading whose samples follow each other: held-out samples may lie between two."""
+    at = np.flatnonzero(rows.channel == channel)
+    near = np.diff(rows.sample[at]) == 1
+    return at[:-1][near], at[1:][near]
 
 
 def score(fit: Fit) -> BlockScore:

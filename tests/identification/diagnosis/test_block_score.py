@@ -147,3 +147,14 @@ def test_stretches_that_do_not_agree_say_nothing() -> None:
     leads = [scored(white(s)).paired(scored(white(s + 1))) for s in range(0, 400, 2)]
     assert np.std(leads) == pytest.approx(1.0, abs=0.2)
     assert scored(white(1)).paired(scored(white(1))) == 0.0
+
+
+def test_nothing_is_whitened_across_held_out_samples() -> None:
+    noise = coloured(5, 0.97)
+    kept = np.flatnonzero(np.arange(N) % 200 < 140)
+    rows = Rows(kept, np.zeros(kept.size, int), np.arange(kept.size) * B // kept.size)
+    s = scored(noise[kept], rows)
+    assert s.poles[0] == pytest.approx(0.97, abs=0.015)
+    assert np.mean(s.white**2) == pytest.approx(1.0, abs=0.15)
+    # a step between two kept samples would be many standard deviations
+    assert np.abs(s.white).max() < 5.0

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy import signal
 
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import CATALOGUE
@@ -12,10 +15,18 @@ from identification.diagnosis.localisation.places_without_name import located
 from identification.diagnosis.localisation.relations.course import latent_course
 from identification.diagnosis.localisation.relations.latent import Sampled
 from identification.diagnosis.screening.port_history import PortHistory
+from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.search.base import base_of
 from identification.diagnosis.search.there import There, grows_with, look_there, loudness
-from identification.estimation.single_record import Fit
-from tests.identification.diagnosis.three_masses import INTERLEAVED, N, course, fitted, relations
+from identification.estimation.single_record import Fit, fit
+from tests.identification.diagnosis.three_masses import (
+    DT,
+    INTERLEAVED,
+    N,
+    course,
+    fitted,
+    relations,
+)
 
 
 def test_the_course_is_the_likeliest_of_the_whole_record() -> None:
@@ -103,3 +114,26 @@ def test_a_force_that_grows_with_the_motion_is_none_from_outside() -> None:
     past = PortHistory(flow, flow, 1e-3)
     assert grows_with(level**2 * rng.standard_normal(4000), [past])
     assert not grows_with(rng.standard_normal(4000), [past])
+
+
+@pytest.mark.parametrize("hold", ["hold", "linear"])
+def test_an_addition_runs_between_samples_whatever_the_commands_do(hold: str) -> None:
+    f = fitted()
+    data = replace(f.problem.data, hold=hold)
+    f = fit(replace(f.problem, data=data), max_iterations=0)
+    t = DT * np.arange(N)
+    added = np.sin(2 * np.pi * 6.0 * t) * np.hanning(N)
+    moved = probes(f).respond("m1", added[:, None])[:, 0, 0]
+    p = f.values
+    mass, spring, drag = (np.diag([p[f"{n}{i}"] for i in (1, 2, 3)]) for n in "mkb")
+    between = np.array([[1.0, 0, 0], [-1, 1, 0], [0, -1, 1]])  # stretches of the springs
+    a = np.zeros((6, 6))
+    a[:3, 3:] = np.eye(3)
+    a[3:, :3] = -np.linalg.solve(mass, between.T @ spring @ between)
+    a[3:, 3:] = -np.linalg.solve(mass, between.T @ drag @ between)
+    push = np.linalg.solve(mass, [1.0, 0, 0])
+    exact = signal.lsim((a, np.r_[np.zeros(3), push][:, None], np.eye(1, 6), 0.0), added, t)[1]
+    sign = np.sign(moved @ exact)
+    assert (
+        np.max(np.abs(sign * moved - exact)) < 0.02 * np.abs(exact).max()
+    )  # late by half a sample: 0.19
