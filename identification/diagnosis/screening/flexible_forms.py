@@ -74,9 +74,10 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signatur
 
 
 def rich_forms(element: Element, past: PortHistory) -> Mapping[str, Signature]:
-    """Return the forms with surfaces whose coefficient of the flow is any curve of displacement.
+    """Return the forms for known histories.
 
-    For histories that are known; along wrong ones so many columns imitate what they please.
+    The coefficient of the flow may be any curve of the displacement: along wrong histories so many
+    columns would imitate what they please. What follows a command has to be no linear filter.
     """
     forms = dict(flexible_forms(element, past))
     if "surface" in forms:
@@ -85,6 +86,9 @@ def rich_forms(element: Element, past: PortHistory) -> Mapping[str, Signature]:
         x = _unit(past.argument if where is None else where)
         more = curve(x) * _unit(flow)[:, None]
         forms["surface"] = Signature(np.hstack([forms["surface"].columns, more]))
+    if "command" in forms:  # linear filters of the command imitate linear changes anywhere
+        q = _unit(past.argument)
+        forms["command"] = Signature(np.hstack([curve(q), rates(q)[:, 1:]]))
     return forms
 
 
