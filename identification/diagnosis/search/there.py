@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, TwoPort, Valued
+from bondgraph.graph.elements import C, Source, TwoPort, Valued
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import Effect
@@ -97,7 +97,8 @@ def look_there(
         free = bench.columns[:, bare.columns.shape[1] :]
         ranked = screen(scene, probes(scene.nominal, plain), catalogue, jobs, free)
         here = [s for s in ranked if s.element.name in where]
-        kinds = kind_scores(bench, scene, here, where, jobs, rich_forms)
+        joined = [s for s in here if not isinstance(s.element, Source)]
+        kinds = kind_scores(bench, scene, joined, where, jobs, rich_forms)
     except (BondsightError, np.linalg.LinAlgError):
         return None
     if relation.sides == 1:
