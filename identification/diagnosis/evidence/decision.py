@@ -79,7 +79,9 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
     A form that may depend on anything explains most by itself, so what it explains is discounted:
     it stands for its kind only where the usual ones clearly do less.
     """
-    part = {id(k): explained(k, e.plain, best) for k in e.kinds}
+    # what sits at a known place has been held against the true course of what was added
+    known = bool(e.located)
+    part = {id(k): explained(k, e.plain, best, usual=known) for k in e.kinds}
     ranked = sorted(e.kinds, key=lambda k: -part[id(k)])
     if not ranked:
         return []
@@ -123,7 +125,7 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
 
     def part(k: KindScore) -> float:
         here = k.kind == own and k.element == law.element
-        return explained(k, e.plain, best.score, usual=here or odd)
+        return explained(k, e.plain, best.score, usual=here or odd or bool(e.located))
 
     # what an approximate law leaves looks like another effect: a further one has to fit exactly
     near = min(NEAR, t.law) if _alone(law, kinds, e.classes) else t.law
@@ -368,8 +370,11 @@ REFUTED = 4.0
 def _replicated(chosen: Scored, e: Evidence) -> bool:
     """Whether samples that no selection has seen gain as well, a part as much at least."""
     gained = e.trained - chosen.trial.train
+    noise = min(1.0, chosen.trial.train)
+    # where unseen samples have a misfit, its noise is none that could be gained
+    there = e.nominal - noise if e.nominal > 2.0 * noise else e.nominal
     least = 0.5 if e.named else 0.3
-    return e.nominal - chosen.trial.test > least * min(gained, e.nominal)
+    return e.nominal - chosen.trial.test > least * min(gained, there)
 
 
 def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:

@@ -33,6 +33,8 @@ SLOW = (0.004, 0.02, 0.08, 0.3)
 """Time constants of slow relaxations over the duration of the record."""
 QUICK = (1.0, 3.0, 10.0)
 """Time constants of short filters, samples."""
+WAVES = 10
+"""Periods in a record up to which a coefficient may swing, along known histories."""
 TIMES = 7
 """Columns of a coefficient that changes in time."""
 
@@ -76,8 +78,9 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signatur
 def rich_forms(element: Element, past: PortHistory) -> Mapping[str, Signature]:
     """Return the forms for known histories.
 
-    The coefficient of the flow may be any curve of the displacement: along wrong histories so many
-    columns would imitate what they please. What follows a command has to be no linear filter.
+    The coefficient of the flow may be any curve of the displacement, and any coefficient may swing:
+    along wrong histories so many columns would imitate what they please. What follows a command has
+    to be no linear filter.
     """
     forms = dict(flexible_forms(element, past))
     if "surface" in forms:
@@ -86,6 +89,11 @@ def rich_forms(element: Element, past: PortHistory) -> Mapping[str, Signature]:
         x = _unit(past.argument if where is None else where)
         more = curve(x) * _unit(flow)[:, None]
         forms["surface"] = Signature(np.hstack([forms["surface"].columns, more]))
+    if "time" in forms:  # waves reach over left-out stretches, which narrow splines do not
+        q = _unit(past.argument)
+        turn = 2 * np.pi * np.outer(np.linspace(0, 1, past.n), np.arange(1, WAVES + 1))
+        waves = q[:, None] * np.hstack([np.sin(turn), np.cos(turn)])
+        forms["time"] = Signature(np.hstack([forms["time"].columns, waves]))
     if "command" in forms:  # linear filters of the command imitate linear changes anywhere
         q = _unit(past.argument)
         forms["command"] = Signature(np.hstack([curve(q), rates(q)[:, 1:]]))

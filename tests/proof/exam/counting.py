@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from tests.proof.exam.judging import ExamOutcome, judge_exam
 from tests.proof.exam.said import ExamAnswer
-from tests.proof.exam.separable import kind_separable, name_separable
+from tests.proof.exam.separable import kind_separable, name_separable, no_law_fits
 from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.rates import Rate, rate
 from tests.proof.trial.vocabulary import FAMILIES
@@ -119,6 +119,9 @@ def _errors(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
             c.kind is False for _, c in said if c.kind is not None
         ),
         "outside the catalogue named exactly": rate(o.outside_named for o in outside),
+        "outside named exactly, where an oracle excludes every law": rate(
+            o.outside_named for o in outside if no_law_fits(o.truth, o.answer.first)
+        ),
         "outside the catalogue given any name or set": rate(
             any(c.claim.names for c in o.claims) for o in outside
         ),

@@ -11,7 +11,7 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue import UNNAMED
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth
 
-__all__ = ["SURE", "kind_separable", "name_separable"]
+__all__ = ["SURE", "kind_separable", "name_separable", "no_law_fits"]
 
 SURE = 3.0
 """Standard errors over the stretches by which a wrong hypothesis must lose against the truth."""
@@ -35,6 +35,14 @@ def kind_separable(truth: ExamTruth, evidence: Mapping[str, Any]) -> bool:
     return _beaten(
         truth, evidence, lambda law, main: law["effect"] in main.names or law["kind"] in main.kinds
     )
+
+
+def no_law_fits(truth: ExamTruth, evidence: Mapping[str, Any]) -> bool:
+    """Whether every fit of a law with a name loses against the noise: physics outside can be told.
+
+    A law that predicts as well as the truth would is refuted by nothing in the recording.
+    """
+    return _beaten(truth, evidence, lambda law, main: False)
 
 
 def _beaten(
