@@ -39,6 +39,7 @@ from identification.diagnosis.search.forward_selection import SelectionStage, st
 from identification.diagnosis.search.nominal import (
     deeper,
     held_to_residual,
+    hold_margin,
     nominal_fit,
     seen_in_training,
 )
@@ -72,7 +73,7 @@ class Diagnosis:
     ranking : tuple of Screened
         The linear screening of the first step.
     relations : tuple of BlindRelation
-        Where nothing could be named: relations blind to one class of ports each.
+        Blind to one class of ports each, where something is missing and the model allows them.
     experiments : tuple of Experiment
         What would separate the effects that are still possible, the best first.
     traits : dict of str to (Character, Latent)
@@ -239,7 +240,6 @@ def diagnose(
         decisions = unthinned(made.decisions, template, options.holds)
         open_question = not any(d.kind == "missing_physics" for d in decisions)
         unknown = open_question and decisions[0].kind == "unknown_physics"
-        relations = made.relations if unknown else ()
         experiments = _experiments(decisions[0]) if unknown else ()
     kind = _kind(made, declared, nominal)
     if mistakes and kind != "missing_physics":
@@ -249,17 +249,18 @@ def diagnose(
         result, kind=kind, scene=made.scene,
         steps=decisions, trials=made.decisions[0].trials if made.decisions else (),
         ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
-        relations=relations, experiments=experiments,
-        notes=(
-            *recording.notes, *_notes(template),
-            *_noise_notes(read, floor, sure, noise or {}), *moved(nominal),
-        ),
+        relations=made.relations, experiments=experiments,
     )  # fmt: skip
     last = result.repaired or nominal
+    with calm():
+        notes = (
+            *recording.notes, *_notes(template, options.holds, last),
+            *_noise_notes(read, floor, sure, noise or {}), *moved(nominal),
+        )  # fmt: skip
     left = remaining(last)
     same = last.problem.data.n == made.scene.data.n  # else the search worked on thinned samples
     where = regions(last, made.scene if same else None) if left.most > limits.noise else ()
-    result = replace(result, left=left, regions_left=where)
+    result = replace(result, left=left, regions_left=where, notes=notes)
     from identification.diagnosis.explanation.advice import advice
 
     result = replace(result, advice=advice(result, frequencies))
@@ -434,9 +435,9 @@ def _noise_notes(
     return tuple(notes)
 
 
-def _notes(problem: Problem) -> tuple[str, ...]:
+def _notes(problem: Problem, holds: Sequence[str], last: Fit) -> tuple[str, ...]:
     notes = [
-        f"commands between samples: {problem.data.hold}",
+        f"commands between samples: {last.problem.data.hold} ({hold_margin(last, holds)})",
         f"held out: {problem.data.split.rule}",
     ]
     if problem.window is not None:

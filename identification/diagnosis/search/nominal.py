@@ -113,6 +113,44 @@ def _likeliest(fits: Mapping[str, Fit]) -> str:
     return usual if scores[usual].behind(scores[best]) < SURE else best
 
 
+def hold_margin(result: Fit, holds: Collection[str]) -> str:
+    """Say how surely the commands behave between samples as the fit says.
+
+    Parameters
+    ----------
+    holds : collection of str
+        Behaviours that were possible.
+    """
+    own, others = result.problem.data.hold, [h for h in holds if h != result.problem.data.hold]
+    if not others:
+        return "as given"
+    behind = {}
+    for h in others:
+        if not _shows(result, h):
+            continue
+        data = replace(result.problem.data, hold=h)
+        steps = max(result.problem.n_sub, 2 if h == "band-limited" else 1)
+        try:
+            other = fit(
+                replace(result.problem, data=data, n_sub=steps), start=result.point,
+                max_iterations=A_FEW,
+            )  # fmt: skip
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            continue
+        if other.status is not FitStatus.BROKEN:
+            behind[h] = score(other).behind(score(result))
+    if not behind:
+        return "another behaviour would change next to nothing"
+    return ", ".join(
+        f"{h} predicts worse by {z:.0f} standard errors" if z > SURE
+        else f"{h} predicts as well" if z > -SURE
+        else f"{h} would predict better by {-z:.0f} standard errors than {own}"
+        for h, z in behind.items()
+    )  # fmt: skip
+
+
+A_FEW = 4
+"""Steps that make up for half a sample more or less, or the behaviour is wrong."""
 FINEST = 64
 """Sub-steps of a sample at the most, in a nominal model with laws."""
 SURE = 3.0

@@ -28,6 +28,7 @@ from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.explanation.next_experiment import Experiment
+from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.report import page, sections, write_report
 from identification.diagnosis.report.changed import changes, definition, math_svg, whole_law
 from identification.diagnosis.report.found import confidence_of
@@ -211,7 +212,11 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
     other = next(t for t in d.trials if t.element != first.chosen.element)
     both = replace(d, steps=(first, replace(first, chosen=other)))
     told: dict[str, object] = {
-        "relations": (SimpleNamespace(ports=("k", "d"), train=1.01, test=0.99, compatible=True),),
+        "relations": (
+            BlindRelation(("k", "d"), 40.0, 1.01, 0.99, 0.3, 900.0, 40.0),
+            BlindRelation(("F",), 40.0, 21.0, 19.0, 300.0, 900.0, 40.0),
+            BlindRelation(("n",), np.nan, np.nan, np.nan, np.nan, 0.0, 40.0, 2),
+        ),
         "experiments": (
             Experiment("record a slow sweep", "sweep", 6.2, 1.0, 100, 1.0, ("a", "b")),
         ),
@@ -225,6 +230,8 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
     text = page(replace(both, **told))  # type: ignore[arg-type]
     check(text)
     assert "second step" in text
+    assert "elsewhere too" in text
+    assert "it could explain every reading" in text
     for t in (first.chosen, other):
         assert f"<h3>{title(t)}</h3>" in text
     for words in (
