@@ -14,7 +14,7 @@ from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.localisation.regions import regions
 from identification.diagnosis.screening.observation import scene
-from identification.diagnosis.search.nominal import integrates, nominal_fit
+from identification.diagnosis.search.nominal import hold_margin, integrates, nominal_fit
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data
 
@@ -104,3 +104,24 @@ def test_regions_of_a_fit_whose_search_worked_on_thinned_samples() -> None:
     found = regions(made, scene(fit(thin, max_iterations=3)), ["d"])
     assert found
     assert found == regions(fit(thin, max_iterations=3), scene(fit(thin, max_iterations=3)), ["d"])
+
+
+def stepped(noise: float) -> Fit:
+    """A cart on a spring under random steps that a converter holds."""
+    rng = np.random.default_rng(4)
+    t = np.asarray(DT * np.arange(N), np.float64)
+    u = np.repeat(rng.uniform(-2, 2, N // 10), 10)
+    y = np.asarray(simulate(cart(spring=True), t, {"F": u}, hold="hold")["y"])
+    y = (y + noise * rng.standard_normal(N))[:, None]
+    data = Data("run", t, {"F": u}, y, ("y",), np.array([noise]), interleaved(0, N))
+    return nominal_fit(cart(spring=True), data)[1]
+
+
+def test_how_surely_the_commands_are_held_is_told() -> None:
+    sure = stepped(1e-5)
+    assert sure.problem.data.hold == "hold"
+    words = hold_margin(sure, ("hold", "linear"))
+    assert words.startswith("linear predicts worse by")
+    assert float(words.split()[-3]) > 10
+    assert hold_margin(stepped(1.0), ("hold", "linear")).endswith("next to nothing")
+    assert hold_margin(sure, ("hold",)) == "as given"
