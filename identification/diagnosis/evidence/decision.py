@@ -138,6 +138,8 @@ def _alone(law: Scored, kinds: Sequence[KindScore], classes: Isolability | None)
     """Whether the set holds a law's own kind at its place, and nothing else but richer forms."""
     own = law.trial.insertion.kind
     allowed = (own, *(RICHER if own in CURVES else ()))
+    if own == "memory" and kinds and kinds[0].kind == own:
+        allowed = (own, "dissipative")  # friction that remembers counts as that too
     here = [k for k in kinds if _together(k.element, law.element, classes)]
     whole = len(here) == len(kinds) and all(k.kind in allowed for k in kinds)
     return whole and any(k.kind == own for k in kinds)
