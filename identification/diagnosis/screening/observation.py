@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -27,10 +27,11 @@ from bondgraph.graph.elements import (
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError
+from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.estimation.single_record import Fit
-from identification.study.engine import ExactEngine, engine_of
+from identification.study.engine import Engine, ExactEngine, engine_of
+from identification.study.problem import Problem
 from identification.study.residual import parameters_at, windows
 
 
@@ -109,19 +110,48 @@ def _observe(nominal: Fit, watched: dict[str, tuple[str, str]]) -> dict[str, Arr
 
 def _observe_exact(nominal: Fit, wanted: list[str]) -> dict[str, Array]:
     problem = nominal.problem
-    space = problem.compiled.space
-    known = {str(s.symbol) for s in space.states} | {str(a.target) for a in space.assignments}
-    observed = tuple(n for n in wanted if n in known)
-    seen = Compiled(space, observed)
     p = parameters_at(problem, nominal.point.theta)
-    ready = prepare(seen, p, problem.data.dt, problem.n_sub)
-    trace = np.full((problem.data.n, len(observed)), np.nan)
-    for w, x0 in zip(windows(problem), nominal.point.states, strict=True):
-        u = problem.inputs[w]
-        fine = problem.engine.fine_inputs(u, problem.n_sub, problem.data.hold)
-        trace[w] = run_prepared(ready, u, x0, fine=fine).y[:, seen.n_y :]
+    return observed(problem, problem.engine, p, problem.inputs, nominal.point.states, wanted)
+
+
+def observed(
+    problem: Problem, engine: Engine, p: Array, u: Array, states: Array, wanted: Collection[str]
+) -> dict[str, Array]:
+    """Run an exact model over a record with signals observed; those it does not have are left out.
+
+    Parameters
+    ----------
+    engine : ExactEngine
+        Of the problem's graph, or of one with further sources.
+    p : ndarray
+        Its parameters.
+    u : ndarray, shape (N, n_u)
+        Its inputs.
+    states : ndarray, shape (W, n_x)
+        Its states at the start of every window.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (N,)
+
+    Raises
+    ------
+    UnusableInput
+        The engine is not the exact one.
+    """
+    if not isinstance(engine, ExactEngine):
+        raise UnusableInput(f"{problem.graph.name} is not linear up to scalar laws")
+    space = engine.compiled.space
+    known = {str(s.symbol) for s in space.states} | {str(a.target) for a in space.assignments}
+    names = tuple(sorted(known & set(wanted)))
+    seen = Compiled(space, names)
+    ready = prepare(seen, p, problem.data.dt, problem.steps)
+    trace = np.full((problem.data.n, len(names)), np.nan)
+    for w, x0 in zip(windows(problem), states, strict=True):
+        fine = engine.fine_inputs(u[w], problem.steps, problem.data.hold)
+        trace[w] = run_prepared(ready, u[w], x0, fine=fine).y[:, seen.n_y :]
     trace = filled(trace)
-    return {n: trace[:, i] for i, n in enumerate(observed)}
+    return {n: trace[:, i] for i, n in enumerate(names)}
 
 
 def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> dict[str, Array]:

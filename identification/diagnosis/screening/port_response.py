@@ -18,14 +18,12 @@ from scipy.fft import irfft, next_fast_len, rfft
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.fractional_delay import delayed_values
-from bondgraph.simulation.exact_run import KernelRun, prepare, run_prepared
-from bondgraph.simulation.lure import Compiled
+from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.screening.latent_input import probed_graph
-from identification.diagnosis.screening.observation import filled
+from identification.diagnosis.screening.observation import observed
 from identification.estimation.single_record import Fit
-from identification.study.engine import Engine, ExactEngine, engine_of
+from identification.study.engine import Engine, engine_of
 from identification.study.problem import Problem, drives
 from identification.study.residual import output_delays, parameters_at, read_out, windows
 
@@ -198,19 +196,7 @@ class Probes:
         for source, values in driven.items():
             u[:, self._columns[source]] += values
         moved = self._run(u, self._states) - self._still
-        if not isinstance(self.engine, ExactEngine):
-            raise UnusableInput(f"{problem.graph.name} is not linear up to scalar laws")
-        space = self.engine.compiled.space
-        known = {str(s.symbol) for s in space.states} | {str(a.target) for a in space.assignments}
-        watched = tuple(sorted(known & set(names)))
-        seen = Compiled(space, watched)
-        ready = prepare(seen, self._vector, problem.data.dt, problem.steps)
-        trace = np.full((problem.data.n, len(watched)), np.nan)
-        for w, x0 in zip(windows(problem), self._states, strict=True):
-            fine = self.engine.fine_inputs(u[w], problem.steps, problem.data.hold)
-            trace[w] = run_prepared(ready, u[w], x0, fine=fine).y[:, seen.n_y :]
-        trace = filled(trace)
-        return moved, {n: trace[:, i] for i, n in enumerate(watched)}
+        return moved, observed(problem, self.engine, self._vector, u, self._states, names)
 
     def _convolved(self, at: int, columns: Array, out: Array) -> None:
         """Add the response of a linear model, by convolution with its answer to one sample."""
