@@ -79,9 +79,8 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
     A form that may depend on anything explains most by itself, so what it explains is discounted:
     it stands for its kind only where the usual ones clearly do less.
     """
-    # what sits at a known place has been held against the true course of what was added
-    known = bool(e.located)
-    part = {id(k): explained(k, e.plain, best, usual=known) for k in e.kinds}
+    # forms that were held against the true course of what was added need no discount
+    part = {id(k): explained(k, e.plain, best, usual=e.along) for k in e.kinds}
     ranked = sorted(e.kinds, key=lambda k: -part[id(k)])
     if not ranked:
         return []
@@ -125,7 +124,7 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
 
     def part(k: KindScore) -> float:
         here = k.kind == own and k.element == law.element
-        return explained(k, e.plain, best.score, usual=here or odd or bool(e.located))
+        return explained(k, e.plain, best.score, usual=here or odd or e.along)
 
     # what an approximate law leaves looks like another effect: a further one has to fit exactly
     near = min(NEAR, t.law) if _alone(law, kinds, e.classes) else t.law

@@ -74,6 +74,8 @@ class Evidence:
         Effects with their places that could not be fitted beside what is in the model.
     located : tuple of str
         The only places where the mismatch may sit, whatever its law; empty where that is not known.
+    along : bool
+        Kinds were held against the true course of what was added there.
     """
 
     plain: BlockScore
@@ -86,6 +88,7 @@ class Evidence:
     named: tuple[str, ...] = ()
     untried: tuple[tuple[str, str], ...] = ()
     located: tuple[str, ...] = ()
+    along: bool = False
 
     @property
     def here(self) -> Evidence:

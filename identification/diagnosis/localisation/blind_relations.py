@@ -9,6 +9,7 @@ Ould Bouamama, Model-based Process Supervision, 2008).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -68,6 +69,8 @@ class BlindRelation:
         Training misfit of the nominal fit, all of the residual.
     sides : int
         Latent signals that it is blind to: two for a two-port, whose sides may change together.
+    port : str
+        The one of `ports` whose signal it is blind to; the others move the readings likewise.
     theta : ndarray
         Unknowns of the fit as this relation sees them.
     """
@@ -80,6 +83,7 @@ class BlindRelation:
     freedom: float
     nominal: float
     sides: int = 1
+    port: str = ""
     theta: Array = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
 
     @property
@@ -102,7 +106,7 @@ class BlindRelation:
         """One sentence."""
         names = ", ".join(self.ports)
         if not self.decided:
-            return f"blind to {names}: it could explain every reading, so that it is not excluded"
+            return f"blind to {names}: nothing is left that could tell, so that it is not excluded"
         said = f"blind to {names}: {self.train:.3g} of the floor (held out {self.test:.3g})"
         if self.compatible:
             return f"{said}; the mismatch may sit there alone"
@@ -147,15 +151,15 @@ def blind_relations(
     nominal = float(np.mean(start.residual**2))
     found, relations = [], []
     for ports in _classes(model, structure):
-        sampled = model.sampled(ports[0], fit.point.theta)
-        if not _hears(sampled):
+        heard = [n for n in ports if _hears(model.sampled(n, fit.point.theta))]
+        if not heard:
             continue
-        seen = _seen(fit, model, start, ports[0], sampled)
+        seen = _seen(fit, model, start, heard)
         done = None if seen is None else _refitted(seen, start, FIRST)
         if seen is not None and done is not None:
             found.append((ports, seen, done))
         else:
-            relations.append(_undecided(ports, nominal, sampled.d.shape[1]))
+            relations.append(_undecided(ports, nominal, len(model.ports[heard[0]]) or 1))
     found.sort(key=lambda f: f[2].train)
     # only those that may yet reach the floor are followed to their end
     best = found[0][2].train if found else 1.0
@@ -180,7 +184,7 @@ def _relation(
     away = float((done.train - 1.0) / spread)
     return BlindRelation(
         ports, done.before, done.train, done.test, away, done.count, nominal, seen.sides,
-        done.theta,
+        seen.port, done.theta,
     )  # fmt: skip
 
 
@@ -257,17 +261,28 @@ def _hears(sampled: Sampled) -> bool:
 
 
 def _seen(
-    fit: Fit, model: LatentModel, start: ResidualEvaluation, port: str, sampled: Sampled
+    fit: Fit, model: LatentModel, start: ResidualEvaluation, ports: Sequence[str]
 ) -> BlindProblem | None:
-    """Return the fit as the relation sees it; None where the port explains all."""
-    try:
-        size = ample_size(fit, sampled, start.y)
-    except (np.linalg.LinAlgError, BondsightError):
+    """Return the fit as the relation sees it; None where the ports explain all.
+
+    Responses of a class are parallel, but one port may have to move much more than another for the
+    same reading: the one that has to move least stands for all.
+    """
+    least: tuple[float, str, Array] | None = None
+    for port in ports:
+        try:
+            sampled = model.sampled(port, fit.point.theta)
+            size = ample_size(fit, sampled, start.y)
+            if size is not None and not (least and least[0] <= float(size.max())):
+                blind_filter(sampled, size)
+                least = float(size.max()), port, size
+        except (np.linalg.LinAlgError, BondsightError):
+            continue
+    if least is None:
         return None
-    if size is None:
-        return None
+    _, port, size = least
     return BlindProblem(
-        fit, lambda theta: blind_filter(model.sampled(port, theta), size), sampled.d.shape[1]
+        fit, lambda theta: blind_filter(model.sampled(port, theta), size), port, size.size
     )
 
 

@@ -7,6 +7,7 @@ history is the true one, and what was added can be held against it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,11 +16,10 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.localisation.blind_relations import BlindRelation, ample_size
 from identification.diagnosis.localisation.relations.course import followed, latent_course
-from identification.diagnosis.localisation.relations.latent import LatentModel, latent_model
+from identification.diagnosis.localisation.relations.latent import LatentModel
 from identification.diagnosis.localisation.relations.refit import timed
 from identification.diagnosis.screening.observation import filled, scene_of, watched_signals
 from identification.diagnosis.screening.port_history import FittedModel
-from identification.diagnosis.screening.port_response import Probes, held, probes
 from identification.estimation.single_record import Fit
 from identification.study.residual import Point, evaluate, weighted, windows
 
@@ -45,29 +45,33 @@ class LatentHistory:
 
 
 def latent_history(
-    fit: Fit, relation: BlindRelation, probed: Probes | None = None
+    fit: Fit, relation: BlindRelation, port: str, model: LatentModel
 ) -> LatentHistory:
-    """Look along the likeliest signal at the ports of a relation.
+    """Look along the likeliest signal at a port of a relation.
 
     Parameters
     ----------
     fit : Fit
         The nominal fit.
     relation : BlindRelation
-        What is added at its first port stands for the others, which have the same effect.
+        Blind to the port.
+    port : str
+        Where the signal is taken to act. Histories are true if it does, or at a port whose signals
+        move the readings as this one's do (`equal_ports`).
+    model : LatentModel
+        Of the fit.
 
     Raises
     ------
     BondsightError
         The relation is not blind to an addition at a port (but to a reading), or nothing is known.
     """
-    model = latent_model(probed if probed is not None else probes(fit))
-    sources = model.ports.get(relation.ports[0], ())
+    sources = model.ports.get(port, ())
     if not sources or not relation.theta.size:
-        raise BondsightError(f"{relation.ports[0]} has no signal of its own to look for")
+        raise BondsightError(f"{port} has no signal of its own to look for")
     bare = _at(fit, Point(relation.theta, fit.point.states))
-    likely, ample = _courses(bare, model, relation.ports[0])
-    driven = dict(zip(sources, held(likely, fit.problem.data.hold).T, strict=True))
+    likely, ample = _courses(bare, model, port)
+    driven = dict(zip(sources, likely.T, strict=True))
     watched = watched_signals(model.probes.graph)
     names = {n for pair in watched.values() for n in pair}
     # the states at the start belong to it: what is left beside the signal says how they were
@@ -80,6 +84,30 @@ def latent_history(
     for i, n in enumerate(fit.problem.data.names):
         past[n] = replace(past[n], argument=y[:, i], output=y[:, i])
     return LatentHistory(replace(seen, past=past), likely, ample)
+
+
+def equal_ports(model: LatentModel, ports: Sequence[str], theta: Array) -> list[tuple[str, ...]]:
+    """Group ports whose signals move the readings alike, but for a constant factor.
+
+    Ports of a class are parallel only: behind another mass the same readings need another signal.
+    """
+    angles = np.geomspace(1e-3, 2.0, 9)
+    groups: list[tuple[Array, tuple[str, ...]]] = []
+    for port in (p for p in ports if model.ports.get(p)):
+        own = model.sampled(port, theta).response(angles)
+        for i, (first, members) in enumerate(groups):
+            if first.shape == own.shape:
+                factor = complex(np.vdot(first, own) / np.vdot(first, first))
+                same = np.linalg.norm(own - factor.real * first) <= SAME * np.linalg.norm(own)
+                if same:
+                    groups[i] = first, (*members, port)
+                    break
+        else:
+            groups.append((own, (port,)))
+    return [members for _, members in groups]
+
+
+SAME = 1e-6
 
 
 def _at(fit: Fit, point: Point) -> Fit:

@@ -13,6 +13,8 @@ CLEAR = 8.0
 """Standard errors by which a relation must fail for its ports to be ruled out."""
 LEFT = 0.1
 """Part of the misfit that the relation blind to the right place may leave: linear in the port."""
+UNSEEN = 1.0
+"""Held-out misfit above the noise, over what was fitted, that is no accident."""
 APART = 4.0
 """Times more that the relation blind to any other place must leave."""
 
@@ -49,11 +51,13 @@ def _alone(relations: Sequence[BlindRelation], readings: Collection[str]) -> boo
     """Whether the first relation explains the mismatch and no other one does."""
     best, *others = relations
     listens = not set(best.ports) & set(readings)
+    least = LEFT * (best.nominal - 1.0)
+    if best.test - 1.0 > max(least, UNSEEN * best.train):
+        return False  # what was fitted to some samples must hold for others
     apart = all(r.train > APART * best.train for r in others)
     if best.compatible:
         # no floor can be read below what is left there: one read too high hides what others leave
         return apart or (listens and all(not r.compatible and r.z > CLEAR for r in others))
-    least = LEFT * (best.nominal - 1.0)
     little = best.train - 1.0 < least and best.test - 1.0 < least
     clear = all(r.train - 1.0 > APART * (best.train - 1.0) for r in others)
     return listens and little and clear

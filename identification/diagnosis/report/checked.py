@@ -72,7 +72,7 @@ def _number(misfit: float) -> str:
 
 def _so(r: BlindRelation, place: tuple[str, ...]) -> str:
     if not r.decided:
-        return "not excluded: it could explain every reading"
+        return "not excluded: nothing is left that could tell"
     if r.compatible:
         return "the mismatch may sit here alone"
     if r.ports[0] in place:

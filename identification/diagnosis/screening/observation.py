@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
 
@@ -111,11 +111,22 @@ def _observe(nominal: Fit, watched: dict[str, tuple[str, str]]) -> dict[str, Arr
 def _observe_exact(nominal: Fit, wanted: list[str]) -> dict[str, Array]:
     problem = nominal.problem
     p = parameters_at(problem, nominal.point.theta)
-    return observed(problem, problem.engine, p, problem.inputs, nominal.point.states, wanted)
+    engine, states = problem.engine, nominal.point.states
+
+    def fine(u: Array) -> Array:
+        return engine.fine_inputs(u, problem.steps, problem.data.hold)
+
+    return observed(problem, engine, p, problem.inputs, states, wanted, fine)
 
 
 def observed(
-    problem: Problem, engine: Engine, p: Array, u: Array, states: Array, wanted: Collection[str]
+    problem: Problem,
+    engine: Engine,
+    p: Array,
+    u: Array,
+    states: Array,
+    wanted: Collection[str],
+    fine: Callable[[Array], Array],
 ) -> dict[str, Array]:
     """Run an exact model over a record with signals observed; those it does not have are left out.
 
@@ -129,6 +140,8 @@ def observed(
         Its inputs.
     states : ndarray, shape (W, n_x)
         Its states at the start of every window.
+    fine : callable
+        Inputs at both ends of each sub-step, from those at the samples of a window.
 
     Returns
     -------
@@ -148,8 +161,7 @@ def observed(
     ready = prepare(seen, p, problem.data.dt, problem.steps)
     trace = np.full((problem.data.n, len(names)), np.nan)
     for w, x0 in zip(windows(problem), states, strict=True):
-        fine = engine.fine_inputs(u[w], problem.steps, problem.data.hold)
-        trace[w] = run_prepared(ready, u[w], x0, fine=fine).y[:, seen.n_y :]
+        trace[w] = run_prepared(ready, u[w], x0, fine=fine(u[w])).y[:, seen.n_y :]
     trace = filled(trace)
     return {n: trace[:, i] for i, n in enumerate(names)}
 

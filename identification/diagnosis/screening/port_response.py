@@ -122,12 +122,22 @@ class Probes:
         problem = self.problem
         y = np.zeros((problem.data.n, len(problem.data.names)))
         for w, x0 in zip(windows(problem), states, strict=True):
-            fine = self.engine.fine_inputs(u[w], problem.steps, problem.data.hold)
             run: KernelRun = self.engine.run(
-                self._ready, u[w], x0, fine, every_substep=bool(problem.delays)
+                self._ready, u[w], x0, self.fine(u[w]), every_substep=bool(problem.delays)
             )
             y[w] = read_out(problem, run, self.fit.point.theta, derivatives=False).y
         return y
+
+    def fine(self, u: Array) -> Array:
+        """Return inputs at both ends of each sub-step; additions run straight in any case."""
+        steps, hold = self.problem.steps, self.problem.data.hold
+        made = self.engine.fine_inputs(u, steps, hold)
+        if hold == "linear":
+            return made
+        added = [self._columns[n] for n in self._sources if n in self._columns]
+        made = made.copy()
+        made[:, :, added] = self.engine.fine_inputs(u, steps, "linear")[:, :, added]
+        return made
 
     def knows(self, element: str) -> bool:
         """Whether `respond` has an answer for `element`."""
@@ -161,11 +171,10 @@ class Probes:
             out[:, problem.data.names.index(element)] = columns
             return out
         source, factor = self.ports.get(element, (element, 1.0))
-        hold = problem.data.hold if element in self.ports else ""
-        parts = [(self._columns[source], factor, held(columns, hold))]
+        parts = [(self._columns[source], factor, columns)]
         if flow is not None and element in self.flows:
             other, by = self.flows[element]
-            parts.append((self._columns[other], by, held(flow, hold)))
+            parts.append((self._columns[other], by, flow))
         if self.engine.exact_step and not problem.clock:
             for at, by, c in parts:
                 self._convolved(at, by * c, out)
@@ -196,7 +205,8 @@ class Probes:
         for source, values in driven.items():
             u[:, self._columns[source]] += values
         moved = self._run(u, self._states) - self._still
-        return moved, observed(problem, self.engine, self._vector, u, self._states, names)
+        states = self._states
+        return moved, observed(problem, self.engine, self._vector, u, states, names, self.fine)
 
     def _convolved(self, at: int, columns: Array, out: Array) -> None:
         """Add the response of a linear model, by convolution with its answer to one sample."""
@@ -223,9 +233,9 @@ class Probes:
             longest = max(w.stop - w.start for w in windows(problem))
             u = np.zeros((longest + EARLY, self._base_inputs.shape[1]))
             u[EARLY, at] = 1.0
-            fine = self.engine.fine_inputs(u, problem.steps, problem.data.hold)
             n_y = len(problem.data.names)
-            y = self.engine.run(self._ready, u, np.zeros(self.engine.n_x), fine).y[:, :n_y].copy()
+            run = self.engine.run(self._ready, u, np.zeros(self.engine.n_x), self.fine(u))
+            y = run.y[:, :n_y].copy()
             lags = output_delays(problem, self.fit.point.theta)
             for c in np.flatnonzero(lags):
                 y[:, c] = delayed_values(np.ascontiguousarray(y[:, c]), float(lags[c]))
@@ -255,16 +265,6 @@ class Probes:
                 break
             share = SMALL / size
         return np.asarray(np.nan_to_num(change, posinf=0.0, neginf=0.0))
-
-
-def held(values: Array, hold: str) -> Array:
-    """Return what a source has to be given so that it runs straight from sample to sample.
-
-    Where the commands stay between samples every source does: its mean over the interval then.
-    """
-    if hold != "hold":
-        return values
-    return np.concatenate([0.5 * (values[1:] + values[:-1]), values[-1:]])
 
 
 def probes(fit: Fit, plain: BondGraph | None = None) -> Probes:

@@ -293,10 +293,11 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     if where and decision.kind == "unknown_physics":
         there = done.there(base, where)
         if there is not None:
-            wanted = [s for s in there.ranking if s.effect.name != UNNAMED.name and s.hint]
-            evidence = with_laws(there.scene, there.base.template, wanted[: options.more])
+            for scene_there, wanted in there.likeliest(options.more):
+                evidence = with_laws(scene_there, there.base.template, wanted)
             if clearer(there.kinds, evidence):
-                evidence = replace(evidence, kinds=tuple(_merged(evidence.kinds, there.kinds)))
+                kinds = _merged(evidence.kinds, there.kinds)
+                evidence = replace(evidence, kinds=tuple(kinds), along=True)
             decision = decide(evidence, limits)
     if where:
         decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
@@ -328,12 +329,13 @@ ENOUGH = 0.95
 
 def why_there(relations: Sequence[BlindRelation], where: Collection[str]) -> str:
     """Say in a sentence why a mismatch sits at some places, whatever its law."""
-    here = next(r.train for r in relations if r.ports[0] in where)
-    beside = [r.train for r in relations if r.decided and r.ports[0] not in where]
-    return (
-        f"whatever its law, it sits at {', '.join(where)}: that leaves {here:.3g} times the "
-        f"floor, any other place {min(beside, default=here):.3g} at least"
+    decided = [r for r in relations if r.decided]
+    here = min(r.train for r in decided if r.ports[0] in where)
+    beside = [r.train for r in decided if r.ports[0] not in where]
+    said = (
+        f"whatever its law, it sits at {', '.join(where)}: that leaves {here:.3g} times the floor"
     )
+    return f"{said}, any other place {min(beside):.3g} at least" if beside else said
 
 
 def overlooked(

@@ -126,29 +126,32 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
         return "as given"
     behind = {}
     for h in others:
-        if not _shows(result, h):
-            continue
         data = replace(result.problem.data, hold=h)
         steps = max(result.problem.n_sub, 2 if h == "band-limited" else 1)
+        problem = replace(result.problem, data=data, n_sub=steps)
         try:
-            other = fit(
-                replace(result.problem, data=data, n_sub=steps), start=result.point,
-                max_iterations=A_FEW,
-            )  # fmt: skip
+            there = evaluate(problem, result.point, derivatives=False).residual
+            cost = float(np.mean(there**2))
+            if abs(cost - result.cost) < A_LITTLE * result.cost:
+                continue
+            other = fit(problem, start=result.point, max_iterations=A_FEW)
+            z = score(other).behind(score(result))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
-            continue
-        if other.status is not FitStatus.BROKEN:
-            behind[h] = score(other).behind(score(result))
+            z = np.inf
+        behind[h] = z if np.isfinite(z) else np.inf
     if not behind:
         return "another behaviour would change next to nothing"
     return ", ".join(
-        f"{h} predicts worse by {z:.0f} standard errors" if z > SURE
+        f"{h} predicts nothing" if np.isinf(z)
+        else f"{h} predicts worse by {z:.0f} standard errors" if z > SURE
         else f"{h} predicts as well" if z > -SURE
         else f"{h} would predict better by {-z:.0f} standard errors than {own}"
         for h, z in behind.items()
     )  # fmt: skip
 
 
+A_LITTLE = 0.05
+"""Part of the misfit by which another behaviour has to change it to matter."""
 A_FEW = 4
 """Steps that make up for half a sample more or less, or the behaviour is wrong."""
 FINEST = 64
@@ -179,7 +182,7 @@ def _shows(result: Fit, hold: str) -> bool:
     there = evaluate(_with_hold(result, hold), result.point, derivatives=False).residual
     cost = float(np.mean(there**2)) if there.size else np.inf
     # what a refit can gain is bounded by how much the misfit moves
-    return np.isfinite(cost) and abs(cost - result.cost) > 0.05 * result.cost
+    return np.isfinite(cost) and abs(cost - result.cost) > A_LITTLE * result.cost
 
 
 def _first_fit(base: Problem) -> Fit:

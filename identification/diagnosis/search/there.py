@@ -17,11 +17,10 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Source, TwoPort, Valued
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.catalogue import Effect
+from identification.diagnosis.catalogue import UNNAMED, Effect
 from identification.diagnosis.catalogue.effect import Signature
 from identification.diagnosis.catalogue.outside.external_disturbance import ExternalDisturbance
 from identification.diagnosis.evidence.kind_score import (
-    Bench,
     KindScore,
     alone,
     along,
@@ -30,7 +29,12 @@ from identification.diagnosis.evidence.kind_score import (
     scores_at,
 )
 from identification.diagnosis.localisation.blind_relations import BlindRelation
-from identification.diagnosis.localisation.latent_history import LatentHistory, latent_history
+from identification.diagnosis.localisation.latent_history import (
+    LatentHistory,
+    equal_ports,
+    latent_history,
+)
+from identification.diagnosis.localisation.relations.latent import latent_model
 from identification.diagnosis.screening.flexible_forms import linear_forms, rich_forms
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import probes
@@ -39,6 +43,8 @@ from identification.diagnosis.search.base import Base
 
 FOLLOWS = 0.85
 """Part of what was added that a form of the motion explains unless it came from outside."""
+ALL = 4.0
+"""Times what the relation leaves that may be left where all that was added is given back."""
 LOUD = 2.0
 """Times that a push from outside is stronger in the mean than half of the time."""
 ALIKE = 0.3
@@ -50,6 +56,22 @@ WIDTHS = (1, 4, 16, 64, 256)
 
 
 @dataclass(frozen=True, eq=False)
+class Look:
+    """Laws at some places along what was added there.
+
+    Attributes
+    ----------
+    scene : FittedModel
+        Every port's history with what was added.
+    ranking : tuple of Screened
+        Laws at the places, the likeliest first.
+    """
+
+    scene: FittedModel
+    ranking: tuple[Screened, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class There:
     """How a search begins where the place is known.
 
@@ -58,18 +80,30 @@ class There:
     base : Base
         Candidates start from the values that the relation found; those of the elements in
         question, which it does not see, stay.
-    scene : FittedModel
-        Every port's history with what was added.
-    ranking : tuple of Screened
-        Laws at the places, the likeliest first.
+    looks : tuple of Look
+        One for all ports at which the same signal would have acted.
     kinds : tuple of KindScore
         At the places, best first.
     """
 
     base: Base
-    scene: FittedModel
-    ranking: tuple[Screened, ...]
+    looks: tuple[Look, ...]
     kinds: tuple[KindScore, ...]
+
+    def likeliest(self, count: int) -> list[tuple[FittedModel, list[Screened]]]:
+        """Return the likeliest laws with a name, each with the scene that it was seen in."""
+        named = [
+            (s, look.scene)
+            for look in self.looks
+            for s in look.ranking
+            if s.effect.name != UNNAMED.name and s.hint is not None
+        ]
+        first = sorted(named, key=lambda pair: -pair[0].share)[:count]
+        return [
+            (look.scene, wanted)
+            for look in self.looks
+            if (wanted := [s for s, scene in first if scene is look.scene])
+        ]
 
 
 def look_there(
@@ -89,51 +123,83 @@ def look_there(
     """
     known = [r for r in relations if r.decided and r.ports[0] in where]
     relation = min(known, key=lambda r: (r.sides, r.train))
+    looks: list[Look] = []
+    kinds: list[KindScore] = []
     try:
-        found = latent_history(base.fit, relation)
-        scene = found.scene
-        bare = bench_of(base.fit, scene.nominal, plain)
-        bench = along(bare, scene, where)
-        free = bench.columns[:, bare.columns.shape[1] :]
-        ranked = screen(scene, probes(scene.nominal, plain), catalogue, jobs, free)
-        here = [s for s in ranked if s.element.name in where]
-        joined = [s for s in here if not isinstance(s.element, Source)]
-        kinds = kind_scores(bench, scene, joined, where, jobs, rich_forms)
-    except (BondsightError, np.linalg.LinAlgError):
+        model = latent_model(probes(base.fit))
+        groups = equal_ports(model, relation.ports, relation.theta)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
         return None
-    if relation.sides == 1:
-        kinds += from_outside(bench, found, relation.ports, kinds)
-    ordered = tuple(sorted(kinds, key=lambda k: k.score.loss))
-    return There(_begun(base, scene, where), scene, tuple(here), ordered)
+    for ports in groups:
+        try:
+            port = next((n for n in ports if n in model.probes.ports), ports[0])
+            found = latent_history(base.fit, relation, port, model)
+            look, seen = _along(found, base, ports, catalogue, plain, jobs)
+            if relation.sides == 1:
+                seen = [*seen, *from_outside(base, found, ports, seen, relation, plain)]
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            continue
+        looks.append(look)
+        kinds += seen
+    if not looks:
+        return None
+    start = _begun(base, looks[0].scene, where)
+    return There(start, tuple(looks), tuple(sorted(kinds, key=lambda k: k.score.loss)))
+
+
+def _along(
+    found: LatentHistory,
+    base: Base,
+    ports: Collection[str],
+    catalogue: Sequence[Effect],
+    plain: BondGraph,
+    jobs: int,
+) -> tuple[Look, list[KindScore]]:
+    """Rank laws, and score kinds, at ports with one signal."""
+    scene = found.scene
+    bare = bench_of(base.fit, scene.nominal, plain)
+    bench = along(bare, scene, ports)
+    free = bench.columns[:, bare.columns.shape[1] :]
+    ranked = screen(scene, probes(scene.nominal, plain), catalogue, jobs, free)
+    here = tuple(s for s in ranked if s.element.name in ports)
+    joined = [s for s in here if not isinstance(s.element, Source)]
+    return Look(scene, here), kind_scores(bench, scene, joined, ports, jobs, rich_forms)
 
 
 def from_outside(
-    bench: Bench, found: LatentHistory, ports: Sequence[str], kinds: Sequence[KindScore]
+    base: Base,
+    found: LatentHistory,
+    ports: Sequence[str],
+    kinds: Sequence[KindScore],
+    relation: BlindRelation,
+    plain: BondGraph,
 ) -> list[KindScore]:
     """Return the kind ``exogenous`` where what was added follows nothing at its port.
 
     It is silent most of the time, though the port moves, and no form of the motion explains it.
     """
     scene, added = found.scene, found.likely[:, 0]
-    places = [e.name for e in ExternalDisturbance().places(scene.graph) if e.name in ports]
-    if not places:
+    known = [n for n in ports if n in scene.past]
+    places = [e.name for e in ExternalDisturbance().places(scene.graph) if e.name in known]
+    bench = along(bench_of(base.fit, scene.nominal, plain), scene, ports)
+    if not places or not bench.probed.knows(places[0]):
         return []
     whole = scores_at(bench, places[0], {"exogenous": Signature(found.ample)})
-    if not whole:
+    if not whole or whole[0].score.square > ALL * relation.train:
         return []
     most = whole[0].score
     left = min((k.score.excess(most) for k in kinds), default=np.inf)
     followed = 1.0 - left / max(alone(bench).excess(most), 1e-12)
     if followed > FOLLOWS:
         return []
-    forms = [linear_forms(scene.graph[n], scene.past[n]).columns for n in ports if n in scene.past]
+    forms = [linear_forms(scene.graph[n], scene.past[n]).columns for n in known]
     rest, motion = _beside(added, np.hstack(forms)), scene.past[places[0]].argument
     if isinstance(scene.graph[places[0]], C):  # a flow shows in the effort as its integral
         rest = np.diff(rest)
+        rest[[b - 1 for b in scene.data.breaks if 0 < b <= rest.size]] = 0.0
     pushes = loudness(rest)
     seldom = pushes > LOUD * max(1.0, loudness(motion))
-    past = [scene.past[n] for n in ports if n in scene.past]
-    return whole if seldom and not grows_with(rest, past) else []
+    return whole if seldom and not grows_with(rest, [scene.past[n] for n in known]) else []
 
 
 def loudness(signal: Array) -> float:

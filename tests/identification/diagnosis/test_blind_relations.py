@@ -9,15 +9,19 @@ import numpy as np
 import pytest
 
 from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, Zero
+from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Split
+from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.localisation.blind_relations import (
     blind_relations,
     more_than_one_site,
     no_relation,
 )
 from identification.diagnosis.localisation.relations.latent import Sampled
+from identification.diagnosis.localisation.relations.refit import freedom, without_starts
 from identification.diagnosis.localisation.relations.whitening import blind_filter
 from identification.diagnosis.localisation.structural_classes import structure
+from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from tests.identification.diagnosis.three_masses import (
@@ -120,7 +124,7 @@ def test_a_state_that_moves_a_reading_only_later_has_no_freedom_of_its_own() -> 
     # the readings hear the last state through the others only, whatever its unit
     rng = np.random.default_rng(3)
     c = np.array([[1.0, 0.0, 0.0], [0.2, 1.0, 0.0]])
-    for unit in (1.0, 1e-8):
+    for unit in (1.0, 1e-8, 1e-14):
         phi = np.array([[0.9, 0.1, 0.0], [0.0, 0.8, 0.1 / unit], [0.0, 0.0, 0.95]])
         model = Sampled(phi, np.array([[1.0], [0.0], [0.0]]), c, np.zeros((2, 1)))
         blind = blind_filter(model, np.array([300.0]))
@@ -157,3 +161,56 @@ def test_the_sides_of_a_two_port_together_are_not_excluded() -> None:
     assert not both.decided
     assert both.compatible
     assert "not excluded" in both.words
+
+
+def test_plants_that_integrate_have_relations_too() -> None:
+    """Two free masses: the mode at rest must not make every filter unstable."""
+    with BondGraph("free") as g:
+        near, far, joint, between = One("v1"), One("v2"), Zero("z"), One("r")
+        near >> I("m1", MASS, unit="kg")
+        far >> I("m2", MASS, unit="kg")
+        near >> Dq("x1", unit="m")
+        far >> Dq("x2", unit="m")
+        Se("F", unit="N") >> far
+        far >> joint >> near
+        joint >> between
+        between >> C("k", stiffness=STIFFNESS, unit="N/m")
+        between >> R("b", DAMPING, unit="N*s/m")
+    hard = Polynomial(0.0, 0.1, 80.0, orders=(3,), unit="N")
+    true = g.with_element("k", law=hard).with_values({"a_3_k": 80.0})
+    rng = np.random.default_rng(4)
+    t = np.asarray(DT * np.arange(N), np.float64)
+    waves = np.outer(t, rng.uniform(0.2, 8.0, 12))
+    force = 6 * np.sin(2 * np.pi * waves + rng.uniform(0, 2 * np.pi, 12)).sum(axis=1)
+    made = simulate(true, t, {"F": force})
+    seen = np.stack([np.asarray(made[n]) for n in ("x1", "x2")], axis=1)
+    seen = seen + NOISE * rng.standard_normal(seen.shape)
+    data = Data("run", t, {"F": force}, seen, ("x1", "x2"), np.full(2, NOISE), INTERLEAVED)
+    found = relations(nominal_fit(g, data, "linear")[1])
+    assert set(found[0].ports) == {"k", "b"}
+    assert found[0].compatible
+    assert all(r.train > 10 for r in found[1:] if r.decided)
+
+
+def test_the_port_that_has_to_move_least_stands_for_its_class() -> None:
+    """Behind the only sensors a far port needs a signal too large for the arithmetic."""
+    force, x, _ = course(cubic_k2=5e4)
+    seen = (x + NOISE * np.random.default_rng(1).standard_normal(x.shape))[:, 1:]
+    g = chain(1.1, 380.0, 1.4, first=2)
+    data = Data("run", DT * np.arange(N), {"F": force}, seen, ("x2", "x3"), np.full(2, NOISE),
+                INTERLEAVED)  # fmt: skip
+    found = relations(fit(Problem(g, data)))
+    assert "k2" in found[0].ports
+    assert found[0].compatible
+    assert all(r.train > 10 for r in found[1:] if r.decided)
+
+
+@pytest.mark.parametrize("n", [9, 20, 80])
+def test_the_start_of_a_short_run_costs_what_it_takes_out(n: int) -> None:
+    rng = np.random.default_rng(0)
+    phi = 0.95 * np.linalg.qr(rng.standard_normal((5, 5)))[0]
+    c = rng.standard_normal((2, 5))
+    model = Sampled(phi, rng.standard_normal((5, 1)), c, np.zeros((2, 1)))
+    blind = blind_filter(model, np.array([50.0]))
+    left = without_starts(blind(rng.standard_normal((2, 4000, n))), blind)
+    assert freedom(blind, n) == pytest.approx(np.sum(left**2) / 4000, rel=0.02)

@@ -21,13 +21,15 @@ MASS, STIFFNESS, DAMPING = 1.0, 400.0, 1.5
 PUSHES = (0.83, 2.11, 2.9, 4.77, 6.02, 7.95, 8.4, 10.3)
 
 
-def chain(mass: float, stiffness: float, damping: float, sensors: int = 3) -> BondGraph:
+def chain(
+    mass: float, stiffness: float, damping: float, sensors: int = 3, first: int = 1
+) -> BondGraph:
     """Three identical masses on identical springs; the first spring ends at the wall."""
     with BondGraph("chain") as g:
         bodies = [One(f"v{i}") for i in (1, 2, 3)]
         for i, body in enumerate(bodies, start=1):
             body >> I(f"m{i}", mass, unit="kg")
-            if i <= sensors:
+            if first <= i <= sensors:
                 body >> Dq(f"x{i}", unit="m")
         Se("F", unit="N") >> bodies[-1]
         for i, body in enumerate(bodies, start=1):

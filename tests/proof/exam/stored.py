@@ -126,6 +126,7 @@ def stored(e: Evidence) -> dict[str, Any]:
         "classes": [] if classes is None else [sorted(classes.class_of(x)) for x in elements],
         "elements": elements,
         "located": list(e.located),
+        "along": e.along,
     }
 
 
@@ -180,7 +181,7 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
         scores[0], tuple(laws), tuple(kinds), Remaining(*content["before"]), content["nominal"],
         content["trained"], classes, tuple(content["named"]),
         tuple((effect, place) for effect, place in content.get("untried", ())),
-        tuple(content.get("located", ())),
+        tuple(content.get("located", ())), content.get("along", False),
     )  # fmt: skip
 
 

@@ -34,6 +34,8 @@ from identification.study.residual import (
 DIFFERENCE = 1e-4
 LATE = 1e-3
 TRIES = 5
+SETTLED = 60
+"""Samples after which a start costs no more degrees of freedom."""
 ENOUGH = 1e-3
 """Relative gain of a step below which a refit is taken to have arrived."""
 
@@ -73,12 +75,15 @@ class BlindProblem:
         The nominal fit.
     filter_at : callable
         The blind filter at given unknowns.
+    port : str
+        Whose signal it is blind to.
     sides : int
-        Latent signals that it is blind to.
+        Latent signals there.
     """
 
     fit: Fit
     filter_at: Callable[[Array], Blind]
+    port: str = ""
     sides: int = 1
 
     @property
@@ -117,7 +122,7 @@ class BlindProblem:
         """Training residual as the filter sees it."""
         return np.concatenate(
             [
-                _without_starts(blind(timed(self.problem, theta, r)), blind)
+                without_starts(blind(timed(self.problem, theta, r)), blind)
                 for rows, runs in self.stretches
                 for r in self._blocks(e.residual[rows], runs)
             ]
@@ -136,7 +141,7 @@ class BlindProblem:
                 for i, other in moved:
                     columns[:, i] -= (other(r) - rest)[:, 0] / DIFFERENCE
                 both = np.concatenate([columns, rest], axis=1)
-                pieces.append(np.linalg.qr(_without_starts(both, blind), mode="r"))
+                pieces.append(np.linalg.qr(without_starts(both, blind), mode="r"))
         return np.asarray(np.linalg.qr(np.concatenate(pieces), mode="r"))
 
     def held_out(self, theta: Array, blind: Blind) -> float:
@@ -149,18 +154,20 @@ class BlindProblem:
             chosen = np.flatnonzero(test[w])
             for run in unbroken(chosen):
                 part = left[w][chosen[run]]
-                if part.shape[0] <= blind.states + 2:
+                free = freedom(blind, part.shape[0])
+                if free < 1.0:
                     continue
                 r = weighted(problem, part.T[:, :, None].copy()).transpose(0, 2, 1)
-                seen = _without_starts(blind(timed(self.problem, theta, r)), blind)
+                seen = without_starts(blind(timed(self.problem, theta, r)), blind)
                 total += float(np.sum(seen**2))
-                count += max(part.shape[0] * blind.kept - blind.states, 1.0)
+                count += free
         return total / count if count else np.nan
 
     def count(self, blind: Blind) -> float:
         """Degrees of freedom of the training data."""
         lengths = [run.stop - run.start for _, runs in self.stretches for run in runs]
-        own = sum(max(n * blind.kept - blind.states, 1.0) for n in lengths)
+        free = {n: max(freedom(blind, n), 1.0) for n in set(lengths)}
+        own = sum(free[n] for n in lengths)
         return float(max(own - min(self.free.size, 0.5 * own), 1.0))
 
     def _blocks(self, rows: Array, runs: list[slice]) -> list[Array]:
@@ -177,7 +184,10 @@ class BlindProblem:
             if model.start <= i < model.stop:
                 shifted = theta.copy()
                 shifted[i] += DIFFERENCE
-                found.append((j, self.filter_at(shifted)))
+                try:
+                    found.append((j, self.filter_at(shifted)))
+                except np.linalg.LinAlgError:
+                    continue
         return found
 
 
@@ -246,8 +256,11 @@ def blind_refit(
             trial = _stepped(seen, theta, triangle, damping)
             there = seen.at(trial)
             if np.isfinite(there.residual).all() and np.isfinite(there.jacobian).all():
-                filtered = seen.filter_at(trial)
-                reached = float(np.sum(seen.rest(there, trial, filtered) ** 2))
+                try:
+                    filtered = seen.filter_at(trial)
+                    reached = float(np.sum(seen.rest(there, trial, filtered) ** 2))
+                except np.linalg.LinAlgError:
+                    reached = np.inf
                 if reached < cost:
                     moving = cost - reached > ENOUGH * cost
                     theta, e, blind, cost = trial, there, filtered, reached
@@ -277,7 +290,20 @@ def _stepped(seen: BlindProblem, theta: Array, triangle: Array, damping: float) 
     return trial
 
 
-def _without_starts(block: Array, blind: Blind) -> Array:
+def freedom(blind: Blind, n: int) -> float:
+    """Return the expected sum of squares of `n` unit white readings, their unknown start taken out.
+
+    The filter shrinks what any start could do, so that taking it out costs less than a degree of
+    freedom each; what it costs is settled after a few samples.
+    """
+    short = min(n, SETTLED)
+    n_y = blind.c.shape[0]
+    noise = np.eye(n_y * short).reshape(n_y, short, n_y * short).transpose(0, 2, 1)
+    seen = blind(np.ascontiguousarray(noise))
+    return float(np.sum(without_starts(seen, blind) ** 2)) + (n - short) * blind.kept
+
+
+def without_starts(block: Array, blind: Blind) -> Array:
     """Project out the state at the start of a stretch; rows by columns."""
     n_y, m, n = block.shape
     flat = block.transpose(1, 0, 2).reshape(m, n_y * n)

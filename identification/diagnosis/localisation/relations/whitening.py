@@ -20,10 +20,11 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.relations.latent import Sampled
 
 DOUBLINGS = 40
-DRIFT = 1e-9
-"""Variance of a state's own drift, for modes at the unit circle that the latent signal leaves."""
+DRIFTS = (1e-9, 1e-7, 1e-5)
+"""Variances of a state's own drift, for modes at the unit circle that the latent signal leaves."""
 CONDITION = 1e7
-GROWN = 1e12
+GROWN = 1e15
+"""Growth at which a model is taken to run away."""
 NEXT, LATER = 64, 12
 """Samples, and doublings after them, over which the reach of a state is followed."""
 MEMORY = 4096
@@ -142,11 +143,14 @@ def blind_filter(model: Sampled, size: Array) -> Blind:
     a[:n, :n] = model.phi * reach[:, None] / reach
     a[:n, n:] = model.gamma * size * reach[:, None]
     c = np.hstack([model.c / reach, model.d * size])
-    p = _riccati(a, c, np.diag(np.concatenate([np.full(n, DRIFT), np.ones(k)])))
-    s = c @ p @ c.T + np.eye(c.shape[0])
-    gain = np.linalg.solve(s, c @ p @ a.T).T
-    closed = (a - gain @ c)[:n, :n]
-    if not np.isfinite(closed).all() or np.abs(np.linalg.eigvals(closed)).max(initial=0.0) >= 1:
+    for drift in DRIFTS:  # more where a mode at the unit circle asks for it
+        p = _riccati(a, c, np.diag(np.concatenate([np.full(n, drift), np.ones(k)])))
+        s = c @ p @ c.T + np.eye(c.shape[0])
+        gain = np.linalg.solve(s, c @ p @ a.T).T
+        closed = (a - gain @ c)[:n, :n]
+        if np.isfinite(closed).all() and np.abs(np.linalg.eigvals(closed)).max(initial=0.0) < 1:
+            break
+    else:
         raise np.linalg.LinAlgError("the blind filter is not stable")
     # the latent sample itself cannot be predicted: its state stays zero and is left out
     return Blind(closed, gain[:n], c[:, :n], np.linalg.cholesky(0.5 * (s + s.T)), reach)
@@ -158,16 +162,13 @@ def _reach(phi: Array, c: Array) -> Array:
     A state may move nothing at once and much later on: its own drift must stay small all the way.
     """
     most, power = np.abs(c).max(axis=0, initial=0.0), c
-    for _ in range(NEXT):
-        power = power @ phi
-        if not np.abs(power).max(initial=0.0) < GROWN:
-            return np.asarray(most)
-        most = np.maximum(most, np.abs(power).max(axis=0, initial=0.0))
-    jump = phi
-    for _ in range(LATER):
-        jump = jump @ jump
-        power = power @ jump
-        if not np.abs(power).max(initial=0.0) < GROWN:
+    limit = GROWN * most.max(initial=0.0)
+    jump, jumps = phi, 0
+    while jumps < NEXT + LATER:
+        if jumps >= NEXT:
+            jump = jump @ jump
+        power, jumps = power @ jump, jumps + 1
+        if not np.abs(power).max(initial=0.0) < limit:
             break  # a model that runs away
         most = np.maximum(most, np.abs(power).max(axis=0, initial=0.0))
     return np.asarray(most)
