@@ -86,7 +86,7 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
         return []
     top = ranked[0]
     left = float(top.score.noise.max()) > t.noise
-    least = part[id(top)] - (LIKE if left else 0.0)
+    least = part[id(top)] - (0.0 if not left else CLOSE if e.along else LIKE)
     return [
         k
         for k in ranked
@@ -156,6 +156,8 @@ SHAPELESS = ("time", "exogenous")
 """Kinds that are a course in time and nothing else."""
 LIKE = 0.05
 """Part of the gain by which forms may differ through their columns alone."""
+CLOSE = 0.03
+"""The same of forms that were held against the true course of what was added."""
 PLAIN = 0.01
 """The same of a curve beside a richer form at its place, however surely that one leads."""
 
@@ -355,13 +357,14 @@ SELDOM = 2.0
 
 
 def _refuted(rival: Scored, chosen: Scored, e: Evidence, t: Thresholds) -> bool:
-    """Whether `chosen` predicts samples that no fit has seen to the noise, and a rival does not.
+    """Whether `chosen` predicts samples that no fit has seen, and a rival clearly does not.
 
-    Beside a rest a rival's failure may be as much an accident as the gain is.
+    Beside a rest a rival's failure may be as much an accident as the gain is, unless it predicts
+    worse than the model without it.
     """
     worse = rival.trial.test > REFUTED * chosen.trial.test
-    sure = chosen.left.most <= t.noise and _replicated(chosen, e)
-    return worse and sure and not _replicated(rival, e)
+    sure = chosen.left.most <= t.noise or rival.trial.test > e.nominal
+    return worse and sure and _replicated(chosen, e) and not _replicated(rival, e)
 
 
 REFUTED = 4.0

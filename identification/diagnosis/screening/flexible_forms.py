@@ -33,6 +33,8 @@ SLOW = (0.004, 0.02, 0.08, 0.3)
 """Time constants of slow relaxations over the duration of the record."""
 QUICK = (1.0, 3.0, 10.0)
 """Time constants of short filters, samples."""
+FILTERS = ("slow", "mode")
+"""Kinds that are linear in the motion."""
 WAVES = 10
 """Periods in a record up to which a coefficient may swing, along known histories."""
 TIMES = 7
@@ -80,9 +82,10 @@ def rich_forms(element: Element, past: PortHistory) -> Mapping[str, Signature]:
 
     The coefficient of the flow may be any curve of the displacement, and any coefficient may swing:
     along wrong histories so many columns would imitate what they please. What follows a command has
-    to be no linear filter.
+    to be no linear filter, nor may anything follow the motion as one: what was added has made the
+    motion, so that some filter always fits.
     """
-    forms = dict(flexible_forms(element, past))
+    forms = {k: f for k, f in flexible_forms(element, past).items() if k not in FILTERS}
     if "surface" in forms:
         where = past.argument if isinstance(element, C) else past.moved
         flow = past.rate if isinstance(element, C) else past.argument

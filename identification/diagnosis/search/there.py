@@ -35,7 +35,7 @@ from identification.diagnosis.localisation.latent_history import (
     latent_history,
 )
 from identification.diagnosis.localisation.relations.latent import latent_model
-from identification.diagnosis.screening.flexible_forms import linear_forms, rich_forms
+from identification.diagnosis.screening.flexible_forms import FILTERS, linear_forms, rich_forms
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import Screened, screen
@@ -162,7 +162,7 @@ def _along(
     free = bench.columns[:, bare.columns.shape[1] :]
     ranked = screen(scene, probes(scene.nominal, plain), catalogue, jobs, free)
     here = tuple(s for s in ranked if s.element.name in ports)
-    joined = [s for s in here if not isinstance(s.element, Source)]
+    joined = [s for s in here if not (isinstance(s.element, Source) or s.effect.kind in FILTERS)]
     return Look(scene, here), kind_scores(bench, scene, joined, ports, jobs, rich_forms)
 
 
