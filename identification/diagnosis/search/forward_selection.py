@@ -323,7 +323,7 @@ def clearer(kinds: Sequence[KindScore], evidence: Evidence) -> bool:
     return all(1.0 - k.score.excess(best) / whole < ENOUGH for k in evidence.kinds)
 
 
-ENOUGH = 0.95
+ENOUGH = 0.97
 """Part of what the best form along the true histories explains, from which others are as good."""
 
 
