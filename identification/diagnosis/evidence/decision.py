@@ -481,7 +481,9 @@ CURVES = {"restoring", "dissipative"}
 
 
 def plainest(kinds: Iterable[str]) -> str:
-    """Return the one kind among those alike, or the one curve of one variable; empty otherwise.
+    """Return the one kind among those alike, or the one curve that all richer ones contain.
+
+    Empty if there is another kind among them.
 
     Examples
     --------
@@ -489,8 +491,8 @@ def plainest(kinds: Iterable[str]) -> str:
     ('restoring', '')
     """
     found = set(kinds)
-    left = found if len(found) == 1 else found & CURVES
-    return left.pop() if len(left) == 1 else ""
+    left = found - set(RICHER) if len(found) > 1 else found
+    return left.pop() if len(left) == 1 and (len(found) == 1 or left <= CURVES) else ""
 
 
 def _simplest(law: Scored, alike: Sequence[Scored]) -> Scored:
