@@ -467,10 +467,12 @@ LOCAL = {"restoring", "dissipative", "memory", "ratio"}
 def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:
     """Whether a form explains much only because nothing contradicts it.
 
-    One that takes any course in time has to leave nothing; one of the only reading stands for its
-    kind where physics of the model explains less than half as much.
+    One that takes any course in time has to leave nothing, unless it is a coefficient that changes
+    along a motion that is known; one of the only reading stands for its kind where physics of the
+    model explains less than half as much.
     """
-    if kind.kind in SHAPELESS and float(kind.score.noise.max()) > t.noise:
+    anything = kind.kind in SHAPELESS and not (e.along and kind.kind == "time")
+    if anything and float(kind.score.noise.max()) > t.noise:
         return True
     usual = [explained(k, e.plain, kind.score) for k in e.kinds if k.kind not in ANYTHING]
     return len(e.before.over_noise) == 1 and max(usual, default=0.0) > 0.5
