@@ -439,10 +439,12 @@ def _kind(
 def _with_kind(physics: str, kinds: Sequence[KindScore], e: Evidence) -> list[str]:
     """Places of a kind: those in the set, then others that can have it and look the same.
 
-    Where something from outside may act, any force or flow of the motion may be attached too.
+    Where something from outside may act, any force or flow of the motion may be attached too; what
+    changes in time may be the gain of a command.
     """
     found = [k.element for k in kinds if k.kind == physics]
     able = {physics, "exogenous"} if physics in ATTACHED else {physics}
+    able |= {"command"} if physics == "time" else set()
     same = [
         k.element for k in e.kinds
         if k.kind in able and any(_together(k.element, f, e.classes) for f in found)
