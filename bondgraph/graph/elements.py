@@ -138,12 +138,14 @@ class Source(Element):
     """An input; abstract.
 
     `drive` describes what lies between the recorded command and the port (a lag, a limit);
-    `offset` names a constant added to the command.
+    `offset` names a constant added to the command. `measured` says that the recorded values are no
+    command but a measurement of what acts at the port: nothing lies between them and the plant.
     """
 
     unit: str = ""
     drive: Drive | None = None
     offset: Name | None = None
+    measured: bool = False
 
 
 @dataclass(frozen=True)

@@ -180,7 +180,7 @@ class Effect(ABC):
 
 
 def kind_at(kind: str, element: Element) -> str:
-    """Return the kind that an effect's kind means at an element: all at a sensor is sensing."""
-    if isinstance(element, Sensor):
+    """Return the kind that an effect's kind means at an element: all that is measured is sensed."""
+    if isinstance(element, Sensor) or (isinstance(element, Source) and element.measured):
         return "sensing"
     return "command" if isinstance(element, Source) and kind != "sensing" else kind

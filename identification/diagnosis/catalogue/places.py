@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, R, Sensor, Source
-from bondgraph.signals.units import parse_unit
+from bondgraph.signals.units import Unit, parse_unit
 from bondgraph.support.errors import BondsightError
 
 SPRINGS = ("N/m", "m/N", "N*m/rad", "rad/(N*m)", "N*m", "1/(N*m)")
+FLUID = ("Pa*s/m3", "m3/(Pa*s)")
 TANKS = ("m3/Pa", "Pa/m3")
 CAPACITORS = ("F", "1/F", "F*m2")  # the last one between field and dipole moment
 HEAT_STORES = ("J/K", "K/J")
@@ -21,8 +22,16 @@ def storages(graph: BondGraph) -> tuple[Element, ...]:
 
 def mechanical_resistors(graph: BondGraph) -> tuple[Element, ...]:
     """Resistors that can rub: all whose unit is not electrical, thermal or hydraulic."""
-    other = ("ohm", "S", "K/W", "W/K", "Pa*s/m3", "Pa*s/m^3")
-    return tuple(e for e in graph.of_type(R) if e.law is None and e.unit not in other)
+    return tuple(e for e in graph.of_type(R) if e.law is None and not _flows(e))
+
+
+def _flows(element: R) -> bool:
+    """Whether charge, heat or a fluid passes, by the unit."""
+    unit = _unit(element.unit)
+    if unit is None:
+        return False
+    *_, ampere, kelvin = unit.dims
+    return bool(ampere or kelvin) or has_unit(element, FLUID)
 
 
 def other_resistors(graph: BondGraph) -> tuple[Element, ...]:
@@ -36,6 +45,11 @@ def sources(graph: BondGraph) -> tuple[Element, ...]:
     return tuple(e for e in graph.of_type(Source) if e.drive is None)
 
 
+def commands(graph: BondGraph) -> tuple[Element, ...]:
+    """Return sources that are driven by a command: those measured at the port have no amplifier."""
+    return tuple(e for e in graph.of_type(Source) if e.drive is None and not e.measured)
+
+
 def sensors(graph: BondGraph) -> tuple[Element, ...]:
     """Sensors without a law, lag, delay, drift or clock of their own."""
     return tuple(
@@ -47,14 +61,15 @@ def sensors(graph: BondGraph) -> tuple[Element, ...]:
 
 def has_unit(element: Element, units: tuple[str, ...]) -> bool:
     """Whether the unit of `element` has the dimension of one of `units`."""
-    text = getattr(element, "unit", "")
-    if not text:
-        return False
+    unit = _unit(getattr(element, "unit", ""))
+    return unit is not None and any(unit.same_dimension(parse_unit(u)) for u in units)
+
+
+def _unit(text: str) -> Unit | None:
     try:
-        unit = parse_unit(text)
+        return parse_unit(text) if text else None
     except BondsightError:
-        return False
-    return any(unit.same_dimension(parse_unit(u)) for u in units)
+        return None
 
 
 def springs(graph: BondGraph) -> tuple[Element, ...]:

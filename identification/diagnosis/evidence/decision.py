@@ -91,7 +91,7 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
         k
         for k in ranked
         if k is top
-        or part[id(k)] > least
+        or (part[id(k)] > least and k.score.behind(top.score) < FAR * t.z)
         or 0 <= k.score.behind(top.score) < t.z
         or (k.element == top.element and k.kind in CURVES and part[id(k)] > part[id(top)] - PLAIN)
     ]
@@ -156,6 +156,8 @@ SHAPELESS = ("time", "exogenous")
 """Kinds that are a course in time and nothing else."""
 LIKE = 0.05
 """Part of the gain by which forms may differ through their columns alone."""
+FAR = 4.0
+"""Times the limit of the set by which one lags too far for that."""
 CLOSE = 0.03
 """The same of forms that were held against the true course of what was added."""
 PLAIN = 0.01
@@ -359,14 +361,17 @@ SELDOM = 2.0
 def _refuted(rival: Scored, chosen: Scored, e: Evidence, t: Thresholds) -> bool:
     """Whether `chosen` predicts samples that no fit has seen, and a rival clearly does not.
 
-    Beside a rest a rival's failure may be as much an accident as the gain is, unless it predicts
-    worse than the model without it.
+    Beside a rest a rival's failure may be as much an accident as the gain is; beside a small one
+    it is sure if the rival predicts worse than the model without it.
     """
     worse = rival.trial.test > REFUTED * chosen.trial.test
-    sure = chosen.left.most <= t.noise or rival.trial.test > e.nominal
+    least = t.noise * (SMALL if rival.trial.test > e.nominal else 1.0)
+    sure = chosen.left.most <= least
     return worse and sure and _replicated(chosen, e) and not _replicated(rival, e)
 
 
+SMALL = 2.0
+"""Times the limit of noise that a rest may have and be small."""
 REFUTED = 4.0
 """Times more of its mean square that a refuted law leaves on held-out samples."""
 
@@ -445,9 +450,12 @@ def _with_kind(physics: str, kinds: Sequence[KindScore], e: Evidence) -> list[st
     found = [k.element for k in kinds if k.kind == physics]
     able = {physics, "exogenous"} if physics in ATTACHED else {physics}
     able |= {"command"} if physics == "time" else set()
+    # one of the same kind that explains much less is another thing, wherever it sits
+    best = kinds[0].score
     same = [
         k.element for k in e.kinds
         if k.kind in able and any(_together(k.element, f, e.classes) for f in found)
+        and (k.kind != physics or explained(k, e.plain, best, usual=True) > 0.5)
     ]  # fmt: skip
     return list(dict.fromkeys([*found, *same]))
 

@@ -69,7 +69,8 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signatur
         case TF() | GY():
             return {"ratio": ratio(element, past)}
         case Source():
-            made = {"command": [curve(q), quick(q, past.dt), rates(q)]}
+            kind = "sensing" if element.measured else "command"
+            made = {kind: [curve(q), quick(q, past.dt), rates(q)]}
         case Sensor():
             made = {"sensing": [curve(q), quick(q, past.dt), rates(q), drifts(past.n)]}
         case _:
@@ -97,9 +98,9 @@ def rich_forms(element: Element, past: PortHistory) -> Mapping[str, Signature]:
         turn = 2 * np.pi * np.outer(np.linspace(0, 1, past.n), np.arange(1, WAVES + 1))
         waves = q[:, None] * np.hstack([np.sin(turn), np.cos(turn)])
         forms["time"] = Signature(np.hstack([forms["time"].columns, waves]))
-    if "command" in forms:  # linear filters of the command imitate linear changes anywhere
+    if isinstance(element, Source):  # linear filters of it imitate linear changes anywhere
         q = _unit(past.argument)
-        forms["command"] = Signature(np.hstack([curve(q), rates(q)[:, 1:]]))
+        forms = dict.fromkeys(forms, Signature(np.hstack([curve(q), rates(q)[:, 1:]])))
     return forms
 
 

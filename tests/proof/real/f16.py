@@ -13,7 +13,7 @@ PERIOD = 8192
 
 
 def wing_with_payload() -> BondGraph:
-    """Return wing and payload joined by a spring: command ``F`` (N), readings ``a2``, ``a3``.
+    """Return wing and payload joined by a spring: measured ``F`` (N), readings ``a2``, ``a3``.
 
     Two modes: the wing on the aircraft, the payload on the wing. An accelerometer reads the force
     on a mass per mass. Start values put the modes at 7 and 12 Hz.
@@ -22,7 +22,7 @@ def wing_with_payload() -> BondGraph:
         wing_mass = g.parameter("m_w", 100.0, "kg")
         load_mass = g.parameter("m_p", 50.0, "kg")
         wing, payload, mount, joint = One("wing"), One("payload"), Zero("mount"), One("joint")
-        Se("F", unit="N") >> wing
+        Se("F", unit="N", measured=True) >> wing
         wing >> I("wing_mass", wing_mass)
         wing >> C("k_w", stiffness=2e5, unit="N/m")
         wing >> R("d_w", 100.0, unit="N*s/m")

@@ -17,13 +17,13 @@ EDGE = 16
 
 
 def maxwell_damper() -> BondGraph:
-    """Return ``v = F' / k + F / c``: command velocity ``v`` (m/s), reading force ``F`` (N).
+    """Return ``v = F' / k + F / c``: measured velocity ``v`` (m/s), reading force ``F`` (N).
 
     Start values: 10 kN at the largest velocity of 0.08 m/s, and the stiffness of the band.
     """
     with BondGraph("maxwell_damper") as g:
         device = Zero("device")
-        Sf("v", unit="m/s") >> device
+        Sf("v", unit="m/s", measured=True) >> device
         device >> C("k", stiffness=5e6, unit="N/m")
         device >> R("c", 1.2e5, unit="N*s/m")
         device >> De("F", unit="N")

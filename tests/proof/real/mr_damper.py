@@ -10,13 +10,13 @@ __all__ = ["CASES", "viscous_damper"]
 
 
 def viscous_damper() -> BondGraph:
-    """Return ``F = -c v``: command velocity ``v``, reading force ``F``.
+    """Return ``F = -c v``: measured velocity ``v``, reading force ``F``.
 
     The recorded force counts against the velocity, so the half arrow of the source points out.
     """
     with BondGraph("viscous_damper") as g:
         damper = Zero("damper")
-        damper >> Sf("v", unit="m/s")
+        damper >> Sf("v", unit="m/s", measured=True)
         damper >> R("c", 1e3, unit="N*s/m")
         damper >> De("F", unit="N")
     return g

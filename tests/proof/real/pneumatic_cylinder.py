@@ -19,17 +19,17 @@ PARABOLA = 11
 
 
 def ideal_piston() -> BondGraph:
-    """Return ``F = A p + c v``: commands pressure ``p`` and velocity ``v``, reading force ``F``.
+    """Return ``F = A p + c v``: measured pressure ``p`` and velocity ``v``, reading force ``F``.
 
     The velocity pushes the rod in, against the pressure, as the recorded position counts.
     """
     with BondGraph("ideal_piston") as g:
         area = g.parameter("A", 5e-4, "m2")
         rod, cell = One("rod"), Zero("cell")
-        Se("p", unit="Pa") >> TF("piston", ratio=1.0 / area) >> rod
+        Se("p", unit="Pa", measured=True) >> TF("piston", ratio=1.0 / area) >> rod
         rod >> R("seal", 50.0, unit="N*s/m")
         rod >> cell
-        Sf("v", unit="m/s") >> cell
+        Sf("v", unit="m/s", measured=True) >> cell
         cell >> De("F", unit="N")
     return g
 

@@ -24,21 +24,22 @@ def linear_disc() -> BondGraph:
     60 mm2 by 0.8 mm of soft ceramic: 1.6 nF, 0.4 nm/V, 60 GPa. Resonance and electrical time
     constant lie far above the sampling.
     """
-    return stack_bond_graph(
+    stack = stack_bond_graph(
         capacitance=1.6e-9, transducer=0.25, stiffness=4.5e9, mass=1.2e-4, damping=15.0,
         resistance=1e3, length=THICKNESS,
     )  # fmt: skip
+    return stack.with_element("V_in", measured=True)
 
 
 def linear_capacitor() -> BondGraph:
-    """Return ``P = C V`` for each area: command ``V_in`` (V), reading ``P`` (C/m2).
+    """Return ``P = C V`` for each area: measured ``V_in`` (V), reading ``P`` (C/m2).
 
     27 uF/m2 is the small-signal polarisation of the disc; the amplifier charges it through a
     resistance that makes 1 ms, far below what the records resolve, and is not fitted.
     """
     with BondGraph("linear_capacitor") as g:
         disc = One("disc")
-        Se("V_in", unit="V") >> disc
+        Se("V_in", unit="V", measured=True) >> disc
         disc >> R("R_e", 37.0, unit="ohm*m2", fixed=True)
         disc >> C("C_p", 2.7e-5, unit="F/m2")
         disc >> Dq("P", unit="C/m2")

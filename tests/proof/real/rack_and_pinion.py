@@ -10,13 +10,13 @@ __all__ = ["CASES", "mass_on_rack"]
 
 
 def mass_on_rack() -> BondGraph:
-    """Return ``m v' + c v = F``: command force ``F``, reading velocity ``v``.
+    """Return ``m v' + c v = F``: force ``F`` of a load cell, reading velocity ``v``.
 
     The textbook model of the set, ``F = m a + c v``, in integral causality.
     """
     with BondGraph("mass_on_rack") as g:
         rack = One("rack")
-        Se("F", unit="N") >> rack
+        Se("F", unit="N", measured=True) >> rack
         rack >> I("m", 20.0, unit="kg")
         rack >> R("c", 60.0, unit="N*s/m")
         rack >> Df("v", unit="m/s")

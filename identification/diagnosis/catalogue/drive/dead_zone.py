@@ -7,7 +7,7 @@ import numpy as np
 from bondgraph.graph.elements import Element
 from bondgraph.laws import DeadZone
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import sources
+from identification.diagnosis.catalogue.places import commands
 from identification.diagnosis.catalogue.signal_traces import unit_of, weight_of
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
@@ -29,7 +29,7 @@ class DeadZoneEffect(Effect):
         "a slow sweep through the band and back: a dead zone retraces, play and friction do not"
     )
     source = "describing-function texts, e.g. Gelb and Vander Velde 1968"
-    where = staticmethod(sources)
+    where = staticmethod(commands)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return what the band swallows, for several widths and centres."""

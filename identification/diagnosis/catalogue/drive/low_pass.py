@@ -5,7 +5,7 @@ from __future__ import annotations
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element, Parameter
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import sources
+from identification.diagnosis.catalogue.places import commands
 from identification.diagnosis.catalogue.signal_traces import LAGS, lateness, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -25,7 +25,7 @@ class LowPass(Effect):
         "sensor tells the drive's lag from a sensor's"
     )
     source = "single-pole amplifier"
-    where = staticmethod(sources)
+    where = staticmethod(commands)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """How far the command stays behind, for several time constants."""

@@ -10,7 +10,7 @@ from bondgraph.graph.elements import Element
 from bondgraph.laws import Saturation
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import sources
+from identification.diagnosis.catalogue.places import commands
 from identification.diagnosis.catalogue.signal_traces import unit_of
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
@@ -38,7 +38,7 @@ class SaturationEffect(Effect):
         "sensor behind the drive"
     )
     source = "hyperbolic corner, common in describing-function texts"
-    where = staticmethod(sources)
+    where = staticmethod(commands)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return what is cut off at the upper and the lower end, for several limits."""

@@ -8,7 +8,7 @@ from bondgraph.graph.elements import Element
 from bondgraph.laws.slew_limit import SlewLimit, slew_limited
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import sources
+from identification.diagnosis.catalogue.places import commands
 from identification.diagnosis.catalogue.signal_traces import unit_of, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -33,7 +33,7 @@ class SlewLimitEffect(Effect):
         "slow command of full amplitude, which a saturation cuts and a rate limit does not"
     )
     source = "large-signal bandwidth of operational amplifiers and valves"
-    where = staticmethod(sources)
+    where = staticmethod(commands)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """How far the output stays behind, for several rates."""

@@ -10,7 +10,7 @@ from bondgraph.hysteresis import play_record
 from bondgraph.laws import Parametrised, StopSum
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import sensors, sources, storages
+from identification.diagnosis.catalogue.places import commands, sensors, storages
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 SHARES = (0.03, 0.09, 0.18, 0.3, 0.45, 0.65, 0.9)
@@ -39,7 +39,7 @@ class Hysteresis(Effect):
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """Storages; drives and sensors as the unusual places."""
-        return (*storages(graph), *sources(graph), *sensors(graph))
+        return (*storages(graph), *commands(graph), *sensors(graph))
 
     def home(self, element: Element) -> bool:
         """Storages."""

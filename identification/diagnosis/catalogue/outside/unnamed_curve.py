@@ -10,7 +10,7 @@ from bondgraph.laws import Parametrised, PiecewiseLinear
 from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import sensors, sources, storages
+from identification.diagnosis.catalogue.places import commands, sensors, storages
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 KNOTS = 7
@@ -30,7 +30,7 @@ class UnnamedCurve(Effect):
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """Every storage, resistor, source and sensor."""
         resistors = (e for e in graph.of_type(R) if e.law is None)
-        return (*storages(graph), *resistors, *sources(graph), *sensors(graph))
+        return (*storages(graph), *resistors, *commands(graph), *sensors(graph))
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """One hat a free knot."""
