@@ -124,7 +124,7 @@ def every_element() -> BondGraph:
         el.One("one_junction")
         el.X0("switched", on=False)
         el.X1("switched_too")
-        el.Se("V", unit="V", drive=Drive(Saturation(), "tau", "tau"), offset="b")
+        el.Se("V", unit="V", drive=Drive(Saturation(), "tau", "tau"), offset="b", measured=True)
         el.Sf("Q", unit="m3/s", drive=Drive(lag="tau"))
         el.MSe("gravity", value=a * sp.cos(x) + external("command") ** 2 * TIME)
         el.MSf("pump", unit="m3/s", value=sp.Max(effort("V"), 0, b) / sp.pi)

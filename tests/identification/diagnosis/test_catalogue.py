@@ -10,11 +10,12 @@ import pytest
 
 from actuators.models.catalogue import stack_with_payload
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.elements import Df, I, One, R, Se, Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnknownName
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, by_name, family_of
+from identification.diagnosis.catalogue.places import mechanical_resistors, other_resistors
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.estimation.single_record import fit
@@ -137,6 +138,35 @@ def test_rewriting_keeps_the_graph_sound(effect: Effect, stack: FittedModel) -> 
             assert s.columns.shape[0] == N
             assert np.isfinite(s.columns).all(), i.label
     assert stack.graph.elements == before
+
+
+@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)
+def test_an_input_measured_at_its_port_has_no_amplifier(effect: Effect) -> None:
+    def places(measured: bool) -> set[str]:
+        with BondGraph("body") as g:
+            body = One("body")
+            Se("F", unit="N", measured=measured) >> body
+            body >> I("m", 1.0, unit="kg")
+            body >> Df("v", unit="m/s")
+        return {e.name for e in effect.places(g)}
+
+    lost = places(measured=False) - places(measured=True)
+    driven = {"saturation", "dead_zone", "slew_limit", "low_pass", "hysteresis"}
+    assert lost == ({"F"} if effect.name in driven else set())
+
+
+UNITS = ("N*s/m", "N*m*s/rad", "", "ohm", "mohm", "ohm*m2", "K/W", "Pa*s/m3", "bar*s/l")
+
+
+def test_what_may_rub_is_read_off_the_dimension_of_the_unit() -> None:
+    with BondGraph("joint") as g:
+        joint = One("joint")
+        Se("F") >> joint
+        for i, unit in enumerate(UNITS):
+            joint >> R(f"r{i}", 1.0, unit=unit)
+    rubbing = [e.unit for e in mechanical_resistors(g) if isinstance(e, R)]
+    assert rubbing == ["N*s/m", "N*m*s/rad", ""]
+    assert {e.name for e in other_resistors(g)} == {f"r{i}" for i in range(3, len(UNITS))}
 
 
 def test_past_of_a_port() -> None:

@@ -339,6 +339,8 @@ def test_what_predicts_unseen_samples_to_the_noise_refutes_an_equal_that_does_no
     assert (label(alone), alone.answer) == ("overflow at C_1", "exact")
     assert "refute saturation at Q" in " ".join(alone.reasons)
     assert answer(80.0, 2.0).answer == "unknown"  # a rest is left, so nothing is refuted
+    assert answer(100.0, 2.0).answer == "exact"  # a small one, and worse than without it
+    assert answer(100.0, 3.5).answer == "unknown"
 
 
 # -- a place that needs no law ---------------------------------------------------------------------
@@ -516,6 +518,25 @@ def test_a_curve_that_explains_nearly_all_is_told_though_a_surface_leads_surely(
 
     assert answer(0.995) == "restoring"
     assert answer(0.98) == answer(0.995, "m") == "surface"
+
+
+def test_a_form_that_predicts_far_worse_is_no_rival_however_close() -> None:
+    """Columns may cost a part of the gain, but not what twelve standard errors tell."""
+
+    def answer(plain: float) -> str:
+        case = Case(plain).kind("dissipative", "d", 2.0)
+        near = float(np.sqrt(4.0 + 0.03 * (plain**2 - 4.0)))  # 97 % of what that explains
+        return case.kind("slow", "d", near).decided().physics
+
+    assert (answer(9.0), answer(40.0)) == ("", "dissipative")
+
+
+def test_a_kind_is_placed_where_its_own_form_explains_it() -> None:
+    """Of places that the readings cannot tell apart those whose motion it does not follow go."""
+    case = Case(20.0, classes=Isolability((("R_s", "R_d", "R_1", "u"), ("y",))))
+    case.kind("dissipative", "R_s", 0.0).kind("dissipative", "R_d", 12.0)
+    d = case.kind("dissipative", "R_1", 16.0).kind("exogenous", "u", 19.0).decided()
+    assert (d.physics, d.places) == ("dissipative", ("R_s", "R_d", "u"))
 
 
 def test_one_kind_at_either_of_two_places() -> None:

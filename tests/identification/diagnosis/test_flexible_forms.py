@@ -47,7 +47,7 @@ EXPECTED = [
     (C("k", stiffness=1.0), {"restoring", "memory", "surface", "slow", "time"}),
     (R("d", 1.0), {"dissipative", "memory", "surface", "slow", "time"}),
     (TF("n", 2.0), {"ratio"}), (GY("g", 2.0), {"ratio"}),
-    (Se("F"), {"command"}), (Sf("Q"), {"command"}),
+    (Se("F"), {"command"}), (Sf("Q"), {"command"}), (Sf("w", measured=True), {"sensing"}),
     (Dq("x"), {"sensing"}), (De("p"), {"sensing"}), (Df("v"), {"sensing"}),
     (I("m", 1.0), set()),
 ]  # fmt: skip
@@ -132,6 +132,7 @@ def test_all_at_a_sensor_is_sensing_and_all_at_a_source_is_command(kind: str) ->
     assert kind_at(kind, Dq("x")) == "sensing"
     # a clock that all readings share is told at the source, and is no command
     assert kind_at(kind, Se("F")) == ("sensing" if kind == "sensing" else "command")
+    assert kind_at(kind, Se("F", measured=True)) == "sensing"
     assert kind_at(kind, C("k", stiffness=1.0)) == kind
     assert kind_at(kind, R("d", 1.0)) == kind
 
