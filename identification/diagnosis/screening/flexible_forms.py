@@ -119,8 +119,10 @@ def linear_forms(element: Element, past: PortHistory) -> Signature:
 
 
 def ratio(element: TwoPort, past: PortHistory) -> Signature:
-    """Return shares of a ratio that depend on the way and on the primary flow."""
-    shares = np.hstack([curve(_unit(way_of_two_port(past, element))), curve(_unit(past.output))])
+    """Return shares of a ratio that depend on the way or, in a gyrator, on the primary flow."""
+    shares = curve(_unit(way_of_two_port(past, element)))
+    if isinstance(element, GY):  # the field of a current; levers and areas follow the way
+        shares = np.hstack([shares, curve(_unit(past.output))])
     return Signature(shares * past.argument[:, None], shares * past.output[:, None])
 
 
