@@ -17,7 +17,10 @@ from bondgraph.hysteresis import play_record
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Signature
 from identification.diagnosis.catalogue.memory.creep import lagged
-from identification.diagnosis.catalogue.transduction.nonlinear_ratio import way_of_two_port
+from identification.diagnosis.catalogue.transduction.nonlinear_ratio import (
+    current_of_two_port,
+    way_of_two_port,
+)
 from identification.diagnosis.screening.port_history import PortHistory
 
 KINDS = (
@@ -119,10 +122,10 @@ def linear_forms(element: Element, past: PortHistory) -> Signature:
 
 
 def ratio(element: TwoPort, past: PortHistory) -> Signature:
-    """Return shares of a ratio that depend on the way or, in a gyrator, on the primary flow."""
-    shares = curve(_unit(way_of_two_port(past, element)))
+    """Return shares of a ratio that depend on the way or, in a gyrator, on the current."""
+    shares = curve(_unit(way_of_two_port(past)))
     if isinstance(element, GY):  # the field of a current; levers and areas follow the way
-        shares = np.hstack([shares, curve(_unit(past.output))])
+        shares = np.hstack([shares, curve(_unit(current_of_two_port(past)))])
     return Signature(shares * past.argument[:, None], shares * past.output[:, None])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.graph.bond_graph import Bond, BondGraph
+from bondgraph.graph.domain_check import dimensions_of
 from bondgraph.graph.elements import (
     GY,
     TF,
@@ -24,6 +25,7 @@ from bondgraph.graph.elements import (
     TwoPort,
     Zero,
 )
+from bondgraph.signals.units import Dimension
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import Array
@@ -65,7 +67,7 @@ def scene_of(
         if not isinstance(graph[e], C):
             steps = 0.5 * (flow[1:] + flow[:-1]) * data.dt
             moved = np.concatenate([[0.0], np.cumsum(steps)])
-        past[e] = PortHistory(first, second, data.dt, moved)
+        past[e] = PortHistory(first, second, data.dt, moved, _primary_moves(graph, graph[e]))
     for s in graph.of_type(Source):
         if s.name in data.commands:
             past[s.name] = PortHistory(data.commands[s.name], data.commands[s.name], data.dt)
@@ -75,6 +77,20 @@ def scene_of(
     residual = np.where(np.isfinite(nominal.simulated), data.readings - nominal.simulated, 0.0)
     scored = data.mask("train") | data.mask("test")
     return FittedModel(graph, data, nominal, residual * scored[:, None], past)
+
+
+def _primary_moves(graph: BondGraph, element: Element) -> bool:
+    """Whether the primary side of a two-port moves: of a gyrator if current flows in the other."""
+    ends = _ends(graph, element) if isinstance(element, GY) else None
+    if ends is None:
+        return not isinstance(element, GY)
+    flows = dimensions_of(graph)
+    first, second = (flows[b][1] for b in ends)
+    return _carries_current(second) and not _carries_current(first)
+
+
+def _carries_current(flow: Dimension | None) -> bool:
+    return flow is not None and flow[3] != 0
 
 
 def watched_signals(graph: BondGraph) -> dict[str, tuple[str, str]]:

@@ -30,12 +30,16 @@ class PortHistory:
         Time between samples, s.
     moved : ndarray, shape (N,), SI, or None
         Displacement that belongs to the flow of a resistor, an inertia or a two-port (from zero).
+    primary_moves : bool
+        Of a two-port: whether its primary side is the one that moves, and the other carries a
+        current, if any.
     """
 
     argument: Array
     output: Array
     dt: float = 1.0
     moved: Array | None = None
+    primary_moves: bool = True
 
     @property
     def n(self) -> int:

@@ -19,7 +19,9 @@ BY_WAY, BY_FLOW = 0.0, 1.0
 
 
 class NonlinearRatio(Effect):
-    """Ratio that depends on the position or, in a gyrator, on the flow of its primary side.
+    """Ratio that depends on the position of the side that moves or, in a gyrator, on the current.
+
+    Of a gyrator without units the secondary side is taken to move: a motor.
 
     Both sides use the same ratio, so that no power is made or lost: a modulated transformer or
     gyrator with ``ratio = n (1 + a_1 z + a_2 z^2)``, ``z = (q - centre) / span`` or
@@ -59,11 +61,11 @@ class NonlinearRatio(Effect):
         assert isinstance(element, TwoPort)
         past = scene.of(element)
         found = []
-        way = way_of_two_port(past, element)
+        way, current = way_of_two_port(past), current_of_two_port(past)
         if np.ptp(way) > 0:
             found.append(_shares(past, (way - _centre(way)) / _half(way), BY_WAY))
-        if isinstance(element, GY) and np.ptp(past.output) > 0:
-            found.append(_shares(past, past.output / _largest(past), BY_FLOW))
+        if isinstance(element, GY) and np.ptp(current) > 0:
+            found.append(_shares(past, current / _largest(current), BY_FLOW))
         return tuple(found)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
@@ -77,14 +79,14 @@ class NonlinearRatio(Effect):
             # the number becomes a declared parameter of the same name: fitted values carry over
             declared = [p for p in g.parameters.values() if p.name == name]
         if by_flow:
-            into, _ = _bonds(g, name)
-            node = One(f"primary_{name}")
-            g = g.with_inserted(into, node)
+            into, out = _bonds(g, name)
+            node = One(f"current_{name}")
+            g = g.with_inserted(out if past.primary_moves else into, node)
             signal, centre = flow(node.name), 0.0
-            span = _largest(past)
+            span = _largest(current_of_two_port(past))
         else:
-            g, counter = _with_counter(g, element)
-            way = way_of_two_port(past, element)
+            g, counter = _with_counter(g, element, past.primary_moves)
+            way = way_of_two_port(past)
             signal, centre, span = displacement(counter), _centre(way), _half(way)
         made = {
             "centre": Parameter(f"centre_{name}", centre, "1", positive=False, fixed=True),
@@ -103,10 +105,15 @@ class NonlinearRatio(Effect):
         return self.inserted(element, g, (starts,), strengths)
 
 
-def way_of_two_port(past: PortHistory, element: TwoPort) -> Array:
-    """Displacement a ratio may depend on: primary of a transformer, secondary of a gyrator."""
-    speed = past.output if isinstance(element, TF) else past.argument
+def way_of_two_port(past: PortHistory) -> Array:
+    """Displacement of the side that moves, which a ratio may depend on."""
+    speed = past.output if past.primary_moves else past.argument
     return np.concatenate([[0.0], np.cumsum(0.5 * past.dt * (speed[1:] + speed[:-1]))])
+
+
+def current_of_two_port(past: PortHistory) -> Array:
+    """Flow of the other side of a gyrator, whose field a ratio may depend on."""
+    return past.argument if past.primary_moves else past.output
 
 
 def _shares(past: PortHistory, z: Array, by: float) -> Signature:
@@ -116,11 +123,11 @@ def _shares(past: PortHistory, z: Array, by: float) -> Signature:
     )
 
 
-def _with_counter(graph: BondGraph, element: TwoPort) -> tuple[BondGraph, str]:
-    """Return the graph with a store that counts the way of the side the ratio depends on."""
+def _with_counter(graph: BondGraph, element: TwoPort, primary_moves: bool) -> tuple[BondGraph, str]:
+    """Return the graph with a store that counts the way of the side that moves."""
     into, out = _bonds(graph, element.name)
     node, counter = One(f"way_{element.name}"), f"counter_{element.name}"
-    g = graph.with_inserted(into if isinstance(element, TF) else out, node)
+    g = graph.with_inserted(into if primary_moves else out, node)
     return g.with_branch(node.name, [C(counter, law=Odometer())]), counter
 
 
@@ -153,5 +160,5 @@ def _half(way: Array) -> float:
     return float(0.5 * np.ptp(way)) or 1.0
 
 
-def _largest(past: PortHistory) -> float:
-    return float(np.abs(past.output).max()) or 1.0
+def _largest(signal: Array) -> float:
+    return float(np.abs(signal).max()) or 1.0
