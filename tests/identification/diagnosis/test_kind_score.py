@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from bondgraph import GY, MGY, BondGraph, C, Df, Dq, I, One, R, Se
-from bondgraph.graph.modulation import flow
+from bondgraph.graph.modulation import displacement, flow
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
-from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
+from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, by_name
 from identification.diagnosis.catalogue.effect import Signature
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.kind_score import (
@@ -24,11 +24,12 @@ from identification.diagnosis.evidence.kind_score import (
 )
 from identification.diagnosis.screening.flexible_forms import KINDS
 from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import probes
-from identification.diagnosis.screening.score_test import screen, training_rows
+from identification.diagnosis.screening.score_test import Screened, screen, training_rows
 from identification.diagnosis.search.nominal import nominal_fit
-from identification.estimation.single_record import Fit
-from identification.study.problem import Data
+from identification.estimation.single_record import Fit, fit
+from identification.study.problem import Data, Problem
 from tests.identification.diagnosis.spring import spring
 
 N, DT, NOISE = 900, 0.01, 1e-5
@@ -187,3 +188,60 @@ def test_a_ratio_that_falls_is_found_on_both_sides() -> None:
     found = kind_scores(bench_of(made, made), scene(made), [], places=["K", "k", "b", "r"])
     assert (found[0].element, found[0].kind) == ("K", "ratio")
     assert found[0].score.noise.max() < 0.1 * score(made).noise.max()
+
+
+def pick_up(falls: float, units: bool = True) -> BondGraph:
+    """A mass with a coil: its constant falls away from the middle; the mass is the primary side."""
+    with BondGraph("pick_up") as g:
+        body, coil = One("body"), One("coil")
+        Se("F", unit="N" if units else "") >> body
+        body >> I("m", 0.5, unit="kg" if units else "")
+        body >> R("b", 2.0, unit="N*s/m" if units else "")
+        body >> C("k", stiffness=30.0, unit="N/m" if units else "")
+        ratio = 4.0 * (1 - falls * displacement("k") ** 2)
+        unit = "V*s/m" if units else ""
+        body >> (MGY("K", ratio=ratio, unit=unit) if falls else GY("K", 4.0, unit=unit)) >> coil
+        coil >> R("R_g", 20.0, unit="ohm" if units else "")
+        coil >> C("C_f", 5e-3, unit="F" if units else "")
+        body >> Dq("x", unit="m" if units else "")
+        coil >> Df("i", unit="A" if units else "")
+    return g
+
+
+def test_the_side_that_moves_is_the_one_without_a_current() -> None:
+    t = np.asarray(DT * np.arange(N), np.float64)
+    u = 6 * np.sin(2 * np.pi * 0.7 * t) + 5 * np.sin(2 * np.pi * 2.3 * t)
+    run = simulate(pick_up(3.0), t, {"F": u})
+    noise = 1e-5 * np.random.default_rng(1).standard_normal((N, 2))
+    y = np.stack([run["x"], run["i"]], axis=1) + noise
+    split, floor = interleaved(0, N), np.array([1e-5, 1e-5])
+    data = Data("run", t, {"F": u}, y, ("x", "i"), floor, split, floor_measured=True)
+
+    effect = by_name("nonlinear_ratio")
+
+    def shares(units: bool) -> tuple[FittedModel, Screened]:
+        made = nominal_fit(pick_up(0.0, units), data, "linear")[1]
+        looked = scene(made)
+        return looked, screen(looked, probes(made), (effect,))[0]
+
+    looked, found = shares(units=True)
+    assert (looked.past["K"].primary_moves, found.share > 0.9) == (True, True)
+    inserted = effect.insert(looked, looked.graph["K"], found.hint)
+    values = {n: v for n, v in looked.nominal.values.items() if n in inserted.graph.parameters}
+    result = fit(Problem(inserted.graph, data, starts={**values, **inserted.starts[0]}))
+    assert looked.nominal.chi2("train") > 100.0
+    assert result.chi2("train") < 1.3
+    # nothing says which one it is: a motor, as most are
+    looked, found = shares(units=False)
+    assert (looked.past["K"].primary_moves, found.share < 0.5) == (False, True)
+    made = nominal_fit(motor(0.0), _of_a_motor(), "linear")[1]
+    assert not scene(made).past["K"].primary_moves
+
+
+def _of_a_motor() -> Data:
+    t = np.asarray(DT * np.arange(200), np.float64)
+    u = np.sin(2 * np.pi * 0.7 * t)
+    run = simulate(motor(0.0), t, {"u": u})
+    y = np.stack([run["i"], run["angle"]], axis=1)
+    floor = np.array([1e-5, 1e-5])
+    return Data("run", t, {"u": u}, y, ("i", "angle"), floor, interleaved(0, 200))
