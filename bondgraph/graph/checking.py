@@ -167,6 +167,25 @@ def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Param
     return []
 
 
+def _measured_problems(e: Source) -> list[str]:
+    """Return what cannot be measured: a signal of the model, or what a law makes of a command."""
+    if not isinstance(e.measured, bool):
+        return [f"{e.name}: measured is {e.measured!r}; give True or False"]
+    if not e.measured:
+        return []
+    if isinstance(e, Modulated):
+        return [
+            f"{e.name}: its value is a signal of the model, which nothing measures; "
+            f"use Se or Sf for a recorded input, or leave out measured"
+        ]
+    if e.drive is not None and e.drive.law is not None:
+        return [
+            f"{e.name}: measured at its port, so that no law of a drive lies between; "
+            f"leave out the law or measured"
+        ]
+    return []
+
+
 def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parameter]) -> list[str]:
     """Parameters that a source or a sensor names: they must exist, and times must not run back."""
     if isinstance(e, Source):
@@ -178,7 +197,7 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
         uses += [("drift", n) for n in e.drift]
     else:
         return []
-    lines = []
+    lines = _measured_problems(e) if isinstance(e, Source) else []
     for what, name in uses:
         if name is None:
             continue

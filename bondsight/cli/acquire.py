@@ -153,10 +153,10 @@ def record_and_diagnose(options: argparse.Namespace, settings: Any) -> Any:
 
 
 def _source(graph: Any, maps: list[str]) -> list[str]:
-    """Map the commanded voltage to the model's only source, unless the user maps it."""
+    """Map the commanded voltage to the model's only command, unless the user maps it."""
     from bondgraph.graph.elements import Source
 
-    sources = [e.name for e in graph.of_type(Source)]
+    sources = [e.name for e in graph.of_type(Source) if not e.measured]
     mapped = {m.partition("=")[0].strip() for m in maps}
     if len(sources) == 1 and sources[0] not in mapped and sources[0] != "V":
         return [f"{sources[0]}=V"]

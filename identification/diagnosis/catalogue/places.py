@@ -28,10 +28,14 @@ def mechanical_resistors(graph: BondGraph) -> tuple[Element, ...]:
 def _flows(element: R) -> bool:
     """Whether charge, heat or a fluid passes, by the unit."""
     unit = _unit(element.unit)
-    if unit is None:
-        return False
-    *_, ampere, kelvin = unit.dims
-    return bool(ampere or kelvin) or has_unit(element, FLUID)
+    return (
+        _electrical(element) or (unit is not None and unit.dims[4] != 0) or has_unit(element, FLUID)
+    )
+
+
+def _electrical(element: R) -> bool:
+    unit = _unit(element.unit)
+    return unit is not None and unit.dims[3] != 0
 
 
 def other_resistors(graph: BondGraph) -> tuple[Element, ...]:
@@ -98,8 +102,8 @@ def masses(graph: BondGraph) -> tuple[Element, ...]:
 
 
 def electrical_resistors(graph: BondGraph) -> tuple[Element, ...]:
-    """Resistors in ohm without a law."""
-    return tuple(e for e in other_resistors(graph) if has_unit(e, ("ohm",)))
+    """Resistors of a current without a law: in ohm, or ohm times an area."""
+    return tuple(e for e in graph.of_type(R) if e.law is None and _electrical(e))
 
 
 def warming_resistors(graph: BondGraph) -> tuple[Element, ...]:

@@ -91,6 +91,7 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
         k
         for k in ranked
         if k is top
+        or part[id(k)] > max(least, part[id(top)] - PLAIN)
         or (part[id(k)] > least and k.score.behind(top.score) < FAR * t.z)
         or 0 <= k.score.behind(top.score) < t.z
         or (k.element == top.element and k.kind in CURVES and part[id(k)] > part[id(top)] - PLAIN)
@@ -151,17 +152,17 @@ NEAR = 0.9
 UNUSUAL = 0.85
 """Weight of what a form explains that may depend on anything."""
 ANYTHING = ("sensing", "time", "exogenous")
-"""Kinds that depend on the reading itself, or on time alone."""
+"""Kinds that depend on what is measured, reading or input, or on time alone."""
 SHAPELESS = ("time", "exogenous")
 """Kinds that are a course in time and nothing else."""
 LIKE = 0.05
 """Part of the gain by which forms may differ through their columns alone."""
 FAR = 4.0
-"""Times the limit of the set by which one lags too far for that."""
+"""Times the limit of the set by which one that differs by more than `PLAIN` lags too far."""
 CLOSE = 0.03
 """The same of forms that were held against the true course of what was added."""
 PLAIN = 0.01
-"""The same of a curve beside a richer form at its place, however surely that one leads."""
+"""The same however surely the other one leads, and of a curve beside a richer form there."""
 
 
 def _admissible(laws: Sequence[Scored], kinds: Sequence[KindScore], t: Thresholds) -> list[Scored]:
@@ -424,6 +425,8 @@ def _kind(
     else:
         places += sorted(open_places)
     placed = len(set(places)) <= PLACES
+    if not placed:
+        physics = ""
     gain = e.plain.behind(kind.score)
     reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
     fit = float("nan")
@@ -450,7 +453,8 @@ def _with_kind(physics: str, kinds: Sequence[KindScore], e: Evidence) -> list[st
     found = [k.element for k in kinds if k.kind == physics]
     able = {physics, "exogenous"} if physics in ATTACHED else {physics}
     able |= {"command"} if physics == "time" else set()
-    # one of the same kind that explains much less is another thing, wherever it sits
+    # one of the same kind that explains much less is another thing, wherever it sits; of other
+    # kinds only the place counts, where the same could have been added
     best = kinds[0].score
     same = [
         k.element for k in e.kinds
@@ -465,9 +469,14 @@ ATTACHED = ("restoring", "dissipative", "surface")
 
 
 def _common(kinds: Sequence[KindScore]) -> str:
-    """Return the kind that is in question at every place, empty if there is no such one."""
+    """Return the kind that is in question at every place, empty if there is no such one.
+
+    Beside it stands nothing but what contains it, or the curve that a memory contains.
+    """
     at = [{k.kind for k in kinds if k.element == p} for p in {k.element for k in kinds}]
-    return plainest(set.intersection(*at) & LOCAL)
+    common = plainest(set.intersection(*at) & LOCAL)
+    allowed = {common, *RICHER, *(CURVES if common in RICHER else ())}
+    return common if set.union(*at) <= allowed else ""
 
 
 LOCAL = {"restoring", "dissipative", "memory", "ratio"}

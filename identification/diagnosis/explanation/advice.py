@@ -37,7 +37,8 @@ def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
             f"{chosen.element} from {', '.join(split)}"
         )
     for name in same:
-        if isinstance(d.graph[name], Source):
+        source = d.graph[name]
+        if isinstance(source, Source) and not source.measured:
             lines.append(
                 f"record what {name} really puts out beside its command: it separates "
                 f"{chosen.element} from {name}"

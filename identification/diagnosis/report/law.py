@@ -94,7 +94,8 @@ def _named(graph: BondGraph, element: str) -> tuple[str, str, str, str]:
     if isinstance(e, Source | Sensor):
         unit = str(e.unit or "")
         if isinstance(e, Source):
-            return unit, unit, f"command {element}", "drive output"
+            first, second = ("input", "at the port") if e.measured else ("command", "drive output")
+            return unit, unit, f"{first} {element}", second
         return unit, unit, f"true value at {element}", "reading"
     v = variables_of(e)
     if isinstance(e, C):

@@ -297,7 +297,7 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
                 evidence = with_laws(scene_there, there.base.template, wanted)
             if clearer(there.kinds, evidence):
                 kinds = _merged(evidence.kinds, there.kinds)
-            evidence = replace(evidence, kinds=tuple(kinds), along=True)
+                evidence = replace(evidence, kinds=tuple(kinds), along=True)
             decision = decide(evidence, limits)
     if where:
         decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from bondgraph.graph.elements import Source
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
@@ -93,7 +94,10 @@ def _without_name(d: Diagnosis) -> str:
     same = place["indistinguishable_from"]
     also = f" (or {', '.join(same)}: these sensors cannot tell)" if same and where else ""
     if step is not None and step.answer == "kind" and where:
-        text = f"{SORTS[step.physics].capitalize()} is missing at {where}{also}"
+        sort = SORTS[step.physics]
+        if step.physics == "sensing" and isinstance(d.graph[step.places[0]], Source):
+            sort = "an error of the measured input"
+        text = f"{sort.capitalize()} is missing at {where}{also}"
         if step.chosen is not None and np.isfinite(step.law_fit):
             text += (
                 f"; no law of the catalogue fits it ({_title(step.chosen)} explains "

@@ -6,6 +6,7 @@ import copy
 import pickle
 from collections.abc import Callable
 from itertools import pairwise
+from typing import cast
 
 import joblib
 import networkx as nx
@@ -22,6 +23,7 @@ from bondgraph import (
     Df,
     GraphError,
     I,
+    MSe,
     One,
     R,
     Se,
@@ -31,7 +33,10 @@ from bondgraph import (
     derive,
 )
 from bondgraph.graph import building
+from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Parameter, symbol
+from bondgraph.graph.modulation import effort
+from bondgraph.laws import Saturation
 from tests.counted import calls
 
 
@@ -312,6 +317,22 @@ def problem(g: BondGraph, element: str, *words: str) -> None:
         assert any(word in line for line in lines), (word, lines)
     with pytest.raises(GraphError, match=g.name):
         g.require_sound()
+
+
+def test_what_cannot_be_measured_is_named() -> None:
+    with BondGraph("inputs") as g:
+        node = One("node")
+        Se("given", measured=True, drive=Drive(delay="late")) >> node
+        Se("bent", measured=True, drive=Drive(law=Saturation())) >> node
+        MSe("computed", value=effort("b"), measured=True) >> node
+        Se("typed", measured=cast("bool", "no")) >> node
+        node >> I("m", 1.0)
+        node >> R("b", 1.0)
+        g.parameter("late", 0.0, "s", positive=False)
+    problem(g, "bent", "no law of a drive", "leave out")
+    problem(g, "computed", "signal of the model", "use Se or Sf")
+    problem(g, "typed", "'no'", "True or False")
+    assert not [line for line in g.check() if line.startswith("given")]
 
 
 def test_each_kind_of_problem_names_element_and_remedy() -> None:

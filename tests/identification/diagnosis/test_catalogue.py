@@ -10,7 +10,7 @@ import pytest
 
 from actuators.models.catalogue import stack_with_payload
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Df, I, One, R, Se, Sensor
+from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se, Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnknownName
@@ -140,7 +140,7 @@ def test_rewriting_keeps_the_graph_sound(effect: Effect, stack: FittedModel) -> 
     assert stack.graph.elements == before
 
 
-@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)
+@pytest.mark.parametrize("effect", EVERY, ids=lambda e: e.name)
 def test_an_input_measured_at_its_port_has_no_amplifier(effect: Effect) -> None:
     def places(measured: bool) -> set[str]:
         with BondGraph("body") as g:
@@ -151,8 +151,35 @@ def test_an_input_measured_at_its_port_has_no_amplifier(effect: Effect) -> None:
         return {e.name for e in effect.places(g)}
 
     lost = places(measured=False) - places(measured=True)
-    driven = {"saturation", "dead_zone", "slew_limit", "low_pass", "hysteresis"}
+    driven = {"saturation", "dead_zone", "slew_limit", "low_pass", "hysteresis", "unknown"}
     assert lost == ({"F"} if effect.name in driven else set())
+
+
+def test_beside_measured_inputs_a_command_is_no_place_of_a_dead_time() -> None:
+    """All inputs are late together: the same model twice would be told by a tie."""
+    with BondGraph("joint") as g:
+        joint = One("joint")
+        Se("F") >> joint >> R("b", 1.0)
+        joint >> I("m", 1.0)
+        joint >> Se("p", measured=True)
+    assert [e.name for e in by_name("delay").places(g)] == ["p"]
+
+
+def test_a_resistance_times_an_area_is_electrical() -> None:
+    with BondGraph("disc") as g:
+        disc = One("disc")
+        Se("V", unit="V") >> disc >> R("R_e", 37.0, unit="ohm*m2")
+        disc >> C("C_p", 2.7e-5, unit="F/m2")
+        disc >> Dq("P", unit="C/m2")
+    assert "R_e" in {e.name for e in by_name("self_heating").places(g)}
+    t = DT * np.arange(400)
+    run = simulate(g, t, {"V": np.sin(20 * t)})
+    split = Split(slice(0, 300), slice(300, 400), "the end")
+    data = Data("run", t, {"V": np.sin(20 * t)}, run["P"][:, None], ("P",), np.ones(1), split)
+    inserted = by_name("nonlinear_resistance").insert(scene(fit(Problem(g, data))), g["R_e"])
+    units = {p.unit for n, p in inserted.graph.parameters.items() if n.startswith("a_")}
+    assert units == {"V"}
+    assert inserted.graph.check() == ()
 
 
 UNITS = ("N*s/m", "N*m*s/rad", "", "ohm", "mohm", "ohm*m2", "K/W", "Pa*s/m3", "bar*s/l")

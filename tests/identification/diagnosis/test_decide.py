@@ -531,6 +531,39 @@ def test_a_form_that_predicts_far_worse_is_no_rival_however_close() -> None:
     assert (answer(9.0), answer(40.0)) == ("", "dissipative")
 
 
+@pytest.mark.parametrize("plain", [5.0, 20.0, 100.0, 300.0])
+def test_forms_that_explain_the_same_but_for_a_thousandth_are_alike(plain: float) -> None:
+    near = float(np.sqrt(4.0 + 0.001 * (plain**2 - 4.0)))
+    d = Case(plain).kind("memory", "k", 2.0).kind("restoring", "d", near).decided()
+    assert (d.answer, set(d.places)) == ("unknown", {"k", "d"})
+
+
+def test_other_kinds_at_either_of_two_places_leave_the_kind_open() -> None:
+    def answer(*kinds: str) -> str:
+        case = Case(3.0).kind("dissipative", "a", 0.0).kind("dissipative", "b", lag(0.5))
+        for kind in kinds:
+            case.kind(kind, "a", lag(0.5)).kind(kind, "b", lag(0.5))
+        return case.decided().physics
+
+    assert (answer(), answer("surface"), answer("slow")) == ("dissipative", "dissipative", "")
+
+
+def test_a_kind_at_too_many_places_is_no_answer() -> None:
+    names = [f"b_{i}" for i in range(7)]
+    case = Case(3.0, classes=Isolability((tuple(names), ("y",))))
+    for i, name in enumerate(names):
+        case.kind("dissipative", name, 0.01 * i)
+    d = case.decided()
+    assert (d.answer, d.physics, d.places, d.confidence) == ("unknown", "", (), 0.0)
+
+
+def test_forms_along_the_true_course_are_not_discounted() -> None:
+    case = Case(5.0, Remaining({"x": 5.0, "y": 5.0}, True, 0.0))
+    e = case.kind("time", "b", 1.5).kind("restoring", "k", 1.9).evidence()
+    assert decide(e).physics == "restoring"  # "time" may take any course, and leaves too much
+    assert decide(replace(e, along=True)).physics == "time"
+
+
 def test_a_kind_is_placed_where_its_own_form_explains_it() -> None:
     """Of places that the readings cannot tell apart those whose motion it does not follow go."""
     case = Case(20.0, classes=Isolability((("R_s", "R_d", "R_1", "u"), ("y",))))

@@ -9,6 +9,7 @@ from bondgraph.laws import NonlinearResistance
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import (
     electrical_resistors,
+    has_unit,
     hydraulic_resistors,
     other_resistors,
 )
@@ -44,7 +45,7 @@ class NonlinearResistanceEffect(Effect):
         past = scene.of(element)
         effort, flow = "K", "W"
         if element in electrical_resistors(scene.graph):
-            effort, flow = "V", "A"
+            effort, flow = "V", "A" if has_unit(element, ("ohm",)) else f"V/({element.unit})"
         elif element in hydraulic_resistors(scene.graph):
             effort, flow = "Pa", "m3/s"
         size = float(np.abs(past.output).max()) or 1.0

@@ -50,7 +50,7 @@ def axes_of(graph: BondGraph, name: str, past: PortHistory) -> tuple[MisfitAxis,
     moved, rate = past.argument, past.rate
     if isinstance(e, Source | Sensor):
         unit = str(e.unit or "")
-        what = "command" if isinstance(e, Source) else "reading"
+        what = "reading" if isinstance(e, Sensor) else "input" if e.measured else "command"
         named = ((f"{what} {name}", unit), (f"rate of {name}", f"{unit}/s" if unit else ""))
     elif isinstance(e, TwoPort):
         named = ((f"effort behind {name}", ""), (f"rate of the effort behind {name}", ""))
