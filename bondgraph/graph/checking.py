@@ -169,8 +169,9 @@ def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Param
 
 def _measured_problems(e: Source) -> list[str]:
     """Return what cannot be measured: a signal of the model, or what a law makes of a command."""
-    if not isinstance(e.measured, bool):
-        return [f"{e.name}: measured is {e.measured!r}; give True or False"]
+    said: object = e.measured
+    if not isinstance(said, bool):
+        return [f"{e.name}: measured is {said!r}; give True or False"]
     if not e.measured:
         return []
     if isinstance(e, Modulated):

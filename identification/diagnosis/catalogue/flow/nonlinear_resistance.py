@@ -45,7 +45,8 @@ class NonlinearResistanceEffect(Effect):
         past = scene.of(element)
         effort, flow = "K", "W"
         if element in electrical_resistors(scene.graph):
-            effort, flow = "V", "A" if has_unit(element, ("ohm",)) else f"V/({element.unit})"
+            unit = getattr(element, "unit", "")
+            effort, flow = "V", "A" if has_unit(element, ("ohm",)) else f"V/({unit})"
         elif element in hydraulic_resistors(scene.graph):
             effort, flow = "Pa", "m3/s"
         size = float(np.abs(past.output).max()) or 1.0
