@@ -295,7 +295,7 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
         if there is not None:
             for scene_there, wanted in there.likeliest(options.more):
                 evidence = with_laws(scene_there, there.base.template, wanted)
-            if clearer(there.kinds, evidence):
+            if as_good(there.kinds, evidence):
                 kinds = _merged(evidence.kinds, there.kinds)
                 evidence = replace(evidence, kinds=tuple(kinds), along=True)
             decision = decide(evidence, limits)
@@ -314,17 +314,17 @@ def each_once(trials: Sequence[Candidate]) -> list[Candidate]:
     return list(best.values())
 
 
-def clearer(kinds: Sequence[KindScore], evidence: Evidence) -> bool:
-    """Whether forms along the true histories explain clearly more than those known before."""
-    best = min((k.score for k in kinds), key=lambda x: x.loss, default=None)
-    if best is None:
+def as_good(kinds: Sequence[KindScore], evidence: Evidence) -> bool:
+    """Whether forms along the true histories explain as much as those known before, or more."""
+    if not kinds:
         return False
-    whole = max(evidence.plain.excess(best), 1e-12)
-    return all(1.0 - k.score.excess(best) / whole < ENOUGH for k in evidence.kinds)
+    found = min((k.score for k in kinds), key=lambda x: x.loss)
+    best = min((k.score for k in (*kinds, *evidence.kinds)), key=lambda x: x.loss)
+    return found.excess(best) <= (1.0 - ENOUGH) * max(evidence.plain.excess(best), 1e-12)
 
 
 ENOUGH = 0.97
-"""Part of what the best form along the true histories explains, from which others are as good."""
+"""Part of what the best form explains, from which those along the true histories are as good."""
 
 
 def why_there(relations: Sequence[BlindRelation], where: Collection[str]) -> str:

@@ -26,6 +26,7 @@ from identification.diagnosis.evidence.leave_out import LeftOut, Rows
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.search.forward_selection import as_good
 from identification.study.problem import Data
 
 N, BLOCKS = 4000, 40
@@ -555,6 +556,18 @@ def test_a_kind_at_too_many_places_is_no_answer() -> None:
         case.kind("dissipative", name, 0.01 * i)
     d = case.decided()
     assert (d.answer, d.physics, d.places, d.confidence) == ("unknown", "", (), 0.0)
+
+
+def test_forms_along_the_true_course_count_if_they_explain_as_much() -> None:
+    """A course that was read badly would have them explain less."""
+
+    def counts(known: float, along: float) -> bool:
+        there = Case(5.0).kind("time", "b", along).kinds
+        return as_good(there, Case(5.0).kind("dissipative", "b", known).evidence())
+
+    assert (counts(1.0, 0.0), counts(0.0, 0.5)) == (True, True)
+    assert not counts(0.0, 1.5)
+    assert not as_good((), Case(5.0).kind("dissipative", "b", 0.0).evidence())
 
 
 def test_forms_along_the_true_course_are_not_discounted() -> None:
