@@ -28,6 +28,8 @@ BLOCKS = 24
 """Stretches of the training part that vote on whether an improvement is real."""
 WEAKEST = 1e-7
 """Singular values below this share of the largest are a combination without effect."""
+ROUNDING = 1e-12
+"""The same of the eigenvalues of normal equations, which are rounded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,10 +188,14 @@ def _gain(x: Array, r: Array, weights: Array) -> float:
 
 
 def _weights(x: Array, r: Array) -> Array:
-    size = np.linalg.norm(x, axis=0)
+    # normal equations: columns are few and many records long, and weak directions are left out
+    gram = x.T @ x
+    size = np.sqrt(np.diag(gram))
     size = np.where(size > 0, size, 1.0)
-    found = np.linalg.lstsq(x / size, r, rcond=WEAKEST)[0]
-    return np.asarray(found / size)
+    strength, along = np.linalg.eigh(gram / np.outer(size, size))
+    kept = strength > ROUNDING * strength.max(initial=0.0)
+    along = along[:, kept]
+    return np.asarray(along @ ((along.T @ (x.T @ r / size)) / strength[kept]) / size)
 
 
 def votes(onto: Projection, x: Array) -> float:

@@ -152,7 +152,7 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
 
 A_LITTLE = 0.05
 """Part of the misfit by which another behaviour has to change it to matter."""
-A_FEW = 4
+A_FEW = 2
 """Steps that make up for half a sample more or less, or the behaviour is wrong."""
 FINEST = 64
 """Sub-steps of a sample at the most, in a nominal model with laws."""
