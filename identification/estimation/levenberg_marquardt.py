@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from identification.study.joint import JointPoint, JointProblem, refine_states
+from identification.study.joint import JointPoint, JointProblem, NormalEquations, refine_states
 from identification.study.residual import ResidualEvaluation
 
 Report = Callable[[int, float], None]
@@ -76,12 +76,12 @@ def minimise(
     cost = stack.cost(now, point)
     if not np.isfinite(cost):
         return Descent(point, now, FitStatus.BROKEN, np.inf, (np.inf,))
-    trace = [cost]
+    trace, count = [cost], stack.count(now)
     damping, status = 1e-3, FitStatus.ITERATIONS
     try:
         for _ in range(max_iterations):
             system = stack.normal(now, point)
-            first = True
+            first, settled = True, False
             while True:
                 trial = stack.step(system, point, damping)
                 if not np.isfinite(trial.theta).all():  # derivatives too large to compute with
@@ -96,6 +96,9 @@ def minimise(
                     trial_cost = stack.cost(after, trial)
                     if trial_cost <= cost:
                         break
+                if first and _promised(stack, system, point) < tolerance * cost * count:
+                    damping, settled = np.inf, True  # what a step could gain is rounding
+                    break
                 # a step that must be shortened is likely to be shortened again
                 first = False
                 damping *= 8.0
@@ -104,7 +107,7 @@ def minimise(
             if damping > 1e9:
                 freed = _unstick(stack, point, cost)
                 if freed is None:
-                    status = FitStatus.NO_PROGRESS
+                    status = FitStatus.CONVERGED if settled else FitStatus.NO_PROGRESS
                     break
                 (point, now, cost), damping = freed, 1e-2
                 trace.append(cost)
@@ -124,6 +127,13 @@ def minimise(
             raise
         status = FitStatus.CANCELLED
     return Descent(point, now, status, cost, tuple(trace))
+
+
+def _promised(stack: JointProblem, system: NormalEquations, point: JointPoint) -> float:
+    """Return by how much an undamped step lowers the sum of squares, as the derivatives say."""
+    delta = stack.step(system, point, 0.0).theta - point.theta
+    after = system.right - system.factor @ delta
+    return float(system.right @ system.right - after @ after)
 
 
 def _unstick(
