@@ -13,8 +13,8 @@ from tests.proof.trial.answers import Statement, share_of, statement_of
 __all__ = ["OUTCOMES", "Judgement", "judge"]
 
 OUTCOMES = (
-    "wrong name", "wrong place", "right", "right kind", "look-alike set", "family", "unknown",
-    "no finding", "failed", "absent",
+    "wrong name", "wrong place", "right", "right kind", "set of the kind", "look-alike set",
+    "family", "unknown", "no finding", "failed", "absent",
 )  # fmt: skip
 """Ways in which a case can end; of several findings the first of these counts."""
 REASSURING = ("explained", "parameters_only")
@@ -50,8 +50,9 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
     finding calls indistinguishable from such a place. A name that is only of the same family is
     wrong; a family, or a set of look-alikes, counts if a documented effect is in it. A kind (a
     finding with ``answer`` "kind" and its ``kind``) must be one of the case, at a place of a
-    documented effect; another kind is a wrong name, and one without a place is no answer. To find
-    nothing is right for a control and "no finding" for all others.
+    documented effect; another kind is a wrong name, and one without a place is no answer. A set of
+    look-alikes that are all of one kind of the case tells that kind too. To find nothing is right
+    for a control and "no finding" for all others.
     """
     overall = str(verdict.get("verdict", ""))
     ports = len(case.model().of_type(C, I, R, Source, Sensor, TwoPort))
@@ -65,6 +66,10 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
         return Judgement("right" if nothing else "no finding", NOTHING, "", overall)
     both = tuple(zip(said, kinds, strict=True))
     each = [_of_kind(case, s, k) if k else _one(case, s) for s, k in both]
+    for i, (outcome, _) in enumerate(each):
+        kind = str(findings[i].get("kind", ""))
+        if outcome == "look-alike set" and kind in case.kinds:
+            each[i] = ("set of the kind", kind)
     worst = min(each, key=lambda e: OUTCOMES.index(e[0]))
     return Judgement(
         worst[0],

@@ -19,13 +19,14 @@ FILE = "outcome.json"
 REASSURED = 3.0
 """Held-out error in noise floors beyond which nobody may be told that nothing is missing."""
 COUNTED = (
-    ("right", "right name"), ("right kind", "right kind"), ("family", "family"),
-    ("look-alike set", "look-alikes"), ("unknown", "unknown"), ("rightly nothing", ""),
+    ("right", "right name"), ("right kind", "right kind"),
+    ("set of the kind", "look-alikes of the right kind"), ("family", "family"),
+    ("look-alike set", "other look-alikes"), ("unknown", "unknown"), ("rightly nothing", ""),
     ("no finding", "no finding"), ("wrong name", "wrong name"), ("wrong place", "wrong place"),
     ("failed", "failed"), ("absent", ""),
 )  # fmt: skip
 """Outcomes in the order of the summary, and their words there; those without show if they came."""
-ANSWERED = ("right", "family", "right kind")
+ANSWERED = ("right", "family", "right kind", "set of the kind")
 """Outcomes that say what is missing, and where."""
 
 

@@ -231,6 +231,22 @@ def said(effect: str, element: str, *same: str, **more: Any) -> dict[str, Any]:
             ),
             "look-alike set",
         ),
+        (
+            said(
+                "unknown", "c", family="outside",
+                answer="look_alikes", kind="memory",
+                also_possible=[{"effect": "hysteresis"}, {"effect": "coulomb_friction"}],
+            ),
+            "set of the kind",
+        ),
+        (
+            said(
+                "unknown", "c", family="outside",
+                answer="look_alikes", kind="sensing",
+                also_possible=[{"effect": "creep"}, {"effect": "coulomb_friction"}],
+            ),
+            "look-alike set",
+        ),
         (said("unknown", "c", answer="kind", kind="dissipative"), "right kind"),
         (said("unknown", "F", "c", answer="kind", kind="memory"), "right kind"),
         (said("unknown", "F", answer="kind", kind="dissipative"), "wrong place"),
@@ -393,16 +409,17 @@ def silent(verdict: str, error: float, **more: Any) -> Outcome:
 def test_summary_counts_every_outcome_and_what_was_answered() -> None:
     found = [
         ended("right"), ended("right kind"), ended("right kind"), ended("family"),
-        ended("family", ""), ended("look-alike set"), ended("unknown"),
+        ended("family", ""), ended("look-alike set"), ended("set of the kind"), ended("unknown"),
         silent("explained", 3.1), silent("parameters_only", 2.9),
         silent("insufficient_data", 9.0), ended("wrong name"), ended("wrong place"),
         ended("failed", ""), ended("absent", ""), ended("right", label="seen before"),
     ]  # fmt: skip
     unseen, seen = counts(found).split("\n\n")
     assert unseen == (
-        "14 unseen: 1 right name, 2 right kind, 2 family, 1 look-alikes, 1 unknown, 3 no finding "
-        "(1 of these false reassurance), 1 wrong name, 1 wrong place, 1 failed, 1 absent. "
-        "Answered (right name, family, or kind at the right place): 4 of 13."
+        "15 unseen: 1 right name, 2 right kind, 1 look-alikes of the right kind, 2 family, 1 other "
+        "look-alikes, 1 unknown, 3 no finding (1 of these false reassurance), 1 wrong name, 1 "
+        "wrong place, 1 failed, 1 absent. "
+        "Answered (right name, family, or kind at the right place): 5 of 14."
     )
     assert seen.startswith("1 seen before: 1 right name, 0 right kind")
     assert seen.endswith("1 of 1.")
