@@ -516,6 +516,24 @@ def plainest(kinds: Iterable[str]) -> str:
     return left.pop() if len(left) == 1 and (len(found) == 1 or left <= CURVES) else ""
 
 
+def open_kinds(decision: Decision) -> tuple[KindScore, ...]:
+    """Kinds and places among which the data do not choose, where neither name nor kind is told.
+
+    Of each place the plainest kind if there is one; nothing where they are too many for an answer,
+    or where a law elsewhere leaves the place open.
+    """
+    untold = decision.kind == "unknown_physics" and decision.answer == "unknown"
+    known = {k.element for k in decision.kinds}
+    if not untold or not decision.places or not set(decision.places) <= known:
+        return ()
+    found: list[KindScore] = []
+    for place in dict.fromkeys(k.element for k in decision.kinds):
+        here = [k for k in decision.kinds if k.element == place]
+        plain = plainest(k.kind for k in here)
+        found += [k for k in here if k.kind == plain] if plain else here
+    return tuple(found) if len(found) <= PLACES else ()
+
+
 def _simplest(law: Scored, alike: Sequence[Scored]) -> Scored:
     """Return a simpler law at the same place that the data do not tell from the best."""
     for name in law.trial.insertion.simpler:

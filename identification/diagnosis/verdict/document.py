@@ -15,6 +15,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.decision import open_kinds
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
@@ -118,7 +119,7 @@ def _unknown(d: Diagnosis) -> dict[str, Any]:
         "confidence": 0.0,
         "probability": round(step.confidence, 3) if step else 0.0,
         "parameters": [],
-        "also_possible": [_rival(t) for t in step.possible] if step else [],
+        "also_possible": _possible(step) if step else [],
         "share_of_misfit_explained": round(step.share, 4) if step else 0.0,
     }
 
@@ -172,6 +173,21 @@ def _rival(t: Candidate) -> dict[str, Any]:
         "element": t.element,
         "evidence": f"held-out mean square {t.test:.4g} times the noise floor",
     }
+
+
+def _possible(step: Decision) -> list[dict[str, Any]]:
+    """Return the laws that come closest, then kinds of physics that the data do not tell apart."""
+    kinds = [
+        {
+            "effect": "unknown",
+            "element": k.element,
+            "kind": k.kind,
+            "evidence": f"stretches left out predicted to {np.sqrt(k.score.square):.4g} times the "
+            "noise floor",
+        }
+        for k in open_kinds(step)
+    ]
+    return [*map(_rival, step.possible), *kinds]
 
 
 def effect_parameters(trial: Candidate, d: Diagnosis) -> list[Estimate]:

@@ -64,6 +64,7 @@ class _Rival:
     effect: str
     element: str
     evidence: str
+    kind: str = ""
 
 
 @dataclass(frozen=True, slots=True)

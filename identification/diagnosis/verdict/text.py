@@ -14,6 +14,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.decision import open_kinds
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary
@@ -108,6 +109,9 @@ def _without_name(d: Diagnosis) -> str:
         names = ", ".join(_title(t) for t in step.possible)
         return f"Something is missing in {d.model} that looks alike for {names}."
     hint = f"; closest is {_title(step.chosen)}" if step and step.chosen else ""
+    if step is not None and (kinds := open_kinds(step)):
+        either = " or ".join(f"{_sort(k.kind)} at {k.element}" for k in kinds)
+        hint = f"; it looks alike for {either}{hint}"
     at = f", at {where}{also}" if where else ""
     return (
         f"Something is missing in {d.model}{at} that the catalogue cannot name with "
@@ -316,7 +320,7 @@ def _certainty(f: Data) -> str:
     explained = f"it accounts for {_percent(f['share_of_misfit_explained'])} of the misfit above "
     explained += "the noise floor"
     if f["effect"] == "unknown":
-        close = f["also_possible"]
+        close = [p for p in f["also_possible"] if not p.get("kind")]
         share = f["share_of_misfit_explained"]
         if not close or share <= 0:
             return "Nothing in the catalogue comes near; no name is given."
@@ -382,6 +386,8 @@ def _rivals(f: Data) -> list[str]:
     possible = f["also_possible"]
     if not possible:
         return []
+    # where kinds remain, the closest law is none of them: how far off it is was said above
+    possible = [p for p in possible if p.get("kind")] or possible
     head = (
         "Instead of a name, these remain"
         if f["effect"] == "unknown"
@@ -393,6 +399,7 @@ def _rivals(f: Data) -> list[str]:
 
 def _trial(p: Data) -> str:
     what = "a curve without a name" if p["effect"] == "unknown" else spaced(p["effect"])
+    what = _sort(p["kind"]) if p.get("kind") else what
     return f"{what} at {p['element']}"
 
 

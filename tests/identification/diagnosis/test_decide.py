@@ -19,7 +19,14 @@ from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.evidence.answer import RIGHT, Decision
 from identification.diagnosis.evidence.block_score import BlockScore
-from identification.diagnosis.evidence.decision import EXACT, NEAR, UNUSUAL, decide, plainest
+from identification.diagnosis.evidence.decision import (
+    EXACT,
+    NEAR,
+    UNUSUAL,
+    decide,
+    open_kinds,
+    plainest,
+)
 from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.leave_out import LeftOut, Rows
@@ -741,6 +748,27 @@ def test_the_plainest_kind() -> None:
     assert plainest({"memory", "surface", "dissipative"}) == "dissipative"
     assert plainest({"ratio", "command", "dissipative"}) == ""  # no richer forms of it
     assert plainest(set()) == ""
+
+
+def test_kinds_that_look_alike_are_told_as_such() -> None:
+    """A curve of the speed may bend at a load or in a transducer; both are better than silence."""
+
+    def told(case: Case) -> list[tuple[str, str]]:
+        return [(k.kind, k.element) for k in open_kinds(case.decided())]
+
+    def both() -> Case:
+        case = Case(5.0).kind("dissipative", "b", 0.0).kind("surface", "b", lag(0.3))
+        return case.kind("ratio", "K", lag(0.5))
+
+    assert both().decided().answer == "unknown"
+    assert told(both()) == [("dissipative", "b"), ("ratio", "K")]
+    assert told(Case(5.0).kind("dissipative", "b", 0.0)) == []  # told as the kind that it is
+    # as good a law elsewhere leaves the place open, and then these are not all there is
+    assert told(both().law("creep at k", lag(0.1), test=40.0)) == []
+    many = both()
+    for place in ("c", "d", "e"):
+        many.kind("slow", place, lag(0.4)).kind("memory", place, lag(0.4))
+    assert told(many) == []
 
 
 # -- places ----------------------------------------------------------------------------------------

@@ -107,6 +107,22 @@ def test_look_alikes_of_an_unknown() -> None:
     assert "belongs to one family: memory" in text
 
 
+def test_kinds_of_an_unknown_that_look_alike() -> None:
+    """The closest law is none of what remains: how far off it is stands above."""
+    alike = [
+        {"effect": "creep", "element": "k", "evidence": "held-out mean square 26"},
+        {"effect": "unknown", "element": "b", "kind": "dissipative", "evidence": ""},
+        {"effect": "unknown", "element": "K", "kind": "ratio", "evidence": ""},
+    ]
+    f = unknown(also_possible=alike, share_of_misfit_explained=0.23, answer="unknown")
+    text = said(verdict("unknown_physics", f))
+    assert "The best description, creep at k, accounts for 23 %" in text
+    assert (
+        "these remain: a loss that depends on the flow at b; a ratio that is not constant at K."
+        in text
+    )
+
+
 def test_an_unknown_without_place_or_candidates() -> None:
     nowhere = {"element": "", "kind": "junction", "indistinguishable_from": []}
     f = unknown(location=nowhere, also_possible=[], share_of_misfit_explained=0.0, family="outside")

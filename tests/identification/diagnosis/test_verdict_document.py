@@ -21,7 +21,7 @@ from identification.diagnosis.screening.flexible_forms import KINDS
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict, write_verdict
 from identification.diagnosis.verdict.reading import parse_verdict
-from identification.diagnosis.verdict.text import retold
+from identification.diagnosis.verdict.text import retold, sentence
 from tests.identification.diagnosis.spring import spring
 
 N = 450
@@ -122,6 +122,21 @@ def test_unknown_has_neither_kind_nor_law_fit(dry: Diagnosis) -> None:
     (f,) = as_data(d)["findings"]
     assert (f["answer"], f["effect"], f["kind"], f["law_fit"]) == ("unknown", "unknown", "", None)
     assert f["probability"] == 0.0
+
+
+def test_kinds_that_look_alike_stand_behind_the_closest_laws(dry: Diagnosis) -> None:
+    (kind, *_) = (k for k in dry.steps[0].kinds)
+    other = replace(kind, element="m", kind="mode")
+    d = decided(
+        dry, "unknown_physics", answer="unknown", places=("d", "m"), rivals=(), richer=(),
+        kinds=(replace(kind, element="d", kind="dissipative"), other),
+    )  # fmt: skip
+    (f,) = as_data(d)["findings"]
+    assert [(r["effect"], r.get("kind", "")) for r in f["also_possible"]] == [
+        ("coulomb_friction", ""), ("unknown", "dissipative"), ("unknown", "mode"),
+    ]  # fmt: skip
+    said = "it looks alike for a loss that depends on the flow at d or a resonance at m"
+    assert said in sentence(d)
 
 
 @pytest.mark.parametrize("answer", ["family", "look_alikes"])

@@ -51,8 +51,9 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
     wrong; a family, or a set of look-alikes, counts if a documented effect is in it. A kind (a
     finding with ``answer`` "kind" and its ``kind``) must be one of the case, at a place of a
     documented effect; another kind is a wrong name, and one without a place is no answer. A set of
-    look-alikes that are all of one kind of the case tells that kind too. To find nothing is right
-    for a control and "no finding" for all others.
+    look-alikes that are all of one kind of the case tells that kind too. Kinds at places that are
+    listed as alike are a set of look-alikes if a documented one is among them, else nothing is
+    known. To find nothing is right for a control and "no finding" for all others.
     """
     overall = str(verdict.get("verdict", ""))
     ports = len(case.model().of_type(C, I, R, Source, Sensor, TwoPort))
@@ -70,6 +71,8 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
         kind = str(findings[i].get("kind", ""))
         if outcome == "look-alike set" and kind in case.kinds:
             each[i] = ("set of the kind", kind)
+        if outcome == "unknown" and (told := _kinds_alike(case, findings[i])):
+            each[i] = ("look-alike set", told)
     worst = min(each, key=lambda e: OUTCOMES.index(e[0]))
     return Judgement(
         worst[0],
@@ -82,6 +85,14 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
 def _kind(finding: Mapping[str, Any]) -> str:
     """Kind that a finding states in place of a name; empty if it does not."""
     return str(finding.get("kind", "")) if finding.get("answer") == "kind" else ""
+
+
+def _kinds_alike(case: RealCase, finding: Mapping[str, Any]) -> str:
+    """Kinds at places that are said to look alike, if a documented one is among them."""
+    told = [(r["kind"], r["element"]) for r in finding.get("also_possible", ()) if r.get("kind")]
+    known = {p for t in case.truth for p in t.places}
+    right = any(kind in case.kinds and place in known for kind, place in told)
+    return "alike: " + ", ".join(f"{k} at {p}" for k, p in told) if right else ""
 
 
 def _of_kind(case: RealCase, said: Statement, kind: str) -> tuple[str, str]:

@@ -247,6 +247,23 @@ def said(effect: str, element: str, *same: str, **more: Any) -> dict[str, Any]:
             ),
             "look-alike set",
         ),
+        (
+            said(
+                "unknown", "c", "F", family="outside", answer="unknown",
+                also_possible=[
+                    {"effect": "unknown", "element": "c", "kind": "memory"},
+                    {"effect": "unknown", "element": "F", "kind": "sensing"},
+                ],
+            ),
+            "look-alike set",
+        ),
+        (
+            said(
+                "unknown", "F", family="outside", answer="unknown",
+                also_possible=[{"effect": "unknown", "element": "F", "kind": "memory"}],
+            ),
+            "unknown",
+        ),
         (said("unknown", "c", answer="kind", kind="dissipative"), "right kind"),
         (said("unknown", "F", "c", answer="kind", kind="memory"), "right kind"),
         (said("unknown", "F", answer="kind", kind="dissipative"), "wrong place"),
