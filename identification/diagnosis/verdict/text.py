@@ -109,10 +109,11 @@ def _without_name(d: Diagnosis) -> str:
         names = ", ".join(_title(t) for t in step.possible)
         return f"Something is missing in {d.model} that looks alike for {names}."
     hint = f"; closest is {_title(step.chosen)}" if step and step.chosen else ""
-    if step is not None and (kinds := open_kinds(step)):
-        either = " or ".join(f"{_sort(k.kind)} at {k.element}" for k in kinds)
-        hint = f"; it looks alike for {either}{hint}"
     at = f", at {where}{also}" if where else ""
+    kinds = open_kinds(step) if step is not None else ()
+    if kinds:
+        either = " or ".join(f"{_sort(k.kind)} at {k.element}" for k in kinds)
+        at, hint = "", f": {either}, which look alike here{hint}"
     return (
         f"Something is missing in {d.model}{at} that the catalogue cannot name with "
         f"confidence{hint}."

@@ -135,7 +135,9 @@ def test_kinds_that_look_alike_stand_behind_the_closest_laws(dry: Diagnosis) -> 
     assert [(r["effect"], r.get("kind", "")) for r in f["also_possible"]] == [
         ("coulomb_friction", ""), ("unknown", "dissipative"), ("unknown", "mode"),
     ]  # fmt: skip
-    said = "it looks alike for a loss that depends on the flow at d or a resonance at m"
+    said = (
+        ": a loss that depends on the flow at d or a resonance at m, which look alike here; closest"
+    )
     assert said in sentence(d)
 
 
