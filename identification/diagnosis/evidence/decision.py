@@ -520,7 +520,8 @@ def open_kinds(decision: Decision) -> tuple[KindScore, ...]:
     """Kinds and places among which the data do not choose, where neither name nor kind is told.
 
     Of each place the plainest kind if there is one; nothing where they are too many for an answer,
-    where a law elsewhere leaves the place open, or where one stands alone and yet was not told.
+    where a law elsewhere leaves the place open, where one stands alone and yet was not told, or
+    where all follow whatever is there.
     """
     untold = decision.kind == "unknown_physics" and decision.answer == "unknown"
     known = {k.element for k in decision.kinds}
@@ -531,7 +532,8 @@ def open_kinds(decision: Decision) -> tuple[KindScore, ...]:
         here = [k for k in decision.kinds if k.element == place]
         plain = plainest(k.kind for k in here)
         found += [k for k in here if k.kind == plain] if plain else here
-    return tuple(found) if 2 <= len(found) <= PLACES else ()
+    said = any(k.kind not in ANYTHING for k in found)
+    return tuple(found) if said and 2 <= len(found) <= PLACES else ()
 
 
 def _simplest(law: Scored, alike: Sequence[Scored]) -> Scored:

@@ -766,6 +766,7 @@ def test_kinds_that_look_alike_are_told_as_such() -> None:
     alone = Case(5.0).kind("sensing", "x", 0.0).kind("dissipative", "b", 5.0 * np.sqrt(0.4))
     assert alone.decided().answer == "unknown"
     assert told(alone) == []  # nothing contradicts what may be anything
+    assert told(alone.kind("sensing", "v", lag(0.1))) == []
     # as good a law elsewhere leaves the place open, and then these are not all there is
     assert told(both().law("creep at k", lag(0.1), test=40.0)) == []
     many = both()
