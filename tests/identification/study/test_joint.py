@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -188,6 +189,26 @@ def test_gradient_of_the_cost_is_zero_where_the_descent_ends() -> None:
     inside = (ended.point.theta > lower) & (ended.point.theta < upper)
     assert (np.abs(step[inside]) < 0.02 * error[inside]).all()
     assert (np.diff(ended.trace) <= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("far", "status"), [(False, FitStatus.CONVERGED), (True, FitStatus.NO_PROGRESS)]
+)
+def test_where_no_step_lowers_the_cost_the_promise_tells_the_optimum_from_a_kink(
+    monkeypatch: pytest.MonkeyPatch, far: bool, status: FitStatus
+) -> None:
+    """At an optimum rounding may make every step look worse; on the way there it may not."""
+    stack = made("plain")
+    begin = somewhere(stack) if far else minimise(stack, stack.start(), tolerance=1e-12).point
+    cost = stack.cost(stack.evaluate(begin), begin)
+
+    def worse(_: JointProblem, evaluations: Any, point: JointPoint) -> float:
+        return cost if np.array_equal(point.theta, begin.theta) else cost * (1 + 1e-12)
+
+    monkeypatch.setattr(JointProblem, "cost", worse)
+    ended = minimise(stack, begin)
+    assert ended.status is status
+    assert np.array_equal(ended.point.theta, begin.theta)
 
 
 def test_shared_and_own_unknowns_and_their_labels() -> None:

@@ -66,13 +66,10 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
         nothing = case.control and overall in REASSURING
         return Judgement("right" if nothing else "no finding", NOTHING, "", overall)
     both = tuple(zip(said, kinds, strict=True))
-    each = [_of_kind(case, s, k) if k else _one(case, s) for s, k in both]
-    for i, (outcome, _) in enumerate(each):
-        kind = str(findings[i].get("kind", ""))
-        if outcome == "look-alike set" and kind in case.kinds:
-            each[i] = ("set of the kind", kind)
-        if outcome == "unknown" and (told := _kinds_alike(case, findings[i])):
-            each[i] = ("look-alike set", told)
+    each = [
+        _of_kind(case, s, k) if k else _one(case, s, f)
+        for (s, k), f in zip(both, findings, strict=True)
+    ]
     worst = min(each, key=lambda e: OUTCOMES.index(e[0]))
     return Judgement(
         worst[0],
@@ -107,10 +104,11 @@ def _of_kind(case: RealCase, said: Statement, kind: str) -> tuple[str, str]:
     return "right kind", ""
 
 
-def _one(case: RealCase, said: Statement) -> tuple[str, str]:
+def _one(case: RealCase, said: Statement, finding: Mapping[str, Any]) -> tuple[str, str]:
     """Outcome of one finding, and a note."""
     if said.answer == "unknown":
-        return "unknown", ""
+        alike = _kinds_alike(case, finding)
+        return ("look-alike set", alike) if alike else ("unknown", "")
     kin = [t for t in case.truth if t.family == said.family]
     meant = [t for t in case.truth if t.effect in said.names]
     if said.answer == "family":
@@ -120,6 +118,9 @@ def _one(case: RealCase, said: Statement) -> tuple[str, str]:
     if said.places and not any(said.places & set(t.places) for t in meant):
         known = sorted({p for t in meant for p in t.places})
         return "wrong place", f"documented at {', '.join(known)}"
+    kind = str(finding.get("kind", ""))
+    if said.answer == "look_alikes" and kind in case.kinds:
+        return "set of the kind", kind
     return {"look_alikes": "look-alike set", "family": "family"}.get(said.answer, "right"), ""
 
 
