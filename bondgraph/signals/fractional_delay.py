@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -58,11 +59,20 @@ def _mixed(y: Array, samples: float, weights: Array) -> Array:
     y = np.asarray(y, float)
     padded = np.empty((n + 2 * reach, *y.shape[1:]))
     padded[:reach], padded[reach : reach + n], padded[reach + n :] = y[0], y, y[-1]
-    value = np.zeros(y.shape)
-    for weight, node in zip(weights, range(-3, 5), strict=True):
-        at = min(max(reach - whole - node, 0), 2 * reach)
-        value += weight * padded[at : at + n]
+    begins = [min(max(reach - whole - node, 0), 2 * reach) for node in range(-3, 5)]
+    rows = max(CACHED // max(math.prod(y.shape[1:]), 1), 1)
+    value, work = np.zeros(y.shape), np.empty((min(rows, n), *y.shape[1:]))
+    for a in range(0, n, rows):
+        here = value[a : a + rows]
+        part = work[: here.shape[0]]
+        for weight, begin in zip(weights, begins, strict=True):
+            np.multiply(padded[begin + a : begin + a + here.shape[0]], weight, out=part)
+            here += part
     return value
+
+
+CACHED = 1 << 15
+"""Numbers that a stretch of a sum holds: they stay in the cache."""
 
 
 def warped(y: Array, samples: Array) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ from bondgraph.support.native import c_source
 
 __all__ = ["LANES", "blocks_of", "march_source"]
 
-LANES = 4
+LANES = 8
 """Directions that one instruction serves at best."""
 
 

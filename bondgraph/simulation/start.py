@@ -76,19 +76,21 @@ def fine_inputs(u: Array, n_sub: int, hold: str) -> Array:
     """
     if hold not in HOLDS:
         raise unknown_name("inter-sample behaviour", hold, "simulate", HOLDS)
-    n = u.shape[0] - 1
+    n, width = u.shape[0] - 1, u.shape[1]
     if hold == "hold":
         left = np.repeat(u[:-1], n_sub, axis=0)
         return np.stack([left, left], axis=1)
     if hold == "linear":
-        part = np.arange(n_sub + 1) / n_sub
-        nodes = u[:-1, None, :] + (u[1:] - u[:-1])[:, None, :] * part[None, :, None]
+        nodes = np.empty((n * n_sub + 1, width))
+        within, part = nodes[:-1].reshape(n, n_sub, width), np.arange(n_sub) / n_sub
+        np.multiply((u[1:] - u[:-1])[:, None], part[:, None], out=within)
+        within += u[:-1, None]
+        nodes[-1] = u[-1]
     else:
-        fine = between_samples(u, n_sub)
-        index = np.arange(n)[:, None] * n_sub + np.arange(n_sub + 1)[None, :]
-        nodes = fine[index]
-    pairs = np.stack([nodes[:, :-1], nodes[:, 1:]], axis=2)
-    return pairs.reshape(n * n_sub, 2, u.shape[1])
+        nodes = between_samples(u, n_sub)
+    pairs = np.empty((n * n_sub, 2, width))
+    pairs[:, 0], pairs[:, 1] = nodes[:-1], nodes[1:]
+    return pairs
 
 
 def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:

@@ -101,10 +101,11 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
     point, e = stack.local(made.point, 0), made.evaluations[0]
     if made.status is FitStatus.BROKEN:
         return Fit(problem, point, made.status, np.inf, 0, e.y)
+    y = e.y
     if problem.window is not None or problem.data.breaks:
         point = held_out_states(problem, point)
+        y = evaluate(problem, point, derivatives=False).y
     estimates, nuisances = _estimates(stack, made, point)
-    y = evaluate(problem, point, derivatives=False).y
     cost = float(np.mean(e.residual**2)) if e.residual.size else np.inf
     return Fit(problem, point, made.status, cost, made.iterations, y, estimates, nuisances)
 

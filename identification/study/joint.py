@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from bondgraph.support.arrays import Array
+from bondgraph.support.tall import triangle
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
@@ -176,7 +177,7 @@ class JointProblem:
         stacked = np.vstack(pieces)
         if not np.isfinite(stacked).all():
             return NormalEquations(stacked[: self.n, : self.n] * np.nan, stacked[: self.n, -1], ())
-        compressed = np.asarray(np.linalg.qr(stacked, mode="r"))
+        compressed = triangle(stacked)
         return NormalEquations(compressed[:, : self.n], compressed[:, self.n], tuple(states))
 
     def step(self, system: NormalEquations, point: JointPoint, damping: float) -> JointPoint:
@@ -220,9 +221,14 @@ class JointProblem:
         """Jacobian of all residuals by theta with the initial states eliminated, (M, n)."""
         pieces = []
         for r, (p, e) in enumerate(zip(self.problems, evaluations, strict=True)):
-            body, _ = _eliminated(p, e, point.states[r], residual_rows=True)
-            wide = np.zeros((body.shape[0], self.n))
-            wide[:, self.columns[r]] = body[:, :-1] * self.factors[r]
+            jacobian = e.jacobian.copy()
+            at = p.free_states
+            if at.size:
+                _, states = _eliminated(p, e, point.states[r])
+                for (rows, local), (by_theta, _) in zip(e.local, states, strict=True):
+                    jacobian[rows] -= (local * p.state_scale[at]) @ by_theta
+            wide = np.zeros((jacobian.shape[0], self.n))
+            wide[:, self.columns[r]] = jacobian * self.factors[r]
             pieces.append(wide)
         return np.concatenate(pieces)
 
@@ -325,28 +331,29 @@ def _scored(problem: Problem) -> list[int]:
 
 
 def _eliminated(
-    problem: Problem, e: ResidualEvaluation, states: Array, *, residual_rows: bool = False
+    problem: Problem, e: ResidualEvaluation, states: Array
 ) -> tuple[Array, list[tuple[Array, Array]]]:
-    """Return rows [J r] without the initial states, and how these follow; windows one by one."""
+    """Return rows [J r] without the initial states, and how these follow; windows one by one.
+
+    The rows are compressed: those of a window's triangle that its states leave.
+    """
     free = problem.free_states
     if not free.size:
         return np.hstack([e.jacobian, e.residual[:, None]]), []
+    k, n = free.size, e.jacobian.shape[1]
     scale = problem.state_scale[free]
     pull = 0.0 if problem.window is not None else -STATE_WEIGHT
     pieces, followed = [], []
     for (rows, local), i in zip(e.local, _scored(problem), strict=True):
-        stacked = np.vstack([local * scale, STATE_WEIGHT * np.eye(free.size)])
-        away = pull * (states[i, free] - problem.rest_state[free]) / scale
-        n = e.jacobian.shape[1]
-        body = np.zeros((stacked.shape[0], n + 1))
-        body[: local.shape[0], :n], body[: local.shape[0], n] = e.jacobian[rows], e.residual[rows]
-        body[local.shape[0] :, n] = away
-        q, r = np.linalg.qr(stacked)
-        shadow = q.T @ body
-        follow = np.linalg.solve(r, shadow)
+        whole = np.zeros((local.shape[0] + k, k + n + 1))
+        whole[:-k, :k], whole[:-k, k:-1] = local * scale, e.jacobian[rows]
+        whole[:-k, -1] = e.residual[rows]
+        whole[-k:, :k] = STATE_WEIGHT * np.eye(k)
+        whole[-k:, -1] = pull * (states[i, free] - problem.rest_state[free]) / scale
+        r = triangle(whole)
+        follow = np.linalg.solve(r[:k, :k], r[:k, k:])
         followed.append((follow[:, :n], follow[:, n]))
-        rest = body - q @ shadow
-        pieces.append(rest[: local.shape[0]] if residual_rows else rest)
+        pieces.append(r[k:, k:])
     return np.concatenate(pieces), followed
 
 

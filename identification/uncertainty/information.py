@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.tall import triangle
 from identification.statistics.blocks import block_rows, block_scores, blocks_for, student
 
 NULL = 1e-7
@@ -251,7 +252,7 @@ def information(
 
 
 def _triangle(a: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.qr(a, mode="r")) if a.shape[0] > a.shape[1] else a
+    return triangle(a) if a.shape[0] > a.shape[1] else a
 
 
 def _ratio(a: FloatArray, b: FloatArray) -> FloatArray:

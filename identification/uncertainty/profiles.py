@@ -11,6 +11,7 @@ import numpy as np
 
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.tall import triangle
 from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.threads import single_threaded
 from identification.study.joint import JointPoint, JointProblem, NormalEquations
@@ -68,7 +69,7 @@ class HeldStack(JointProblem):
         off = self.weight * (self.target - float(self.direction @ point.theta))
         row = np.append(self.weight * self.direction, off)
         whole = np.vstack([np.hstack([made.factor, made.right[:, None]]), row])
-        r = np.asarray(np.linalg.qr(whole, mode="r"))
+        r = triangle(whole)
         return replace(made, factor=r[:, : self.n], right=r[:, self.n])
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -22,7 +23,13 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue.effect import Signature, kind_at
 from identification.diagnosis.evidence.block_score import BlockScore
-from identification.diagnosis.evidence.leave_out import Rows, held_out, rows_of, states_of
+from identification.diagnosis.evidence.leave_out import (
+    Rows,
+    Stretched,
+    rows_of,
+    states_of,
+    stretched,
+)
 from identification.diagnosis.screening.flexible_forms import flexible_forms, linear_forms
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import Probes, probes
@@ -76,6 +83,11 @@ class Bench:
     residual: Array
     columns: Array
     probed: Probes
+
+    @cached_property
+    def stretched(self) -> Stretched:
+        """The columns, stretch after stretch."""
+        return stretched(self.columns, self.rows)
 
 
 def bench_of(base: Fit, better: Fit, plain: BondGraph | None = None) -> Bench:
@@ -233,17 +245,18 @@ def _moving(form: Signature) -> Signature:
 
 
 def _scored(bench: Bench, form: Array, x: Array) -> tuple[BlockScore, Array]:
-    both = np.hstack([bench.columns, x])
-    size = np.sqrt(np.einsum("ij,ij->j", both, both))
-    used = size > 0
-    both, size = both if used.all() else both[:, used], size[used]
+    both = bench.stretched.beside(x)
+    total = both.products.sum(axis=0)
+    size = np.sqrt(np.diag(total))
+    size[size == 0] = 1.0
     # a little precision: forms that nearly coincide must not run against each other
-    gram = both.T @ both / np.outer(size, size) + RIDGE * np.eye(size.size)
-    weights = np.linalg.solve(gram, both.T @ bench.residual / size) / size
-    full = np.zeros(used.size)
-    full[used] = weights
-    out = held_out(both, bench.residual - both @ weights, RIDGE * size**2, bench.rows)
-    return BlockScore(out), np.asarray(form @ full[bench.columns.shape[1] :])
+    gram = total / np.outer(size, size) + RIDGE * np.eye(size.size)
+    order = bench.rows.order
+    weights = np.linalg.solve(gram, both.columns.T @ bench.residual[order] / size) / size
+    left = bench.residual.copy()
+    left[order] -= both.columns @ weights
+    out = both.held_out(left, RIDGE * size**2)
+    return BlockScore(out), np.asarray(form @ weights[bench.columns.shape[1] :])
 
 
 RIDGE = 1e-9

@@ -12,6 +12,8 @@ A Swiss army infinitesimal jackknife, AISTATS 2019).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +48,16 @@ class Rows:
         """Number of stretches."""
         return int(self.block.max(initial=-1)) + 1
 
+    @cached_property
+    def order(self) -> Index:
+        """Positions of the residuals, stretch after stretch."""
+        return np.argsort(self.block, kind="stable")
+
+    @cached_property
+    def ends(self) -> Index:
+        """Where the stretches begin and end in that order, shape (B + 1,)."""
+        return np.searchsorted(self.block[self.order], np.arange(self.blocks + 1))
+
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:
@@ -64,6 +76,70 @@ class LeftOut:
     residual: Array
     fitted: Array
     leverage: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Stretched:
+    """Columns stretch after stretch, with their products within each.
+
+    Attributes
+    ----------
+    columns : ndarray, shape (M, p)
+        In the order of `Rows.order`.
+    products : ndarray, shape (B, p, p)
+    """
+
+    rows: Rows
+    columns: Array
+    products: Array
+
+    def beside(self, x: Array) -> Stretched:
+        """Return these columns and others, shape (M, k), in the order of the residuals."""
+        both = np.hstack([self.columns, x[self.rows.order]])
+        known = self.columns.shape[1]
+        products = np.empty((self.rows.blocks, both.shape[1], both.shape[1]))
+        products[:, :known, :known] = self.products
+        for b, (begin, end) in enumerate(pairwise(self.rows.ends)):
+            part = both[begin:end]
+            cross = part.T @ part[:, known:]
+            products[b, :, known:], products[b, known:] = cross, cross.T
+        return Stretched(self.rows, both, products)
+
+    def held_out(self, residual: Array, precision: Array) -> LeftOut:
+        """Apply the identity.
+
+        Parameters
+        ----------
+        residual : ndarray, shape (M,)
+            In the order of `Rows`.
+        precision : ndarray, shape (p,)
+            Diagonal of the prior's precision.
+        """
+        rows, total = self.rows, self.products.sum(axis=0)
+        size = np.sqrt(np.diag(total) + precision)
+        used = (size > 0) & np.isfinite(size)
+        at = np.ix_(used, used)
+        a = (total[at] + np.diag(precision[used])) / np.outer(size[used], size[used])
+        power, axes = np.linalg.eigh(a)
+        kept = power > 1e-12 * power.max(initial=0.0)
+        root = axes[:, kept] / np.sqrt(power[kept]) / size[used][:, None]
+        x = self.columns if used.all() else self.columns[:, used]
+        out, leverage = residual[rows.order], np.zeros(rows.blocks)
+        for b, (begin, end) in enumerate(pairwise(rows.ends)):
+            lever, turn = np.linalg.eigh(root.T @ self.products[b][at] @ root)
+            score = turn.T @ (root.T @ (x[begin:end].T @ out[begin:end]))
+            weights = turn @ (score / np.maximum(1.0 - lever, 1.0 - HEAVY))
+            out[begin:end] += x[begin:end] @ (root @ weights)
+            leverage[b] = lever[-1] if lever.size else 0.0
+        back = np.empty_like(out)
+        back[rows.order] = out
+        return LeftOut(rows, back, residual, leverage)
+
+
+def stretched(columns: Array, rows: Rows) -> Stretched:
+    """Sort columns (M, p) by stretch."""
+    nothing = Stretched(rows, np.zeros((columns.shape[0], 0)), np.zeros((rows.blocks, 0, 0)))
+    return nothing.beside(columns)
 
 
 def rows_of(problem: Problem, blocks: int = BLOCKS) -> Rows:
@@ -87,39 +163,7 @@ def left_out(fit: Fit, blocks: int = BLOCKS) -> LeftOut:
     e = evaluate(fit.problem, fit.point)
     rows = rows_of(fit.problem, blocks)
     columns, precision = _unknowns(fit, e)
-    return held_out(columns, e.residual, precision, rows)
-
-
-def held_out(columns: Array, residual: Array, precision: Array, rows: Rows) -> LeftOut:
-    """Apply the identity.
-
-    Parameters
-    ----------
-    columns : ndarray, shape (M, p)
-        Sensitivities at the optimum.
-    residual : ndarray, shape (M,)
-    precision : ndarray, shape (p,)
-        Diagonal of the prior's precision.
-    """
-    size = np.sqrt(np.einsum("ij,ij->j", columns, columns) + precision)
-    used = (size > 0) & np.isfinite(size)
-    x = columns if used.all() else columns[:, used]
-    # large: scaled where it is small, and never copied
-    a = (x.T @ x + np.diag(precision[used])) / np.outer(size[used], size[used])
-    power, axes = np.linalg.eigh(a)
-    kept = power > 1e-12 * power.max(initial=0.0)
-    root = axes[:, kept] / np.sqrt(power[kept]) / size[used][:, None]
-    out, leverage = residual.copy(), np.zeros(rows.blocks)
-    order = np.argsort(rows.block, kind="stable")
-    ends = np.searchsorted(rows.block[order], np.arange(rows.blocks + 1))
-    for b in range(rows.blocks):
-        part = order[ends[b] : ends[b + 1]]
-        seen = x[part] @ root
-        lever, turn = np.linalg.eigh(seen.T @ seen)
-        score = turn.T @ (seen.T @ residual[part])
-        out[part] += seen @ (turn @ (score / np.maximum(1.0 - lever, 1.0 - HEAVY)))
-        leverage[b] = lever[-1] if lever.size else 0.0
-    return LeftOut(rows, out, residual, leverage)
+    return stretched(columns, rows).held_out(e.residual, precision)
 
 
 def _unknowns(fit: Fit, e: ResidualEvaluation) -> tuple[Array, Array]:

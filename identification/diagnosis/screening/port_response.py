@@ -134,10 +134,14 @@ class Probes:
         made = self.engine.fine_inputs(u, steps, hold)
         if hold == "linear":
             return made
-        added = [self._columns[n] for n in self._sources if n in self._columns]
-        made = made.copy()
+        added, made = self._added, made.copy()
         made[:, :, added] = self.engine.fine_inputs(u, steps, "linear")[:, :, added]
         return made
+
+    @cached_property
+    def _added(self) -> list[int]:
+        """Columns of the inputs that are additions, no commands."""
+        return [self._columns[n] for n in self._sources if n in self._columns]
 
     def knows(self, element: str) -> bool:
         """Whether `respond` has an answer for `element`."""
@@ -234,7 +238,9 @@ class Probes:
             u = np.zeros((longest + EARLY, self._base_inputs.shape[1]))
             u[EARLY, at] = 1.0
             n_y = len(problem.data.names)
-            run = self.engine.run(self._ready, u, np.zeros(self.engine.n_x), self.fine(u))
+            straight = at in self._added  # nothing else moves
+            fine = self.engine.fine_inputs(u, problem.steps, "linear") if straight else self.fine(u)
+            run = self.engine.run(self._ready, u, np.zeros(self.engine.n_x), fine)
             y = run.y[:, :n_y].copy()
             lags = output_delays(problem, self.fit.point.theta)
             for c in np.flatnonzero(lags):

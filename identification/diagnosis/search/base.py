@@ -14,6 +14,7 @@ from identification.diagnosis.search.candidates import (
     DiagnosisOptions,
     thinning,
     trial_of,
+    with_best_hold,
 )
 from identification.estimation.single_record import Fit, FitStatus, fit
 from identification.study.problem import Problem
@@ -93,10 +94,11 @@ def unthinned(
 def _refitted(chosen: Candidate, template: Problem, holds: Sequence[str]) -> Candidate:
     old = chosen.fit
     factor = max(1, round(template.data.n / old.problem.data.n))
-    fits = [old] if factor == 1 else []
+    if factor == 1:
+        result = with_best_hold(old, MORE, holds)
+        return chosen if result is old else trial_of(chosen.insertion, chosen.home, result)
+    fits: list[Fit] = []
     for hold in dict.fromkeys((template.data.hold, *holds)):
-        if factor == 1 and hold == old.problem.data.hold:
-            continue
         n_sub = max(old.problem.n_sub // factor, 4 if hold == "band-limited" else 1)
         data = replace(template.data, hold=hold, floor=old.problem.data.floor)
         problem = replace(old.problem, data=data, window=template.window, n_sub=n_sub)
@@ -104,7 +106,7 @@ def _refitted(chosen: Candidate, template: Problem, holds: Sequence[str]) -> Can
         if len(windows(problem)) != old.point.states.shape[0]:
             problem = replace(problem, known_states={})
             point = Point(point.theta, start_point(problem).states)
-        more = 10 if hold == old.problem.data.hold else 30
+        more = 10 if hold == old.problem.data.hold else MORE
         fits.append(fit(problem, start=point, max_iterations=more))
     test = template.data.mask("test")
     sound = [
@@ -115,6 +117,10 @@ def _refitted(chosen: Candidate, template: Problem, holds: Sequence[str]) -> Can
     first = sound[0]
     result = min(sound, key=lambda f: f.cost * (1.0 if f is first else 1.03))
     return trial_of(chosen.insertion, chosen.home, result)
+
+
+MORE = 30
+"""Steps of a fit under another behaviour of the commands."""
 
 
 def declared_fit(template: Problem, nominal: Fit) -> Fit:

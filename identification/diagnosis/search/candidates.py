@@ -348,27 +348,35 @@ def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS
     return trial_of(trial.insertion, trial.home, with_best_hold(result, iterations, holds))
 
 
-def not_worse(trials: Sequence[Candidate], iterations: int) -> list[Candidate]:
+def not_worse(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
     """Fit laws again that do worse than one they contain: from where that one ended.
 
     A law that holds another as a special case cannot explain less; its fit stopped too early.
     """
-    return [_from_simpler(t, trials, iterations) for t in trials]
+    ends = {i: _simpler_ended(t, trials) for i, t in enumerate(trials)}
+    work = {i: (trials[i], end) for i, end in ends.items() if end is not None}
+    found = Parallel(n_jobs=options.jobs)(
+        delayed(_alone)(_from_simpler, *w, options.final_iterations) for w in work.values()
+    )
+    again = dict(zip(work, found, strict=True))
+    return [again.get(i, t) for i, t in enumerate(trials)]
 
 
 STOPPED = 0.99
 """Part of a law's misfit below which a law it contains shows that its fit stopped early."""
 
 
-def _from_simpler(trial: Candidate, trials: Sequence[Candidate], iterations: int) -> Candidate:
+def _simpler_ended(trial: Candidate, trials: Sequence[Candidate]) -> Fit | None:
+    """Return where the best simpler law that does better ended."""
     better = [
         s for s in trials
         if s.effect in trial.insertion.simpler and s.element == trial.element
         and s.train < STOPPED * trial.train
     ]  # fmt: skip
-    if not better:
-        return trial
-    end = min(better, key=lambda s: s.train).fit
+    return min(better, key=lambda s: s.train).fit if better else None
+
+
+def _from_simpler(trial: Candidate, end: Fit, iterations: int) -> Candidate:
     problem = replace(
         trial.fit.problem, n_sub=max(trial.fit.problem.n_sub, end.problem.n_sub),
         data=replace(trial.fit.problem.data, hold=end.problem.data.hold),

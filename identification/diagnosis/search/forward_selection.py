@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 
 import numpy as np
+from joblib import Parallel, delayed, effective_n_jobs
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError
@@ -69,6 +70,7 @@ class _Looks:
         self.catalogue, self.plain, self.jobs = catalogue, plain, jobs
         self.known: dict[int, tuple[Fit, FittedModel, list[Screened]]] = {}
         self.blind: tuple[BlindRelation, ...] = ()
+        self.coming: Iterator[tuple[BlindRelation, ...]] | None = None
 
     def of(self, fit: Fit) -> tuple[FittedModel, list[Screened]]:
         """Scene and ranking of one fit."""
@@ -78,12 +80,16 @@ class _Looks:
             self.known[id(fit)] = (fit, seen, looks)
         return self.known[id(fit)][1:]
 
+    def ask_where(self, base: Fit, classes: Isolability) -> None:
+        """Let a process of its own look for the relations that `where` will need."""
+        if effective_n_jobs(self.jobs) > 1:
+            work = [delayed(_relations)(base, classes)]
+            self.coming = Parallel(n_jobs=self.jobs, return_as="generator")(work)
+
     def where(self, base: Fit, classes: Isolability) -> tuple[str, ...]:
         """Return the only places where the mismatch may sit, whatever its law."""
-        try:
-            self.blind = blind_relations(base, classes)
-        except (BondsightError, np.linalg.LinAlgError, ValueError):
-            return ()  # models that are not linear up to laws have none
+        coming, self.coming = self.coming, None
+        self.blind = _relations(base, classes) if coming is None else next(coming)
         return located(self.blind, base.problem.data.names)
 
     def there(self, base: Base, where: Collection[str]) -> There | None:
@@ -99,6 +105,14 @@ class _Looks:
             return kind_scores(bench, *self.of(better), places, jobs=self.jobs)
         except BondsightError:
             return []
+
+
+def _relations(base: Fit, classes: Isolability) -> tuple[BlindRelation, ...]:
+    """Relations blind to every place; models that are not linear up to laws have none."""
+    try:
+        return blind_relations(base, classes)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,13 +252,15 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     done, options, limits = task.done, task.options, task.limits
     low = 0.12 + 0.8 * number / max(1, options.effects)
     task.say("screening every effect at every port", low)
+    plain, before = score(base.fit), remaining(base.fit)
+    if number == 0 and not before.is_noise(limits.noise):
+        done.ask_where(base.fit, task.classes)
     seen, ranked = done.of(base.fit)
     span = 0.8 / max(1, options.effects)
 
     def tell(text: str, fraction: float) -> None:
         task.say(text, min(low + span * fraction, 0.94))
 
-    plain, before = score(base.fit), remaining(base.fit)
     kinds = done.kinds(base.fit, base.fit)
     if number == 0 and astray(base.fit):
         # its course says little of what would be at its ports; that of the declared values may
@@ -266,8 +282,8 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
         kinds = [k for k in kinds if k.element in where]
     evidence = replace(evidence, located=where)
     trials = _finished(search(seen, base.template, ranked, options, tell), options)
-    trials = not_worse(trials, options.final_iterations)
-    laws = scored(trials)
+    trials = not_worse(trials, options)
+    laws = scored(trials, options.jobs)
     best = laws[0].trial if laws and laws[0].score.loss < plain.loss else None
     if best is not None:
         kinds = _merged(kinds, done.kinds(base.fit, best.fit, where or None))
@@ -282,7 +298,7 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
         made = {(t.effect, t.element) for t in every}
         names = [(s.effect.name, s.element.name) for s in wanted]
         untried = (*evidence.untried, *(at for at in names if at not in made))
-        laws = scored(not_worse(every, options.final_iterations))
+        laws = scored(not_worse(every, options), options.jobs)
         return replace(evidence, laws=laws, untried=untried)
 
     alike = alike_kinds(evidence, limits)
@@ -393,10 +409,14 @@ def _hopeful(plain: BlockScore, kind: KindScore, limits: Thresholds) -> bool:
     return plain.behind(kind.score) > 0.7 * limits.z and gain > 0.3 * limits.gain
 
 
-def scored(trials: Sequence[Candidate]) -> tuple[Scored, ...]:
-    """Score candidates, best first."""
-    made = [Scored(t, score(t.fit), remaining(t.fit)) for t in trials]
+def scored(trials: Sequence[Candidate], jobs: int = 1) -> tuple[Scored, ...]:
+    """Score candidates in `jobs` threads, best first."""
+    made = Parallel(n_jobs=jobs, backend="threading")(delayed(_scored)(t) for t in trials)
     return tuple(sorted(made, key=lambda s: s.score.loss))
+
+
+def _scored(trial: Candidate) -> Scored:
+    return Scored(trial, score(trial.fit), remaining(trial.fit))
 
 
 def _merged(first: Sequence[KindScore], second: Sequence[KindScore]) -> list[KindScore]:

@@ -30,6 +30,7 @@ from bondgraph.laws import (
 from bondgraph.simulation import lure_kernel as kernel
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
+from bondgraph.simulation.lure_march import LANES
 from bondgraph.support import native
 
 N, STEP = 60, 0.05
@@ -182,11 +183,13 @@ def test_rows_that_fill_their_blocks_or_do_not(directions: int) -> None:
 
 
 def test_numbers_of_directions_share_a_kernel(compiled_files: Callable[[], list[str]]) -> None:
-    model = oscillator(Polynomial(orders=(3,)), Coulomb(0.3))
-    p, x0 = model.nominal(), np.zeros(model.n_x)
-    found = []
-    for n in (0, 1, 3, 4, 5):
-        run_record(model, p, inputs(model), STEP, x0, directions=range(n))
+    model = oscillator(Polynomial(size=1.0), Stribeck(0.3, 0.2, 0.1))
+    p, x0, found = point(model), np.zeros(model.n_x), []
+    for n in (0, 1, LANES - 1, LANES, LANES + 1):
+        own = n - model.n_x if n >= LANES else n  # the others by the states
+        run_record(
+            model, p, inputs(model), STEP, x0, directions=range(own), state_directions=own < n
+        )
         found.append(len(compiled_files()))
     assert found == [1, 2, 2, 3, 3]  # rows of one number, of one block, of two
 

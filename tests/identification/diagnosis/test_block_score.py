@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from identification.diagnosis.evidence.block_score import LEAST, BlockScore
-from identification.diagnosis.evidence.leave_out import LeftOut, Rows, held_out
+from identification.diagnosis.evidence.leave_out import LeftOut, Rows, stretched
 
 N, B = 2000, 40
 ROWS = Rows(np.arange(N), np.zeros(N, int), np.arange(N) * B // N)
@@ -22,7 +22,7 @@ def regressed(y: Array, *columns: Array) -> BlockScore:
     """Score a linear model, every stretch predicted from the others."""
     x = np.stack(columns, axis=1)
     weights = np.linalg.lstsq(x, y, rcond=None)[0]
-    return BlockScore(held_out(x, y - x @ weights, np.zeros(x.shape[1]), ROWS))
+    return BlockScore(stretched(x, ROWS).held_out(y - x @ weights, np.zeros(x.shape[1])))
 
 
 def white(seed: int, size: int = N) -> Array:

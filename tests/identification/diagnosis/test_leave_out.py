@@ -14,10 +14,10 @@ from identification.diagnosis.evidence.leave_out import (
     HEAVY,
     LeftOut,
     Rows,
-    held_out,
     left_out,
     rows_of,
     stretch_sums,
+    stretched,
 )
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
@@ -40,7 +40,7 @@ def refitted(x: Array, y: Array, precision: Array, left: Array) -> Array:
 
 def fitted(x: Array, y: Array, precision: Array, rows: Rows) -> LeftOut:
     a = x.T @ x + np.diag(precision)
-    return held_out(x, y - x @ np.linalg.solve(a, x.T @ y), precision, rows)
+    return stretched(x, rows).held_out(y - x @ np.linalg.solve(a, x.T @ y), precision)
 
 
 @pytest.mark.parametrize("strength", [0.0, 7.0, 300.0])
@@ -95,7 +95,7 @@ def test_columns_that_do_nothing_change_nothing() -> None:
     rows = one_channel(200, 8)
     plain = fitted(x, y, np.zeros(3), rows)
     idle = np.hstack([x, np.zeros((200, 1)), x[:, :1]])  # nothing, and a copy
-    again = held_out(idle, plain.fitted, np.zeros(5), rows)
+    again = stretched(idle, rows).held_out(plain.fitted, np.zeros(5))
     assert again.residual == pytest.approx(plain.residual, abs=1e-8)
 
 

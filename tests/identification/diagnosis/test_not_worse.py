@@ -11,13 +11,20 @@ from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.screening.observation import scene
-from identification.diagnosis.search.candidates import Candidate, not_worse, settled_fit, trial_of
+from identification.diagnosis.search.candidates import (
+    Candidate,
+    DiagnosisOptions,
+    not_worse,
+    settled_fit,
+    trial_of,
+)
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from tests.identification.diagnosis.spring import spring
 
 N, DT, NOISE = 1500, 0.005, 2e-6
+OPTIONS = DiagnosisOptions(jobs=1)
 
 
 def rubbing() -> Data:
@@ -46,10 +53,10 @@ def candidates() -> tuple[Problem, list[Candidate]]:
 def test_the_richer_law_goes_on_from_where_the_simpler_ended() -> None:
     _, (coulomb, stribeck, hysteresis) = candidates()
     assert stribeck.train > 2 * coulomb.train
-    again = not_worse([coulomb, stribeck, hysteresis], 30)
+    again = not_worse([coulomb, stribeck, hysteresis], OPTIONS)
     assert again[0] is coulomb
     assert again[2] is hysteresis  # holds nothing else as a special case
     assert again[1].train < 0.5 * coulomb.train
     assert (again[1].effect, again[1].element, again[1].home) == ("stribeck_friction", "d", True)
     # what explains at least as much is left alone
-    assert not_worse(again, 30)[1] is again[1]
+    assert not_worse(again, OPTIONS)[1] is again[1]

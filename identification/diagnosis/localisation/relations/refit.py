@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from bondgraph.signals.fractional_delay import delayed_values
 from bondgraph.support.arrays import Array
+from bondgraph.support.tall import triangle
 from identification.diagnosis.localisation.relations.whitening import Blind
 from identification.estimation.single_record import Fit
 from identification.study.joint import JointProblem, stack_of
@@ -141,8 +142,8 @@ class BlindProblem:
                 for i, other in moved:
                     columns[:, i] -= (other(r) - rest)[:, 0] / DIFFERENCE
                 both = np.concatenate([columns, rest], axis=1)
-                pieces.append(np.linalg.qr(without_starts(both, blind), mode="r"))
-        return np.asarray(np.linalg.qr(np.concatenate(pieces), mode="r"))
+                pieces.append(triangle(without_starts(both, blind)))
+        return triangle(np.concatenate(pieces))
 
     def held_out(self, theta: Array, blind: Blind) -> float:
         """Held-out sum of squares over its expectation."""
@@ -250,10 +251,10 @@ def blind_refit(
         cost = float(np.sum(seen.rest(e, theta, blind) ** 2))
     damping, moving = 1e-4, True
     for _ in range(steps):
-        triangle = seen.triangle(e, theta, blind)
+        upper = seen.triangle(e, theta, blind)
         moving = False
         for _ in range(TRIES):
-            trial = _stepped(seen, theta, triangle, damping)
+            trial = _stepped(seen, theta, upper, damping)
             there = seen.at(trial)
             if np.isfinite(there.residual).all() and np.isfinite(there.jacobian).all():
                 try:
