@@ -102,17 +102,21 @@ class Blind:
             x = scan(self.a, (drive @ flat).reshape(-1, m, n))
             seen = self._inverse_root @ self.c @ x.reshape(self.a.shape[0], -1)
             return np.asarray(seen.reshape(-1, m, n))
-        total = np.zeros((self.c.shape[0], m * n))
-        for v, out, by in zip(*self._modes[:1], self._modes[1].T, self._modes[2], strict=True):
-            into = by @ drive
+        values, out, by = self._modes
+        into = by @ drive
+        driven = (np.concatenate([into.real, into.imag]) @ flat).reshape(2, values.size, m, n)
+        # a mode that swings has two rows: what is seen of its real part, and of its imaginary one
+        swings = np.flatnonzero(values.imag)
+        rows = np.empty((values.size + swings.size, m, n))
+        for i, v in enumerate(values):
+            shifted = [0.0, 1.0]
             if v.imag:
-                z = lfilter([0.0, 1.0], [1.0, -v], (into @ flat).reshape(m, n), axis=1).ravel()
-                total += np.outer(out.real, z.real) - np.outer(out.imag, z.imag)
+                z = lfilter(shifted, [1.0, -v], driven[0, i] + 1j * driven[1, i], axis=1)
+                rows[i], rows[values.size + np.searchsorted(swings, i)] = z.real, z.imag
             else:
-                own = (into.real @ flat).reshape(m, n)
-                z = lfilter([0.0, 1.0], [1.0, -v.real], own, axis=1).ravel()
-                total += np.outer(out.real, z)
-        return total.reshape(-1, m, n)
+                rows[i] = lfilter(shifted, [1.0, -v.real], driven[0, i], axis=1)
+        seen = np.concatenate([out.real, -out.imag[:, swings]], axis=1)
+        return np.asarray((seen @ rows.reshape(rows.shape[0], -1)).reshape(-1, m, n))
 
 
 def scan(a: Array, drive: Array) -> Array:
