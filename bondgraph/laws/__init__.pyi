@@ -22,6 +22,7 @@ from bondgraph.laws.parametrised import Parametrised as Parametrised
 from bondgraph.laws.periodic import Periodic as Periodic
 from bondgraph.laws.piecewise_linear import PiecewiseLinear as PiecewiseLinear
 from bondgraph.laws.polynomial import Polynomial as Polynomial
+from bondgraph.laws.push import Push as Push
 from bondgraph.laws.rectifier import Rectifier as Rectifier
 from bondgraph.laws.resistance import NonlinearResistance as NonlinearResistance
 from bondgraph.laws.rounding import Rounding as Rounding

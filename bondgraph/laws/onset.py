@@ -68,9 +68,14 @@ class Onset(Clocked):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Value at the end of the step."""
         height, begin, width, step = p
-        z = (memory[0] + step - begin) / width
-        if not self.ramp:
-            return 0.5 * height * (1 + ops.tanh(z))
-        # 0.5 (z + log(2 cosh z)), written so that no exponential overflows
-        size = ops.absolute(z)
-        return 0.5 * height * width * (z + size + ops.log(1 + ops.exp(-2 * size)))
+        return height * begun(ops, memory[0] + step - begin, width, ramp=self.ramp)
+
+
+def begun(ops: Ops, since: Any, width: Any, *, ramp: bool) -> Any:
+    """Return a unit step that rises over `width`, or its integral, at `since` after its middle."""
+    z = since / width
+    if not ramp:
+        return 0.5 * (1 + ops.tanh(z))
+    # 0.5 (z + log(2 cosh z)), written so that no exponential overflows
+    size = ops.absolute(z)
+    return 0.5 * width * (z + size + ops.log(1 + ops.exp(-2 * size)))

@@ -96,7 +96,7 @@ def minimise(
                     trial_cost = stack.cost(after, trial)
                     if trial_cost <= cost:
                         break
-                if first and promised(stack, system, point) < tolerance * cost * count:
+                if first and _promised(stack, system, point) < tolerance * cost * count:
                     damping, settled = np.inf, True  # what a step could gain is rounding
                     break
                 # a step that must be shortened is likely to be shortened again
@@ -129,7 +129,7 @@ def minimise(
     return Descent(point, now, status, cost, tuple(trace))
 
 
-def promised(stack: JointProblem, system: NormalEquations, point: JointPoint) -> float:
+def _promised(stack: JointProblem, system: NormalEquations, point: JointPoint) -> float:
     """Return by how much an undamped step lowers the sum of squares, as the derivatives say."""
     delta = stack.step(system, point, 0.0).theta - point.theta
     after = system.right - system.factor @ delta

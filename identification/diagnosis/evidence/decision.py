@@ -308,6 +308,8 @@ def _named(
         if here is not None
         else "no free form could be tried there",
     ]
+    if chosen.trial.insertion.kind == "time":
+        reasons.append("that it changes in time is sure, not what changes it")
     if imitated:
         reasons.append("a course in time follows whatever shows in few stretches")
     if refuted:
@@ -389,7 +391,9 @@ def _replicated(chosen: Scored, e: Evidence) -> bool:
 
 def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:
     if not others:
-        return "exact" if fit >= EXACT else "approximate"
+        # a course in time says that a value changes, not what changes it
+        caused = chosen.trial.insertion.kind != "time"
+        return "exact" if caused and fit >= EXACT else "approximate"
     effects = {chosen.trial.effect, *(s.trial.effect for s in others)}
     families = {chosen.trial.insertion.family, *(s.trial.insertion.family for s in others)}
     if len(families) == 1 and all(s.element == chosen.element for s in others):

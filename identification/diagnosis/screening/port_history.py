@@ -33,6 +33,9 @@ class PortHistory:
     primary_moves : bool
         Of a two-port: whether its primary side is the one that moves, and the other carries a
         current, if any.
+    added : ndarray, shape (N,), or None
+        What must have been added there, up to a factor, where it is known that nothing is missing
+        elsewhere.
     """
 
     argument: Array
@@ -40,6 +43,7 @@ class PortHistory:
     dt: float = 1.0
     moved: Array | None = None
     primary_moves: bool = True
+    added: Array | None = None
 
     @property
     def n(self) -> int:

@@ -16,11 +16,9 @@ from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Inser
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.windowed import through_windows
-from identification.estimation.levenberg_marquardt import promised
 from identification.estimation.single_record import Fit, FitStatus, fit, start_cost
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
-from identification.study.joint import stack_of
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate
 
@@ -408,7 +406,9 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         n_sub = finer if hold == "band-limited" else n_sub
         data = replace(result.problem.data, hold=hold)
         problem = replace(result.problem, data=data, n_sub=n_sub)
-        if not _worth_fitting(problem, best):
+        there = evaluate(problem, best.point, derivatives=False).residual
+        cost = float(np.mean(there**2))
+        if not np.isfinite(cost) or abs(cost - best.cost) < 0.02 * best.cost:
             continue
         try:
             # half a sample more or less is made up for in a few steps, or the behaviour is wrong
@@ -421,22 +421,6 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         if other.status is not FitStatus.BROKEN and other.cost < 0.97 * best.cost:
             best = other
     return best
-
-
-def _worth_fitting(problem: Problem, best: Fit) -> bool:
-    """Whether one step under another behaviour of the commands may come near the best fit."""
-    there = evaluate(problem, best.point)
-    cost = float(np.mean(there.residual**2))
-    if not np.isfinite(cost) or abs(cost - best.cost) < 0.02 * best.cost:
-        return False
-    stack = stack_of((problem,))
-    at = stack.gathered([best.point])
-    gain = promised(stack, stack.normal((there,), at), at) / there.residual.size
-    return not cost - gain > AWAY * best.cost
-
-
-AWAY = 1.0
-"""Times the best cost that one step must not leave more of."""
 
 
 def promising(

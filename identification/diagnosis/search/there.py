@@ -156,7 +156,7 @@ def _along(
     jobs: int,
 ) -> tuple[Look, list[KindScore]]:
     """Rank laws, and score kinds, at ports with one signal."""
-    scene = found.scene
+    scene = _told(found, ports)
     bare = bench_of(base.fit, scene.nominal, plain)
     bench = along(bare, scene, ports)
     free = bench.columns[:, bare.columns.shape[1] :]
@@ -164,6 +164,15 @@ def _along(
     here = tuple(s for s in ranked if s.element.name in ports)
     joined = [s for s in here if not (isinstance(s.element, Source) or s.effect.kind in FILTERS)]
     return Look(scene, here), kind_scores(bench, scene, joined, ports, jobs, rich_forms)
+
+
+def _told(found: LatentHistory, ports: Collection[str]) -> FittedModel:
+    """Return the scene with what was added, for ports at which one signal acts alike."""
+    scene = found.scene
+    if found.likely.shape[1] != 1:
+        return scene
+    told = {n: replace(scene.past[n], added=found.likely[:, 0]) for n in ports if n in scene.past}
+    return replace(scene, past=scene.past | told)
 
 
 def from_outside(

@@ -11,7 +11,7 @@ import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Dq, I, One, R, Se
-from bondgraph.laws import Ageing, Law, Odometer, Onset, Periodic, TimedSlope, Tone
+from bondgraph.laws import Ageing, Law, Odometer, Onset, Periodic, Push, TimedSlope, Tone
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
@@ -19,6 +19,8 @@ LAWS: tuple[Law, ...] = (
     Tone(3.0, 0.5),
     Onset(0.4, 0.05),
     Onset(0.4, 0.05, ramp=True, free_standing=False),
+    Push(0.1, 0.2, 0.05),
+    Push(0.1, 0.2, 0.05, ramp=True, free_standing=False),
     Ageing(2.0),
     TimedSlope(Tone(3.0, 0.5, free_standing=False)),
     TimedSlope(Onset(0.15, 0.05, free_standing=False)),
@@ -54,6 +56,7 @@ def test_start_values_do_not_change_the_structure() -> None:
     assert Tone(3.0, 0.5).structure == Tone(7.0, 0.1, 4.0).structure
     assert Onset(0.4).structure == Onset(0.9, 0.3).structure
     assert Onset(0.4).structure != Onset(0.4, ramp=True).structure
+    assert Push(0.4).structure == Push(0.9, 3.0).structure != Push(ramp=True).structure
     assert Ageing(2.0).structure == Ageing(9.0).structure
     made = [TimedSlope(Tone(f, free_standing=False)) for f in (3.0, 7.0)]
     assert made[0].structure == made[1].structure
@@ -74,6 +77,17 @@ def test_a_ramp_is_the_integral_of_the_step() -> None:
     step = np.asarray(Onset().deviation(NUMPY, 0.0, (t,), p))
     ramp = np.asarray(Onset(ramp=True).deviation(NUMPY, 0.0, (t,), p))
     np.testing.assert_allclose(np.gradient(ramp, t)[1:-1], step[1:-1], atol=1e-6)
+
+
+def test_a_push_is_there_for_a_while_and_its_integral_stays() -> None:
+    t, p = np.linspace(0.0, 4.0, 40001), [1.5, 0.8, 2.0, 0.05, 0.0]
+    push = np.asarray(Push().deviation(NUMPY, 0.0, (t,), p))
+    gone = (t < 0.5) | (t > 2.3)
+    assert np.abs(push[gone]).max() < 1e-4
+    assert np.abs(push[(t > 1.1) & (t < 1.7)] - 1.5).max() < 1e-4
+    stays = np.asarray(Push(ramp=True).deviation(NUMPY, 0.0, (t,), p))
+    np.testing.assert_allclose(np.gradient(stays, t)[1:-1], push[1:-1], atol=1e-6)
+    assert stays[-1] == pytest.approx(1.5 * 1.2, rel=1e-6)
 
 
 def test_a_tone_moves_a_mass_as_the_formula_says() -> None:
@@ -107,6 +121,6 @@ def test_an_ageing_spring_and_an_odometer() -> None:
 
 def test_laws_of_time_say_so() -> None:
     """Fits on windows let their clocks go on instead of starting anew."""
-    for law in (Tone(), Onset(), Ageing()):
+    for law in (Tone(), Onset(), Push(), Ageing()):
         assert law.counts_time
         assert law.n_memory == 1

@@ -221,6 +221,19 @@ def test_a_law_near_its_kind_is_approximate() -> None:
     assert d.confidence < exact.confidence
 
 
+def test_what_changes_in_time_is_named_but_not_why() -> None:
+    """Heat, work and age all look like a course in time in one recording."""
+    case = Case(5.0).law("time_varying_parameter at d", 0.0).kind("time", "d", 0.0)
+    d = case.decided()
+    assert (d.kind, d.answer, label(d)) == (
+        "missing_physics", "approximate", "time_varying_parameter at d",
+    )  # fmt: skip
+    assert d.confidence == RIGHT["approximate"]
+    assert any("not what changes it" in r for r in d.reasons)
+    pushed = Case(5.0).law("external_disturbance at m", 0.0).kind("exogenous", "m", 0.0)
+    assert pushed.decided().answer == "exact"
+
+
 def test_a_law_without_a_form_beside_it_is_not_called_exact() -> None:
     d = Case(5.0).law("hysteresis at k", 0.0).decided()
     assert (d.answer, np.isnan(d.law_fit)) == ("approximate", True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, One, R, Zero
-from bondgraph.laws import Onset, Tone
+from bondgraph.laws import Law, Onset, Push, Tone
 from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
@@ -21,7 +21,7 @@ SHIFTS = (-6, -3, -1, 0, 2)
 
 
 class ExternalDisturbance(Effect):
-    """A sinusoid of unknown frequency, or a step at an unknown time, of effort or flow.
+    """A sinusoid of unknown frequency, a step or a push at unknown times, of effort or flow.
 
     At the 1-junction of an inertia it is a force beside the others. At the 0-junction of a
     storage it is a flow; it appears in the law as the effort that its integral would add.
@@ -33,8 +33,8 @@ class ExternalDisturbance(Effect):
     law = "tone_or_onset"
     sentence = "something from outside acts on it in time, whatever the motion is"
     looks = (
-        "a line in the residual's spectrum, or a lasting change from one moment on, that neither "
-        "the command nor the motion has"
+        "a line in the residual's spectrum, or a change from one moment on, for good or for a "
+        "while, that neither the command nor the motion has"
     )
     confused_with = ("position_periodic_force", "sensor_drift", "sensor_offset", "periodic_error")
     separated_by = (
@@ -50,7 +50,7 @@ class ExternalDisturbance(Effect):
         return (*masses, *stores)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Sine and cosine at the residual's strongest lines; a step or ramp at many times."""
+        """Sine and cosine at the residual's strongest lines; steps at many times, and a push."""
         past = scene.of(element)
         found = []
         for f in spectral_peaks(scene.residual / scene.data.floor, past.dt, PEAKS):
@@ -63,8 +63,12 @@ class ExternalDisturbance(Effect):
             for k in change_points(scene.residual / scene.data.floor)
             for shift in SHIFTS
         ]
-        for begin, rise in (*gradual, *sudden):
-            shape = {"time": float(begin), "rise": float(rise)}
+        shapes = [{"time": float(t), "rise": float(rise)} for t, rise in (*gradual, *sudden)]
+        if past.added is not None:
+            summed = isinstance(element, C)
+            begin, end = (k * past.dt for k in while_it_lasts(past.added, summed=summed))
+            shapes.append({"time": begin, "end": end, "rise": 2 * past.dt})
+        for shape in shapes:
             law = _law(past, shape, isinstance(element, C), "1")
             unit = (1.0, *(p.value for p in law.parameters("x")[1:]), 0.0)
             column = law.deviation(NUMPY, 0.0, (past.time,), unit)
@@ -139,6 +143,36 @@ def change_points(residual: Array) -> list[int]:
     return sorted(set(found))
 
 
+def while_it_lasts(course: Array, *, summed: bool = False) -> tuple[float, float]:
+    """Return the samples where a push begins and ends that explains most of a course.
+
+    Parameters
+    ----------
+    course : ndarray, shape (N,)
+    summed : bool
+        It is the sum of what acts, beside a slope; otherwise it is what acts, beside its mean.
+    """
+    count = min(course.size, MOMENTS)
+    edges = np.linspace(0, course.size, count + 1).astype(np.intp)
+    mean = np.add.reduceat(course, edges[:-1]) / np.diff(edges)
+    a, b = np.triu_indices(count + 1, 1)
+    at = np.arange(count)
+    pushes = ((at >= a[:, None]) & (at < b[:, None])).astype(float)
+    beside = np.ones((1, count))
+    if summed:
+        pushes, beside = np.cumsum(pushes, axis=1), np.stack([np.ones(count), at])
+    basis = np.linalg.qr(beside.T)[0]
+    pushes -= (pushes @ basis) @ basis.T
+    power = np.einsum("ij,ij->i", pushes, pushes)
+    gain = np.where(power > 1e-9 * power.max(), (pushes @ mean) ** 2 / power.clip(1e-300), 0.0)
+    best = int(np.argmax(gain))
+    return float(edges[a[best]]), float(edges[b[best]])
+
+
+MOMENTS = 100
+"""Moments at which a push may begin or end at first; the fit moves them."""
+
+
 def _burst(x: Array, width: int) -> int:
     """Sample after which the power rises most, over `width` samples either side."""
     power = np.concatenate(
@@ -161,15 +195,18 @@ def _split(x: Array) -> int:
     return int(edge + np.argmax(gain[edge : n - edge])) + 1
 
 
-def _law(past: PortHistory, shape: dict[str, float], stores: bool, unit: str) -> Tone | Onset:
+def _law(past: PortHistory, shape: dict[str, float], stores: bool, unit: str) -> Law:
     duration = past.dt * past.n
     if "frequency" in shape:
         return Tone(shape["frequency"], 1 / duration, 0.1 * past.swing, unit, not stores)
     size = 0.1 * past.swing / (duration if stores else 1.0)
-    return Onset(
-        shape["time"], shape["rise"], 1.5 * duration / ONSETS, size, unit,
-        ramp=stores, free_standing=not stores,
-    )  # fmt: skip
+    margin, free = 1.5 * duration / ONSETS, not stores
+    if "end" in shape:
+        return Push(
+            shape["time"], shape["end"], shape["rise"], margin, size, unit,
+            ramp=stores, free_standing=free,
+        )  # fmt: skip
+    return Onset(shape["time"], shape["rise"], margin, size, unit, ramp=stores, free_standing=free)
 
 
 def _beside(graph: BondGraph, element: Element, kind: type[Element]) -> bool:
