@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -56,6 +56,38 @@ def whole(part: slice | tuple[slice, ...]) -> slice:
     """
     parts = stretches(part)
     return slice(parts[0].start, parts[-1].stop) if parts else slice(0, 0)
+
+
+def kept_back(split: Split) -> tuple[Split, Split]:
+    """Divide what is held out: what choices may look at, and what they may not.
+
+    Of many stretches two in five are kept back, spread over the record; of few the last two fifths
+    of each. Where that leaves too few samples, nothing is kept back.
+
+    Returns
+    -------
+    seen, unseen : Split
+        With the same training samples.
+    """
+    parts = stretches(split.test)
+    if len(parts) >= FEW:
+        seen = tuple(p for i, p in enumerate(parts) if i % 5 not in KEPT)
+        unseen = tuple(p for i, p in enumerate(parts) if i % 5 in KEPT)
+    else:
+        ends = [p.start + 3 * (p.stop - p.start) // 5 for p in parts]
+        seen = tuple(slice(p.start, e) for p, e in zip(parts, ends, strict=True))
+        unseen = tuple(slice(e, p.stop) for p, e in zip(parts, ends, strict=True))
+    if sum(p.stop - p.start for p in unseen) < LEAST_KEPT:
+        return split, split
+    rule = f"{split.rule}; two fifths of that, which no choice has seen, say what is gained"
+    return replace(split, test=seen), replace(split, test=unseen, rule=rule)
+
+
+FEW = 5
+"""Stretches from which some are kept back whole."""
+KEPT = (1, 3)
+LEAST_KEPT = 40
+"""Samples that are worth keeping back."""
 
 
 def interleaved(start: int, stop: int, blocks: int = 30, every: int = 3) -> Split:

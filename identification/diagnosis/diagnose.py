@@ -12,7 +12,7 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
-from bondgraph.signals.split import interleaved
+from bondgraph.signals.split import interleaved, kept_back
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
@@ -219,6 +219,9 @@ def diagnose(
         nominal = held_to_residual(nominal, noise or {})
         if ours and recording.n >= LEAST_TO_INTERLEAVE:
             nominal = seen_in_training(graph, nominal, hold, limits.noise)
+        # what is shown as gained comes from samples that no choice has seen
+        whole, (seen, unseen) = nominal.problem.data.split, kept_back(nominal.problem.data.split)
+        nominal = judged_on(nominal, seen)
         template, data = nominal.problem, nominal.problem.data
         floor = dict(zip(sensors, map(float, data.floor), strict=True))
         declared = declared_fit(template, nominal)
@@ -238,6 +241,11 @@ def diagnose(
             made = steps(base, options, limits, classes, say, noise or ())
         say("fitting the repaired model on all training samples", 0.95)
         decisions = unthinned(made.decisions, template, options.holds)
+        declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
+        decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
+        result = replace(
+            result, data=replace(data, split=whole), declared=declared, nominal=nominal
+        )
         open_question = not any(d.kind == "missing_physics" for d in decisions)
         unknown = open_question and decisions[0].kind == "unknown_physics"
         experiments = _experiments(decisions[0]) if unknown else ()
@@ -257,15 +265,42 @@ def diagnose(
             *recording.notes, *_notes(template, options.holds, last),
             *_noise_notes(read, floor, sure, noise or {}), *moved(nominal),
         )  # fmt: skip
+    last = judged_on(last, whole)  # whether it is noise is no gain: all that is held out says it
     left = remaining(last)
     same = last.problem.data.n == made.scene.data.n  # else the search worked on thinned samples
     where = regions(last, made.scene if same else None) if left.most > limits.noise else ()
+    if kind in ("explained", "parameters_only") and not left.is_noise(limits.noise):
+        result = replace(
+            result,
+            kind="unknown_physics",
+            steps=(*decisions[:-1], _unexplained(decisions[-1], left)),
+        )
     result = replace(result, left=left, regions_left=where, notes=notes)
     from identification.diagnosis.explanation.advice import advice
 
     result = replace(result, advice=advice(result, frequencies))
     say("done", 1.0)
     return replace(result, seconds=time.perf_counter() - begin)
+
+
+def judged_on(f: Fit, split: Split) -> Fit:
+    """Return a fit whose errors are counted on other held-out samples."""
+    problem = replace(f.problem, data=replace(f.problem.data, split=split), built=f.problem.engine)
+    return replace(f, problem=problem)
+
+
+def _shown(decision: Decision, split: Split, n: int) -> Decision:
+    """Return a decision whose repair is judged by `split`, if it was fitted to all samples."""
+    chosen = decision.chosen
+    if chosen is None or chosen.fit.problem.data.n != n:
+        return decision
+    return replace(decision, chosen=replace(chosen, fit=judged_on(chosen.fit, split)))
+
+
+def _unexplained(decision: Decision, left: Remaining) -> Decision:
+    """Return a decision that found nothing, where samples that it has not seen say otherwise."""
+    reason = f"nothing showed in what choices may look at, but {left.words}: that is no noise"
+    return replace(decision, kind="unknown_physics", reasons=(reason,), remaining=left)
 
 
 def _deeper(nominal: Fit, made: SelectionStage) -> Fit | None:

@@ -117,6 +117,22 @@ def test_a_force_from_outside_is_never_called_explained(size: float) -> None:
     assert finding["effect"] == "unknown"
 
 
+def test_what_is_gained_shows_on_samples_that_no_choice_has_seen() -> None:
+    run = recorded(spring().with_element("d", law=Coulomb(1.0)), 1, 0.0, {})
+    d = diagnose(spring(), run, options=DiagnosisOptions(jobs=1, keep=4, more=2, effects=1))
+    assert d.nominal is not None
+    assert d.repaired is not None
+    assert d.data is not None
+    shown = d.repaired.problem.data.mask("test")
+    np.testing.assert_array_equal(shown, d.nominal.problem.data.mask("test"))
+    others = [t.fit.problem.data.mask("test") for t in d.trials if t.fit is not d.repaired]
+    assert others
+    assert all(not (shown & seen).any() for seen in others)
+    assert not (shown & d.nominal.problem.data.mask("train")).any()
+    np.testing.assert_array_equal(shown | others[0], d.data.mask("test"))
+    assert d.repaired.chi2("test") < 0.1 * d.nominal.chi2("test")
+
+
 def test_two_laws_that_are_missing_are_both_named() -> None:
     cubic = Polynomial(0.0, 0.1, 2.0, orders=(3,))
     truth = spring().with_element("d", law=Coulomb(1.0)).with_element("k", law=cubic)
