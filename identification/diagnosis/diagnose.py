@@ -473,7 +473,7 @@ def _noise_notes(
 def _notes(problem: Problem, holds: Sequence[str], last: Fit) -> tuple[str, ...]:
     notes = [
         f"commands between samples: {last.problem.data.hold} ({hold_margin(last, holds)})",
-        f"held out: {problem.data.split.rule}",
+        f"held out: {last.problem.data.split.rule}",
     ]
     if problem.window is not None:
         seconds = problem.window * problem.data.dt

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from bondgraph.signals.split import stretches
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report.views import (
     Curve,
-    bounds,
     curves,
     readable,
     residual,
@@ -75,10 +75,10 @@ def _finished(canvas: Canvas) -> None:
 def _residual(ax: Any, d: Diagnosis, data: Data, shown: tuple[Curve, ...], column: int) -> None:
     name = data.names[column]
     sigma = float(data.floor[column])
-    sizes = [_largest(c, column) for c in shown]
+    sizes = [_largest(c, column, data) for c in shown]
     factor, unit = axis_scale(unit_of(d, name), max(sizes, default=sigma))
     for curve in shown:
-        part = scored(curve.fit.problem.data)
+        part = _scored_of(curve, data)
         t, r = envelope(curve.fit.problem.data.time[part], residual(curve.fit, column)[part])
         ax.plot(t, factor * r, color=curve.colour, lw=0.7, label=curve.label)
     noise_band(ax, 2 * factor * sigma, "noise, ±2σ")
@@ -89,17 +89,24 @@ def _residual(ax: Any, d: Diagnosis, data: Data, shown: tuple[Curve, ...], colum
     ax.set_xlim(t[0], t[-1])
 
 
-def _largest(curve: Curve, column: int) -> float:
-    data = curve.fit.problem.data
-    r = residual(curve.fit, column)[scored(data)]
+def _scored_of(curve: Curve, data: Data) -> slice:
+    """Stretch of a curve that is scored: of the record, unless the curve is thinned."""
+    own = curve.fit.problem.data
+    return scored(data if own.n == data.n else own)
+
+
+def _largest(curve: Curve, column: int, data: Data) -> float:
+    r = residual(curve.fit, column)[_scored_of(curve, data)]
     return float(np.nanmax(np.abs(r), initial=float(data.floor[column])))
 
 
 def held_out(ax: Any, data: Data) -> None:
     """Mark the held-out samples of a time plot."""
-    start, stop = bounds(data.split.test, data.n)
-    if stop > start:
-        mark_held_out(ax, float(data.time[start]), float(data.time[stop - 1]), 0.05)
+    ends = [part.indices(data.n)[:2] for part in stretches(data.split.test)]
+    ends = [(start, stop) for start, stop in ends if stop > start]
+    for start, stop in ends:
+        named = (start, stop) == ends[-1]
+        mark_held_out(ax, float(data.time[start]), float(data.time[stop - 1]), 0.05, named=named)
 
 
 def recording_figure(d: Diagnosis) -> str:
