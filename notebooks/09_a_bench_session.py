@@ -464,7 +464,7 @@ if untouched:
     assert found.kind == "missing_physics"
     assert (named[0]["effect"], named[0]["location"]["element"]) == (EFFECT, PLACE)
     assert outcome.result == "right"
-    assert before > 0.02
+    assert before > 0.01
     assert after < 0.1 * before
     assert np.std(off) < 1.1 * truth.noise.x_rms
 print("ok")

@@ -32,6 +32,8 @@ class Split:
         Leading samples with a constant input: noise floor only, never scored in train.
     score_from : int
         First sample to score; a simulation may start before it to settle.
+    looked_at : slice or tuple of slice
+        Samples held out of the fit that choices between fits have looked at; not scored in test.
     """
 
     train: slice | tuple[slice, ...]
@@ -39,6 +41,7 @@ class Split:
     rule: str
     rest: slice | None = None
     score_from: int = 0
+    looked_at: slice | tuple[slice, ...] = ()
 
 
 def stretches(part: slice | tuple[slice, ...]) -> tuple[slice, ...]:
@@ -80,7 +83,7 @@ def kept_back(split: Split) -> tuple[Split, Split]:
     if sum(p.stop - p.start for p in unseen) < LEAST_KEPT:
         return split, split
     rule = f"{split.rule}; two fifths of that, which no choice has seen, say what is gained"
-    return replace(split, test=seen), replace(split, test=unseen, rule=rule)
+    return replace(split, test=seen), replace(split, test=unseen, rule=rule, looked_at=seen)
 
 
 FEW = 5

@@ -243,9 +243,8 @@ def diagnose(
         decisions = unthinned(made.decisions, template, options.holds)
         declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
         decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
-        result = replace(
-            result, data=replace(data, split=whole), declared=declared, nominal=nominal
-        )
+        data = nominal.problem.data
+        result = replace(result, data=data, declared=declared, nominal=nominal)
         open_question = not any(d.kind == "missing_physics" for d in decisions)
         unknown = open_question and decisions[0].kind == "unknown_physics"
         experiments = _experiments(decisions[0]) if unknown else ()

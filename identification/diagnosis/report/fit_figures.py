@@ -102,7 +102,8 @@ def _largest(curve: Curve, column: int, data: Data) -> float:
 
 def held_out(ax: Any, data: Data) -> None:
     """Mark the held-out samples of a time plot."""
-    ends = [part.indices(data.n)[:2] for part in stretches(data.split.test)]
+    parts = (*stretches(data.split.test), *stretches(data.split.looked_at))
+    ends = sorted(part.indices(data.n)[:2] for part in parts)
     ends = [(start, stop) for start, stop in ends if stop > start]
     for start, stop in ends:
         named = (start, stop) == ends[-1]

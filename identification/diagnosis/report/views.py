@@ -65,7 +65,10 @@ def readable(data: Data, column: int, residual: Array | None = None) -> slice:
 
 def scored(data: Data) -> slice:
     """Stretch of the record from the first to the last sample that is scored."""
-    return span(data.mask("train") | data.mask("test"))
+    scored = data.mask("train") | data.mask("test")
+    for part in stretches(data.split.looked_at):
+        scored[part] = True
+    return span(scored)
 
 
 def residual(f: Fit, column: int) -> Array:

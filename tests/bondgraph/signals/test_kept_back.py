@@ -28,6 +28,7 @@ def test_both_parts_together_are_what_was_held_out(n: int, blocks: int) -> None:
     assert len(other) >= LEAST_KEPT
     assert 0.2 * len(held) < len(other) < 0.6 * len(held)
     assert seen.train == unseen.train == split.train
+    assert samples(unseen.looked_at, n) == one
     assert seen.rule == split.rule != unseen.rule
 
 
