@@ -17,7 +17,7 @@ def triangle(a: Array) -> Array:
 
     Stretches of rows are compressed first, then their triangles together (tall-skinny QR; Demmel
     et al., SIAM Journal on Scientific Computing 34 (2012) A206): as accurate as in one piece, and
-    two to three times faster for long records.
+    faster for long records.
 
     Parameters
     ----------

@@ -72,9 +72,14 @@ class Data:
         return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
 
     def mask(self, part: str) -> Array:
-        """Boolean mask of the samples of ``train`` or ``test``."""
+        """Boolean mask of the samples of ``train``, ``test`` or ``held-out``.
+
+        ``held-out`` is all that took no part in a fit: ``test``, and what choices have looked at.
+        """
         m = np.zeros(self.n, bool)
-        for s in stretches(self.split.train if part == "train" else self.split.test):
+        split = self.split
+        chosen = stretches(split.train if part == "train" else split.test)
+        for s in (*chosen, *(stretches(split.looked_at) if part == "held-out" else ())):
             m[s] = True
         return m
 

@@ -65,10 +65,7 @@ def readable(data: Data, column: int, residual: Array | None = None) -> slice:
 
 def scored(data: Data) -> slice:
     """Stretch of the record from the first to the last sample that is scored."""
-    scored = data.mask("train") | data.mask("test")
-    for part in stretches(data.split.looked_at):
-        scored[part] = True
-    return span(scored)
+    return span(data.mask("train") | data.mask("held-out"))
 
 
 def residual(f: Fit, column: int) -> Array:

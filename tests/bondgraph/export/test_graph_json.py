@@ -107,7 +107,7 @@ LAW_EXAMPLES: dict[str, Law] = {
     "self_heating": SelfHeating(-0.1, 3.0, 0.2),
     "tone": Tone(7.0, 0.05, 3.0, "V", False),
     "onset": Onset(2.0, 0.1, 0.3, 4.0, "V", True, False),
-    "push": Push(2.0, 3.0, 0.1, 0.3, 4.0, "V", True, False),
+    "push": Push(2.0, 0.1, 0.3, 4.0, "V", True, False, 3.0),
     "ageing": Ageing(30.0, 0.2, "N/m"),
     "timed_slope": TimedSlope(Tone(7.0, 0.05, 3.0, "N/m", False)),
     "lifted": Parametrised(Polynomial(0.1, 1.5, 2.0), ("centre", "half")),

@@ -19,8 +19,8 @@ LAWS: tuple[Law, ...] = (
     Tone(3.0, 0.5),
     Onset(0.4, 0.05),
     Onset(0.4, 0.05, ramp=True, free_standing=False),
-    Push(0.1, 0.2, 0.05),
-    Push(0.1, 0.2, 0.05, ramp=True, free_standing=False),
+    Push(0.1, 0.05, end=0.2),
+    Push(0.1, 0.05, ramp=True, free_standing=False, end=0.2),
     Ageing(2.0),
     TimedSlope(Tone(3.0, 0.5, free_standing=False)),
     TimedSlope(Onset(0.15, 0.05, free_standing=False)),
@@ -56,7 +56,7 @@ def test_start_values_do_not_change_the_structure() -> None:
     assert Tone(3.0, 0.5).structure == Tone(7.0, 0.1, 4.0).structure
     assert Onset(0.4).structure == Onset(0.9, 0.3).structure
     assert Onset(0.4).structure != Onset(0.4, ramp=True).structure
-    assert Push(0.4).structure == Push(0.9, 3.0).structure != Push(ramp=True).structure
+    assert Push(0.4).structure == Push(0.9, end=3.0).structure != Push(ramp=True).structure
     assert Ageing(2.0).structure == Ageing(9.0).structure
     made = [TimedSlope(Tone(f, free_standing=False)) for f in (3.0, 7.0)]
     assert made[0].structure == made[1].structure

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -9,7 +11,7 @@ from scipy.signal import lfilter
 from bondgraph import BondGraph
 from bondgraph.laws import Coulomb, Law, Polynomial
 from bondgraph.signals.recording import Recording
-from bondgraph.signals.split import stretches
+from bondgraph.signals.split import interleaved, kept_back
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
@@ -131,11 +133,32 @@ def test_what_is_gained_shows_on_samples_that_no_choice_has_seen() -> None:
     assert all(not (shown & seen).any() for seen in others)
     assert not (shown & d.nominal.problem.data.mask("train")).any()
     np.testing.assert_array_equal(shown, d.data.mask("test"))
-    looked_at = np.zeros(N, bool)
-    for part in stretches(d.data.split.looked_at):
-        looked_at[part] = True
-    np.testing.assert_array_equal(looked_at, others[0])
+    np.testing.assert_array_equal(shown | others[0], d.data.mask("held-out"))
     assert d.repaired.chi2("test") < 0.1 * d.nominal.chi2("test")
+
+
+def test_what_shows_where_no_choice_looks_is_no_explanation() -> None:
+    """A shock within one of the stretches that are kept back."""
+    split = interleaved(0, N)
+    kept = kept_back(split)[1].test
+    assert isinstance(kept, tuple)
+    shock = np.zeros(N)
+    shock[kept[0].start + 5] = 400.0
+    run = recorded(spring(), 1, shock, {})
+    channels = {n: np.array(v) for n, v in run.channels.items()}
+    rest = recorded(spring(), 1, 0.0, {}).channels
+    inside = np.zeros(N, bool)
+    inside[kept[0]] = True
+    channels["x"] = np.where(inside, channels["x"], rest["x"])
+    run = replace(run, channels=channels)
+    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=1)
+    d = diagnose(spring(), run, split, options=options)
+    assert d.kind == "unknown_physics"
+    assert d.left is not None
+    assert not d.left.is_noise(d.limits.noise)
+    (finding,) = verdict(d)["findings"]
+    assert finding["effect"] == "unknown"
+    assert "nothing showed in what choices may look at" in " ".join(d.steps[0].reasons)
 
 
 def test_two_laws_that_are_missing_are_both_named() -> None:

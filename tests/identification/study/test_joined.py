@@ -156,7 +156,9 @@ def test_a_diagnosis_uses_them_all_and_holds_one_out() -> None:
     assert d.recording.n == 1800
     assert d.data is not None
     assert d.data.breaks == (600, 1200)
-    assert d.data.split.test == slice(1200, 1800)
+    assert np.flatnonzero(d.data.mask("held-out")).tolist() == list(range(1200, 1800))
+    assert d.data.split.looked_at == (slice(1200, 1560),)
+    assert d.data.split.test == (slice(1560, 1800),)
     assert d.kind == "missing_physics"
     assert d.decision is not None
     assert d.decision.chosen is not None

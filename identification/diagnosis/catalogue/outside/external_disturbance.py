@@ -200,13 +200,8 @@ def _law(past: PortHistory, shape: dict[str, float], stores: bool, unit: str) ->
     if "frequency" in shape:
         return Tone(shape["frequency"], 1 / duration, 0.1 * past.swing, unit, not stores)
     size = 0.1 * past.swing / (duration if stores else 1.0)
-    margin, free = 1.5 * duration / ONSETS, not stores
-    if "end" in shape:
-        return Push(
-            shape["time"], shape["end"], shape["rise"], margin, size, unit,
-            ramp=stores, free_standing=free,
-        )  # fmt: skip
-    return Onset(shape["time"], shape["rise"], margin, size, unit, ramp=stores, free_standing=free)
+    common = (shape["time"], shape["rise"], 1.5 * duration / ONSETS, size, unit, stores, not stores)
+    return Push(*common, end=shape["end"]) if "end" in shape else Onset(*common)
 
 
 def _beside(graph: BondGraph, element: Element, kind: type[Element]) -> bool:
