@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
-from bondgraph.laws.switched import Switched
+from bondgraph.laws.stepwise import Stepwise
 from bondgraph.support.ops import Ops
 
 
 @dataclass(frozen=True)
-class Onset(Switched):
+class Onset(Stepwise):
     """``h (1 + tanh((t - t_0) / width)) / 2``, or its integral over time, whatever `s` is.
 
-    Parameters as of `Switched`.
+    Parameters as of `Stepwise`.
     """
 
     name: ClassVar[str] = "onset"

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
-from bondgraph.laws.switched import Switched
+from bondgraph.laws.stepwise import Stepwise
 from bondgraph.support.ops import Ops
 
 
 @dataclass(frozen=True)
-class Push(Switched):
+class Push(Stepwise):
     """A step of height ``h`` at ``t_0`` that is taken back at ``t_1``, or its integral over time.
 
-    Parameters as of `Switched`, and:
+    Parameters as of `Stepwise`, and:
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class Push(Switched):
     """
 
     end: float = 2.0
-    starts: ClassVar[tuple[str, ...]] = (*Switched.starts, "end")
+    starts: ClassVar[tuple[str, ...]] = (*Stepwise.starts, "end")
     name: ClassVar[str] = "push"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

@@ -34,8 +34,8 @@ class PortHistory:
         Of a two-port: whether its primary side is the one that moves, and the other carries a
         current, if any.
     added : ndarray, shape (N,), or None
-        What must have been added there, up to a factor, where it is known that nothing is missing
-        elsewhere.
+        What must have been added there, up to a factor and beside other values of the elements
+        there, where it is known that nothing is missing elsewhere.
     """
 
     argument: Array

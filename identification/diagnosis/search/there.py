@@ -167,12 +167,16 @@ def _along(
 
 
 def _told(found: LatentHistory, ports: Collection[str]) -> FittedModel:
-    """Return the scene with what was added, for ports at which one signal acts alike."""
+    """Return the scene with what was added, for ports at which one signal acts alike.
+
+    The relation is blind to these ports' own values: what other values explain is taken out.
+    """
     scene = found.scene
-    if found.likely.shape[1] != 1:
+    known = [n for n in ports if n in scene.past]
+    if found.likely.shape[1] != 1 or not known:
         return scene
-    told = {n: replace(scene.past[n], added=found.likely[:, 0]) for n in ports if n in scene.past}
-    return replace(scene, past=scene.past | told)
+    rest = _beside(found.likely[:, 0], _own(scene, known))
+    return replace(scene, past=scene.past | {n: replace(scene.past[n], added=rest) for n in known})
 
 
 def from_outside(
@@ -201,14 +205,18 @@ def from_outside(
     followed = 1.0 - left / max(alone(bench).excess(most), 1e-12)
     if followed > FOLLOWS:
         return []
-    forms = [linear_forms(scene.graph[n], scene.past[n]).columns for n in known]
-    rest, motion = _beside(added, np.hstack(forms)), scene.past[places[0]].argument
+    rest, motion = _beside(added, _own(scene, known)), scene.past[places[0]].argument
     if isinstance(scene.graph[places[0]], C):  # a flow shows in the effort as its integral
         rest = np.diff(rest)
         rest[[b - 1 for b in scene.data.breaks if 0 < b <= rest.size]] = 0.0
     pushes = loudness(rest)
     seldom = pushes > LOUD * max(1.0, loudness(motion))
     return whole if seldom and not grows_with(rest, [scene.past[n] for n in known]) else []
+
+
+def _own(scene: FittedModel, ports: Collection[str]) -> Array:
+    """Return what other values of the elements at these ports would add."""
+    return np.hstack([linear_forms(scene.graph[n], scene.past[n]).columns for n in ports])
 
 
 def loudness(signal: Array) -> float:

@@ -13,7 +13,7 @@ from bondgraph.support.ops import Ops
 
 
 @dataclass(frozen=True)
-class Switched(Clocked, ABC):
+class Stepwise(Clocked, ABC):
     """A height from a moment on, or its integral over time, whatever `s` is; abstract.
 
     Parameters
