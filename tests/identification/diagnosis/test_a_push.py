@@ -26,7 +26,7 @@ BEGIN, END, FORCE = 3.1, 4.4, 3.0
 
 def leaned_on() -> Recording:
     """Three masses shaken at the last one, while for a second somebody leans on the first."""
-    t = DT * np.arange(N)
+    t = np.asarray(DT * np.arange(N), np.float64)
     rng = np.random.default_rng(0)
     tones, phases = rng.uniform(0.2, 8.0, 12), rng.uniform(0.0, 2 * np.pi, 12)
     force = 6.0 * np.sin(2 * np.pi * np.outer(t, tones) + phases).sum(axis=1)
