@@ -1,11 +1,16 @@
-"""Every notebook runs in a fresh kernel, holds its outputs, and equals its script."""
+"""Every notebook equals its script, which runs, and holds its outputs; `long` in fresh kernels."""
 
 from __future__ import annotations
 
+import os
+import runpy
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import jupytext
+import matplotlib
+import matplotlib.pyplot as plt
 import pytest
 from nbclient import NotebookClient
 
@@ -34,7 +39,29 @@ def test_outputs_are_kept(path: Path) -> None:
     assert not [o for c in cells for o in c.outputs if o.output_type == "error"]
 
 
+@pytest.fixture
+def as_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Work in an empty folder, draw nothing, and leave nothing behind for the next test."""
+    monkeypatch.chdir(tmp_path)
+    matplotlib.use("agg")
+    # drawing is for readers; what is drawn is checked where the outputs are kept
+    monkeypatch.setattr(plt, "show", lambda: plt.close("all"))
+    environment = dict(os.environ)
+    with matplotlib.rc_context():
+        yield
+    plt.close("all")
+    os.environ.clear()
+    os.environ.update(environment)
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("as_before")
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+def test_script_runs(path: Path) -> None:
+    runpy.run_path(str(path.with_suffix(".py")))
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
 def test_notebook_runs(path: Path, tmp_path: Path) -> None:
     notebook = jupytext.read(path)

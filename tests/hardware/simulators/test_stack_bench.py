@@ -66,7 +66,7 @@ def test_bench_imports_nothing_of_the_tool() -> None:
 def test_halving_the_step_changes_less_than_the_noise_by_orders(name: Any, place: Any) -> None:
     """Error of the default step is far below the noise floor for every law."""
     t = truth(name, place)
-    command = voltage(SEED, 512)
+    command = voltage(SEED, 320)
     coarse, fine = (
         simulate(t.plant, t.effect, command, substeps=n) for n in (SUBSTEPS, 2 * SUBSTEPS)
     )
@@ -78,7 +78,7 @@ def test_halving_the_step_changes_less_than_the_noise_by_orders(name: Any, place
 def test_bench_dissipates(name: Any, place: Any) -> None:
     """Supplied minus stored energy never falls by more than the error of its quadrature."""
     t = truth(name, place)
-    path = simulate(t.plant, t.effect, voltage(SEED, 512), substeps=32, energy=True).path
+    path = simulate(t.plant, t.effect, voltage(SEED, 320), substeps=32, energy=True).path
     lost = path.supplied - (path.stored - path.stored[0])
     assert lost[-1] > 0.0
     assert np.min(np.diff(lost)) > -1e-4 * lost[-1]

@@ -49,7 +49,7 @@ def test_a_push_is_seen_in_noise(summed: bool) -> None:
 def test_who_leaned_on_it_and_when() -> None:
     """Two processes: the relations are asked beside the search."""
     model = chain(1.2 * MASS, 0.85 * STIFFNESS, 0.8 * DAMPING)
-    d = diagnose(model, leaned_on(), options=DiagnosisOptions(jobs=2, effects=1, keep=3))
+    d = diagnose(model, leaned_on(), options=DiagnosisOptions(jobs=2, effects=1, keep=2, more=1))
     assert d.kind == "missing_physics"
     assert d.decision is not None
     assert d.decision.chosen is not None

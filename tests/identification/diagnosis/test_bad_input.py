@@ -27,7 +27,7 @@ def channels(truth: BondGraph, seed: int = 1) -> dict[str, np.ndarray]:
 
 def diagnosed(model: BondGraph, c: dict[str, np.ndarray]) -> Diagnosis:
     recording = Recording("run", c["time"], {"F": c["F"], "x": c["x"]}, {"F": "N", "x": "m"})
-    return diagnose(model, recording, options=DiagnosisOptions(jobs=1, keep=4, more=2, effects=1))
+    return diagnose(model, recording, options=DiagnosisOptions(jobs=1, keep=3, more=1, effects=1))
 
 
 def twice(c: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -90,8 +90,14 @@ DRY, STOP = Coulomb(0.4), EndStop(2000.0, -0.02, 0.02)
     ("model", "truth", "place", "effect"),
     [
         (spring().with_element("d", law=DRY), STOP, "k", "end_stop"),
-        (spring().with_element("k", law=STOP), DRY, "d", "coulomb_friction"),
-        (bent(spring(), 2e5), DRY, "d", "coulomb_friction"),
+        pytest.param(
+            *(spring().with_element("k", law=STOP), DRY, "d", "coulomb_friction"),
+            marks=pytest.mark.long,
+        ),
+        pytest.param(
+            *(bent(spring(), 2e5), DRY, "d", "coulomb_friction"),
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_what_is_missing_beside_a_law_that_is_known(
@@ -104,7 +110,7 @@ def test_what_is_missing_beside_a_law_that_is_known(
     ]
 
 
-@pytest.mark.parametrize("known", [DRY, STOP])
+@pytest.mark.parametrize("known", [pytest.param(DRY, marks=pytest.mark.long), STOP])
 def test_nothing_is_missing_beside_a_law_that_is_known(known: Law) -> None:
     model = spring().with_element("d" if known is DRY else "k", law=known)
     assert diagnosed(model, channels(model)).kind in ("explained", "parameters_only")

@@ -165,7 +165,7 @@ def test_two_laws_that_are_missing_are_both_named() -> None:
     cubic = Polynomial(0.0, 0.1, 2.0, orders=(3,))
     truth = spring().with_element("d", law=Coulomb(1.0)).with_element("k", law=cubic)
     strong = {p.name: 2.0 for p in cubic.parameters("k")}
-    options = DiagnosisOptions(jobs=1, keep=6, more=4, effects=2)
+    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=2)
     d = diagnose(spring(), recorded(truth, 1, 0.0, strong), options=options)
     assert d.kind == "missing_physics"
     named = {(f["effect"], f["location"]["element"]) for f in verdict(d)["findings"]}

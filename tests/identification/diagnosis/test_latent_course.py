@@ -147,6 +147,7 @@ def test_an_addition_runs_between_samples_whatever_the_commands_do(hold: str) ->
     )  # late by half a sample: 0.19
 
 
+@pytest.mark.long
 def test_an_inertia_whose_motion_is_not_known_is_passed_over() -> None:
     """Two inertias at one junction: one of them depends on the other."""
     force, x, _ = course(pushes=15.0)
@@ -156,7 +157,7 @@ def test_an_inertia_whose_motion_is_not_known_is_passed_over() -> None:
     channels = {"F": force} | {f"x{i + 1}": seen[:, i] for i in range(3)}
     units = dict.fromkeys(channels, "m") | {"F": "N"}
     run = Recording("run", np.asarray(DT * np.arange(N), np.float64), channels, units)
-    d = diagnose(g, run, options=DiagnosisOptions(jobs=1, effects=1, keep=3), hold="linear")
+    d = diagnose(g, run, options=DiagnosisOptions(jobs=1, effects=1, keep=2, more=1), hold="linear")
     assert d.kind == "unknown_physics"
     assert d.decision is not None
     assert {"k1", "b1"} & set(d.decision.places)

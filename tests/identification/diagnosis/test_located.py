@@ -37,7 +37,7 @@ def test_the_place_that_relations_leave_is_told_with_its_reason(monkeypatch: Any
             BlindRelation(("F", "m"), 400.0, 90.0, 95.0, 1e3, 1e3, 401.0),
         )
 
-    options = DiagnosisOptions(jobs=1, effects=1)
+    options = DiagnosisOptions(jobs=1, keep=4, more=1, effects=1)
     monkeypatch.setattr(forward_selection, "blind_relations", relations)
     d = diagnose(spring(), pushed(), options=options)
     assert d.kind == "unknown_physics"

@@ -88,6 +88,7 @@ def test_silverbox_has_a_cubic_spring(silverbox: Found) -> None:
     assert v["fit"]["repaired"]["test_rmse"]["y"] < 1e-3
 
 
+@pytest.mark.long
 def test_mr_damper_yields_before_it_slides(tmp_path: Path) -> None:
     if not data.set_available("mr_damper"):
         pytest.skip(f"mr-damper: set {data.FOLDER_VARIABLE} to the folder of the recordings")

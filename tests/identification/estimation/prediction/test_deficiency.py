@@ -56,6 +56,7 @@ def test_a_right_model_needs_no_noise() -> None:
     assert {d.place for d in report.places} == {"p_m", "q_k"}
 
 
+@pytest.mark.long
 def test_the_boundary_halves_the_p_value() -> None:
     """Without process noise half of the records want some, fewer if they are short: 5 % stay 5 %.
 

@@ -38,6 +38,7 @@ def carriage(dry: bool) -> BondGraph:
     return g.with_element("F_v", law=Coulomb(15.0)) if dry else g
 
 
+@pytest.mark.long
 def test_published_parameters_in_closed_loop(record: Data) -> None:
     found = fit_prediction(PredictionModel(carriage(True), (record,), ("M",)))
     assert found.status is FitStatus.CONVERGED
@@ -49,6 +50,7 @@ def test_published_parameters_in_closed_loop(record: Data) -> None:
     assert any("jumps" in r for r in found.remarks)
 
 
+@pytest.mark.long
 def test_output_errors_are_further_off(record: Data) -> None:
     dry = PredictionModel(carriage(True), (record,))
     with_noise = fit_prediction(PredictionModel(carriage(True), (record,), ("M",)))
