@@ -39,7 +39,9 @@ def test_a_reading_without_a_sign() -> None:
     noise = 1e-3 * np.random.default_rng(1).standard_normal(t.size)
     y = np.abs(speed) + noise
     seen = Recording("run", t, {"T": torque, "speed": y}, {"T": "N*m", "speed": "rad/s"})
-    found = diagnose(rotor(), seen, options=DiagnosisOptions(jobs=1, keep=4, more=1, effects=1), hold="hold")
+    found = diagnose(
+        rotor(), seen, options=DiagnosisOptions(jobs=1, keep=4, more=1, effects=1), hold="hold"
+    )
     assert found.nominal is not None
     assert astray(found.nominal)
     assert [d.chosen.effect for d in found.findings if d.chosen] == ["sensor_rectification"]
