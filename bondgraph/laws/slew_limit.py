@@ -16,8 +16,8 @@ from bondgraph.support.ops import Ops
 __all__ = ["SlewLimit", "slew_limited"]
 
 Array = np.ndarray
-FASTEST = 1e-300
-"""Slowness that stands for no limit at all: no division by zero."""
+FASTEST = 1e-100
+"""Slowness that stands for no limit at all: no division by zero, not even in its derivative."""
 
 
 @dataclass(frozen=True)
@@ -35,12 +35,18 @@ class SlewLimit(Law):
         Typical slowness; what it takes to cross the range within the record is plenty.
     unit : str
         Unit of the slowness.
+    even : bool
+        Whether both directions are limited alike; if not, `slowness` is that of rising commands.
+    falling : float
+        Start value for falling commands where they are limited on their own.
     """
 
     slowness: NonNegative = 0.01
     size: Positive = 0.01
     unit: str = "s/V"
-    starts: ClassVar[tuple[str, ...]] = ("slowness", "size", "unit")
+    even: bool = True
+    falling: NonNegative = 0.01
+    starts: ClassVar[tuple[str, ...]] = ("slowness", "size", "unit", "falling")
     name: ClassVar[str] = "slew_limit"
     lives_in_time: ClassVar[bool] = True
     """The largest change is proportional to the step."""
@@ -48,17 +54,21 @@ class SlewLimit(Law):
     """Output at the last step."""
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
-        """Slowness."""
-        return (
-            Parameter(f"slowness_{element}", self.slowness, self.unit, lower=0.0, scale=self.size),
+        """Slowness, of both directions or of each."""
+        values = {"slowness": self.slowness}
+        if not self.even:
+            values["falling"] = self.falling
+        return tuple(
+            Parameter(f"{n}_{element}", v, self.unit, lower=0.0, scale=self.size)
+            for n, v in values.items()
         )
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Output, at most one largest change away from the last."""
-        slowness, step = p
-        most = step / ops.maximum(slowness, FASTEST)
+        *slowness, step = p
+        up, down = (step / ops.maximum(slowness[i], FASTEST) for i in (0, -1))
         last = memory[0]
-        return (last + ops.maximum(-most, ops.minimum(most, s - last)),)
+        return (last + ops.maximum(-down, ops.minimum(up, s - last)),)
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """How far the output stays behind the command."""

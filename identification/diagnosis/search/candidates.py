@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -207,8 +207,8 @@ def fitted(
         except BondsightError:
             continue
         problem = replace(template, graph=made.graph, built=None)
-        far = scene.nominal.chi2("train") > FAR
-        tasks.append((made, s.home, problem, far, astray(scene.nominal)))
+        plain = scene.nominal.chi2("train")
+        tasks.append((made, s.home, problem, plain > FAR, astray(scene.nominal), plain))
     alive = _round(attempt, tasks, options, progress, begin, begin + 0.5 * (end - begin))
     done: list[Candidate] = []
     for number, iterations in enumerate(ROUNDS, start=1):
@@ -257,19 +257,25 @@ def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def attempt(
-    insertion: Insertion, home: bool, problem: Problem, far: bool = True, lost: bool = False
+    insertion: Insertion,
+    home: bool,
+    problem: Problem,
+    far: bool = True,
+    lost: bool = False,
+    plain: float = np.inf,
 ) -> tuple[str, Candidate | None]:
     """Fit one insertion a few steps from its best starts; None when it cannot be simulated.
 
     `far`: the nominal fit may be bent so much that the declared values are tried as well. `lost`:
-    it does not follow the readings at all, so that the fit starts from short windows too.
+    it does not follow the readings at all, so that the fit starts from short windows too. `plain`:
+    training misfit without the law.
     """
     short: list[Fit] = []
     try:
         problem = replace(problem, built=problem.engine)
     except BondsightError:
         return insertion.label, None
-    for number, candidate in enumerate(promising(problem, insertion.starts, far)):
+    for number, candidate in enumerate(promising(problem, insertion, far, plain)):
         try:
             short.append(fit(candidate, max_iterations=FIRST))
             # windows forgive a start: one way through them is enough
@@ -424,7 +430,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
 
 
 def promising(
-    problem: Problem, starts: tuple[Mapping[str, float], ...], far: bool = True
+    problem: Problem, insertion: Insertion, far: bool = True, plain: float = np.inf
 ) -> list[Problem]:
     """Return the best starts with the nominal fit's values, and one with the declared ones.
 
@@ -435,20 +441,43 @@ def promising(
         for n, p in problem.graph.parameters.items()
         if n in problem.starts and not p.fixed
     }
-    chosen: list[Problem] = []
     fitted = dict(problem.starts)
+    chosen: list[Problem] = []
     groups = [(fitted, 2 if far else 1)] + ([({**fitted, **declared}, 1)] if far else [])
     for base, count in groups:
-        group = [replace(problem, starts={**base, **s}) for s in starts]
-        costs = []
-        for c in group:
-            try:
-                costs.append(start_cost(c))
-            except (BondsightError, np.linalg.LinAlgError, ValueError):
-                costs.append(np.inf)
-        order = np.argsort(costs, kind="stable")
-        chosen += [group[i] for i in order[:count] if np.isfinite(costs[i])]
+        begun = [replace(problem, starts={**base, **s}) for s in insertion.starts]
+        best = sorted(((_cost(p), p) for p in begun), key=lambda b: b[0])[:count]
+        chosen += [p for cost, p in best if np.isfinite(cost)]
+        if base is fitted and best and best[0][0] > HARM * plain:
+            chosen += _weakened(best[0][1], insertion.strengths, plain)
     return chosen
+
+
+WEAKER = (0.3, 0.1, 0.03, 0.01)
+"""Parts of a law's size that are tried where its start does harm."""
+HARM = 2.0
+"""Times the misfit without the law from which a start of it does harm."""
+
+
+def _weakened(problem: Problem, strengths: Sequence[str], plain: float) -> list[Problem]:
+    """Return the start with so weak a law that the model does not run away, if there is one.
+
+    What a weak law would do says the direction; how far it holds, only the model itself.
+    """
+    sizes = {n: problem.starts.get(n, problem.graph.parameters[n].value) for n in strengths}
+    for share in WEAKER:
+        weak = {n: share * v for n, v in sizes.items() if v is not None}
+        tried = replace(problem, starts={**problem.starts, **weak})
+        if _cost(tried) <= HARM * plain:
+            return [tried]
+    return []
+
+
+def _cost(problem: Problem) -> float:
+    try:
+        return start_cost(problem)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return np.inf
 
 
 FINEST = 16

@@ -18,7 +18,8 @@ from bondgraph.simulation.simulate import exact_form
 from bondgraph.simulation.start import equilibrium, inputs_of
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
-LAWS: tuple[Law, ...] = (SlewLimit(0.02), Rectifier(0.7), Rounding(0.3, 0.05, 0.8))
+UNEVEN = SlewLimit(0.02, even=False, falling=0.05)
+LAWS: tuple[Law, ...] = (SlewLimit(0.02), UNEVEN, Rectifier(0.7), Rounding(0.3, 0.05, 0.8))
 STEP = 1e-3
 
 
@@ -46,7 +47,8 @@ def test_back_ends_agree(law: Law) -> None:
         symbolic = sp.sympify(law.deviation(SYMPY, x, memory, p)).subs(x, value)
         assert float(symbolic) == pytest.approx(plain, abs=1e-12)
         memory = law.advance(NUMPY, value, memory, p)
-    assert law.structure == type(law)().structure
+    even = {} if law is not UNEVEN else {"even": False}
+    assert law.structure == type(law)(**even).structure
     assert law.energy == "signal"
 
 
@@ -105,13 +107,27 @@ def test_slew_limit_over_a_record() -> None:
     for v in u[1:]:
         wanted.append(wanted[-1] + float(np.clip(v - wanted[-1], -dt / 0.03, dt / 0.03)))
     np.testing.assert_allclose(y, wanted, atol=1e-12)
-    np.testing.assert_allclose(slew_limited(u, np.array([dt / 0.03]))[:, 0], wanted, atol=1e-12)
+    most = np.array([dt / 0.03])
+    np.testing.assert_allclose(slew_limited(u, most)[:, 0], wanted, atol=1e-12)
     h = 1e-7
     difference = (run(0.03 + h)[0] - run(0.03 - h)[0]) / (2 * h)
     # where a ramp meets the command the derivative jumps: all samples but those few agree
     close = np.isclose(dy[:, 0, 0], difference, rtol=1e-5, atol=1e-5)
     assert close.mean() > 0.98
     np.testing.assert_allclose(run(0.0)[0], u, atol=1e-12)
+
+
+def test_rising_and_falling_have_limits_of_their_own() -> None:
+    dt, u = 0.01, np.sin(np.linspace(0.0, 12.0, 300))
+    wanted = [u[0]]
+    for v in u[1:]:
+        wanted.append(wanted[-1] + float(np.clip(v - wanted[-1], -dt / 0.5, dt / 0.3)))
+    law, memory, stepped = SlewLimit(0.3, even=False, falling=0.5), (float(u[0]),), []
+    for v in u:
+        stepped.append(v + law.deviation(NUMPY, v, memory, (0.3, 0.5, dt)))
+        memory = law.advance(NUMPY, v, memory, (0.3, 0.5, dt))
+    np.testing.assert_allclose(stepped, wanted, atol=1e-12)
+    assert law.structure != SlewLimit(0.3).structure
 
 
 def test_rectifier_and_rounding() -> None:

@@ -9,7 +9,7 @@ from bondgraph.laws.slew_limit import SlewLimit, slew_limited
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import commands
-from identification.diagnosis.catalogue.signal_traces import unit_of, weight_of
+from identification.diagnosis.catalogue.signal_traces import unit_of
 from identification.diagnosis.screening.port_history import FittedModel
 
 RATES = (0.95, 0.85, 0.7, 0.5, 0.35, 0.2)
@@ -36,29 +36,40 @@ class SlewLimitEffect(Effect):
     where = staticmethod(commands)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """How far the output stays behind, for several rates."""
+        """How far the output stays behind where the command rises and where it falls."""
         u, dt = scene.of(element).argument, scene.data.dt
         slowness = _candidates(u, dt)
         if not slowness.size:
-            return (Signature(np.zeros((u.size, 1)), shape={"slowness": 0.0}),)
+            return (Signature(np.zeros((u.size, 2)), shape={"slowness": 0.0}),)
         behind = slew_limited(u, dt / slowness) - u[:, None]
+        # below the command it rises too slowly, above it falls too slowly
         return tuple(
-            Signature(behind[:, [i]], shape={"slowness": float(s)}) for i, s in enumerate(slowness)
+            Signature(
+                np.stack([np.minimum(b, 0.0), np.maximum(b, 0.0)], axis=1),
+                shape={"slowness": float(s)},
+            )
+            for b, s in zip(behind.T, slowness, strict=True)
         )
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """One rate, where the signature has it or all over."""
+        """One rate for each direction, where the signature has it or all over."""
         u, dt = scene.of(element).argument, scene.data.dt
         slowness = _candidates(u, dt)
         if hint is None:
-            starts = [float(s) for s in slowness] or [dt]
+            starts = [(float(s), float(s)) for s in slowness] or [(dt, dt)]
         else:
-            shape = float(hint.shape["slowness"])
-            starts = [shape, shape * weight_of(hint, 0, 0.8, 1.25)]
-        law = SlewLimit(starts[0], starts[0], f"s/({unit_of(element)})")
-        graph, (name,) = self.with_law(scene, element, law)
-        found = tuple({name: s} for s in dict.fromkeys(starts))
-        return self.inserted(element, graph, found, (name,))
+            s = float(hint.shape["slowness"])
+            # amplifiers and valves seldom rise as fast as they fall
+            starts = [(s, s), (s, UNEVEN * s), (UNEVEN * s, s)]
+        size = starts[0][0]
+        law = SlewLimit(size, size, f"s/({unit_of(element)})", even=False, falling=size)
+        graph, names = self.with_law(scene, element, law)
+        found = tuple(dict(zip(names, s, strict=True)) for s in dict.fromkeys(starts))
+        return self.inserted(element, graph, found, tuple(names))
+
+
+UNEVEN = 0.6
+"""Slowness of one direction over that of the other, where they are tried as different."""
 
 
 def _candidates(u: Array, dt: float) -> Array:
