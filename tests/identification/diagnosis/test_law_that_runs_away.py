@@ -1,0 +1,57 @@
+"""A law that is begun too strong may take the model where no fit leads back from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bondgraph.laws import Polynomial
+from bondgraph.signals.split import interleaved
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.search.candidates import attempt, go_on, promising
+from identification.diagnosis.search.nominal import nominal_fit
+from identification.study.problem import Data
+from tests.identification.diagnosis.spring import spring
+
+N, DT, NOISE = 1200, 0.005, 2e-6
+SOFTER = -2.0e4
+"""Cubic stiffness of the true spring, N/m^3."""
+STRONG = -10.0
+"""The same over the stiffness at the end of the way: no spring is left there."""
+
+
+def softening() -> Data:
+    t = DT * np.arange(N)
+    force = 2 * np.sin(2 * np.pi * 0.7 * t) + np.sin(2 * np.pi * 1.9 * t)
+    truth = spring().with_element("k", law=Polynomial(orders=(3,), size=1.0))
+    x = simulate(truth, t, {"F": force}, {"a_3_k": SOFTER})["x"]
+    noise = NOISE * np.random.default_rng(3).standard_normal(N)
+    return Data(
+        "run", t, {"F": force}, (x + noise)[:, None], ("x",), np.array([NOISE]), interleaved(0, N),
+        "linear",
+    )  # fmt: skip
+
+
+def test_a_law_that_is_begun_too_strong_is_begun_weaker() -> None:
+    template, nominal = nominal_fit(spring(), softening(), "linear")
+    plain = nominal.chi2("train")
+    seen = scene(nominal)
+    made = by_name("nonlinear_stiffness").insert(seen, seen.graph["k"])
+    strong = dict.fromkeys(made.strengths, 0.0) | {"a_3_k": STRONG}
+    made = replace(made, starts=(strong,))
+    problem = replace(template, graph=made.graph, built=None)
+    assert len(promising(problem, made, far=False)) <= 1
+    *_, weaker = promising(problem, made, far=False, plain=plain)
+    assert STRONG < weaker.starts["a_3_k"] < 0.0
+    _, before = attempt(made, True, problem, far=False)
+    assert before is None or before.train > plain
+    _, found = attempt(made, True, problem, far=False, plain=plain)
+    assert found is not None
+    assert found.train < plain
+    _, found = go_on(found, 20)
+    assert found is not None
+    assert found.fit.values["a_3_k"] < 0.0
+    assert found.train < 1.2
