@@ -52,6 +52,7 @@ LAWS: dict[str, Law] = {
     "Rectifier": Rectifier(0.7),
     "Rounding": Rounding(0.31, 0.05, 0.8),
     "SlewLimit": SlewLimit(0.02, 0.01),
+    "SlewLimit uneven": SlewLimit(0.02, 0.01, even=False, falling=0.05),
     "StopSum": StopSum((0.2, 0.5, 0.9), 0.6),
     "Lifted": Parametrised(StopSum((0.2, 0.5, 0.9), 0.6), ("thresholds",)),
     "Hysteretic": Hysteretic(MaxwellResistiveCapacitor((1.0, 0.5), (0.3, 0.6))),
