@@ -13,6 +13,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import pytest
 from nbclient import NotebookClient
+from threadpoolctl import threadpool_limits
 
 FOLDER = Path(__file__).resolve().parents[2] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
@@ -47,7 +48,8 @@ def as_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     # drawing is for readers; what is drawn is checked where the outputs are kept
     monkeypatch.setattr(plt, "show", lambda: plt.close("all"))
     environment = dict(os.environ)
-    with matplotlib.rc_context():
+    # notebooks limit the threads of BLAS for good
+    with matplotlib.rc_context(), threadpool_limits():
         yield
     plt.close("all")
     os.environ.clear()

@@ -201,14 +201,14 @@ def fitted(
     `beat` is the training misfit of what is fitted already.
     """
     tasks = []
+    far, lost, plain = scene.nominal.chi2("train") > FAR, astray(scene.nominal), _cost(template)
     for s in todo:
         try:
             made = s.effect.insert(scene, s.element, s.hint)
         except BondsightError:
             continue
         problem = replace(template, graph=made.graph, built=None)
-        plain = scene.nominal.chi2("train")
-        tasks.append((made, s.home, problem, plain > FAR, astray(scene.nominal), plain))
+        tasks.append((made, s.home, problem, far, lost, plain))
     alive = _round(attempt, tasks, options, progress, begin, begin + 0.5 * (end - begin))
     done: list[Candidate] = []
     for number, iterations in enumerate(ROUNDS, start=1):
@@ -268,7 +268,7 @@ def attempt(
 
     `far`: the nominal fit may be bent so much that the declared values are tried as well. `lost`:
     it does not follow the readings at all, so that the fit starts from short windows too. `plain`:
-    training misfit without the law.
+    what `start_cost` says of the model without the law.
     """
     short: list[Fit] = []
     try:
@@ -434,7 +434,8 @@ def promising(
 ) -> list[Problem]:
     """Return the best starts with the nominal fit's values, and one with the declared ones.
 
-    A large effect may have bent the nominal parameters so far that no path leads back.
+    A large effect may have bent the nominal parameters so far that no path leads back. If no start
+    is any good, one of a weaker law follows the nominal fit's.
     """
     declared = {
         n: p.value
@@ -449,28 +450,37 @@ def promising(
         best = sorted(((_cost(p), p) for p in begun), key=lambda b: b[0])[:count]
         chosen += [p for cost, p in best if np.isfinite(cost)]
         if base is fitted and best and best[0][0] > HARM * plain:
-            chosen += _weakened(best[0][1], insertion.strengths, plain)
+            chosen += _weakened(problem, insertion, plain)
     return chosen
 
 
-WEAKER = (0.3, 0.1, 0.03, 0.01)
-"""Parts of a law's size that are tried where its start does harm."""
+WEAKER = (0.3, 0.1, 0.03, 0.01, 0.001)
+"""Parts of a law's size that are tried where its starts do harm."""
 HARM = 2.0
 """Times the misfit without the law from which a start of it does harm."""
 
 
-def _weakened(problem: Problem, strengths: Sequence[str], plain: float) -> list[Problem]:
-    """Return the start with so weak a law that the model does not run away, if there is one.
+def _weakened(problem: Problem, insertion: Insertion, plain: float) -> list[Problem]:
+    """Return the strongest law tried that does no harm, beside the nominal fit's values.
 
-    What a weak law would do says the direction; how far it holds, only the model itself.
+    What a weak law would do says the direction; how far it holds, only the model itself. A law so
+    weak that it does nothing leads nowhere.
     """
-    sizes = {n: problem.starts.get(n, problem.graph.parameters[n].value) for n in strengths}
+    # what the starts change in the rest of the model was meant for the strong law
+    owns = [{n: v for n, v in s.items() if n not in problem.starts} for s in insertion.starts]
+    distinct = list({tuple(sorted(own.items())): own for own in owns}.values())
     for share in WEAKER:
-        weak = {n: share * v for n, v in sizes.items() if v is not None}
-        tried = replace(problem, starts={**problem.starts, **weak})
-        if _cost(tried) <= HARM * plain:
-            return [tried]
+        for own in distinct:
+            weak = {n: share * v if n in insertion.strengths else v for n, v in own.items()}
+            tried = replace(problem, starts={**problem.starts, **weak})
+            cost = _cost(tried)
+            if cost <= HARM * plain and abs(cost - plain) > NOTHING * plain:
+                return [tried]
     return []
+
+
+NOTHING = 1e-6
+"""Relative change of the misfit up to which a law does nothing."""
 
 
 def _cost(problem: Problem) -> float:

@@ -218,7 +218,9 @@ def refitted(made: BondGraph, values: Mapping[str, float], effect: Effect, place
 @pytest.mark.parametrize(
     ("effect", "place", "values"),
     [
-        (SlewLimitEffect(), "F", {"slowness_F": 0.009}),
+        (SlewLimitEffect(), "F", {"slowness_F": 0.009, "falling_F": 0.009}),
+        (SlewLimitEffect(), "F", {"slowness_F": 0.009, "falling_F": 0.007}),
+        (SlewLimitEffect(), "F", {"slowness_F": 0.007, "falling_F": 0.009}),
         (DeadZoneEffect(), "F", {"width_F": 0.35, "centre_F": 0.0}),
         (LowPass(), "F", {"tau_F": 5e-3}),
         (SensorLag(), "x", {"tau_x": 3e-3}),

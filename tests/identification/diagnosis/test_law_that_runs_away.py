@@ -5,14 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from bondgraph.laws import Polynomial
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.search.base import base_of
 from identification.diagnosis.search.candidates import attempt, go_on, promising
 from identification.diagnosis.search.nominal import nominal_fit
+from identification.estimation.single_record import start_cost
 from identification.study.problem import Data
 from tests.identification.diagnosis.spring import spring
 
@@ -35,23 +38,37 @@ def softening() -> Data:
     )  # fmt: skip
 
 
-def test_a_law_that_is_begun_too_strong_is_begun_weaker() -> None:
-    template, nominal = nominal_fit(spring(), softening(), "linear")
-    plain = nominal.chi2("train")
-    seen = scene(nominal)
+@pytest.mark.parametrize("rebalanced", [False, True])
+def test_a_law_that_is_begun_too_strong_is_begun_weaker(rebalanced: bool) -> None:
+    _, nominal = nominal_fit(spring(), softening(), "linear")
+    seen, template = scene(nominal), base_of(nominal).template
     made = by_name("nonlinear_stiffness").insert(seen, seen.graph["k"])
     strong = dict.fromkeys(made.strengths, 0.0) | {"a_3_k": STRONG}
-    made = replace(made, starts=(strong,))
+    # a start may change the rest of the model to suit a law that strong
+    beside = {"k": 1.3 * nominal.values["k"]}
+    made = replace(made, starts=({**strong, **beside}, strong) if rebalanced else (strong,))
     problem = replace(template, graph=made.graph, built=None)
-    assert len(promising(problem, made, far=False)) <= 1
-    *_, weaker = promising(problem, made, far=False, plain=plain)
+    assert promising(problem, made, far=False) == []
+    assert attempt(made, True, problem, far=False)[1] is None
+    plain = start_cost(template)
+    (weaker,) = promising(problem, made, far=False, plain=plain)
     assert STRONG < weaker.starts["a_3_k"] < 0.0
-    _, before = attempt(made, True, problem, far=False)
-    assert before is None or before.train > plain
+    assert weaker.starts["k"] == nominal.values["k"]
     _, found = attempt(made, True, problem, far=False, plain=plain)
     assert found is not None
-    assert found.train < plain
+    assert found.train < nominal.chi2("train")
     _, found = go_on(found, 20)
     assert found is not None
     assert found.fit.values["a_3_k"] < 0.0
     assert found.train < 1.2
+
+
+def test_a_law_that_does_nothing_is_no_start() -> None:
+    _, nominal = nominal_fit(spring(), softening(), "linear")
+    seen, template = scene(nominal), base_of(nominal).template
+    made = by_name("contact_loss").insert(seen, seen.graph["k"])
+    (strength,) = made.strengths
+    never = {**made.starts[0], strength: 0.0, "k": 9.0 * nominal.values["k"]}
+    problem = replace(template, graph=made.graph, built=None)
+    begun = promising(problem, replace(made, starts=(never,)), False, start_cost(template))
+    assert [p.starts["k"] for p in begun] == [never["k"]]

@@ -59,8 +59,9 @@ class SlewLimitEffect(Effect):
             starts = [(float(s), float(s)) for s in slowness] or [(dt, dt)]
         else:
             s = float(hint.shape["slowness"])
-            # amplifiers and valves seldom rise as fast as they fall
-            starts = [(s, s), (s, UNEVEN * s), (UNEVEN * s, s)]
+            # amplifiers and valves seldom rise as fast as they fall; below the least it is no limit
+            less = max(UNEVEN * s, float(slowness.min(initial=s)))
+            starts = [(s, s), (s, less), (less, s)]
         size = starts[0][0]
         law = SlewLimit(size, size, f"s/({unit_of(element)})", even=False, falling=size)
         graph, names = self.with_law(scene, element, law)
