@@ -56,9 +56,17 @@ def as_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     os.environ.update(environment)
 
 
+HEAVY = ("07_what_do_my_data_determine", "08_a_persons_proof", "09_a_bench_session")
+"""What these show is tested part by part; as a whole they are for `make proofs`."""
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("as_before")
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=[pytest.mark.long] if p.stem in HEAVY else []) for p in NOTEBOOKS],
+    ids=lambda p: p.stem,
+)
 def test_script_runs(path: Path) -> None:
     runpy.run_path(str(path.with_suffix(".py")))
 
