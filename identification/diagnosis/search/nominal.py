@@ -188,8 +188,10 @@ def _shows(result: Fit, hold: str) -> bool:
 def _first_fit(base: Problem) -> Fit:
     """Fit from the declared values, and through windows that grow, each with its own state."""
     fits = [fit(base, max_iterations=25)]
-    if base.window is not None or not base.engine.exact_step or fits[0].cost < GOOD:
+    if base.window is not None or fits[0].cost < GOOD:
         return fits[0]
+    if not base.engine.exact_step:
+        return _calmed(base, fits[0])
     length = max(24, 8 * base.engine.n_x)
     inside = np.flatnonzero(base.data.mask("train"))
     begin, end = int(inside[0]), int(inside[-1]) + 1
@@ -216,6 +218,35 @@ def _first_fit(base: Problem) -> Fit:
         fits.append(fit(replace(base, starts=values), max_iterations=25))
     result = best(fits)
     return result if result.problem is base else _rebased(base, result)
+
+
+def _calmed(base: Problem, result: Fit) -> Fit:
+    """Fit with weak laws first if the declared ones lead to a model that explains nothing.
+
+    A declared law that pushes makes the model run away from readings that do not, and no step leads
+    back: coefficients of either sign begin near zero then.
+    """
+    weak = {
+        n: WEAK * p.value
+        for n, p in base.graph.parameters.items()
+        if not (p.positive or p.fixed) and n not in base.starts
+    }
+    if not weak or result.cost < NO_USE * _spread(base.data):
+        return result
+    other = fit(replace(base, starts={**base.starts, **weak}), max_iterations=25)
+    return result if result.cost <= other.cost else _rebased(base, other)
+
+
+WEAK = 1e-3
+"""Part of a law's coefficients that is begun with where all of it runs away."""
+NO_USE = 0.3
+"""Part of the readings' own mean square above which a fit explains nothing."""
+
+
+def _spread(data: Data) -> float:
+    """Mean square of the readings about their means, over the floor."""
+    y = data.readings[data.mask("train")]
+    return float(np.mean(np.var(y, axis=0) / data.floor**2))
 
 
 def _integrating(base: Problem) -> Fit:
