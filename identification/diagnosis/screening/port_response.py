@@ -29,6 +29,8 @@ from identification.study.residual import output_delays, parameters_at, read_out
 
 EARLY = 32
 """Samples before the one input of a linear model's answer: what lags of sensors may reach."""
+SILENT = 1e-12
+"""Part of the largest answer below which it has died away."""
 SMALL = 1e-3
 """Share of the readings' spread that a latent signal may move in a model that is not linear."""
 
@@ -216,7 +218,7 @@ class Probes:
         """Add the response of a linear model, by convolution with its answer to one sample."""
         for w in windows(self.problem):
             n = w.stop - w.start
-            size = next_fast_len(2 * n + EARLY, real=True)
+            size = next_fast_len(n + min(n + EARLY, self._answers(at).shape[0]), real=True)
             spectrum = rfft(np.ascontiguousarray(columns[w].T), size)
             for c, answer in enumerate(self._spectra(at, n, size)):
                 out[w, c] += irfft(spectrum * answer, size)[:, EARLY : EARLY + n].T
@@ -231,7 +233,10 @@ class Probes:
         return self._known_spectra[at, n]
 
     def _answers(self, at: int) -> Array:
-        """Return the outputs after one input of 1 at sample `EARLY`, shape (N + EARLY, n_y)."""
+        """Return the outputs after one input of 1 at sample `EARLY`, shape (N + EARLY, n_y).
+
+        What comes when all has died away is left out.
+        """
         if at not in self._known:
             problem = self.problem
             longest = max(w.stop - w.start for w in windows(problem))
@@ -245,6 +250,8 @@ class Probes:
             lags = output_delays(problem, self.fit.point.theta)
             for c in np.flatnonzero(lags):
                 y[:, c] = delayed_values(np.ascontiguousarray(y[:, c]), float(lags[c]))
+            heard = np.flatnonzero((np.abs(y) > SILENT * np.abs(y).max(axis=0)).any(axis=1))
+            y = y[: max(heard[-1] + 1 if heard.size else 0, EARLY + 1)]
             self._known[at] = y
             return y
         return self._known[at]
