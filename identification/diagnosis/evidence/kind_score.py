@@ -215,7 +215,7 @@ def scores_at(bench: Bench, element: str, forms: Mapping[str, Signature]) -> lis
                 continue
             rows = training_rows(bench.problem, response)
             known |= {keys[j]: rows[:, i] for i, j in enumerate(new)}
-        x = np.stack([known[key] for key in keys], axis=1)
+        x = np.stack([known[key] for key in keys]).T
         if np.isfinite(x).all():
             found.append(KindScore(element, kind, *_scored(bench, kept.columns, x)))
     return found

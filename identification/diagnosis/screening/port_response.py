@@ -172,7 +172,7 @@ class Probes:
         """
         problem = self.problem
         n, n_y = problem.data.n, len(problem.data.names)
-        out = np.zeros((n, n_y, columns.shape[1]))
+        out = np.zeros((columns.shape[1], n_y, n)).T  # time is contiguous
         if element in problem.data.names:
             out[:, problem.data.names.index(element)] = columns
             return out

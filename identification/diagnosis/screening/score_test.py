@@ -8,7 +8,7 @@ Gauss-Newton step of the full fit, for the price of one simulation (score test; 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -92,10 +92,10 @@ class Projection:
 
     def clean(self, x: Array) -> Array:
         """Project out initial states, parameters and nuisances."""
-        x = x.copy()
+        x = x.copy(order="K")
         for rows, q in self._local:
             x[rows] -= q @ (q.T @ x[rows])
-        return np.asarray(x - self._shared @ (self._shared.T @ x))
+        return np.asarray(x - ((self._shared.T @ x).T @ self._shared.T).T)
 
 
 def projection(scene: FittedModel, free: Array | None = None) -> Projection:
@@ -159,27 +159,59 @@ def _best(
     onto: Projection, probes: Probes, element: Element, signatures: Sequence[Signature]
 ) -> tuple[float, float, Signature, Array] | None:
     best: tuple[float, Array, Signature, Array] | None = None
-    for s in signatures:
-        size = np.abs(s.columns).max(axis=0)
-        usable = np.isfinite(size) & (size > 0)
-        if not usable.any():
-            continue
-        columns = np.where(usable, s.columns / np.where(usable, size, 1.0), 0.0)
-        flow = (
-            None if s.flow is None else np.where(usable, s.flow / np.where(usable, size, 1.0), 0.0)
+    for some in _batches(signatures):
+        sized = [_sized(s) for s in some]
+        flows = [s.flow for s, _ in sized if s.flow is not None]
+        response = probes.respond(
+            element.name,
+            np.hstack([s.columns for s, _ in sized]),
+            np.hstack(flows) if flows else None,
         )
-        x = onto.rows(probes.respond(element.name, np.nan_to_num(columns), flow))
-        if not np.isfinite(x).all():
-            continue
-        weights = _weights(x, onto.residual)
-        gain = _gain(x, onto.residual, weights)
-        if best is None or gain > best[0]:
-            best = gain, x, s, np.where(usable, weights / np.where(usable, size, 1.0), 0.0)
+        rows, begin = onto.rows(response), 0
+        for signature, factors in zip(some, (f for _, f in sized), strict=True):
+            x = rows[:, begin : begin + factors.size]
+            begin += factors.size
+            if not factors.any() or not np.isfinite(x).all():
+                continue
+            weights = _weights(x, onto.residual)
+            gain = _gain(x, onto.residual, weights)
+            if best is None or gain > best[0]:
+                best = gain, x, signature, weights * factors
     if best is None:
         return None
     gain, x, signature, weights = best
     share = gain / onto.total if onto.total > 0 else 0.0
     return share, votes(onto, x), signature, weights
+
+
+def _batches(signatures: Sequence[Signature]) -> Iterator[Sequence[Signature]]:
+    """Divide signatures into neighbours that go through the model together."""
+    some: list[Signature] = []
+    for s in signatures:
+        full = sum(t.columns.shape[1] for t in some) + s.columns.shape[1] > TOGETHER
+        if some and (full or (s.flow is None) != (some[0].flow is None)):
+            yield some
+            some = []
+        some.append(s)
+    if some:
+        yield some
+
+
+TOGETHER = 12
+"""Columns that go through the model together at most: more leave the cache."""
+
+
+def _sized(s: Signature) -> tuple[Signature, Array]:
+    """Return a signature with columns of size one, and their factors; zero where none is usable."""
+    size = np.abs(s.columns).max(axis=0)
+    usable = np.isfinite(size) & (size > 0)
+    factors = np.where(usable, 1.0 / np.where(usable, size, 1.0), 0.0)
+
+    def scaled(columns: Array) -> Array:
+        return np.nan_to_num(np.where(usable, columns * factors, 0.0))
+
+    flow = None if s.flow is None else scaled(s.flow)
+    return replace(s, columns=scaled(s.columns), flow=flow), factors
 
 
 def _gain(x: Array, r: Array, weights: Array) -> float:
@@ -237,8 +269,10 @@ def training_rows(problem: Problem, response: Array) -> Array:
     train = problem.data.mask("train")
     parts = []
     for w in windows(problem):
-        chosen = train[w]
-        if chosen.any():
-            block = weighted(problem, response[w][chosen].transpose(1, 0, 2))
-            parts.append(block.reshape(-1, response.shape[2]))
-    return np.concatenate(parts) if parts else np.zeros((0, response.shape[2]))
+        chosen = np.flatnonzero(train[w])
+        if chosen.size:
+            seen = response[w].T.take(chosen, axis=2)
+            block = weighted(problem, seen.transpose(1, 2, 0))
+            parts.append(block.transpose(2, 0, 1).reshape(response.shape[2], -1))
+    nothing = [np.zeros((response.shape[2], 0))]
+    return np.asarray(np.concatenate(parts or nothing, axis=1).T)
