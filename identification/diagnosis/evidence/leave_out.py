@@ -95,6 +95,7 @@ class Stretched:
 
     def beside(self, x: Array) -> Stretched:
         """Return these columns and others, shape (M, k), in the order of the residuals."""
+        # column by column, as they lie in memory
         both = np.concatenate([self.columns.T, x.T.take(self.rows.order, axis=1)]).T
         known = self.columns.shape[1]
         products = np.empty((self.rows.blocks, both.shape[1], both.shape[1]))

@@ -250,7 +250,9 @@ class Probes:
             lags = output_delays(problem, self.fit.point.theta)
             for c in np.flatnonzero(lags):
                 y[:, c] = delayed_values(np.ascontiguousarray(y[:, c]), float(lags[c]))
-            heard = np.flatnonzero((np.abs(y) > SILENT * np.abs(y).max(axis=0)).any(axis=1))
+            # what is no number stays: who reads it has to see that
+            silent = (np.abs(y) <= SILENT * np.abs(y).max(axis=0)).all(axis=1)
+            heard = np.flatnonzero(~silent)
             y = y[: max(heard[-1] + 1 if heard.size else 0, EARLY + 1)]
             self._known[at] = y
             return y

@@ -26,6 +26,8 @@ from identification.study.residual import evaluate, weighted, windows
 
 BLOCKS = 24
 """Stretches of the training part that vote on whether an improvement is real."""
+TOGETHER = 12
+"""Columns that go through the model together at most: more leave the cache."""
 WEAKEST = 1e-7
 """Singular values below this share of the largest are a combination without effect."""
 ROUNDING = 1e-12
@@ -95,6 +97,7 @@ class Projection:
         x = x.copy(order="K")
         for rows, q in self._local:
             x[rows] -= q @ (q.T @ x[rows])
+        # column by column, as they lie in memory
         return np.asarray(x - ((self._shared.T @ x).T @ self._shared.T).T)
 
 
@@ -161,16 +164,17 @@ def _best(
     best: tuple[float, Array, Signature, Array] | None = None
     for some in _batches(signatures):
         sized = [_sized(s) for s in some]
+        if not any(factors.any() for _, factors in sized):
+            continue
         flows = [s.flow for s, _ in sized if s.flow is not None]
         response = probes.respond(
             element.name,
             np.hstack([s.columns for s, _ in sized]),
             np.hstack(flows) if flows else None,
         )
-        rows, begin = onto.rows(response), 0
-        for signature, factors in zip(some, (f for _, f in sized), strict=True):
-            x = rows[:, begin : begin + factors.size]
-            begin += factors.size
+        edges = np.cumsum([factors.size for _, factors in sized])[:-1]
+        parts = np.split(onto.rows(response), edges, axis=1)
+        for signature, (_, factors), x in zip(some, sized, parts, strict=True):
             if not factors.any() or not np.isfinite(x).all():
                 continue
             weights = _weights(x, onto.residual)
@@ -197,18 +201,16 @@ def _batches(signatures: Sequence[Signature]) -> Iterator[Sequence[Signature]]:
         yield some
 
 
-TOGETHER = 12
-"""Columns that go through the model together at most: more leave the cache."""
-
-
 def _sized(s: Signature) -> tuple[Signature, Array]:
     """Return a signature with columns of size one, and their factors; zero where none is usable."""
     size = np.abs(s.columns).max(axis=0)
     usable = np.isfinite(size) & (size > 0)
+    if s.flow is not None:
+        usable &= np.isfinite(s.flow).all(axis=0)
     factors = np.where(usable, 1.0 / np.where(usable, size, 1.0), 0.0)
 
     def scaled(columns: Array) -> Array:
-        return np.nan_to_num(np.where(usable, columns * factors, 0.0))
+        return np.where(usable, np.where(usable, columns, 0.0) * factors, 0.0)
 
     flow = None if s.flow is None else scaled(s.flow)
     return replace(s, columns=scaled(s.columns), flow=flow), factors
@@ -271,8 +273,9 @@ def training_rows(problem: Problem, response: Array) -> Array:
     for w in windows(problem):
         chosen = np.flatnonzero(train[w])
         if chosen.size:
+            # turned so that time is contiguous, as in the response
             seen = response[w].T.take(chosen, axis=2)
-            block = weighted(problem, seen.transpose(1, 2, 0))
-            parts.append(block.transpose(2, 0, 1).reshape(response.shape[2], -1))
+            block = weighted(problem, seen.transpose(1, 2, 0)).transpose(2, 0, 1)
+            parts.append(block.reshape(block.shape[0], block.shape[1] * block.shape[2]))
     nothing = [np.zeros((response.shape[2], 0))]
     return np.asarray(np.concatenate(parts or nothing, axis=1).T)

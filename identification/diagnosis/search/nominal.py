@@ -221,30 +221,32 @@ def _first_fit(base: Problem) -> Fit:
 
 
 def _calmed(base: Problem, result: Fit) -> Fit:
-    """Fit with weak laws first if the declared ones lead to a model that explains nothing.
+    """Fit with weak laws first if those declared make the model run away from the readings.
 
-    A declared law that pushes makes the model run away from readings that do not, and no step leads
-    back: coefficients of either sign begin near zero then.
+    A law that pushes does that, and no step leads back: numbers of either sign, as coefficients
+    are, begin near zero then. Another minimum has to be clearly the better one.
     """
-    weak = {
-        n: WEAK * p.value
+    declared = {
+        n: replace(p, scale=p.scale or abs(p.value))
         for n, p in base.graph.parameters.items()
-        if not (p.positive or p.fixed) and n not in base.starts
+        if p.value and not (p.positive or p.fixed)
     }
-    if not weak or result.cost < NO_USE * _spread(base.data):
+    if not declared or result.cost < NO_USE * _spread(base.data):
         return result
-    other = fit(replace(base, starts={**base.starts, **weak}), max_iterations=25)
-    return result if result.cost <= other.cost else _rebased(base, other)
+    weak = {n: WEAK * p.value for n, p in declared.items()}
+    calm = replace(base, starts={**base.starts, **weak}, overrides=declared)
+    other = fit(calm, max_iterations=25)
+    return other if other.cost < DEEPER * result.cost else result
 
 
 WEAK = 1e-3
 """Part of a law's coefficients that is begun with where all of it runs away."""
 NO_USE = 0.3
-"""Part of the readings' own mean square above which a fit explains nothing."""
+"""Part of the readings' own spread, squared, above which a fit explains next to nothing."""
 
 
 def _spread(data: Data) -> float:
-    """Mean square of the readings about their means, over the floor."""
+    """Variance of the readings over the squared floor, in the mean."""
     y = data.readings[data.mask("train")]
     return float(np.mean(np.var(y, axis=0) / data.floor**2))
 

@@ -74,11 +74,10 @@ def bent(graph: BondGraph, cubic: float, linear: float = 0.0) -> BondGraph:
     )
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.parametrize("n", [600, 900])
-def test_a_model_that_runs_away_gets_an_answer(n: int, seed: int) -> None:
-    """A spring that pushes near its middle: as declared it is unstable, the plant is not."""
-    d = diagnosed(bent(spring(), 1e3, linear=-220.0), channels(spring(), seed, n))
+@pytest.mark.parametrize(("cubic", "n", "seed"), [(1e3, 900, 1), (1e3, 600, 2), (-1e3, 600, 1)])
+def test_a_model_that_runs_away_gets_an_answer(cubic: float, n: int, seed: int) -> None:
+    """A spring that pushes near its middle, or everywhere: the plant does not."""
+    d = diagnosed(bent(spring(), cubic, linear=-220.0), channels(spring(), seed, n))
     assert d.kind in ("explained", "parameters_only")
     assert d.nominal is not None
     found = d.nominal.values
