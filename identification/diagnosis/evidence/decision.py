@@ -383,8 +383,8 @@ def _replicated(chosen: Scored, e: Evidence) -> bool:
     """Whether samples that no selection has seen gain as well, a part as much at least."""
     gained = e.trained - chosen.trial.train
     noise = min(1.0, chosen.trial.train)
-    # where unseen samples have a misfit, its noise is none that could be gained
-    there = e.nominal - noise if e.nominal > 2.0 * noise else e.nominal
+    # the noise of unseen samples is none that could be gained, nor may all of them be called noise
+    there = max(e.nominal - noise, 0.5 * e.nominal)
     least = 0.5 if e.named else 0.3
     return e.nominal - chosen.trial.test > least * min(gained, there)
 

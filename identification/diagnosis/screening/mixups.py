@@ -21,8 +21,8 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.search.base import declared_fit
 from identification.diagnosis.search.nominal import nominal_fit
-from identification.estimation.single_record import Fit, FitStatus
-from identification.study.problem import Data, drives
+from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.study.problem import Data, Problem, drives
 
 Fitter = Callable[[BondGraph, Data], Fit]
 
@@ -38,6 +38,10 @@ ALIKE = 3.0
 """Mistakes whose misfit lies within this factor of the best one's cannot be told apart."""
 FEW = 1500
 """Samples on which the mistakes are tried; the best is judged on all."""
+SHORT, A_FEW = 24, 8
+"""Samples of a short stretch at least, and steps of the fit to many of them."""
+ENOUGH = 10.0
+"""Misfit over the floor of short stretches that a mistake undone may have in any case."""
 FAR = 8.0
 """Ratio of measured to declared size from which other units are tried."""
 MOVED = 30.0
@@ -192,8 +196,13 @@ def mixups(graph: BondGraph, nominal: Fit, fitter: Fitter | None = None) -> tupl
         return ()
     data, fitted = nominal.problem.data, fitter or _fitted
     brief = _brief(data)
-    before = _cost(fitted, graph, brief)
-    tried = [(m, _cost(fitted, graph, undone(brief, m), m)) for m in _candidates(graph, nominal)]
+    before, apart = _cost(fitted, graph, brief), _in_windows(graph, brief)
+    # what fits short stretches worse, each with a state of its own, is no mistake undone
+    likely = [
+        m for m in _candidates(graph, nominal)
+        if not _in_windows(graph, undone(brief, m)) > ALIKE * max(apart, ENOUGH)
+    ]  # fmt: skip
+    tried = [(m, _cost(fitted, graph, undone(brief, m), m)) for m in likely]
     best = min((cost for _, cost in tried), default=np.inf)
     if not _explains(before, best):
         return ()
@@ -205,6 +214,16 @@ def mixups(graph: BondGraph, nominal: Fit, fitter: Fitter | None = None) -> tupl
         return ()
     least = min(m.after for m in found)
     return tuple(sorted((m for m in found if m.after <= ALIKE * least), key=lambda m: m.after))
+
+
+def _in_windows(graph: BondGraph, data: Data) -> float:
+    """Misfit of short stretches, each with a state of its own; NaN where it cannot be told."""
+    try:
+        base = Problem(graph, data, lags=False, offsets=False)
+        length = max(SHORT, 8 * base.engine.n_x)
+        return float(fit(replace(base, window=length), max_iterations=A_FEW).cost)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return float("nan")
 
 
 def _explains(before: float, after: float) -> bool:
