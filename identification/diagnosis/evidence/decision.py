@@ -385,7 +385,7 @@ def _replicated(chosen: Scored, e: Evidence) -> bool:
     noise = min(1.0, chosen.trial.train)
     # the noise of unseen samples is none that could be gained, nor may all of them be called noise
     there = max(e.nominal - noise, 0.5 * e.nominal)
-    least = 0.5 if e.named else 0.3
+    least = 0.5 if e.named else 0.25
     return e.nominal - chosen.trial.test > least * min(gained, there)
 
 
