@@ -249,7 +249,7 @@ def test_the_gain_must_show_on_the_held_out_part() -> None:
     assert again.decided().kind == "missing_physics"
 
 
-@pytest.mark.parametrize(("named", "least"), [((), 0.3), (("d",), 0.5)])
+@pytest.mark.parametrize(("named", "least"), [((), 0.25), (("d",), 0.5)])
 def test_a_further_effect_must_show_there_more_clearly(
     named: tuple[str, ...], least: float
 ) -> None:
