@@ -241,6 +241,9 @@ def _again(
             rate(not a & b for a, b in both if a and b),
         )
     yield f"{word}: the same verdict, names and places", rate(_same(a, b) for a, b in pairs)
+    # where nothing was told there is no repair either, so nothing to agree with
+    told = [(a, b) for a, b in pairs if not a.alarm or any(c.resolved for c in a.claims)]
+    yield f"{word}: the same, where the first told something", rate(_same(a, b) for a, b in told)
 
 
 def _same(a: ExamAnswer, b: ExamAnswer) -> bool:
