@@ -31,6 +31,7 @@ from identification.diagnosis.evidence.leave_out import (
     stretched,
 )
 from identification.diagnosis.screening.flexible_forms import flexible_forms, linear_forms
+from identification.diagnosis.screening.mode_forms import mode_forms
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.score_test import Screened, training_rows
@@ -180,6 +181,8 @@ def _scores(
     bench: Bench, scene: FittedModel, ranked: Sequence[Screened], element: Element, made: Forms
 ) -> list[KindScore]:
     forms = dict(made(element, scene.past[element.name]))
+    if made is flexible_forms:
+        forms |= mode_forms(scene, element)
     for s in ranked:
         # the addition of a two-port has two sides, of which the screening keeps one
         alone = s.element.name == element.name and not isinstance(element, TwoPort)

@@ -100,7 +100,14 @@ def pull(flow: Array, omega: float, damping: float, dt: float) -> Array:
 
 
 def frequencies(scene: FittedModel, past: PortHistory) -> tuple[float, ...]:
-    """Candidates, rad/s: peaks of the residual's spectrum, largest first, then an even grid.
+    """Candidates, rad/s: peaks of the residual's spectrum, largest first, then an even grid."""
+    low, high = 16 * np.pi / (scene.residual.shape[0] * scene.data.dt), 0.6 * np.pi / past.dt
+    grid = np.geomspace(low, max(high, 2 * low), GRID)
+    return (*peaks(scene), *(float(v) for v in grid))
+
+
+def peaks(scene: FittedModel) -> tuple[float, ...]:
+    """Return the peaks of the residual's spectrum, rad/s, the largest first.
 
     Several sensors are added after scaling by their floor.
     """
@@ -117,9 +124,7 @@ def frequencies(scene: FittedModel, past: PortHistory) -> tuple[float, ...]:
         at = float(bin_width * (i + 1))
         if len(found) < PEAKS and all(abs(np.log(at / other)) > 0.1 for other in found):
             found.append(at)
-    low, high = 8 * bin_width, 0.6 * np.pi / past.dt
-    grid = np.geomspace(low, max(high, 2 * low), GRID)
-    return (*found, *(float(v) for v in grid))
+    return tuple(found)
 
 
 def _inertia(past: PortHistory) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -203,13 +204,26 @@ def test_an_orifice_leaks_by_the_root() -> None:
 @pytest.mark.parametrize(
     ("kind", "entropy", "count", "expected"),
     [
-        ("trial", "a" * 64, None, "d29e9a182a0177cc"),
-        ("development", 0, 500, "ba818b7a36e15df9"),
-        ("reduced", "r", None, "65742a7dd015b2cb"),
+        ("trial", "a" * 64, None, "0b396265a581b2a5"),
+        ("development", 0, 500, "cf92917c49241c58"),
+        ("reduced", "r", None, "5c0a4be580ce50b9"),
     ],
 )
 def test_the_draws_of_the_trial_are_what_they_were(
     kind: str, entropy: str | int, count: int | None, expected: str
 ) -> None:
-    cases = [case.plain() for case in draw(kind, entropy, count)]
+    cases = [nine_digits(case.plain()) for case in draw(kind, entropy, count)]
     assert hashlib.sha256(canonical(cases)).hexdigest()[:16] == expected
+
+
+def nine_digits(value: Any) -> Any:
+    """Round all numbers: the last bits of an exponential differ between processors."""
+    match value:
+        case float():
+            return float(f"{value:.9g}")
+        case dict():
+            return {k: nine_digits(v) for k, v in value.items()}
+        case list() | tuple():
+            return [nine_digits(v) for v in value]
+        case _:
+            return value
