@@ -17,6 +17,7 @@ from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.single_record import Fit, FitStatus, fit, start_cost
+from identification.estimation.sub_steps import fit_from
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
 from identification.study.problem import Data, Problem
@@ -383,9 +384,10 @@ def _simpler_ended(trial: Candidate, trials: Sequence[Candidate]) -> Fit | None:
 
 
 def _from_simpler(trial: Candidate, end: Fit, iterations: int) -> Candidate:
+    hold = end.problem.data.hold
     problem = replace(
-        trial.fit.problem, n_sub=max(trial.fit.problem.n_sub, end.problem.n_sub),
-        data=replace(trial.fit.problem.data, hold=end.problem.data.hold),
+        trial.fit.problem, n_sub=4 if hold == "band-limited" else 1,
+        data=replace(trial.fit.problem.data, hold=hold), correction=None,
     )  # fmt: skip
     known = {n: v for n, v in end.values.items() if n in problem.graph.parameters}
     try:
@@ -418,7 +420,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
             continue
         try:
             # half a sample more or less is made up for in a few steps, or the behaviour is wrong
-            other = fit(problem, max_iterations=FIRST, start=best.point)
+            other = fit_from(problem, best.point, FIRST, 0.97 * best.cost)
             if other.status is FitStatus.BROKEN or not other.cost < 0.97 * best.cost:
                 continue
             other = settled_fit(problem, iterations, other.point)
@@ -498,7 +500,9 @@ def settled_fit(
     problem: Problem, iterations: int, start: Point | None = None, finest: int = FINEST
 ) -> Fit:
     """Fit, then refine the sub-steps until they no longer matter beside the residual."""
-    return refined(fit(problem, max_iterations=iterations, start=start), iterations, finest)
+    if start is None:
+        return refined(fit(problem, max_iterations=iterations), iterations, finest)
+    return refined(fit_from(problem, start, iterations), iterations, finest)
 
 
 def refined(result: Fit, iterations: int, finest: int = FINEST) -> Fit:
@@ -506,15 +510,28 @@ def refined(result: Fit, iterations: int, finest: int = FINEST) -> Fit:
     problem = result.problem
     if problem.engine.exact_step and problem.data.hold != "band-limited":
         return result
-    while result.problem.n_sub < finest and result.status is not FitStatus.BROKEN:
-        finer = replace(result.problem, n_sub=2 * result.problem.n_sub)
-        y = evaluate(finer, result.point, derivatives=False).y
-        m = problem.data.mask("train") | problem.data.mask("test")
-        change = float(np.mean(((y - result.simulated)[m] / problem.data.floor) ** 2))
-        if not np.isfinite(change) or change < 0.02 * max(1.0, result.cost):
-            return result
-        result = fit(finer, max_iterations=iterations, start=result.point)
+    while result.status is not FitStatus.BROKEN:
+        enough = _enough(result, finest)
+        if enough == result.problem.n_sub:
+            break
+        finer = replace(result.problem, n_sub=enough, built=problem.engine)
+        result = fit_from(finer, result.point, iterations)
     return result
+
+
+def _enough(result: Fit, finest: int) -> int:
+    """Return the sub-steps of which twice as many change next to nothing where a fit ended."""
+    problem, before = result.problem, result.simulated
+    m = problem.data.mask("train") | problem.data.mask("test")
+    count = problem.n_sub
+    while count < finest:
+        finer = replace(problem, n_sub=2 * count, built=problem.engine)
+        after = evaluate(finer, result.point, derivatives=False).y
+        change = float(np.mean(((after - before)[m] / problem.data.floor) ** 2))
+        if not np.isfinite(change) or change < 0.02 * max(1.0, result.cost):
+            break
+        count, before = 2 * count, after
+    return count
 
 
 def thinning(data: Data, samples: int) -> int:

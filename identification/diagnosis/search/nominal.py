@@ -17,6 +17,7 @@ from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.diagnosis.search.candidates import settled_fit
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.single_record import Fit, FitStatus, best, fit
+from identification.estimation.sub_steps import fit_from
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
 
@@ -66,7 +67,7 @@ def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[
     result = fits[chosen]
     if chosen == "band-limited":
         problem = replace(result.problem, n_sub=max(4, result.problem.n_sub))
-        finer = fit(problem, start=result.point, max_iterations=25)
+        finer = fit_from(problem, result.point, 25)
         if finer.cost < 0.98 * result.cost:
             result = finer
     return result.problem, result
@@ -134,7 +135,7 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
             cost = float(np.mean(there**2))
             if abs(cost - result.cost) < A_LITTLE * result.cost:
                 continue
-            other = fit(problem, start=result.point, max_iterations=A_FEW)
+            other = fit_from(problem, result.point, A_FEW, result.cost)
             z = score(other).behind(score(result))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             z = np.inf
@@ -285,7 +286,7 @@ def held_to_residual(result: Fit, given: Collection[str] = ()) -> Fit:
             return result
         floor = np.where(floor > clearly * data.floor, data.floor, floor)
         problem = replace(result.problem, data=replace(data, floor=floor))
-        again = fit(problem, start=result.point, max_iterations=25)
+        again = fit_from(problem, result.point, 25)
         if again.status is FitStatus.BROKEN:
             return result
         result = again
