@@ -18,7 +18,7 @@ from identification.diagnosis.catalogue.places import masses
 from identification.diagnosis.catalogue.storage.added_mode import peaks
 from identification.diagnosis.screening.port_history import FittedModel
 
-DAMPINGS = (0.03, 0.01, 0.003)
+DAMPINGS = (0.02, 0.006)
 """Damping ratios: between them lies that of most structures."""
 MODES = 3
 """Peaks of what is left that are tried together."""
