@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root, sandwich
-from identification.estimation.levenberg_marquardt import Descent, minimise
 from identification.estimation.levenberg_marquardt import FitStatus as FitStatus
+from identification.estimation.levenberg_marquardt import minimise
 from identification.study.joint import NUISANCE_LAG as NUISANCE_LAG
-from identification.study.joint import JointProblem, held_out_states, stack_of
+from identification.study.joint import JointPoint, JointProblem, held_out_states, stack_of
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
@@ -44,7 +45,6 @@ class Fit:
         Mean square of the weighted training residuals (1 = at the noise floor).
     simulated : ndarray, shape (N, n_y), SI
         Readings of the fitted model on the whole record.
-    estimates, nuisances : tuple of Estimate
     """
 
     problem: Problem
@@ -53,8 +53,20 @@ class Fit:
     cost: float
     iterations: int
     simulated: Array
-    estimates: tuple[Estimate, ...] = ()
-    nuisances: tuple[Estimate, ...] = ()
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """Fitted parameters with their intervals; most fits of a search are never asked."""
+        return self._intervals[0]
+
+    @property
+    def nuisances(self) -> tuple[Estimate, ...]:
+        """Lags and offsets of the readings, and offsets of the commands, with their intervals."""
+        return self._intervals[1]
+
+    @cached_property
+    def _intervals(self) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
+        return ((), ()) if self.status is FitStatus.BROKEN else _intervals(self)
 
     def residuals(self, part: str) -> Array:
         """Measured less simulated on ``train`` or ``test``, shape (n, n_y), SI."""
@@ -105,9 +117,8 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
     if problem.window is not None or problem.data.breaks:
         point = held_out_states(problem, point)
         y = evaluate(problem, point, derivatives=False).y
-    estimates, nuisances = _estimates(stack, made, point)
     cost = float(np.mean(e.residual**2)) if e.residual.size else np.inf
-    return Fit(problem, point, made.status, cost, made.iterations, y, estimates, nuisances)
+    return Fit(problem, point, made.status, cost, made.iterations, y)
 
 
 def start_cost(problem: Problem) -> float:
@@ -122,13 +133,12 @@ def start_cost(problem: Problem) -> float:
     return cost if np.isfinite(cost) else np.inf
 
 
-def _estimates(
-    stack: JointProblem, made: Descent, point: Point
-) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
+def _intervals(made: Fit) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
     """Values with intervals from the block sandwich: right for coloured residuals too."""
-    problem, (lower, upper) = stack.problems[0], stack.bounds
-    at = slots(problem)
-    sd = np.sqrt(_variances(stack, made))
+    problem, point = made.problem, made.point
+    stack = stack_of((problem,))
+    (lower, upper), at = stack.bounds, slots(problem)
+    sd = np.sqrt(_variances(stack, stack.gathered([point])))
     found: list[Estimate] = []
     nuisances: list[Estimate] = []
     for i, f in enumerate(problem.free):
@@ -162,12 +172,12 @@ def _estimates(
     return tuple(found), tuple(nuisances)
 
 
-def _variances(stack: JointProblem, made: Descent) -> Array:
+def _variances(stack: JointProblem, point: JointPoint) -> Array:
     """Return the variance of every unknown: the larger of information and block sandwich."""
-    factor = stack.normal(made.evaluations, made.point).factor
-    root = information_root(stack, factor)
+    now = stack.evaluate(point)
+    root = information_root(stack, stack.normal(now, point).factor)
     inverse = root @ root.T
-    robust = sandwich(stack, made.evaluations, made.point, inverse)
+    robust = sandwich(stack, now, point, inverse)
     return np.asarray(np.maximum(np.diag(inverse), np.diag(robust)))
 
 

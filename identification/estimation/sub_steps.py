@@ -21,7 +21,7 @@ PASSES = 6
 """Corrections at the most; one that is small is right after two."""
 LARGEST = 0.02
 """Share of a reading's range that a correction may have: beyond it derivatives are wrong, too."""
-AGREES = 3e-4
+AGREES = 1e-4
 """Relative difference of the two misfits up to which nothing is left to correct."""
 NEAR, FAR = 1.05, 2.0
 """Times a misfit to beat from which a descent that has ended, or has only begun, will not."""
@@ -52,7 +52,7 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
             break
         there = evaluate(problem, made.point, derivatives=False)
         new = _cost(there)
-        if not new <= cost:
+        if not new <= (1.0 + AGREES) * cost:
             break
         point, cost = made.point, new
         ended = made.status is not FitStatus.ITERATIONS

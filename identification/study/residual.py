@@ -336,8 +336,11 @@ def _lagged(run: KernelRun, n_y: int, lags: Array, derivatives: bool) -> tuple[A
     if lags.any():
         tangent = tangent.copy()
     for c in range(n_y):
+        if not derivatives:
+            simulated[:, c] = delayed_values(run.y[:, c], lags[c])
+            continue
         simulated[:, c], shifts[:, c] = delayed(run.y[:, c], lags[c])
-        if derivatives and lags[c]:
+        if lags[c]:
             tangent[:, c] = delayed_values(run.dy[:, c], lags[c])
     return simulated, shifts, tangent
 

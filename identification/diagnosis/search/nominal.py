@@ -125,7 +125,7 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
     own, others = result.problem.data.hold, [h for h in holds if h != result.problem.data.hold]
     if not others:
         return "as given"
-    behind = {}
+    behind, own_score = {}, score(result)
     for h in others:
         data = replace(result.problem.data, hold=h)
         steps = max(result.problem.n_sub, 2 if h == "band-limited" else 1)
@@ -136,7 +136,7 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
             if abs(cost - result.cost) < A_LITTLE * result.cost:
                 continue
             other = fit_from(problem, result.point, A_FEW, result.cost)
-            z = score(other).behind(score(result))
+            z = score(other).behind(own_score)
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             z = np.inf
         behind[h] = z if np.isfinite(z) else np.inf

@@ -1,0 +1,124 @@
+"""Fits with many sub-steps: derivatives of few lead to the same end."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.laws import Coulomb, Polynomial
+from bondgraph.signals.recording import Split
+from bondgraph.simulation.simulate import simulate
+from identification.estimation import sub_steps
+from identification.estimation.single_record import Fit, fit
+from identification.estimation.sub_steps import fit_from, with_few
+from identification.study.problem import Data, Problem
+from identification.study.residual import Point, evaluate, start_point
+
+N, DT, MANY = 1200, 0.02, 16
+NOISE = {"cubic": 5e-7, "dry": 2e-5}
+
+
+def plant(law: str, **values: float) -> BondGraph:
+    with BondGraph("plant") as g:
+        body = One("v")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        if law == "dry":
+            body >> R("d", 2.0, law=Coulomb(0.5), unit="N*s/m")
+            body >> C("k", stiffness=200.0, unit="N/m")
+        else:
+            body >> R("d", 2.0, unit="N*s/m")
+            body >> C("k", stiffness=200.0, law=Polynomial(0.0, 0.05, 4.0, (3,)), unit="N/m")
+        body >> Dq("x", unit="m")
+    hard = {"a_3_k": 3.0} if law == "cubic" else {}
+    return g.with_values(hard | values)
+
+
+@cache
+def problem(law: str) -> Problem:
+    t = np.asarray(DT * np.arange(N), np.float64)
+    u = 4 * np.sin(2 * np.pi * 0.9 * t) + 2 * np.sin(2 * np.pi * 3.1 * t + 1)
+    x = np.asarray(simulate(plant(law), t, {"F": u})["x"])
+    y = x + NOISE[law] * np.random.default_rng(2).standard_normal(N)
+    split = Split(slice(0, 800), slice(800, N), "last third")
+    data = Data("run", t, {"F": u}, y[:, None], ("x",), np.array([NOISE[law]]), split)
+    wrong = {"m": 0.52, "k": 208.0, "d": 2.2}
+    return Problem(plant(law, **wrong), data, n_sub=MANY)
+
+
+def begun(p: Problem) -> Point:
+    """Return where a fit with one sub-step ends."""
+    return fit(replace(p, n_sub=1)).point
+
+
+def test_it_ends_where_derivatives_of_all_steps_end() -> None:
+    p = problem("cubic")
+    start = begun(p)
+    whole, quick = fit(p, start=start), fit_from(p, start, 40)
+    assert fit(replace(p, n_sub=1)).cost > 1.5 * whole.cost  # else one sub-step would do
+    assert quick.cost == pytest.approx(whole.cost, rel=2e-3)
+    assert quick.problem.n_sub == MANY
+    assert quick.problem.correction is None
+    there = evaluate(p, quick.point, derivatives=False)
+    assert np.array_equal(there.y, quick.simulated)
+    for a, b in zip(whole.estimates, quick.estimates, strict=True):
+        half = 0.5 * (a.ci95[1] - a.ci95[0])
+        assert abs(a.value - b.value) < 0.25 * half  # half a standard error
+        assert b.ci95[1] - b.ci95[0] == pytest.approx(2 * half, rel=0.1)
+
+
+def test_a_law_that_jumps_is_fitted_as_well() -> None:
+    # every sub-step places the jumps anew: derivatives of all of them may end at a kink earlier
+    p = problem("dry")
+    start = begun(p)
+    assert fit_from(p, start, 40).cost < 1.002 * fit(p, start=start).cost
+    assert fit_from(p, start, 40).cost < 0.8 * fit(replace(p, n_sub=1)).cost
+
+
+def test_derivatives_are_those_of_few_sub_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    p, asked = problem("cubic"), []
+
+    def counted(problem: Problem, **more: object) -> Fit:
+        asked.append(problem.n_sub)
+        return fit(problem, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(sub_steps, "fit", counted)
+    fit_from(p, begun(p), 40)
+    assert asked
+    assert max(asked) < MANY
+
+
+def test_where_few_are_too_coarse_all_are_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    p = problem("cubic")
+    monkeypatch.setattr(sub_steps, "LARGEST", 0.0)
+    there = evaluate(p, begun(p), derivatives=False)
+    assert with_few(p, begun(p), there) is None
+    assert fit_from(p, begun(p), 40).cost == fit(p, start=begun(p)).cost
+
+
+def test_a_descent_that_will_not_win_ends_early() -> None:
+    p = problem("cubic")
+    passes: list[int] = []
+    whole = fit_from(p, begun(p), 40)
+    shifted = replace(p, data=replace(p.data, hold="hold"))  # the command is half a sample late
+    for beat in (np.inf, 0.01 * whole.cost):
+        calls = 0
+
+        def counted(problem: Problem, **more: object) -> Fit:
+            nonlocal calls
+            calls += 1
+            return fit(problem, **more)  # type: ignore[arg-type]
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(sub_steps, "fit", counted)
+            fit_from(shifted, begun(p), 4, beat)
+        passes.append(calls)
+    assert passes[1] == 1 < passes[0]
+
+
+def test_one_sub_step_is_an_ordinary_fit() -> None:
+    p = replace(problem("cubic"), n_sub=1)
+    assert fit_from(p, start_point(p), 3).cost == fit(p, max_iterations=3).cost
