@@ -82,7 +82,8 @@ class Recording:
     meta : mapping
         Anything else worth keeping; `meta["notes"]` is a tuple of sentences about what reading
         changed (resampling, decimal commas, temperature differences, ...);
-        `meta["resolution"]`, by channel, the unit of a coarse converter, SI.
+        `meta["resolution"]`, by channel, the unit of a coarse converter, SI; `meta["noise"]`, by
+        channel, the standard deviation of a noise that is known, SI.
 
     Raises
     ------
@@ -343,8 +344,9 @@ class Recording:
             map = dict([*pairs[:at], *zip(others, others, strict=True), *pairs[at:]])
         chosen = {new: self.channel(old) for new, old in map.items()}
         meta = dict(self.meta)
-        if isinstance(known := meta.get("resolution"), Mapping):
-            meta["resolution"] = {new: known[old] for new, old in map.items() if old in known}
+        for key in ("resolution", "noise"):
+            if isinstance(known := meta.get(key), Mapping):
+                meta[key] = {new: known[old] for new, old in map.items() if old in known}
         return replace(
             self,
             channels={new: c.values for new, c in chosen.items()},

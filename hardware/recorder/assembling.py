@@ -117,16 +117,26 @@ def assemble(
 
 
 def recording_of(
-    made: Assembled, plan: TakePlan, journal: JournalFile, **others: object
+    made: Assembled,
+    plan: TakePlan,
+    journal: JournalFile,
+    noise: Mapping[str, float] | None = None,
+    **others: object,
 ) -> tuple[Recording, Provenance]:
     """Return the recording in SI, and its provenance; `others` are fields of `Provenance`."""
     units = {k: parse_unit(u, f"{plan.name}, channel {k!r}") for k, u in made.units.items()}
     channels = {k: units[k].to_si(v) for k, v in made.channels.items()}
     kept = {k: v for k, v in channels.items() if np.all(np.isfinite(v))}
-    notes = (made.clocks.remark, *made.sentences)
+    strange = [n for n in noise or {} if n not in kept]
+    notes = (
+        made.clocks.remark, *made.sentences,
+        *(f"the noise of {n} is stated, but there are {', '.join(kept)}" for n in strange),
+    )  # fmt: skip
+    known = {n: v for n, v in (noise or {}).items() if n in kept}
     recording = Recording(
         plan.name, made.time - made.time[0], kept, {k: units[k].si for k in kept},
-        journal.path.name, meta={"notes": tuple(n for n in notes if n)},
+        journal.path.name,
+        meta={"notes": tuple(n for n in notes if n), **({"noise": known} if known else {})},
     )  # fmt: skip
     provenance = Provenance.for_recording(
         recording, made.origins, made.flags, alignment=made.clocks, warnings=made.sentences,

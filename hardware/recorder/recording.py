@@ -117,7 +117,7 @@ def record(
                 f"{error}; what arrived is in {path.name}: see bondsight acquire --recover"
             ) from error
         recording, provenance = recording_of(
-            made, plan, raw, output_end=_end(station), envelope=dict(about),
+            made, plan, raw, station.noise, output_end=_end(station), envelope=dict(about),
             scales=_scales(station), air=air,
         )  # fmt: skip
         stored = finish(journal, archive, recording, provenance)

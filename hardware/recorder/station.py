@@ -81,6 +81,8 @@ class Station:
     lag, lag_error : float
         First-order lag of the amplifier and its standard deviation (s), where they are known; two
         clocks are told apart much better then.
+    noise : mapping
+        Standard deviation of the noise of channels, SI, where it is known.
     """
 
     clock: Clock
@@ -92,3 +94,4 @@ class Station:
     gains: Mapping[str, Any] = field(default_factory=dict)
     lag: float | None = None
     lag_error: float = 0.0
+    noise: Mapping[str, float] = field(default_factory=dict)

@@ -72,6 +72,7 @@ class OpenStation:
         return Station(
             self.clock, self.output, wave, sensors, preparation, parked(self.output),
             self._driven.gains, self.settings.amplifier.lag, self.settings.amplifier.lag_error,
+            self.settings.noise,
         )  # fmt: skip
 
     def close(self) -> None:

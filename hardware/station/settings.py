@@ -19,6 +19,9 @@ The file is TOML::
     [interferometer]
     connection = "usb:0"
     dead_path = 0.1
+
+    [noise]
+    x = 1e-9                         # standard deviation of a channel, SI, where it is known
 """
 
 from __future__ import annotations
@@ -30,7 +33,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-from bondgraph.support.bounds import Count, one_of
+from bondgraph.support.bounds import Count, Positive, one_of
 from bondgraph.support.errors import UnusableInput, real_number
 from bondgraph.support.typed_reader import Rules, bad, make, off_default, record
 from hardware.envelope import PRESETS, Envelope
@@ -153,6 +156,8 @@ class StationSettings:
         Limits between every command and the actuator.
     output, amplifier, interferometer, clock
         Its parts; no interferometer if None.
+    noise : mapping
+        Standard deviation of the noise of channels, SI, where it is known: recordings carry it.
     """
 
     name: str
@@ -161,6 +166,7 @@ class StationSettings:
     amplifier: AmplifierSettings = field(default_factory=AmplifierSettings)
     interferometer: InterferometerSettings | None = None
     clock: ClockSettings = field(default_factory=ClockSettings)
+    noise: Mapping[str, Positive] = field(default_factory=dict)
 
 
 def read_settings(path: str | Path) -> StationSettings:

@@ -162,7 +162,7 @@ def diagnose(
         Behaviour of the commands between samples; chosen on the training part when not given.
     noise : mapping of str to float, optional
         Standard deviation of the noise of sensors, SI, where it is known better than the recording
-        tells it.
+        tells it; what the recording declares (`meta["noise"]`) holds for the others.
     progress : callable, optional
         Called with a text and a fraction between 0 and 1.
 
@@ -198,9 +198,10 @@ def diagnose(
         return replace(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
         )
+    noise = declared_noise(recording, sensors) | dict(noise or {})
     read = noise_floor(recording, split, sensors, tuple(commands), breaks)
-    floor = read | given_noise(noise or {}, sensors, graph.name)
-    open_ones = tuple(n for n in sensors if n not in (noise or {}))
+    floor = read | given_noise(noise, sensors, graph.name)
+    open_ones = tuple(n for n in sensors if n not in noise)
     sure = not open_ones or measured(recording, split, open_ones, tuple(commands), breaks)
     data = replace(data, floor=np.array([floor[n] for n in sensors]), floor_measured=sure)
     if reason := _nothing_moves(data):
@@ -216,7 +217,7 @@ def diagnose(
                 f"{graph.name} cannot be simulated on {recording.name}: the outputs are not "
                 "finite; check parameter values, signs and units"
             )
-        nominal = held_to_residual(nominal, noise or {})
+        nominal = held_to_residual(nominal, noise)
         if ours and recording.n >= LEAST_TO_INTERLEAVE:
             nominal = seen_in_training(graph, nominal, hold, limits.noise)
         # what is shown as gained comes from samples that no choice has seen
@@ -232,13 +233,13 @@ def diagnose(
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
-        made = steps(base, options, limits, classes, say, noise or ())
+        made = steps(base, options, limits, classes, say, noise)
         if (found := _deeper(nominal, made)) is not None:
             # nothing may be called missing that better values of the same model explain
             nominal = found
             result = replace(result, nominal=nominal)
             base = thinned(template, nominal, options)
-            made = steps(base, options, limits, classes, say, noise or ())
+            made = steps(base, options, limits, classes, say, noise)
         say("fitting the repaired model on all training samples", 0.95)
         decisions = unthinned(made.decisions, template, options.holds)
         declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
@@ -262,7 +263,7 @@ def diagnose(
     with calm():
         notes = (
             *recording.notes, *_notes(template, options.holds, last),
-            *_noise_notes(read, floor, sure, noise or {}), *moved(nominal),
+            *_noise_notes(read, floor, sure, noise), *moved(nominal),
         )  # fmt: skip
     last = judged_on(last, whole)  # whether it is noise is no gain: all that is held out says it
     left = remaining(last)
@@ -421,6 +422,13 @@ def _nothing_moves(data: Data) -> str:
     if (data.readings.std(axis=0) > 1.5 * data.floor).any():
         return ""
     return "the commands are constant and the readings only noise: excite the system"
+
+
+def declared_noise(recording: Recording, sensors: Collection[str]) -> dict[str, float]:
+    """Return the noise that the recording itself declares for readings of the model."""
+    known = recording.meta.get("noise")
+    found = known.items() if isinstance(known, Mapping) else ()
+    return {n: float(v) for n, v in found if n in sensors}
 
 
 def given_noise(noise: Mapping[str, float], sensors: Sequence[str], model: str) -> dict[str, float]:

@@ -65,7 +65,7 @@ def provenance(recordings: Sequence[Recording]) -> dict[str, Any]:
         ``sha256`` is that of the file they all come from, else the SHA-256 of their hashes in
         order, one a line; empty if one of them comes from no file. ``meta["parts"]`` lists name,
         source, hash, samples and all else of each, ``meta["notes"]`` say whose they are, and
-        ``meta["resolution"]`` is the coarsest that is declared for each channel.
+        ``meta["resolution"]`` and ``meta["noise"]`` are the largest declared for each channel.
     """
     hashes = [r.sha256 for r in recordings]
     if len(set(hashes)) == 1 or not all(hashes):
@@ -81,17 +81,20 @@ def provenance(recordings: Sequence[Recording]) -> dict[str, Any]:
     ]  # fmt: skip
     notes = tuple(dict.fromkeys(f"{r.name}: {note}" for r in recordings for note in r.notes))
     meta: dict[str, Any] = {"notes": notes, "parts": parts}
-    if coarse := _coarsest(recordings):
-        meta["resolution"] = coarse
+    meta |= {key: each for key in DECLARED if (each := _largest(recordings, key))}
     source = " + ".join(dict.fromkeys(r.source for r in recordings if r.source))
     return {"source": source, "sha256": whole, "meta": meta}
 
 
-def _coarsest(recordings: Sequence[Recording]) -> dict[str, float]:
-    """Return the largest unit that a converter of each channel is declared to have."""
+DECLARED = ("resolution", "noise")
+"""What recordings may say of each channel's readings, SI."""
+
+
+def _largest(recordings: Sequence[Recording], key: str) -> dict[str, float]:
+    """Return the largest number that is declared for each channel."""
     found: dict[str, float] = {}
     for r in recordings:
-        known = r.meta.get("resolution")
+        known = r.meta.get(key)
         for name, unit in known.items() if isinstance(known, Mapping) else ():
             found[name] = max(unit, found.get(name, 0.0))
     return found

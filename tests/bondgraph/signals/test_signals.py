@@ -268,7 +268,8 @@ def test_channel_and_select() -> None:
         *(n for n in r.channels if n != "x"),
     ]
     assert list(r.select({"*": "*", "y": "x"}).channels)[-1] == "y"
-    coarse = replace(r, meta={**r.meta, "resolution": {"x": 1e-9, "z": 1.0}})
+    coarse = replace(r, meta={**r.meta, "resolution": {"x": 1e-9, "z": 1.0}, "noise": {"x": 3.0}})
+    assert coarse.select({"y": "x"}).meta["noise"] == {"y": 3.0}
     assert coarse.select({"y": "x"}).meta["resolution"] == {"y": 1e-9}
     assert coarse.slice(0, 9).decimate(2).meta["resolution"] == {"x": 1e-9, "z": 1.0}
     with pytest.raises(UnknownName, match=r"no channel 'X' in recording demo\. Did you mean 'x'"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,17 @@ def test_a_clocked_take_is_stored_with_all_that_is_known(
     assert list(dict.fromkeys(s.phase for s in steps))[:3] == ["prepare", "arm", "play"]
     assert steps[-1].phase == "end"
     assert sum(c.n for s in steps for c in s.chunks) <= 2 * swing.size
+
+
+def test_a_noise_that_is_known_stands_in_the_recording(
+    bench: Make, swing: Wave, target: Path
+) -> None:
+    _, station = bench()
+    plan = TakePlan(swing, 10e3, "swing", "clock")
+    known = replace(station.station(plan), noise={"x": 2e-9, "y": 1.0})
+    again = Recording.open(record(known, plan, target).path)
+    assert again.meta["noise"] == {"x": 2e-9}
+    assert any("noise of y" in n and "V_mon" in n for n in again.notes)
 
 
 def test_the_displacement_is_that_of_the_actuator(bench: Make, swing: Wave, target: Path) -> None:

@@ -31,6 +31,9 @@ voltage_monitor = 0.05
 [interferometer]
 connection = "usb:0"
 dead_path = 0.1
+
+[noise]
+x = 2e-9
 """
 
 
@@ -46,6 +49,7 @@ def test_a_file_is_read(tmp_path: Path) -> None:
     assert s.interferometer is not None
     assert s.interferometer.dead_path == 0.1
     assert s.clock.bench == ""
+    assert s.noise == {"x": 2e-9}
 
 
 @pytest.mark.parametrize(
@@ -66,6 +70,7 @@ def test_a_file_is_read(tmp_path: Path) -> None:
         (("[amplifier]", "[amplifeir]"), "did you mean 'amplifier'"),
         (("dead_path = 0.1", "dead_path = [1]"), "not a finite number"),
         (("[output]", "[output"), "is no TOML"),
+        (("x = 2e-9", "x = -2e-9"), "noise.x: -2e-09 is not a number above 0"),
         (('connection = "usb:0"', "connection = 3"), "interferometer.connection: 3 is not text"),
     ],
 )

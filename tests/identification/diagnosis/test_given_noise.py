@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,16 @@ def test_what_is_given_is_used_and_counts_as_measured() -> None:
     assert not read.data.floor_measured
     assert any("--noise" in n for n in read.notes)
     assert not any("noise" in n for n in told.notes)
+
+
+def test_what_the_recording_declares_is_used_unless_the_user_says_otherwise() -> None:
+    declared = replace(run(spring()), meta={"noise": {"x": 1.1 * NOISE, "other": 1.0}})
+    options = DiagnosisOptions(jobs=1, keep=2, more=0, effects=1)
+    for given, level in ((None, 1.1 * NOISE), ({"x": 0.9 * NOISE}, 0.9 * NOISE)):
+        d = diagnose(spring(), declared, options=options, noise=given)
+        assert d.data is not None
+        assert d.data.floor.tolist() == [level]
+        assert d.data.floor_measured
 
 
 @pytest.mark.parametrize("factor", [0.1, 10.0])
