@@ -42,6 +42,7 @@ from identification.diagnosis.search.nominal import (
     hold_margin,
     nominal_fit,
     seen_in_training,
+    split_that_shows,
 )
 from identification.estimation.single_record import Fit, FitStatus
 from identification.estimation.threads import calm
@@ -240,6 +241,16 @@ def diagnose(
             result = replace(result, nominal=nominal)
             base = thinned(template, nominal, options)
             made = steps(base, options, limits, classes, say, noise)
+        named = [d.chosen.fit for d in made.decisions if d.kind == "missing_physics" and d.chosen]
+        if ours and named and named[-1].problem.data.n == recording.n:
+            # beside a first effect another one may hide in held-out stretches
+            finer = split_that_shows(named[-1], limits.noise)
+            if finer is not None:
+                again = diagnose(
+                    graph, parts, finer, model=model, options=options, limits=limits, hold=hold,
+                    noise=noise, progress=progress, seed=seed,
+                )  # fmt: skip
+                return replace(again, seconds=time.perf_counter() - begin)
         say("fitting the repaired model on all training samples", 0.95)
         decisions = unthinned(made.decisions, template, options.holds)
         declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)

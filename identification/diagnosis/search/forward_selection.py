@@ -214,7 +214,9 @@ def _revisited(base: Base, decisions: list[Decision], task: _Search) -> list[Dec
     alone = finish(made[0], task.options.final_iterations, task.options.holds)
     begin = base_of(held_to_residual(alone.fit, task.given))
     after = _forward(begin, task, task.options.effects - 1, 1, (alone.element,))
-    if after[0].kind != "missing_physics":
+    # beside the second one the first is named, or is in question at the same place again
+    agree = set(after[0].places) & set(first.places) and after[0].answer in ("look_alikes", "kind")
+    if after[0].kind != "missing_physics" and not agree:
         return None
     return [replace(named[0], chosen=alone), *after]
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import eig
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.signals.recording import Split
 from bondgraph.signals.split import interleaved, stretches
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
@@ -85,17 +86,48 @@ def seen_in_training(graph: BondGraph, nominal: Fit, hold: str | None, noise: fl
         Residual over the noise up to which nothing is missed.
     """
     data = nominal.problem.data
-    begin = min(p.start for p in stretches(data.split.train))
-    for count in FINER:
-        unseen = nominal.chi2("train") <= noise**2 and nominal.chi2("test") > 2 * noise**2
-        if not unseen or data.n - begin < SHORTEST * count:
+    for split in _finer(data):
+        if not _unseen(nominal, noise):
             break
-        split = replace(interleaved(begin, data.n, count), rest=data.split.rest)
         finer = nominal_fit(graph, replace(data, split=split), hold)[1]
         if finer.status is FitStatus.BROKEN or not np.isfinite(finer.cost):
             break
         nominal = finer
     return nominal
+
+
+def split_that_shows(repaired: Fit, noise: float) -> Split | None:
+    """Return finer stretches whose training samples show what only held-out ones do now.
+
+    The coarsest that show a fair part of it; None where nothing hides, or where none show it.
+    """
+    if not _unseen(repaired, noise):
+        return None
+    found = None
+    for split in _finer(repaired.problem.data):
+        problem = replace(repaired.problem, data=replace(repaired.problem.data, split=split))
+        seen = replace(repaired, problem=problem)
+        if not _unseen(seen, noise):
+            found = split
+            if seen.chi2("train") > FAIR * seen.chi2("test"):
+                break
+    return found
+
+
+FAIR = 0.1
+"""Misfit of the training samples over that of the others that tells enough of a law."""
+
+
+def _unseen(result: Fit, noise: float) -> bool:
+    """Whether training samples are at the noise, and held-out ones far above it."""
+    return result.chi2("train") <= noise**2 and result.chi2("test") > 2 * noise**2
+
+
+def _finer(data: Data) -> Iterator[Split]:
+    begin = min(p.start for p in stretches(data.split.train))
+    for count in FINER:
+        if data.n - begin >= SHORTEST * count:
+            yield replace(interleaved(begin, data.n, count), rest=data.split.rest)
 
 
 FINER = (90, 270)
