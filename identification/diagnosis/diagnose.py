@@ -145,6 +145,7 @@ def diagnose(
     noise: Mapping[str, float] | None = None,
     progress: Progress | None = None,
     seed: int = 0,
+    known: Sequence[Decision] = (),
 ) -> Diagnosis:
     """Diagnose the mismatch between `graph` and `recording`.
 
@@ -164,6 +165,9 @@ def diagnose(
     noise : mapping of str to float, optional
         Standard deviation of the noise of sensors, SI, where it is known better than the recording
         tells it; what the recording declares (`meta["noise"]`) holds for the others.
+    known : sequence of Decision, optional
+        Effects that were named on another division of the same recording: the search goes on
+        beside them.
     progress : callable, optional
         Called with a text and a fraction between 0 and 1.
 
@@ -193,8 +197,8 @@ def diagnose(
     ours = split is None and not breaks
     split = split or (split_of(parts) if breaks else _split(recording, commands))
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
-    known = recording.meta.get("resolution") or {}
-    data = replace(data, breaks=breaks, resolution=known if isinstance(known, Mapping) else {})
+    coarse = recording.meta.get("resolution") or {}
+    data = replace(data, breaks=breaks, resolution=coarse if isinstance(coarse, Mapping) else {})
     if reason := _insufficient(graph, data) or "; ".join(stuck(data)):
         return replace(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
@@ -234,23 +238,20 @@ def diagnose(
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
-        made = steps(base, options, limits, classes, say, noise)
+        made = steps(base, options, limits, classes, say, noise, known)
         if (found := _deeper(nominal, made)) is not None:
             # nothing may be called missing that better values of the same model explain
             nominal = found
             result = replace(result, nominal=nominal)
             base = thinned(template, nominal, options)
-            made = steps(base, options, limits, classes, say, noise)
-        named = [d.chosen.fit for d in made.decisions if d.kind == "missing_physics" and d.chosen]
-        if ours and named and named[-1].problem.data.n == recording.n:
-            # beside a first effect another one may hide in held-out stretches
-            finer = split_that_shows(named[-1], limits.noise)
-            if finer is not None:
-                again = diagnose(
-                    graph, parts, finer, model=model, options=options, limits=limits, hold=hold,
-                    noise=noise, progress=progress, seed=seed,
-                )  # fmt: skip
-                return replace(again, seconds=time.perf_counter() - begin)
+            made = steps(base, options, limits, classes, say, noise, known)
+        named = [d for d in made.decisions if d.kind == "missing_physics" and d.chosen]
+        if ours and named and (finer := _hidden(named[-1], recording.n, limits)) is not None:
+            again = diagnose(
+                graph, parts, finer, model=model, options=options, limits=limits, hold=hold,
+                noise=noise, progress=progress, seed=seed, known=named,
+            )  # fmt: skip
+            return replace(again, seconds=time.perf_counter() - begin)
         say("fitting the repaired model on all training samples", 0.95)
         decisions = unthinned(made.decisions, template, options.holds)
         declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
@@ -292,6 +293,13 @@ def diagnose(
     result = replace(result, advice=advice(result, frequencies))
     say("done", 1.0)
     return replace(result, seconds=time.perf_counter() - begin)
+
+
+def _hidden(last: Decision, n: int, limits: Thresholds) -> Split | None:
+    """Return finer stretches where another effect hides in held-out ones beside what was named."""
+    if last.chosen is None or last.chosen.fit.problem.data.n != n:
+        return None
+    return split_that_shows(last.chosen.fit, limits.noise)
 
 
 def judged_on(f: Fit, split: Split) -> Fit:

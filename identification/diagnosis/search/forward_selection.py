@@ -36,10 +36,12 @@ from identification.diagnosis.search.candidates import (
     fitted,
     not_worse,
     search,
+    trial_of,
 )
 from identification.diagnosis.search.nominal import held_to_residual
 from identification.diagnosis.search.there import There, look_there
 from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.estimation.sub_steps import fit_from
 from identification.study.problem import Problem
 
 Progress = Callable[[str, float], None]
@@ -134,14 +136,16 @@ def steps(
     classes: Isolability,
     say: Progress,
     given: Collection[str] = (),
+    known: Sequence[Decision] = (),
 ) -> SelectionStage:
     """Look for one effect after another until nothing more shows.
 
     `given` are readings whose noise the user has stated; the others' may turn out to be lower.
+    `known` effects were named on another division of the record: the search goes on beside them.
     """
     done = _Looks((*options.catalogue, UNNAMED), base.fit.problem.with_offsets, options.jobs)
     task = _Search(done, options, limits, classes, say, tuple(given))
-    decisions = _forward(base, task, max(1, options.effects))
+    decisions = _resumed(base, known, task) or _forward(base, task, max(1, options.effects))
     again = _revisited(base, decisions, task)
     if again is not None and again[-1].remaining is not None:
         decisions = again
@@ -185,6 +189,24 @@ def _forward(
         if decision.kind == "missing_physics":
             places = (*places, decision.chosen.element)
     return decisions
+
+
+def _resumed(base: Base, known: Sequence[Decision], task: _Search) -> list[Decision]:
+    """Fit what was named to the samples of `base`, and look again; empty if it cannot be."""
+    chosen = known[-1].chosen if known else None
+    if chosen is None:
+        return []
+    old = chosen.fit
+    problem = replace(old.problem, data=replace(base.template.data, hold=old.problem.data.hold))
+    again = fit_from(problem, old.point, task.options.final_iterations)
+    if again.status is FitStatus.BROKEN:
+        return []
+    last = replace(known[-1], chosen=trial_of(chosen.insertion, chosen.home, again))
+    places = tuple(d.chosen.element for d in known if d.chosen is not None)
+    more = task.options.effects - len(known)
+    begin = base_of(held_to_residual(again, task.given))
+    after = _forward(begin, task, more, len(known), places) if more > 0 else []
+    return [*known[:-1], last, *after]
 
 
 def _promising(decision: Decision, number: int, options: DiagnosisOptions) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.laws import EndStop
+from bondgraph.laws import Coulomb, EndStop
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved, stretches
 from bondgraph.simulation.simulate import simulate
@@ -17,19 +17,21 @@ HIT = slice(1702, 1735)
 """Within a stretch that is held out of thirty, early enough to ring down in it."""
 
 
-def run(hard: float = 1.0) -> Recording:
+def run(hard: float = 1.0, dry: float = 0.0) -> Recording:
     """A stop that is reached in one stretch only, where the force is eight times as large."""
     t = np.asarray(DT * np.arange(N), np.float64)
     force = 2 * np.sin(2 * np.pi * 0.7 * t) + 2 * np.sin(2 * np.pi * 2.3 * t)
     force[HIT] *= 8
     truth = spring(d=10.0).with_element("k", law=EndStop(2000.0 * hard, -0.04, 0.04))
+    if dry:
+        truth = truth.with_element("d", law=Coulomb(dry))
     x = simulate(truth, t, {"F": force})["x"]
     x += NOISE * np.random.default_rng(3).standard_normal(N)
     return Recording("run", t, {"F": force, "x": x}, {"F": "N", "x": "m"})
 
 
-def judged(r: Recording, **given: object) -> Diagnosis:
-    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=1)
+def judged(r: Recording, effects: int = 1, **given: object) -> Diagnosis:
+    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=effects)
     return diagnose(spring(d=9.0), r, options=options, **given)  # type: ignore[arg-type]
 
 
@@ -46,6 +48,14 @@ def test_a_stop_reached_once_is_fitted_and_named() -> None:
     assert [(s.chosen.effect, s.chosen.element) for s in d.findings if s.chosen] == [
         ("end_stop", "k")
     ]
+
+
+def test_a_stop_that_hides_behind_friction_is_fitted_and_named() -> None:
+    d = judged(run(dry=0.5), effects=2)
+    assert d.data is not None
+    assert "of 30 stretches" not in d.data.split.rule
+    found = {(s.chosen.effect, s.chosen.element) for s in d.findings if s.chosen}
+    assert found == {("coulomb_friction", "d"), ("end_stop", "k")}
 
 
 def test_the_usual_division_stays_where_nothing_is_missed() -> None:
