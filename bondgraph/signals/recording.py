@@ -409,6 +409,8 @@ class Recording:
         }
         note = f"decimated by {factor} with a zero-phase low-pass"
         meta = {**self.meta, "notes": (*self.notes, note)}
+        if isinstance(known := meta.get("noise"), Mapping):  # the low-pass takes a part of it away
+            meta["noise"] = {n: v for n, v in known.items() if n in unfiltered}
         return replace(self, time=self.time[::factor], channels=channels, meta=meta)
 
     def write_csv(self, path: str | os.PathLike[str]) -> Path:

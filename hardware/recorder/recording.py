@@ -90,7 +90,7 @@ def record(
     about = station.output.provenance()
     header = journal_header(
         plan.name, origins, envelope=about, watchdog=bool(about.get("has_watchdog", False)),
-        alignment=_stated(plan), command=_command(plan),
+        alignment=_stated(plan), command=_command(plan), noise=station.noise,
     )  # fmt: skip
     with Journal.create(path, header) as journal:
         try:

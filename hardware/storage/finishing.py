@@ -66,6 +66,7 @@ def journal_header(
     envelope: Mapping[str, Any] | None = None,
     watchdog: bool = False,
     command: Mapping[str, Any] | None = None,
+    noise: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Return a header from which `recover` can make recordings.
 
@@ -83,6 +84,8 @@ def journal_header(
         Whether the output parks itself when the program is gone.
     command : mapping, optional
         What was asked for, plain values.
+    noise : mapping, optional
+        Standard deviation of the noise of channels, SI, where it is known.
     """
     return {
         "name": name,
@@ -91,6 +94,7 @@ def journal_header(
         "envelope": dict(envelope or {}),
         "watchdog": watchdog,
         "command": dict(command or {}),
+        "noise": dict(noise or {}),
     }
 
 

@@ -154,12 +154,16 @@ def _recording(journal: JournalFile, end: str, piece: Piece, origin: Provenance)
     name = journal.header.get("name")
     name = (name if isinstance(name, str) and name else journal.path.stem) + end
     units = {k: parse_unit(u, f"{name}, channel {k!r}") for k, u in piece.units.items()}
+    stated = journal.header.get("noise")
+    known = stated if isinstance(stated, Mapping) else {}
+    noise = {k: v for k, v in known.items() if k in units and isinstance(v, float)}
+    notes = ("recovered from a journal; raw values on nominal rates", *origin.warnings)
     return Recording(
         name,
         (piece.first + np.arange(piece.n)) / origin.rate,
         {k: units[k].to_si(v) for k, v in piece.channels.items()},
         {k: u.si for k, u in units.items()},
-        meta={"notes": ("recovered from a journal; raw values on nominal rates", *origin.warnings)},
+        meta={"notes": notes, **({"noise": noise} if noise else {})},
     )
 
 

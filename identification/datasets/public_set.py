@@ -348,5 +348,6 @@ def changed(
 ) -> Recording:
     """Return the recording with other values and a note that says so."""
     meta: dict[str, Any] = {**recording.meta, "notes": (*recording.notes, note)}
+    meta.pop("noise", None)  # that of the old values
     values = {k: np.asarray(v, dtype=np.float64) for k, v in channels.items()}
     return replace(recording, channels=values, units=units, meta=meta)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -246,12 +247,18 @@ def diagnose(
             base = thinned(template, nominal, options)
             made = steps(base, options, limits, classes, say, noise, known)
         named = [d for d in made.decisions if d.kind == "missing_physics" and d.chosen]
-        if ours and named and (finer := _hidden(named[-1], recording.n, limits)) is not None:
-            again = diagnose(
-                graph, parts, finer, model=model, options=options, limits=limits, hold=hold,
-                noise=noise, progress=progress, seed=seed, known=named,
-            )  # fmt: skip
-            return replace(again, seconds=time.perf_counter() - begin)
+        finer = (
+            _hidden(named, recording.n, limits) if ours and len(named) < options.effects else None
+        )
+        if finer is not None:
+            with suppress(BondsightError):
+                again = diagnose(
+                    graph, parts, finer, model=model, options=options, limits=limits, hold=hold,
+                    noise=noise, progress=lambda text, part: say(text, 0.9 + 0.1 * part),
+                    seed=seed, known=named,
+                )  # fmt: skip
+                if again.kind == "missing_physics" and len(again.findings) >= len(named):
+                    return replace(again, seconds=time.perf_counter() - begin)
         say("fitting the repaired model on all training samples", 0.95)
         decisions = unthinned(made.decisions, template, options.holds)
         declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
@@ -275,7 +282,7 @@ def diagnose(
     with calm():
         notes = (
             *recording.notes, *_notes(template, options.holds, last),
-            *_noise_notes(read, floor, sure, noise), *moved(nominal),
+            *_noise_notes(read, floor, sure, noise), *moved(nominal), *_resumed_notes(known),
         )  # fmt: skip
     last = judged_on(last, whole)  # whether it is noise is no gain: all that is held out says it
     left = remaining(last)
@@ -295,11 +302,12 @@ def diagnose(
     return replace(result, seconds=time.perf_counter() - begin)
 
 
-def _hidden(last: Decision, n: int, limits: Thresholds) -> Split | None:
+def _hidden(named: Sequence[Decision], n: int, limits: Thresholds) -> Split | None:
     """Return finer stretches where another effect hides in held-out ones beside what was named."""
-    if last.chosen is None or last.chosen.fit.problem.data.n != n:
+    last = named[-1].chosen if named else None
+    if last is None or last.fit.problem.data.n != n:
         return None
-    return split_that_shows(last.chosen.fit, limits.noise)
+    return split_that_shows(last.fit, limits.noise)
 
 
 def judged_on(f: Fit, split: Split) -> Fit:
@@ -446,8 +454,13 @@ def _nothing_moves(data: Data) -> str:
 def declared_noise(recording: Recording, sensors: Collection[str]) -> dict[str, float]:
     """Return the noise that the recording itself declares for readings of the model."""
     known = recording.meta.get("noise")
-    found = known.items() if isinstance(known, Mapping) else ()
-    return {n: float(v) for n, v in found if n in sensors}
+    found = known if isinstance(known, Mapping) else {}
+    try:
+        return {n: float(found[n]) for n in sensors if n in found}
+    except (TypeError, ValueError):
+        raise UnusableInput(
+            f"{recording.name}: what it says of its noise is no number; give --noise SENSOR=VALUE"
+        ) from None
 
 
 def given_noise(noise: Mapping[str, float], sensors: Sequence[str], model: str) -> dict[str, float]:
@@ -467,6 +480,16 @@ def given_noise(noise: Mapping[str, float], sensors: Sequence[str], model: str) 
                 "the unit of the sensor (SI)"
             )
     return {n: float(v) for n, v in noise.items()}
+
+
+def _resumed_notes(known: Sequence[Decision]) -> tuple[str, ...]:
+    if not known:
+        return ()
+    names = ", ".join(d.chosen.label for d in known if d.chosen is not None)
+    return (
+        f"{names}: named on coarser stretches, whose training samples are among those that say "
+        "what is gained",
+    )
 
 
 FAR_OFF = 3.0

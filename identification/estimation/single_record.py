@@ -11,6 +11,7 @@ from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root, sandwich
 from identification.estimation.levenberg_marquardt import FitStatus as FitStatus
 from identification.estimation.levenberg_marquardt import minimise
+from identification.estimation.threads import calm
 from identification.study.joint import NUISANCE_LAG as NUISANCE_LAG
 from identification.study.joint import JointPoint, JointProblem, held_out_states, stack_of
 from identification.study.problem import Problem
@@ -113,6 +114,8 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
     point, e = stack.local(made.point, 0), made.evaluations[0]
     if made.status is FitStatus.BROKEN:
         return Fit(problem, point, made.status, np.inf, 0, e.y)
+    if not np.isfinite(e.jacobian).all():
+        raise np.linalg.LinAlgError("derivatives are not finite where the fit ended")
     y = e.y
     if problem.window is not None or problem.data.breaks:
         point = held_out_states(problem, point)
@@ -138,7 +141,8 @@ def _intervals(made: Fit) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
     problem, point = made.problem, made.point
     stack = stack_of((problem,))
     (lower, upper), at = stack.bounds, slots(problem)
-    sd = np.sqrt(_variances(stack, stack.gathered([point])))
+    with calm():
+        sd = np.sqrt(_variances(stack, stack.gathered([point])))
     found: list[Estimate] = []
     nuisances: list[Estimate] = []
     for i, f in enumerate(problem.free):

@@ -35,6 +35,8 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
 
     Parameters
     ----------
+    iterations : int
+        Of each descent between two corrections.
     beat : float
         Misfit above which the result is of no use: the descent ends where it will not get there.
     """
@@ -58,7 +60,8 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
         ended = made.status is not FitStatus.ITERATIONS
         hopeless = new > (NEAR if ended else FAR) * beat
         if hopeless or abs(new - made.cost) <= AGREES * new:
-            return replace(made, problem=problem, cost=cost, simulated=there.y)
+            status = FitStatus.ITERATIONS if hopeless else made.status
+            return replace(made, problem=problem, cost=cost, simulated=there.y, status=status)
         assert few.correction is not None
         change = there.y - (made.simulated - few.correction)
         few = replace(few, correction=change)
@@ -74,8 +77,8 @@ def with_few(problem: Problem, point: Point, there: ResidualEvaluation) -> Probl
         Of `problem` at `point`.
     """
     train = problem.data.mask("train")
-    most = LARGEST * np.ptp(problem.data.readings[train], axis=0)
-    n_sub = 1
+    most = np.maximum(LARGEST * np.ptp(problem.data.readings[train], axis=0), problem.data.floor)
+    n_sub = replace(problem, n_sub=1).steps
     while n_sub < problem.n_sub:
         few = replace(problem, n_sub=n_sub, correction=None)
         change = there.y - evaluate(few, point, derivatives=False).y

@@ -151,6 +151,7 @@ def kind_scores(
     places: Iterable[str] | None = None,
     jobs: int = 1,
     forms: Forms = flexible_forms,
+    modes: bool = True,
 ) -> list[KindScore]:
     """Score every kind at the given places (all, unless given), best first.
 
@@ -164,6 +165,8 @@ def kind_scores(
         Threads that share the places.
     forms : callable
         What every kind may look like at an element with its past.
+    modes : bool
+        Masses have resonances too (`mode_forms`).
     """
     elements = bench.problem.graph.elements
     asked = [
@@ -172,16 +175,21 @@ def kind_scores(
         if name in scene.past and bench.probed.knows(name) and name in elements
     ]
     found = Parallel(n_jobs=jobs, backend="threading")(
-        delayed(_scores)(bench, scene, ranked, elements[name], forms) for name in asked
+        delayed(_scores)(bench, scene, ranked, elements[name], forms, modes) for name in asked
     )
     return sorted((k for each in found for k in each), key=lambda k: k.score.loss)
 
 
 def _scores(
-    bench: Bench, scene: FittedModel, ranked: Sequence[Screened], element: Element, made: Forms
+    bench: Bench,
+    scene: FittedModel,
+    ranked: Sequence[Screened],
+    element: Element,
+    made: Forms,
+    modes: bool,
 ) -> list[KindScore]:
     forms = dict(made(element, scene.past[element.name]))
-    if made is flexible_forms:
+    if modes:
         forms |= mode_forms(scene, element)
     for s in ranked:
         # the addition of a two-port has two sides, of which the screening keeps one

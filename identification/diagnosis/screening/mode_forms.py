@@ -29,11 +29,12 @@ def mode_forms(scene: FittedModel, element: Element) -> Mapping[str, Signature]:
     if element.name not in {e.name for e in masses(scene.graph)}:
         return {}
     past = scene.of(element)
+    runs = np.split(past.argument, scene.data.breaks)  # every recording begins at rest
     found = [
-        part
+        np.concatenate(parts)
         for omega in peaks(scene)[:MODES]
         for damping in DAMPINGS
-        for part in ringing(past.argument, omega, damping, past.dt)
+        for parts in zip(*(ringing(v, omega, damping, past.dt) for v in runs), strict=True)
     ]
     return {"mode": Signature(np.stack(found, axis=1))} if found else {}
 

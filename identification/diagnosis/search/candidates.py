@@ -390,13 +390,20 @@ def _from_simpler(trial: Candidate, end: Fit, iterations: int) -> Candidate:
         data=replace(trial.fit.problem.data, hold=hold), correction=None,
     )  # fmt: skip
     known = {n: v for n, v in end.values.items() if n in problem.graph.parameters}
-    try:
-        again = settled_fit(replace(problem, starts={**problem.starts, **known}), iterations)
-    except (BondsightError, np.linalg.LinAlgError, ValueError):
-        return trial
-    if not _sound(again) or not again.cost < trial.fit.cost:
-        return trial
-    return trial_of(trial.insertion, trial.home, again)
+    problem = replace(problem, starts={**problem.starts, **known})
+    finer = replace(problem, n_sub=max(trial.fit.problem.n_sub, end.problem.n_sub))
+    for begun in dict.fromkeys((problem.n_sub, finer.n_sub)):  # few may run away where many do not
+        try:
+            again = settled_fit(replace(problem, n_sub=begun), iterations)
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            continue
+        if _sound(again):
+            return (
+                trial_of(trial.insertion, trial.home, again)
+                if again.cost < trial.fit.cost
+                else trial
+            )
+    return trial
 
 
 def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
@@ -523,7 +530,7 @@ def _enough(result: Fit, finest: int) -> int:
     """Return the sub-steps of which twice as many change next to nothing where a fit ended."""
     problem, before = result.problem, result.simulated
     m = problem.data.mask("train") | problem.data.mask("test")
-    count = problem.n_sub
+    count = begin = problem.steps
     while count < finest:
         finer = replace(problem, n_sub=2 * count, built=problem.engine)
         after = evaluate(finer, result.point, derivatives=False).y
@@ -531,7 +538,7 @@ def _enough(result: Fit, finest: int) -> int:
         if not np.isfinite(change) or change < 0.02 * max(1.0, result.cost):
             break
         count, before = 2 * count, after
-    return count
+    return problem.n_sub if count == begin else count
 
 
 def thinning(data: Data, samples: int) -> int:

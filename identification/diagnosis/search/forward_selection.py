@@ -237,10 +237,17 @@ def _revisited(base: Base, decisions: list[Decision], task: _Search) -> list[Dec
     begin = base_of(held_to_residual(alone.fit, task.given))
     after = _forward(begin, task, task.options.effects - 1, 1, (alone.element,))
     # beside the second one the first is named, or is in question at the same place again
-    agree = set(after[0].places) & set(first.places) and after[0].answer in ("look_alikes", "kind")
-    if after[0].kind != "missing_physics" and not agree:
+    if after[0].kind != "missing_physics" and not _agree(first, after[0], task.limits):
         return None
     return [replace(named[0], chosen=alone), *after]
+
+
+def _agree(first: Decision, after: Decision, limits: Thresholds) -> bool:
+    """Whether look-alikes stay in question at the place of the first choice, and leave noise."""
+    if after.answer != "look_alikes" or after.chosen is None:
+        return False
+    same = bool(set(after.places) & set(first.places))
+    return same and remaining(after.chosen.fit).is_noise(limits.noise)
 
 
 def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, ...]:

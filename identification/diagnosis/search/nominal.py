@@ -107,7 +107,7 @@ def split_that_shows(repaired: Fit, noise: float) -> Split | None:
     for split in _finer(repaired.problem.data):
         problem = replace(repaired.problem, data=replace(repaired.problem.data, split=split))
         seen = replace(repaired, problem=problem)
-        if not _unseen(seen, noise):
+        if seen.chi2("train") > noise**2:
             found = split
             if seen.chi2("train") > FAIR * seen.chi2("test"):
                 break
@@ -124,9 +124,10 @@ def _unseen(result: Fit, noise: float) -> bool:
 
 
 def _finer(data: Data) -> Iterator[Split]:
-    begin = min(p.start for p in stretches(data.split.train))
+    train = stretches(data.split.train)
+    begin, present = min(p.start for p in train), 1.5 * len(train)  # a third is held out
     for count in FINER:
-        if data.n - begin >= SHORTEST * count:
+        if count > present and data.n - begin >= SHORTEST * count:
             yield replace(interleaved(begin, data.n, count), rest=data.split.rest)
 
 

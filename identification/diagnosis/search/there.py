@@ -163,7 +163,9 @@ def _along(
     ranked = screen(scene, probes(scene.nominal, plain), catalogue, jobs, free)
     here = tuple(s for s in ranked if s.element.name in ports)
     joined = [s for s in here if not (isinstance(s.element, Source) or s.effect.kind in FILTERS)]
-    return Look(scene, here), kind_scores(bench, scene, joined, ports, jobs, rich_forms)
+    return Look(scene, here), kind_scores(
+        bench, scene, joined, ports, jobs, rich_forms, modes=False
+    )
 
 
 def _told(found: LatentHistory, ports: Collection[str]) -> FittedModel:
