@@ -271,6 +271,9 @@ def test_channel_and_select() -> None:
     coarse = replace(r, meta={**r.meta, "resolution": {"x": 1e-9, "z": 1.0}, "noise": {"x": 3.0}})
     assert coarse.select({"y": "x"}).meta["noise"] == {"y": 3.0}
     assert coarse.select({"y": "x"}).meta["resolution"] == {"y": 1e-9}
+    # the low-pass takes a part of a noise away; a channel that is not filtered keeps it
+    assert coarse.slice(0, 40).decimate(2).meta["noise"] == {}
+    assert coarse.slice(0, 40).decimate(2, unfiltered=["x"]).meta["noise"] == {"x": 3.0}
     assert coarse.slice(0, 9).decimate(2).meta["resolution"] == {"x": 1e-9, "z": 1.0}
     with pytest.raises(UnknownName, match=r"no channel 'X' in recording demo\. Did you mean 'x'"):
         r.channel("X")

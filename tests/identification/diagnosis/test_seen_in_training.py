@@ -10,6 +10,10 @@ from bondgraph.signals.split import interleaved, stretches
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.search.nominal import split_that_shows
+from identification.estimation.single_record import Fit, FitStatus
+from identification.study.problem import Data, Problem
+from identification.study.residual import Point
 from tests.identification.diagnosis.spring import spring
 
 N, DT, NOISE = 3000, 0.01, 2e-5
@@ -69,3 +73,31 @@ def test_a_division_that_is_given_stays() -> None:
     d = judged(run(), split=interleaved(0, N))
     assert d.data is not None
     assert "of 30 stretches" in d.data.split.rule
+
+
+def repaired(extra: np.ndarray, blocks: int = 30) -> Fit:
+    """Return a fit that leaves noise of the floor, and something more at some samples."""
+    t = np.asarray(DT * np.arange(N), np.float64)
+    x = NOISE * np.random.default_rng(0).standard_normal(N) + extra
+    floor, split = np.array([NOISE]), interleaved(0, N, blocks)
+    data = Data("planted", t, {"F": t}, x[:, None], ("x",), floor, split)
+    point = Point(np.zeros(0), np.zeros((1, 2)))
+    problem = Problem(spring(), data)
+    return Fit(problem, point, FitStatus.CONVERGED, 1.0, 1, np.zeros((N, 1)))
+
+
+def test_finer_stretches_show_what_hides_in_held_out_ones() -> None:
+    hidden = np.zeros(N)
+    hidden[HIT] = 50 * NOISE
+    split = split_that_shows(repaired(hidden), 1.5)
+    assert split is not None
+    assert "of 90 stretches" in split.rule or "of 270 stretches" in split.rule
+    finer = repaired(hidden, 270)
+    assert finer.chi2("train") > 0.1 * finer.chi2("test")  # there it shows anyway
+    assert split_that_shows(finer, 1.5) is None
+
+
+def test_what_shows_in_training_asks_for_no_finer_stretches() -> None:
+    assert split_that_shows(repaired(np.zeros(N)), 1.5) is None
+    everywhere = 5 * NOISE * np.sin(np.arange(N))
+    assert split_that_shows(repaired(everywhere), 1.5) is None

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.search.candidates import refined
 from identification.estimation import sub_steps
 from identification.estimation.single_record import Fit, fit
 from identification.estimation.sub_steps import fit_from, with_few
@@ -117,6 +119,16 @@ def test_a_descent_that_will_not_win_ends_early() -> None:
             fit_from(shifted, begun(p), 4, beat)
         passes.append(calls)
     assert passes[1] == 1 < passes[0]
+
+
+def test_sub_steps_are_refined_beside_a_dead_time() -> None:
+    # the readings of a late sensor are taken between four sub-steps at least
+    p = problem("cubic")
+    late = p.graph.with_element("x", delay="late").with_parameters(
+        [Parameter("late", 0.3 * DT, "s", lower=0.0, upper=2 * DT, scale=DT)]
+    )
+    found = refined(fit(replace(p, graph=late, n_sub=1), max_iterations=3), 3)
+    assert found.problem.n_sub > 4
 
 
 def test_one_sub_step_is_an_ordinary_fit() -> None:
