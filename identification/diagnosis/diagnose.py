@@ -524,13 +524,7 @@ def _notes(problem: Problem, holds: Sequence[str], last: Fit) -> tuple[str, ...]
         f"commands between samples: {last.problem.data.hold} ({hold_margin(last, holds)})",
         f"held out: {last.problem.data.split.rule}",
     ]
-    if problem.window is not None:
-        seconds = problem.window * problem.data.dt
-        notes.append(
-            f"the model integrates: it is scored on windows of {seconds:.3g} s, each from its own "
-            "initial state; that of a held-out window is fitted to its samples, no parameter is"
-        )
-    elif problem.data.breaks:
+    if problem.data.breaks:
         notes.append(
             "each recording starts from a state of its own; that of a held-out one is fitted to "
             "its samples, no parameter is"

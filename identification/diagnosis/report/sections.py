@@ -78,7 +78,7 @@ def before_after(d: Diagnosis) -> str:
             html.figure(
                 outputs_tile(d, c),
                 f"{name} on a piece of the held-out samples, where the first model is furthest "
-                f"off; {_apart(d.data, d.nominal.problem.window)}.",
+                f"off; {_apart(d.data)}.",
             ),
             html.figure(
                 residual_tile(d, c),
@@ -89,14 +89,13 @@ def before_after(d: Diagnosis) -> str:
     return html.section("Before and after, on held-out samples", _errors(d), html.tiles(*figures))
 
 
-def _apart(data: Data, window: int | None) -> str:
+def _apart(data: Data) -> str:
     """Say what was fitted to the held-out samples."""
-    if window is None and not data.breaks:
+    if not data.breaks:
         return "they took no part in any fit"
-    whose = "recording" if window is None else "window"
     return (
-        "they took no part in any fit, except for the initial state of each held-out "
-        f"{whose}, which is fitted to them"
+        "they took no part in any fit, except for the initial state of each held-out recording, "
+        "which is fitted to them"
     )
 
 

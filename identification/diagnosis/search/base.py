@@ -18,7 +18,7 @@ from identification.diagnosis.search.candidates import (
 )
 from identification.estimation.single_record import Fit, FitStatus, fit
 from identification.study.problem import Problem
-from identification.study.residual import Point, slots, start_point, windows
+from identification.study.residual import Point, slots
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +49,7 @@ def thinned(template: Problem, nominal: Fit, options: DiagnosisOptions) -> Base:
     factor = thinning(template.data, options.samples)
     if factor == 1:
         return base_of(nominal)
-    window = template.window and max(template.window // factor, 16)
-    thin = replace(template, data=template.data.thinned(factor), window=window)
+    thin = replace(template, data=template.data.thinned(factor))
     states = template.engine.state_names
     known = {n: nominal.point.states[:, i] for i, n in enumerate(states)}
     return base_of(
@@ -101,11 +100,8 @@ def _refitted(chosen: Candidate, template: Problem, holds: Sequence[str]) -> Can
     for hold in dict.fromkeys((template.data.hold, *holds)):
         n_sub = max(old.problem.n_sub // factor, 4 if hold == "band-limited" else 1)
         data = replace(template.data, hold=hold, floor=old.problem.data.floor)
-        problem = replace(old.problem, data=data, window=template.window, n_sub=n_sub)
+        problem = replace(old.problem, data=data, n_sub=n_sub)
         point = _lags_scaled(old, problem, 1 / factor)
-        if len(windows(problem)) != old.point.states.shape[0]:
-            problem = replace(problem, known_states={})
-            point = Point(point.theta, start_point(problem).states)
         more = 10 if hold == old.problem.data.hold else MORE
         fits.append(fit(problem, start=point, max_iterations=more))
     test = template.data.mask("test")
