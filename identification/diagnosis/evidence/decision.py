@@ -277,7 +277,7 @@ def _named(
 ) -> Decision:
     """Name one law, or those that the data cannot tell from it."""
     alike = [s for s in laws if s is law or s.score.behind(law.score) < t.z]
-    chosen = _simplest(law, alike)
+    chosen = _without_idle(_simplest(law, alike), laws, e)
     nested = richer_names(chosen.trial, [s.trial for s in laws])
     same = tuple(
         s.trial for s in alike if s is not chosen and s.trial.effect == chosen.trial.effect
@@ -290,7 +290,7 @@ def _named(
     )  # fmt: skip
     others = [
         s for s in alike
-        if s.trial.effect != chosen.trial.effect and s.trial.home
+        if s.trial.effect != chosen.trial.effect and s.trial.home and not s.idle
         and (s.trial.effect not in nested or chosen.score.behind(s.score) > DOUBT)
     ]  # fmt: skip
     imitated = [s for s in _imitated(chosen, laws, e) if s not in others]
@@ -546,6 +546,20 @@ def _simplest(law: Scored, alike: Sequence[Scored]) -> Scored:
         for s in alike:
             if s.trial.effect == name and s.element == law.element:
                 return _simplest(s, alike)
+    return law
+
+
+def _without_idle(law: Scored, laws: Sequence[Scored], e: Evidence) -> Scored:
+    """Return the simpler law in place of one whose own part may be zero, if it explains as much.
+
+    Sub-steps and kinks let two fits of one law differ by more than noise.
+    """
+    if not law.idle:
+        return law
+    for s in laws:
+        simpler = s.trial.effect in law.trial.insertion.simpler and s.element == law.element
+        if simpler and explained(s, e.plain, law.score) >= EXACT:
+            return s
     return law
 
 

@@ -35,11 +35,18 @@ class Thresholds:
 
 @dataclass(frozen=True, eq=False)
 class Scored:
-    """A fitted law with its score and what it leaves."""
+    """A fitted law with its score and what it leaves.
+
+    Attributes
+    ----------
+    idle : bool
+        All that it has beyond a simpler law that was fitted there has zero in its interval.
+    """
 
     trial: Candidate
     score: BlockScore
     left: Remaining
+    idle: bool = False
 
     @property
     def element(self) -> str:

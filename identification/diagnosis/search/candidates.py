@@ -358,12 +358,15 @@ def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS
 def not_worse(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
     """Fit laws again that do worse than one they contain: from where that one ended.
 
-    A law that holds another as a special case cannot explain less; its fit stopped too early.
+    A law that holds another as a special case cannot explain less; its fit stopped too early. So
+    may have done that of a simpler law than the best one: what the richer law has more may be
+    nothing.
     """
-    ends = {i: _simpler_ended(t, trials) for i, t in enumerate(trials)}
+    best = min(trials, key=lambda t: t.train, default=None)
+    ends = {i: _simpler_ended(t, trials) or _richer_ended(t, best) for i, t in enumerate(trials)}
     work = {i: (trials[i], end) for i, end in ends.items() if end is not None}
     found = Parallel(n_jobs=options.jobs)(
-        delayed(_alone)(_from_simpler, *w, options.final_iterations) for w in work.values()
+        delayed(_alone)(_from_there, *w, options.final_iterations) for w in work.values()
     )
     again = dict(zip(work, found, strict=True))
     return [again.get(i, t) for i, t in enumerate(trials)]
@@ -383,26 +386,34 @@ def _simpler_ended(trial: Candidate, trials: Sequence[Candidate]) -> Fit | None:
     return min(better, key=lambda s: s.train).fit if better else None
 
 
-def _from_simpler(trial: Candidate, end: Fit, iterations: int) -> Candidate:
+def _richer_ended(trial: Candidate, best: Candidate | None) -> Fit | None:
+    """Return where the best law ended, if it holds this one as a special case and does better."""
+    if best is None or trial.effect not in best.insertion.simpler:
+        return None
+    better = best.element == trial.element and best.train < STOPPED * trial.train
+    return best.fit if better else None
+
+
+def _from_there(trial: Candidate, end: Fit, iterations: int) -> Candidate:
+    """Fit a law from where another one ended, with as many sub-steps as that."""
     hold = end.problem.data.hold
+    known = {n: v for n, v in end.values.items() if n in trial.fit.problem.graph.parameters}
     problem = replace(
-        trial.fit.problem, n_sub=4 if hold == "band-limited" else 1,
-        data=replace(trial.fit.problem.data, hold=hold), correction=None,
+        trial.fit.problem, n_sub=4 if hold == "band-limited" else 1, correction=None,
+        data=replace(trial.fit.problem.data, hold=hold),
+        starts={**trial.fit.problem.starts, **known},
     )  # fmt: skip
-    known = {n: v for n, v in end.values.items() if n in problem.graph.parameters}
-    problem = replace(problem, starts={**problem.starts, **known})
-    finer = replace(problem, n_sub=max(trial.fit.problem.n_sub, end.problem.n_sub))
-    for begun in dict.fromkeys((problem.n_sub, finer.n_sub)):  # few may run away where many do not
+    many = max(trial.fit.problem.n_sub, end.problem.n_sub)
+    for begun in dict.fromkeys((problem.n_sub, many)):  # few may run away where many do not
         try:
             again = settled_fit(replace(problem, n_sub=begun), iterations)
+            if _sound(again) and again.problem.n_sub < many:
+                again = fit_from(replace(again.problem, n_sub=many), again.point, iterations)
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
         if _sound(again):
-            return (
-                trial_of(trial.insertion, trial.home, again)
-                if again.cost < trial.fit.cost
-                else trial
-            )
+            better = again.cost < trial.fit.cost
+            return trial_of(trial.insertion, trial.home, again) if better else trial
     return trial
 
 

@@ -443,7 +443,29 @@ def _hopeful(plain: BlockScore, kind: KindScore, limits: Thresholds) -> bool:
 def scored(trials: Sequence[Candidate], jobs: int = 1) -> tuple[Scored, ...]:
     """Score candidates in `jobs` threads, best first."""
     made = Parallel(n_jobs=jobs, backend="threading")(delayed(_scored)(t) for t in trials)
-    return tuple(sorted(made, key=lambda s: s.score.loss))
+    laws = sorted(made, key=lambda s: s.score.loss)
+    return tuple(
+        replace(s, idle=s.score.behind(laws[0].score) < NEAR and _idle(s.trial, trials))
+        for s in laws
+    )
+
+
+NEAR = 3.0
+"""Standard errors behind the best up to which a law's own part is looked at."""
+
+
+def _idle(trial: Candidate, trials: Sequence[Candidate]) -> bool:
+    """Whether all strengths that a simpler law there does not have may be zero."""
+    simpler = [
+        t for t in trials
+        if t.effect in trial.insertion.simpler and t.element == trial.element
+    ]  # fmt: skip
+    if not simpler:
+        return False
+    known = simpler[0].fit.problem.graph.parameters
+    own = [n for n in trial.insertion.strengths if n not in known]
+    ends = {e.name: e.ci95 for e in trial.fit.estimates if e.name in own}
+    return bool(ends) and all(low <= 0.0 <= high for low, high in ends.values())
 
 
 def _scored(trial: Candidate) -> Scored:

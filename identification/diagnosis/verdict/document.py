@@ -96,9 +96,15 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
         "confidence": round(step.confidence, 3),
         "probability": round(step.confidence, 3),
         "parameters": [_estimate(e) for e in effect_parameters(chosen, d)],
-        "also_possible": [_rival(t) for t in (*step.rivals, *step.richer)],
+        "also_possible": [_rival(t) for t in _members(step)],
         "share_of_misfit_explained": round(step.share, 4),
     }
+
+
+def _members(step: Decision) -> tuple[Candidate, ...]:
+    """Effects that are not excluded beside the one that is named, or all where none is."""
+    own = () if step.answer in NAMES or step.chosen is None else (step.chosen,)
+    return (*own, *step.rivals, *step.richer)
 
 
 NAMES = ("exact", "approximate")

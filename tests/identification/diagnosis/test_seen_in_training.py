@@ -35,7 +35,8 @@ def run(hard: float = 1.0, dry: float = 0.0) -> Recording:
 
 
 def judged(r: Recording, effects: int = 1, **given: object) -> Diagnosis:
-    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=effects)
+    few = {"keep": 4, "more": 2} if effects == 1 else {"keep": 2, "more": 0}
+    options = DiagnosisOptions(jobs=1, effects=effects, **few)
     return diagnose(spring(d=9.0), r, options=options, **given)  # type: ignore[arg-type]
 
 

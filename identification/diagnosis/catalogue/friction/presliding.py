@@ -15,6 +15,8 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 WAYS = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Slip lengths tried, over half the range of the motion."""
 LARGEST_EXPONENT = 200.0
+SHORTEST = 3e-4
+"""Slip length over half of the motion below which a bristle is none."""
 
 
 class PreslidingFriction(Effect):
@@ -64,7 +66,9 @@ class PreslidingFriction(Effect):
             values = dict(zip(names, (level, way), strict=True))
             share = rebalanced(element, past, level * bend(_way(past), way))
             starts += [{**values, **share}, values]
-        return self.inserted(element, graph, tuple(starts), names[:1])
+        # a bristle that slips at once is dry friction without one
+        within = ((names[1], SHORTEST * half, np.inf),)
+        return self.inserted(element, graph, tuple(starts), names[:1], within)
 
 
 def bend(way: Array, length: float) -> Array:
