@@ -163,10 +163,10 @@ def test_what_was_fitted_to_held_out_samples_is_said(found: Diagnosis) -> None:
     plain = sections.before_after(found)
     assert "off; they took no part in any fit." in plain
     assert "held-out one is fitted" not in " ".join(found.notes)
-    assert found.nominal is not None
-    cut = replace(found.nominal, problem=replace(found.nominal.problem, window=50))
-    text = sections.before_after(replace(found, nominal=cut))
-    assert "except for the initial state of each held-out window, which is fitted to them" in text
+    assert found.data is not None
+    several = replace(found, data=replace(found.data, breaks=(found.data.n // 2,)))
+    text = sections.before_after(several)
+    assert "the initial state of each held-out recording, which is fitted to them" in text
 
 
 def test_own_limits_reach_the_verdict_and_the_reading_of_it(found: Diagnosis) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from bondgraph.laws import Coulomb, EndStop
 from bondgraph.signals.recording import Recording
@@ -35,8 +36,7 @@ def run(hard: float = 1.0, dry: float = 0.0) -> Recording:
 
 
 def judged(r: Recording, effects: int = 1, **given: object) -> Diagnosis:
-    few = {"keep": 4, "more": 2} if effects == 1 else {"keep": 2, "more": 0}
-    options = DiagnosisOptions(jobs=1, effects=effects, **few)
+    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=effects)
     return diagnose(spring(d=9.0), r, options=options, **given)  # type: ignore[arg-type]
 
 
@@ -55,6 +55,7 @@ def test_a_stop_reached_once_is_fitted_and_named() -> None:
     ]
 
 
+@pytest.mark.long
 def test_a_stop_that_hides_behind_friction_is_fitted_and_named() -> None:
     d = judged(run(dry=0.5), effects=2)
     assert d.data is not None
