@@ -277,7 +277,7 @@ def _named(
 ) -> Decision:
     """Name one law, or those that the data cannot tell from it."""
     alike = [s for s in laws if s is law or s.score.behind(law.score) < t.z]
-    chosen = _without_idle(_simplest(law, alike), laws, e)
+    chosen = _without_idle(_simplest(law, alike), laws, e, t)
     nested = richer_names(chosen.trial, [s.trial for s in laws])
     same = tuple(
         s.trial for s in alike if s is not chosen and s.trial.effect == chosen.trial.effect
@@ -549,18 +549,23 @@ def _simplest(law: Scored, alike: Sequence[Scored]) -> Scored:
     return law
 
 
-def _without_idle(law: Scored, laws: Sequence[Scored], e: Evidence) -> Scored:
+def _without_idle(law: Scored, laws: Sequence[Scored], e: Evidence, t: Thresholds) -> Scored:
     """Return the simpler law in place of one whose own part may be zero, if it explains as much.
 
-    Sub-steps and kinks let two fits of one law differ by more than noise.
+    Sub-steps and kinks let two fits of one law differ by more than noise: what is left as noise by
+    either is not told apart by that, and both are a family then.
     """
-    if not law.idle:
-        return law
+    least = EXACT if law.idle else ALL_BUT
     for s in laws:
         simpler = s.trial.effect in law.trial.insertion.simpler and s.element == law.element
-        if simpler and explained(s, e.plain, law.score) >= EXACT:
+        noise = law.idle or s.left.most <= t.noise
+        if simpler and noise and explained(s, e.plain, law.score) >= least:
             return s
     return law
+
+
+ALL_BUT = 0.999
+"""Part that a simpler law explains of what a richer one does if the rest may be of the numerics."""
 
 
 def richer_names(best: Candidate, trials: Sequence[Candidate]) -> set[str]:
