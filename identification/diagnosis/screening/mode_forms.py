@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
 
 from bondgraph.graph.elements import Element
-from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Signature
 from identification.diagnosis.catalogue.places import masses
-from identification.diagnosis.catalogue.storage.added_mode import peaks
+from identification.diagnosis.catalogue.storage.added_mode import peaks, ringing
 from identification.diagnosis.screening.port_history import FittedModel
 
 DAMPINGS = (0.02, 0.006)
@@ -37,35 +35,3 @@ def mode_forms(scene: FittedModel, element: Element) -> Mapping[str, Signature]:
         for parts in zip(*(ringing(v, omega, damping, past.dt) for v in runs), strict=True)
     ]
     return {"mode": Signature(np.stack(found, axis=1))} if found else {}
-
-
-def ringing(flow: Array, omega: float, damping: float, dt: float) -> tuple[Array, Array]:
-    """Displacement and velocity of an oscillator that a flow shakes, exact for straight lines.
-
-    ``omega^2 / (s^2 + 2 zeta omega s + omega^2) v`` and ``omega s / (...) v``: any weights of the
-    two are a residue of any size and phase.
-
-    Parameters
-    ----------
-    flow : ndarray, shape (N,)
-        From rest.
-    omega, damping : float
-        rad/s, 1.
-    dt : float
-        Time between samples, s.
-
-    Returns
-    -------
-    tuple of ndarray, shape (N,)
-    """
-    a = np.array([[0.0, 1.0], [-(omega**2), -2 * damping * omega]])
-    b, c, d = np.array([[0.0], [1.0]]), np.diag([omega**2, omega]), np.zeros((2, 1))
-    ad, bd, cd, dd, _ = cont2discrete((a, b, c, d), dt, method="foh")
-    bottom = np.poly(ad)
-    z = flow - flow[0]
-    made = []
-    for row, direct in zip(cd, dd, strict=True):
-        # numerator of c (z - A)^-1 b + d
-        top = np.poly(ad - bd @ row[None, :]) + (direct[0] - 1.0) * bottom
-        made.append(np.asarray(lfilter(top, bottom, z)))
-    return made[0], made[1]

@@ -8,9 +8,10 @@ from scipy.signal import StateSpace, lsim
 
 from bondgraph import BondGraph, C, Df, I, One, R, Se
 from bondgraph.signals.split import interleaved
+from identification.diagnosis.catalogue.storage.added_mode import ringing
 from identification.diagnosis.evidence.block_score import score
 from identification.diagnosis.evidence.kind_score import bench_of, kind_scores
-from identification.diagnosis.screening.mode_forms import DAMPINGS, MODES, mode_forms, ringing
+from identification.diagnosis.screening.mode_forms import DAMPINGS, MODES, mode_forms
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import Fit

@@ -76,9 +76,21 @@ class AddedMode(Effect):
 
 
 def pull(flow: Array, omega: float, damping: float, dt: float) -> Array:
-    """Force of an oscillator of unit mass on what moves with `flow`, exact for straight lines.
+    """Force of an oscillator of unit mass on what moves with `flow`; see `ringing`.
 
     ``F = s (2 zeta omega s + omega^2) / (s^2 + 2 zeta omega s + omega^2) v``.
+    """
+    displacement, velocity = ringing(flow, omega, damping, dt)
+    loss = 2 * damping * omega
+    rest = flow - flow[0] - displacement
+    return np.asarray(loss * rest + (omega - 2 * damping * loss) * velocity)
+
+
+def ringing(flow: Array, omega: float, damping: float, dt: float) -> tuple[Array, Array]:
+    """Displacement and velocity of an oscillator that a flow shakes, exact for straight lines.
+
+    ``omega^2 / (s^2 + 2 zeta omega s + omega^2) v`` and ``omega s / (...) v``: any weights of the
+    two are a residue of any size and phase.
 
     Parameters
     ----------
@@ -91,12 +103,19 @@ def pull(flow: Array, omega: float, damping: float, dt: float) -> Array:
 
     Returns
     -------
-    ndarray, shape (N,)
+    tuple of ndarray, shape (N,)
     """
-    top = [2 * damping * omega, omega**2, 0.0]
-    bottom = [1.0, 2 * damping * omega, omega**2]
-    b, a, _ = cont2discrete((top, bottom), dt, method="foh")
-    return np.asarray(lfilter(np.ravel(b), a, flow - flow[0]))
+    a = np.array([[0.0, 1.0], [-(omega**2), -2 * damping * omega]])
+    b, c, d = np.array([[0.0], [1.0]]), np.diag([omega**2, omega]), np.zeros((2, 1))
+    ad, bd, cd, dd, _ = cont2discrete((a, b, c, d), dt, method="foh")
+    bottom = np.poly(ad)
+    z = flow - flow[0]
+    made = []
+    for row, direct in zip(cd, dd, strict=True):
+        # numerator of c (z - A)^-1 b + d
+        top = np.poly(ad - bd @ row[None, :]) + (direct[0] - 1.0) * bottom
+        made.append(np.asarray(lfilter(top, bottom, z)))
+    return made[0], made[1]
 
 
 def frequencies(scene: FittedModel, past: PortHistory) -> tuple[float, ...]:
