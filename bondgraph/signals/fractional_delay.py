@@ -11,10 +11,10 @@ Array = np.ndarray
 TAPS = 8
 
 
-@lru_cache(maxsize=1)
-def _coefficients() -> Array:
-    """Coefficients of the eight Lagrange polynomials, powers rising, shape (8, 8)."""
-    nodes = np.arange(-3.0, 5.0)
+@lru_cache(maxsize=8)
+def _coefficients(first: int, last: int) -> Array:
+    """Coefficients of the Lagrange polynomials through some whole numbers, powers rising."""
+    nodes = np.arange(first, last + 1.0)
     rows = []
     for i, a in enumerate(nodes):
         others = np.delete(nodes, i)
@@ -28,7 +28,7 @@ def lagrange(fraction: float) -> tuple[Array, Array]:
     The weights apply to samples ``n + 3, ..., n - 4`` in that order, so the interpolation is
     centred; Laakso et al., IEEE Signal Processing Magazine 13 (1996) 30.
     """
-    c, k = _coefficients(), np.arange(TAPS)
+    c, k = _coefficients(-3, 4), np.arange(TAPS)
     return c @ fraction**k, c[:, 1:] @ (k[1:] * fraction ** k[:-1])
 
 
@@ -90,7 +90,7 @@ def warped(y: Array, samples: Array) -> tuple[Array, Array]:
     n = y.shape[0]
     whole = np.floor(samples).astype(int)
     powers = (samples - whole)[:, None] ** np.arange(TAPS)
-    c, k = _coefficients(), np.arange(TAPS)
+    c, k = _coefficients(-3, 4), np.arange(TAPS)
     weights, changes = powers @ c.T, powers[:, :-1] @ (c[:, 1:] * k[1:]).T
     index = np.arange(n) - whole
     value, slope = np.zeros_like(y, dtype=float), np.zeros_like(y, dtype=float)
@@ -101,18 +101,33 @@ def warped(y: Array, samples: Array) -> tuple[Array, Array]:
     return value, slope
 
 
-@lru_cache(maxsize=1024)
-def interval_weights(fraction: float, m: int) -> tuple[Array, Array]:
-    """Lagrange weights at `fraction` of an interval with nodes ``0, 1/m, ..., 1``, and slopes."""
-    nodes = np.arange(m + 1) / m
-    weights, slopes = np.empty(m + 1), np.empty(m + 1)
-    for i, a in enumerate(nodes):
-        others = np.delete(nodes, i)
-        scale = np.prod(a - others)
-        factors = fraction - others
-        weights[i] = np.prod(factors) / scale
-        slopes[i] = sum(np.prod(np.delete(factors, j)) for j in range(m)) / scale
-    return weights, slopes
+DEGREE = 4
+"""Of the polynomial within a sample: one through many points follows no kink between them."""
+
+
+def interval_weights(fraction: Array, m: int) -> tuple[Array, Array, Array]:
+    """Lagrange weights within an interval with nodes ``0, 1/m, ..., 1``, and their derivatives.
+
+    Parameters
+    ----------
+    fraction : ndarray, shape (...,)
+        Of the interval, from 0 to 1.
+    m : int
+        Points a sample.
+
+    Returns
+    -------
+    first : ndarray of int, shape (...,)
+        Node that the first weight applies to; the others follow it.
+    weights, slopes : ndarray, shape (..., k + 1)
+        `k` is `DEGREE`, or `m` if that is less.
+    """
+    k = min(m, DEGREE)
+    at = m * np.asarray(fraction, float)
+    first = np.clip(np.floor(at - 0.5 * (k - 1)), 0, m - k).astype(int)
+    c, power = _coefficients(0, k), np.arange(k + 1)
+    powers = (at - first)[..., None] ** power
+    return first, powers @ c.T, m * (powers[..., :-1] @ (c[:, 1:] * power[1:]).T)
 
 
 def delayed_within(fine: Array, samples: float, m: int) -> tuple[Array, Array]:
@@ -133,11 +148,11 @@ def delayed_within(fine: Array, samples: float, m: int) -> tuple[Array, Array]:
     """
     n = (fine.shape[0] - 1) // m + 1
     whole = int(np.ceil(samples))
-    weights, slopes = interval_weights(whole - samples, m)
-    start = (np.arange(n) - whole) * m
+    first, weights, slopes = interval_weights(np.asarray(whole - samples), m)
+    start = (np.arange(n) - whole) * m + first
     value = np.zeros((n, *fine.shape[1:]))
     slope = np.zeros_like(value)
-    for j in range(m + 1):
+    for j in range(weights.size):
         part = fine[np.clip(start + j, 0, fine.shape[0] - 1)]
         value += weights[j] * part
         slope -= slopes[j] * part

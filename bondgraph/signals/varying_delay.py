@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.signals.fractional_delay import TAPS, warped
+from bondgraph.signals.fractional_delay import TAPS, interval_weights, warped
 
 __all__ = ["at_clock", "warped_within"]
 
@@ -36,15 +36,15 @@ def warped_within(
     """
     n = (fine.shape[0] - 1) // m + 1
     whole = np.ceil(samples).astype(int)
-    weights, slopes = _weights(whole - samples, m)
+    first, weights, slopes = interval_weights(whole - samples, m)
     before = 0 if resting else max(int(whole.max(initial=0)), 0)
     after = max(1 - int(whole.min(initial=0)), 0)
     fine = _continued(fine, m, before, after)
-    start = (np.arange(n) - whole + before) * m
+    start = (np.arange(n) - whole + before) * m + first
     value = np.zeros((n, *fine.shape[1:]))
     slope = np.zeros_like(value)
     shape = (n, *(1,) * (fine.ndim - 1))
-    for j in range(m + 1):
+    for j in range(weights.shape[1]):
         part = fine[np.clip(start + j, 0, fine.shape[0] - 1)]
         value += weights[:, j].reshape(shape) * part
         slope -= slopes[:, j].reshape(shape) * part
@@ -94,16 +94,3 @@ def _parabola(three: Array, m: int, count: int) -> Array:
     t = np.arange(1, count * m + 1).reshape(-1, *(1,) * (three.ndim - 1)) / m
     a, b, c = three
     return np.asarray(c + t * (1.5 * c - 2 * b + 0.5 * a) + 0.5 * t * t * (a - 2 * b + c))
-
-
-def _weights(fraction: Array, m: int) -> tuple[Array, Array]:
-    """Lagrange weights at fractions of an interval with nodes ``0, 1/m, ..., 1``, and slopes."""
-    nodes = np.arange(m + 1) / m
-    columns, changes = [], []
-    for i, a in enumerate(nodes):
-        others = np.delete(nodes, i)
-        polynomial = np.polynomial.polynomial.polyfromroots(others) / np.prod(a - others)
-        columns.append(np.polynomial.polynomial.polyval(fraction, polynomial))
-        derivative = np.polynomial.polynomial.polyder(polynomial)
-        changes.append(np.polynomial.polynomial.polyval(fraction, derivative))
-    return np.stack(columns, axis=1), np.stack(changes, axis=1)

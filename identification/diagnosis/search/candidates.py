@@ -428,7 +428,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         if hold == result.problem.data.hold:
             continue
         n_sub = best.problem.n_sub
-        finer = max(n_sub, min(max(2 * n_sub, 4), FINEST))
+        finer = max(n_sub, min(max(2 * n_sub, 4), finest_of(result.problem.data.n)))
         n_sub = finer if hold == "band-limited" else n_sub
         data = replace(result.problem.data, hold=hold)
         problem = replace(result.problem, data=data, n_sub=n_sub)
@@ -510,12 +510,22 @@ def _cost(problem: Problem) -> float:
         return np.inf
 
 
-FINEST = 16
-"""Sub-steps of a sample up to which a fit is refined."""
+LEAST, FINEST = 16, 64
+"""Sub-steps of a sample up to which a fit is refined, in a long record and in a short one."""
+IN_ALL = 2**19
+"""Sub-steps of a whole record up to which more than the least are worth their time."""
+
+
+def finest_of(samples: int) -> int:
+    """Return the sub-steps of a sample up to which a fit of a record is refined."""
+    finest = FINEST
+    while finest > LEAST and finest * samples > IN_ALL:
+        finest //= 2
+    return finest
 
 
 def settled_fit(
-    problem: Problem, iterations: int, start: Point | None = None, finest: int = FINEST
+    problem: Problem, iterations: int, start: Point | None = None, finest: int | None = None
 ) -> Fit:
     """Fit, then refine the sub-steps until they no longer matter beside the residual."""
     if start is None:
@@ -523,9 +533,10 @@ def settled_fit(
     return refined(fit_from(problem, start, iterations), iterations, finest)
 
 
-def refined(result: Fit, iterations: int, finest: int = FINEST) -> Fit:
+def refined(result: Fit, iterations: int, finest: int | None = None) -> Fit:
     """Refine the sub-steps of a fit until they no longer matter beside the residual."""
     problem = result.problem
+    finest = finest_of(problem.data.n) if finest is None else finest
     if problem.engine.exact_step and problem.data.hold != "band-limited":
         return result
     while result.status is not FitStatus.BROKEN:

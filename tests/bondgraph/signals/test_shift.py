@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bondgraph.signals.fractional_delay import delayed, delayed_within, warped
+from bondgraph.signals.varying_delay import warped_within
 
 T = np.arange(400.0)
 INSIDE = slice(20, -20)
@@ -86,3 +87,26 @@ def test_delay_between_points_within_a_sample_keeps_kinks() -> None:
         assert np.allclose(value[4:], expected[4:], atol=1e-12)
         if lag % 1:
             assert np.allclose(np.abs(change[4:]), 1.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("m", [1, 2, 3, 4, 8, 16, 64])
+def test_delay_between_many_points_within_a_sample_amplifies_nothing(m: int) -> None:
+    """A polynomial through all points of an interval multiplies a kink's error by 2**m."""
+    points = np.arange(40 * m + 1) / m
+    kinked = np.abs(points - 20.37)
+    for lag in (0.03, 0.4, 0.97, 2.61):
+        value, change = delayed_within(kinked, lag, m)
+        wanted = np.abs(np.arange(41) - lag - 20.37)
+        assert np.abs(value - wanted)[4:].max() < 0.5 / m
+        assert np.abs(change).max() < 3.0
+        varying, _ = warped_within(kinked, np.full(41, lag), m)
+        assert np.allclose(varying[4:], value[4:], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("m", [4, 16, 64])
+def test_derivative_by_a_delay_between_points_is_that_of_the_value(m: int) -> None:
+    smooth = np.sin(0.4 * np.arange(30 * m + 1) / m)
+    for lag in (0.212, 0.753, 1.391):
+        _, change = delayed_within(smooth, lag, m)
+        ahead, behind = (delayed_within(smooth, lag + h, m)[0] for h in (1e-5, -1e-5))
+        assert np.allclose(change, (ahead - behind) / 2e-5, rtol=0, atol=1e-8)
