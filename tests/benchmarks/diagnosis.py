@@ -125,7 +125,7 @@ def cases(quick: bool = False) -> tuple[Case, Mapping[str, Sequence[Case]]]:
     small = replace(base, samples=5000)
     return base, {
         "samples": [replace(base, samples=n) for n in (2500, 5000, 10_000, 20_000)],
-        "masses": [replace(small, masses=n) for n in (2, 4, 8)],
+        "masses": [replace(small, masses=n, sensors=min(n, 3)) for n in (2, 4, 8)],
         "catalogue": [replace(small, catalogue=part) for part in (0.25, 0.5, 1.0)],
         "sensors": [replace(small, sensors=n) for n in (1, 2, 3)],
     }
