@@ -17,8 +17,6 @@ from identification.estimation.single_record import Fit, FitStatus, fit
 from identification.study.problem import Problem
 from identification.study.residual import Point, ResidualEvaluation, evaluate
 
-IN_FULL = 16
-"""Sub-steps of a sample up to which derivatives of all of them are worth their time."""
 PASSES = 6
 """Corrections at the most; one that is small is right after two."""
 LARGEST = 0.02
@@ -33,7 +31,7 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
     """Fit from a point, with derivatives of as few sub-steps as one correction makes up for.
 
     Where the corrections do not settle (a switching that every step places anew), the fit goes on
-    with derivatives of all sub-steps, if they are not too many: else it ends where it has come.
+    with derivatives of all sub-steps.
 
     Parameters
     ----------
@@ -67,7 +65,7 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
         assert few.correction is not None
         change = there.y - (made.simulated - few.correction)
         few = replace(few, correction=change)
-    return fit(problem, start=point, max_iterations=iterations if problem.n_sub <= IN_FULL else 1)
+    return fit(problem, start=point, max_iterations=iterations)
 
 
 def with_few(problem: Problem, point: Point, there: ResidualEvaluation) -> Problem | None:

@@ -13,7 +13,7 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
-from identification.diagnosis.search.candidates import refined
+from identification.diagnosis.search.candidates import FINEST, IN_ALL, LEAST, finest_of, refined
 from identification.estimation import sub_steps
 from identification.estimation.single_record import Fit, fit
 from identification.estimation.sub_steps import fit_from, with_few
@@ -134,3 +134,16 @@ def test_sub_steps_are_refined_beside_a_dead_time() -> None:
 def test_one_sub_step_is_an_ordinary_fit() -> None:
     p = replace(problem("cubic"), n_sub=1)
     assert fit_from(p, start_point(p), 3).cost == fit(p, max_iterations=3).cost
+
+
+def test_longer_records_are_refined_to_fewer_sub_steps() -> None:
+    lengths = [100, IN_ALL // FINEST, IN_ALL // FINEST + 1, IN_ALL // LEAST, 100 * IN_ALL]
+    assert [finest_of(n) for n in lengths] == [FINEST, FINEST, FINEST // 2, LEAST, LEAST]
+
+
+def test_a_short_record_with_dry_friction_is_refined_beyond_what_a_long_one_is() -> None:
+    """With as few as a long record gets, the switching still leaves an error."""
+    begin = fit(replace(problem("dry"), n_sub=1))
+    coarse, fine = refined(begin, 20, LEAST), refined(begin, 20)
+    assert fine.problem.n_sub > coarse.problem.n_sub
+    assert fine.cost < coarse.cost
