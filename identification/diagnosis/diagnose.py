@@ -233,7 +233,7 @@ def diagnose(
         floor = dict(zip(sensors, map(float, data.floor), strict=True))
         declared = declared_fit(template, nominal)
         result = replace(result, data=data, declared=declared, nominal=nominal)
-        mistakes = mixups(graph, nominal)
+        mistakes = mixups(graph, nominal, jobs=options.jobs)
         if any(m.kind != "dead" for m in mistakes):
             return replace(_mistaken(result, mistakes), seconds=time.perf_counter() - begin)
         base = thinned(template, nominal, options)

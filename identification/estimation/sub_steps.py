@@ -68,17 +68,39 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
     return fit(problem, start=point, max_iterations=iterations)
 
 
-def with_few(problem: Problem, point: Point, there: ResidualEvaluation) -> Problem | None:
+def held_otherwise(result: Fit, hold: str, iterations: int) -> Fit:
+    """Fit a few steps from where `result` ended, with commands that behave otherwise in between.
+
+    What the sub-steps correct is taken from `result`, so that the descent needs few of them.
+    """
+    problem = result.problem
+    least = 2 if hold == "band-limited" else 1
+    exact = problem.engine.exact_step and problem.data.hold != "band-limited"
+    few = None
+    if problem.n_sub > least and not exact:
+        plain = replace(problem, correction=None, built=problem.engine)
+        there = evaluate(plain, result.point, derivatives=False)
+        few = with_few(plain, result.point, there, least)
+    few = few or replace(problem, n_sub=max(problem.n_sub, least), built=problem.engine)
+    other = replace(few, data=replace(problem.data, hold=hold))
+    return fit(other, start=result.point, max_iterations=iterations)
+
+
+def with_few(
+    problem: Problem, point: Point, there: ResidualEvaluation, least: int = 1
+) -> Problem | None:
     """Return the problem with fewer sub-steps, corrected at a point; None if that is too coarse.
 
     Parameters
     ----------
     there : ResidualEvaluation
         Of `problem` at `point`.
+    least : int
+        Sub-steps at the least.
     """
     train = problem.data.mask("train")
     most = np.maximum(LARGEST * np.ptp(problem.data.readings[train], axis=0), problem.data.floor)
-    n_sub = replace(problem, n_sub=1).steps
+    n_sub = replace(problem, n_sub=least).steps
     while n_sub < problem.n_sub:
         few = replace(problem, n_sub=n_sub, correction=None)
         change = there.y - evaluate(few, point, derivatives=False).y

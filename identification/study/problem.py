@@ -85,12 +85,26 @@ class Data:
 
     def first(self, count: int) -> Data:
         """Return the first `count` samples, all of them scored in training."""
+        split = Split(slice(0, count), slice(count, count), "the first samples")
+        return replace(self.begun(count), split=split)
+
+    def begun(self, count: int) -> Data:
+        """Return the first `count` samples; the split is carried over."""
+
+        def part(s: slice | tuple[slice, ...]) -> tuple[slice, ...]:
+            kept = (slice(p.start or 0, min(p.stop or self.n, count)) for p in stretches(s))
+            return tuple(p for p in kept if p.start < p.stop)
+
+        split = replace(
+            self.split, train=part(self.split.train), test=part(self.split.test),
+            looked_at=part(self.split.looked_at),
+        )  # fmt: skip
         return replace(
             self,
             time=self.time[:count],
             commands={k: v[:count] for k, v in self.commands.items()},
             readings=self.readings[:count],
-            split=Split(slice(0, count), slice(count, count), "the first samples"),
+            split=split,
             breaks=tuple(b for b in self.breaks if b < count),
         )
 

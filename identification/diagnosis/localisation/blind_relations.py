@@ -10,7 +10,7 @@ Ould Bouamama, Model-based Process Supervision, 2008).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -29,10 +29,17 @@ from identification.diagnosis.localisation.relations.refit import (
 from identification.diagnosis.localisation.relations.whitening import blind_filter
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.port_response import Probes, probes
+from identification.estimation.brief import brief, carried
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import single_threaded
 from identification.study.engine import ExactEngine
-from identification.study.residual import ResidualEvaluation, evaluate, start_point
+from identification.study.residual import (
+    Point,
+    ResidualEvaluation,
+    evaluate,
+    start_point,
+    windows,
+)
 
 FLOOR_ERROR = 0.03
 """Relative standard deviation of the square of a floor that was itself estimated."""
@@ -44,7 +51,8 @@ CLEAR = 5.0
 FIRST = 2
 STEPS = 12
 FOLLOWED = 2
-NEAR = 3.0
+NEAR, FAR = 3.0, 30.0
+"""Times the least misfit up to which relations are followed, and the first of them."""
 GROSS = 1e4
 PARALLEL = 1e-9
 
@@ -138,54 +146,112 @@ def blind_relations(
 
     Notes
     -----
+    Of a long record the first samples are looked at; places that they leave in question, and the
+    most likely ones in any case, are held against all of it.
+
     A refit is local. On three identical masses it found single sites with a nominal misfit up
     to 50 dB above the floor; grosser ones may stop short of it, and then no port is compatible.
     """
     probed = probed if probed is not None else probes(fit)
     if no_relation(fit, probed):
         return ()
-    model = latent_model(probed)
+    model, begun = latent_model(probed), _brief(fit)
+    found, silent = _followed(begun, model, _classes(model, structure), steps)
+    if found and begun is not fit:
+        found = _on_all(fit, model, found, steps)
+    made = [f.relation for f in found]
+    return (*sorted(made, key=lambda r: r.train), *silent)
+
+
+def _followed(
+    fit: Fit, model: LatentModel, classes: Sequence[tuple[str, ...]], steps: int
+) -> tuple[list[_Looked], list[BlindRelation]]:
+    """Refit every relation a little and those near the floor to their end, and what says nothing.
+
+    What is near the floor comes first.
+    """
     start = evaluate(fit.problem, fit.point)
     if not np.isfinite(start.residual).all() or not start.residual.size:
-        return ()
-    nominal = float(np.mean(start.residual**2))
-    found, relations = [], []
-    for ports in _classes(model, structure):
+        return [], []
+    found, silent = [], []
+    for ports in classes:
         heard = [n for n in ports if _hears(model.sampled(n, fit.point.theta))]
-        if not heard:
-            continue
         seen = _seen(fit, model, start, heard)
         done = None if seen is None else _refitted(seen, start, FIRST)
         if seen is not None and done is not None:
-            found.append((ports, seen, done))
-        else:
-            relations.append(_undecided(ports, nominal, len(model.ports[heard[0]]) or 1))
-    found.sort(key=lambda f: f[2].train)
+            found.append(_Looked(ports, heard, seen, done, start))
+        elif heard:
+            sides = len(model.ports[heard[0]]) or 1
+            silent.append(_undecided(ports, float(np.mean(start.residual**2)), sides))
+    found.sort(key=lambda f: f.done.train)
     # only those that may yet reach the floor are followed to their end
-    best = found[0][2].train if found else 1.0
-    for i, (ports, seen, done) in enumerate(found):
-        if done.moving and (i < FOLLOWED or done.train < NEAR * max(best, 1.0)):
-            found[i] = ports, seen, _refitted(seen, start, steps, done.theta) or done
-    made = [_relation(ports, seen, done, nominal) for ports, seen, done in found]
-    if not any(r.compatible for r in made):
+    for i in _near(found):
+        if found[i].done.moving:
+            found[i] = found[i].from_there(found[i].done.theta, steps)
+    if not any(f.relation.compatible for f in found):
         # a gross mismatch may have dragged the nominal fit too far: begin where the model did
-        declared = start_point(fit.problem).theta
-        for i, (ports, seen, done) in enumerate(found[:FOLLOWED]):
-            again = _refitted(seen, start, steps, declared)
-            if again is not None and again.train < done.train:
-                made[i] = _relation(ports, seen, again, nominal)
-    return (*sorted(made, key=lambda r: r.train), *relations)
+        declared = start_point(model.probes.problem).theta
+        for i, f in [(i, found[i]) for i in _near(found) if i < FOLLOWED]:
+            again = f.from_there(declared, steps)
+            found[i] = again if again.done.train < f.done.train else f
+    return sorted(found, key=lambda f: f.done.train), silent
 
 
-def _relation(
-    ports: tuple[str, ...], seen: BlindProblem, done: Refitted, nominal: float
-) -> BlindRelation:
-    spread = np.hypot(np.sqrt(2.0 / done.count), FLOOR_ERROR)
-    away = float((done.train - 1.0) / spread)
-    return BlindRelation(
-        ports, done.before, done.train, done.test, away, done.count, nominal, seen.sides,
-        seen.port, done.theta,
-    )  # fmt: skip
+def _near(found: Sequence[_Looked]) -> list[int]:
+    """Return the relations that may reach the floor; the first have the least."""
+    best = found[0].done.train if found else 1.0
+    limits = [(FAR if i < FOLLOWED else NEAR) * max(best, 1.0) for i in range(len(found))]
+    return [i for i, f in enumerate(found) if f.done.train < limits[i]]
+
+
+def _on_all(fit: Fit, model: LatentModel, found: Sequence[_Looked], steps: int) -> list[_Looked]:
+    """Hold what the first samples leave in question against all of them."""
+    start, near = evaluate(fit.problem, fit.point), _near(found)
+    made = []
+    for i, f in enumerate(found):
+        theta = carried(f.done.theta, f.seen.problem, fit.problem)
+        seen = _seen(fit, model, start, f.heard) if i in near or f.relation.compatible else None
+        if seen is not None:
+            made.append(_Looked(f.ports, f.heard, seen, f.done, start).from_there(theta, steps))
+        else:
+            made.append(replace(f, done=replace(f.done, theta=theta)))
+    return made
+
+
+@dataclass(frozen=True, eq=False)
+class _Looked:
+    """One class of ports, those heard, the fit as its relation sees it, how that was refitted."""
+
+    ports: tuple[str, ...]
+    heard: Sequence[str]
+    seen: BlindProblem
+    done: Refitted
+    start: ResidualEvaluation
+
+    def from_there(self, theta: Array, steps: int) -> _Looked:
+        """Refit again from other unknowns; itself where that fails."""
+        done = _refitted(self.seen, self.start, steps, theta)
+        return self if done is None else replace(self, done=done)
+
+    @property
+    def relation(self) -> BlindRelation:
+        done, spread = self.done, np.hypot(np.sqrt(2.0 / self.done.count), FLOOR_ERROR)
+        away = float((done.train - 1.0) / spread)
+        nominal = float(np.mean(self.start.residual**2))
+        return BlindRelation(
+            self.ports, done.before, done.train, done.test, away, done.count, nominal,
+            self.seen.sides, self.seen.port, done.theta,
+        )  # fmt: skip
+
+
+def _brief(fit: Fit) -> Fit:
+    """Return the fit on the first samples of a long record."""
+    shorter = brief(fit.problem)
+    if shorter is None:
+        return fit
+    theta = carried(fit.point.theta, fit.problem, shorter)
+    point = Point(theta, fit.point.states[: len(windows(shorter))])
+    return replace(fit, problem=shorter, point=point, simulated=fit.simulated[: shorter.data.n])
 
 
 def _undecided(ports: tuple[str, ...], nominal: float, sides: int) -> BlindRelation:

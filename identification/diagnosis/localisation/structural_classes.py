@@ -123,7 +123,7 @@ def splitting_signals(
 ) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     """Further signals that separate `element` from `rivals`: (signal, place, separated)."""
     found = []
-    for kind, junction in unmeasured(graph):
+    for kind, junction in unmeasured(graph) if rivals else ():
         name = f"{'f' if kind is Df else 'e'}_{junction.name}"
         try:
             wider = graph.with_branch(junction.name, [kind(f"extra_{name}")])

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+from joblib import Parallel, delayed
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
@@ -40,6 +41,8 @@ FEW = 1500
 """Samples on which the mistakes are tried; the best is judged on all."""
 SHORT, A_FEW = 24, 8
 """Samples of a short stretch at least, and steps of the fit to many of them."""
+FEWER = 600
+"""Samples cut into short stretches."""
 ENOUGH = 10.0
 """Misfit over the floor of short stretches that a mistake undone may have in any case."""
 FAR = 8.0
@@ -177,7 +180,9 @@ def _exchanged(data: Data, one: str, other: str) -> Data:
     return replace(data, readings=data.readings[:, order], floor=np.asarray(data.floor)[order])
 
 
-def mixups(graph: BondGraph, nominal: Fit, fitter: Fitter | None = None) -> tuple[Mixup, ...]:
+def mixups(
+    graph: BondGraph, nominal: Fit, fitter: Fitter | None = None, jobs: int = 1
+) -> tuple[Mixup, ...]:
     """Return the mistakes in the recording that explain the misfit of `nominal`, the best first.
 
     Several are returned where these data cannot tell them apart (the sign of the only sensor, or
@@ -191,18 +196,27 @@ def mixups(graph: BondGraph, nominal: Fit, fitter: Fitter | None = None) -> tupl
         Its fit to the recording.
     fitter : callable, optional
         Fits a graph to data; the nominal fit of the diagnosis unless given.
+    jobs : int
+        Processes that share the fits.
     """
     if not gross(nominal):
         return ()
     data, fitted = nominal.problem.data, fitter or _fitted
-    brief = _brief(data)
-    before, apart = _cost(fitted, graph, brief), _in_windows(graph, brief)
+    brief, share = _brief(data), Parallel(n_jobs=jobs)
+    possible = list(_candidates(graph, nominal))
+    apart, *each = share(
+        delayed(_in_windows)(graph, d) for d in (brief, *(undone(brief, m) for m in possible))
+    )
     # what fits short stretches worse, each with a state of its own, is no mistake undone
-    likely = [
-        m for m in _candidates(graph, nominal)
-        if not _in_windows(graph, undone(brief, m)) > ALIKE * max(apart, ENOUGH)
-    ]  # fmt: skip
-    tried = [(m, _cost(fitted, graph, undone(brief, m), m)) for m in likely]
+    most = ALIKE * max(apart, ENOUGH)
+    likely = [m for m, cost in zip(possible, each, strict=True) if not cost > most]
+    before, *costs = share(
+        [
+            delayed(_cost)(fitted, graph, brief),
+            *(delayed(_cost)(fitted, graph, undone(brief, m), m) for m in likely),
+        ]
+    )
+    tried = list(zip(likely, costs, strict=True))
     best = min((cost for _, cost in tried), default=np.inf)
     if not _explains(before, best):
         return ()
@@ -218,8 +232,10 @@ def mixups(graph: BondGraph, nominal: Fit, fitter: Fitter | None = None) -> tupl
 
 def _in_windows(graph: BondGraph, data: Data) -> float:
     """Misfit of short stretches, each with a state of its own; NaN where it cannot be told."""
+    first = slice(0, min(FEWER, data.n))
+    split = Split(first, slice(first.stop, first.stop), "the very first samples")
     try:
-        base = Problem(graph, data, lags=False, offsets=False)
+        base = Problem(graph, replace(data, split=split), lags=False, offsets=False)
         length = max(SHORT, 8 * base.engine.n_x)
         return float(fit(replace(base, window=length), max_iterations=A_FEW).cost)
     except (BondsightError, np.linalg.LinAlgError, ValueError):

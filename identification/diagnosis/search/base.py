@@ -14,7 +14,6 @@ from identification.diagnosis.search.candidates import (
     DiagnosisOptions,
     thinning,
     trial_of,
-    with_best_hold,
 )
 from identification.estimation.single_record import Fit, FitStatus, fit
 from identification.study.problem import Problem
@@ -75,8 +74,8 @@ def unthinned(
 ) -> tuple[Decision, ...]:
     """Refit the last named effect on all training samples, with what commands do between them.
 
-    The search may have worked on thinned samples; those held out are not fitted here either.
-    The behaviour between samples is chosen again here: beside a large misfit it does not show.
+    Nothing is to be done unless the search worked on thinned samples; those held out are not fitted
+    here either. The behaviour between samples is chosen again: between fewer it shows less.
     """
     last = max((i for i, d in enumerate(decisions) if d.chosen is not None), default=None)
     named = [i for i, d in enumerate(decisions) if d.kind == "missing_physics"]
@@ -94,8 +93,7 @@ def _refitted(chosen: Candidate, template: Problem, holds: Sequence[str]) -> Can
     old = chosen.fit
     factor = max(1, round(template.data.n / old.problem.data.n))
     if factor == 1:
-        result = with_best_hold(old, MORE, holds)
-        return chosen if result is old else trial_of(chosen.insertion, chosen.home, result)
+        return chosen
     fits: list[Fit] = []
     for hold in dict.fromkeys((template.data.hold, *holds)):
         n_sub = max(old.problem.n_sub // factor, 4 if hold == "band-limited" else 1)

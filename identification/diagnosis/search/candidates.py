@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,12 +17,13 @@ from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Inser
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.windowed import through_windows
+from identification.estimation.brief import brief, carried
 from identification.estimation.single_record import Fit, FitStatus, fit, start_cost
-from identification.estimation.sub_steps import fit_from
+from identification.estimation.sub_steps import fit_from, held_otherwise
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
 from identification.study.problem import Data, Problem
-from identification.study.residual import Point, evaluate
+from identification.study.residual import Point, evaluate, start_point
 
 BLOCKS = 40
 Progress = Callable[[str, float], None]
@@ -203,13 +205,14 @@ def fitted(
     """
     tasks = []
     far, lost, plain = scene.nominal.chi2("train") > FAR, astray(scene.nominal), _cost(template)
+    early = not lost and _tells_early(scene.nominal)
     for s in todo:
         try:
             made = s.effect.insert(scene, s.element, s.hint)
         except BondsightError:
             continue
         problem = replace(template, graph=made.graph, built=None)
-        tasks.append((made, s.home, problem, far, lost, plain))
+        tasks.append((made, s.home, problem, far, lost, plain, early))
     alive = _round(attempt, tasks, options, progress, begin, begin + 0.5 * (end - begin))
     done: list[Candidate] = []
     for number, iterations in enumerate(ROUNDS, start=1):
@@ -264,21 +267,26 @@ def attempt(
     far: bool = True,
     lost: bool = False,
     plain: float = np.inf,
+    early: bool = False,
 ) -> tuple[str, Candidate | None]:
     """Fit one insertion a few steps from its best starts; None when it cannot be simulated.
 
     `far`: the nominal fit may be bent so much that the declared values are tried as well. `lost`:
     it does not follow the readings at all, so that the fit starts from short windows too. `plain`:
-    what `start_cost` says of the model without the law.
+    what `start_cost` says of the model without the law. `early`: the first samples of a long record
+    tell which start is the best.
     """
     short: list[Fit] = []
     try:
         problem = replace(problem, built=problem.engine)
     except BondsightError:
         return insertion.label, None
-    for number, candidate in enumerate(promising(problem, insertion, far, plain)):
+    starts = promising(problem, insertion, far, plain)
+    quick = early and not problem.source_offsets
+    begun = _best_start(starts) if quick else [(p, None) for p in starts]
+    for number, (candidate, point) in enumerate(begun):
         try:
-            short.append(fit(candidate, max_iterations=FIRST))
+            short.append(fit(candidate, max_iterations=FIRST, start=point))
             # windows forgive a start: one way through them is enough
             if number == 0 and (problem.source_offsets or lost):
                 again = through_windows(candidate, 3 * FIRST)
@@ -438,7 +446,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
             continue
         try:
             # half a sample more or less is made up for in a few steps, or the behaviour is wrong
-            other = fit_from(problem, best.point, FIRST, 0.97 * best.cost)
+            other = held_otherwise(best, hold, FIRST)
             if other.status is FitStatus.BROKEN or not other.cost < 0.97 * best.cost:
                 continue
             other = settled_fit(problem, iterations, other.point)
@@ -472,6 +480,39 @@ def promising(
         if base is fitted and best and best[0][0] > HARM * plain:
             chosen += _weakened(problem, insertion, plain)
     return chosen
+
+
+def _tells_early(nominal: Fit) -> bool:
+    """Whether the first samples have their share of what the model misses."""
+    shorter = brief(nominal.problem)
+    if shorter is None:
+        return False
+    train, n = nominal.problem.data.mask("train"), shorter.data.n
+    missed = ((nominal.problem.data.readings - nominal.simulated) / nominal.problem.data.floor) ** 2
+    return bool(missed[:n][train[:n]].mean() > FAIR * missed[train].mean())
+
+
+FAIR = 0.5
+"""Part of the misfit of a whole record that its first samples have at least, if they tell of it."""
+
+
+def _best_start(starts: Sequence[Problem]) -> list[tuple[Problem, Point | None]]:
+    """Fit every start to the first samples; return the best one, and where it ended."""
+    made: list[tuple[Fit, Problem]] = []
+    for p in starts if len(starts) > 1 else ():
+        shorter = brief(p)
+        if shorter is None:
+            break
+        with suppress(BondsightError, np.linalg.LinAlgError, ValueError):
+            found = fit(shorter, max_iterations=FIRST)
+            if _sound(found):
+                made.append((found, p))
+    if not made:
+        return [(p, None) for p in starts]
+    found, p = min(made, key=lambda m: m[0].cost)
+    states = start_point(p).states
+    states[: found.point.states.shape[0]] = found.point.states
+    return [(p, Point(carried(found.point.theta, found.problem, p), states))]
 
 
 WEAKER = (0.3, 0.1, 0.03, 0.01, 0.001)

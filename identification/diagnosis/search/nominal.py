@@ -13,12 +13,12 @@ from bondgraph.signals.recording import Split
 from bondgraph.signals.split import interleaved, stretches
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.evidence.block_score import score
+from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.diagnosis.search.candidates import settled_fit
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.single_record import Fit, FitStatus, best, fit
-from identification.estimation.sub_steps import fit_from
+from identification.estimation.sub_steps import fit_from, held_otherwise
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
 
@@ -158,7 +158,8 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
     own, others = result.problem.data.hold, [h for h in holds if h != result.problem.data.hold]
     if not others:
         return "as given"
-    behind, own_score = {}, score(result)
+    behind: dict[str, float] = {}
+    own_score: BlockScore | None = None
     for h in others:
         data = replace(result.problem.data, hold=h)
         steps = max(result.problem.n_sub, 2 if h == "band-limited" else 1)
@@ -168,8 +169,8 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
             cost = float(np.mean(there**2))
             if abs(cost - result.cost) < A_LITTLE * result.cost:
                 continue
-            other = fit_from(problem, result.point, A_FEW, result.cost)
-            z = score(other).behind(own_score)
+            own_score = own_score or score(held_otherwise(result, result.problem.data.hold, 0))
+            z = score(held_otherwise(result, h, A_FEW)).behind(own_score)
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             z = np.inf
         behind[h] = z if np.isfinite(z) else np.inf

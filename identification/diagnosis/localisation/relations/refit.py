@@ -115,34 +115,35 @@ class BlindProblem:
                 filled += rows
         return found
 
-    def at(self, theta: Array) -> ResidualEvaluation:
-        """Simulate with derivatives; the states at the starts are eliminated, not moved."""
-        return evaluate(self.problem, Point(theta, self.fit.point.states))
+    def at(self, theta: Array, *, derivatives: bool = True) -> ResidualEvaluation:
+        """Simulate; the states at the starts are eliminated, not moved."""
+        point = Point(theta, self.fit.point.states)
+        return evaluate(self.problem, point, derivatives=derivatives)
 
     def rest(self, e: ResidualEvaluation, theta: Array, blind: Blind) -> Array:
-        """Training residual as the filter sees it."""
-        return np.concatenate(
-            [
-                without_starts(blind(timed(self.problem, theta, r)), blind)
-                for rows, runs in self.stretches
-                for r in self._blocks(e.residual[rows], runs)
-            ]
-        )[:, 0]
+        """Training residual as the filter sees it, stretches of one length after another."""
+        made = [
+            without_starts(blind(timed(self.problem, theta, r)), blind).ravel()
+            for r in self._grouped(e.residual[:, None])
+        ]
+        return np.concatenate(made)
 
     def triangle(self, e: ResidualEvaluation, theta: Array, blind: Blind) -> Array:
         """Triangular factor of [columns rest] on training data, filter's derivative included."""
-        moved = self._moved(theta)
+        moved, many = self._moved(theta), self.free.size
         pieces = []
-        for rows, runs in self.stretches:
-            residuals = self._blocks(e.residual[rows], runs)
-            jacobians = self._blocks(e.jacobian[rows][:, self.free], runs)
-            for r, j in zip(residuals, jacobians, strict=True):
-                r, j = timed(self.problem, theta, r), timed(self.problem, theta, j)
-                columns, rest = blind(j), blind(r)
-                for i, other in moved:
-                    columns[:, i] -= (other(r) - rest)[:, 0] / DIFFERENCE
-                both = np.concatenate([columns, rest], axis=1)
-                pieces.append(triangle(without_starts(both, blind)))
+        both = np.concatenate([e.jacobian[:, self.free], e.residual[:, None]], axis=1)
+        for block in self._grouped(both):
+            block = timed(self.problem, theta, block)
+            n_y, _, n = block.shape
+            r = np.ascontiguousarray(block[:, many :: many + 1])
+            seen = blind(block).reshape(n_y, -1, many + 1, n)
+            for i, other in moved:
+                seen[:, :, i] -= (other(r) - seen[:, :, many]) / DIFFERENCE
+            flat = without_starts(seen.reshape(block.shape), blind)
+            pieces += [
+                triangle(flat[:, i : i + many + 1]) for i in range(0, flat.shape[1], many + 1)
+            ]
         return triangle(np.concatenate(pieces))
 
     def held_out(self, theta: Array, blind: Blind) -> float:
@@ -150,18 +151,20 @@ class BlindProblem:
         problem, total, count = self.problem, 0.0, 0.0
         e = evaluate(problem, Point(theta, self.fit.point.states), derivatives=False)
         left = problem.data.readings - e.y
-        test = problem.data.mask("test")
+        test, runs = problem.data.mask("test"), dict[int, list[Array]]()
         for w in windows(problem):
             chosen = np.flatnonzero(test[w])
             for run in unbroken(chosen):
                 part = left[w][chosen[run]]
-                free = freedom(blind, part.shape[0])
-                if free < 1.0:
-                    continue
                 r = weighted(problem, part.T[:, :, None].copy()).transpose(0, 2, 1)
+                runs.setdefault(r.shape[2], []).append(r)
+        for n, blocks in runs.items():
+            free = freedom(blind, n)
+            if free >= 1.0:
+                r = np.concatenate(blocks, axis=1)
                 seen = without_starts(blind(timed(self.problem, theta, r)), blind)
                 total += float(np.sum(seen**2))
-                count += free
+                count += free * len(blocks)
         return total / count if count else np.nan
 
     def count(self, blind: Blind) -> float:
@@ -171,11 +174,14 @@ class BlindProblem:
         own = sum(free[n] for n in lengths)
         return float(max(own - min(self.free.size, 0.5 * own), 1.0))
 
-    def _blocks(self, rows: Array, runs: list[slice]) -> list[Array]:
-        """Rows of a window, channel by channel, as a block (n_y, m, n) for each run of samples."""
-        n_y = len(self.problem.data.names)
-        whole = rows.reshape(n_y, runs[-1].stop, -1).transpose(0, 2, 1)
-        return [whole[:, :, run] for run in runs]
+    def _grouped(self, rows: Array) -> list[Array]:
+        """Rows of residuals as blocks (n_y, g m, n): g stretches of one length, m columns each."""
+        n_y, found = len(self.problem.data.names), dict[int, list[Array]]()
+        for at, runs in self.stretches:
+            whole = rows[at].reshape(n_y, runs[-1].stop, -1).transpose(0, 2, 1)
+            for run in runs:
+                found.setdefault(run.stop - run.start, []).append(whole[:, :, run])
+        return [np.concatenate(blocks, axis=1) for blocks in found.values()]
 
     def _moved(self, theta: Array) -> list[tuple[int, Blind]]:
         """Return filters a little way along every model parameter."""
@@ -253,9 +259,10 @@ def blind_refit(
     for _ in range(steps):
         upper = seen.triangle(e, theta, blind)
         moving = False
-        for _ in range(TRIES):
+        for number in range(TRIES):
             trial = _stepped(seen, theta, upper, damping)
-            there = seen.at(trial)
+            # a step that had to be shortened may have to be again
+            there = seen.at(trial, derivatives=number == 0)
             if np.isfinite(there.residual).all() and np.isfinite(there.jacobian).all():
                 try:
                     filtered = seen.filter_at(trial)
@@ -263,10 +270,12 @@ def blind_refit(
                 except np.linalg.LinAlgError:
                     reached = np.inf
                 if reached < cost:
-                    moving = cost - reached > ENOUGH * cost
-                    theta, e, blind, cost = trial, there, filtered, reached
-                    damping = max(0.1 * damping, 1e-9)
-                    break
+                    there = there if number == 0 else seen.at(trial)
+                    if np.isfinite(there.jacobian).all():
+                        moving = cost - reached > ENOUGH * cost
+                        theta, e, blind, cost = trial, there, filtered, reached
+                        damping = max(0.1 * damping, 1e-9)
+                        break
             damping = min(30.0 * damping, 1e3)
         if not moving:
             break
@@ -308,13 +317,5 @@ def without_starts(block: Array, blind: Blind) -> Array:
     """Project out the state at the start of a stretch; rows by columns."""
     n_y, m, n = block.shape
     flat = block.transpose(1, 0, 2).reshape(m, n_y * n)
-    if blind.states:
-        starts = blind.starts(n).transpose(1, 0, 2).reshape(blind.states, n_y * n)
-        size = np.linalg.norm(starts, axis=1)
-        starts = starts[size > 0] / size[size > 0, None]
-        if starts.shape[0]:
-            s, u = np.linalg.eigh(starts @ starts.T)
-            sound = s > 1e-10 * s[-1]
-            basis = (u[:, sound] / np.sqrt(s[sound])).T @ starts
-            flat = flat - (flat @ basis.T) @ basis
-    return np.asarray(flat.T)
+    basis = blind.basis(n)
+    return np.asarray((flat - (flat @ basis.T) @ basis).T)

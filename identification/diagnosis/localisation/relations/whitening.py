@@ -66,6 +66,23 @@ class Blind:
         pulse[:, :, 0] = np.eye(self.a.shape[0])
         return -self._predicted(np.eye(self.a.shape[0]), pulse)[:, :, 1:]
 
+    def basis(self, n: int) -> Array:
+        """Orthonormal rows of what any state at the start does to a stretch, shape (k, n_y n)."""
+        if n not in self._bases:
+            starts = self.starts(n).transpose(1, 0, 2).reshape(self.states, -1)
+            size = np.linalg.norm(starts, axis=1)
+            starts = starts[size > 0] / size[size > 0, None]
+            if starts.size:
+                s, u = np.linalg.eigh(starts @ starts.T)
+                sound = s > 1e-10 * s[-1]
+                starts = (u[:, sound] / np.sqrt(s[sound])).T @ starts
+            self._bases[n] = starts
+        return self._bases[n]
+
+    @cached_property
+    def _bases(self) -> dict[int, Array]:
+        return {}
+
     @property
     def states(self) -> int:
         """Number of states that a stretch starts from."""
