@@ -77,7 +77,8 @@ def held_otherwise(result: Fit, hold: str, iterations: int) -> Fit:
     least = 2 if hold == "band-limited" else 1
     exact = problem.engine.exact_step and problem.data.hold != "band-limited"
     few = None
-    if problem.n_sub > least and not exact:
+    # between samples, a correction of band-limited commands would be the behaviour itself
+    if problem.n_sub > least and not exact and problem.data.hold != "band-limited":
         plain = replace(problem, correction=None, built=problem.engine)
         there = evaluate(plain, result.point, derivatives=False)
         few = with_few(plain, result.point, there, least)

@@ -68,6 +68,8 @@ class Blind:
 
     def basis(self, n: int) -> Array:
         """Orthonormal rows of what any state at the start does to a stretch, shape (k, n_y n)."""
+        if not self.states:
+            return np.zeros((0, n * self.c.shape[0]))
         if n not in self._bases:
             starts = self.starts(n).transpose(1, 0, 2).reshape(self.states, -1)
             size = np.linalg.norm(starts, axis=1)
