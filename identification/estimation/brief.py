@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from bondgraph.support.arrays import Array
 from identification.study.problem import Problem
-from identification.study.residual import offset_scale, slots
+from identification.study.residual import offset_scale, slots, windows
 
 __all__ = ["BRIEF", "brief", "carried"]
 
@@ -26,6 +26,8 @@ def brief(problem: Problem) -> Problem | None:
         return None
     correction = None if problem.correction is None else problem.correction[:BRIEF]
     shorter = replace(problem, data=data, correction=correction, built=problem.engine)
+    count = len(windows(shorter))
+    shorter = replace(shorter, known_states={n: v[:count] for n, v in problem.known_states.items()})
     if problem.known_offsets:
         ratio = offset_scale(problem) / offset_scale(shorter)
         known = tuple(float(v) for v in ratio * problem.known_offsets)

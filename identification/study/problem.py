@@ -92,7 +92,8 @@ class Data:
         """Return the first `count` samples; the split is carried over."""
 
         def part(s: slice | tuple[slice, ...]) -> tuple[slice, ...]:
-            kept = (slice(p.start or 0, min(p.stop or self.n, count)) for p in stretches(s))
+            ends = ((p.start or 0, self.n if p.stop is None else p.stop) for p in stretches(s))
+            kept = (slice(a, min(b, count)) for a, b in ends)
             return tuple(p for p in kept if p.start < p.stop)
 
         split = replace(
