@@ -150,7 +150,9 @@ def _from_rest(stack: JointProblem, made: Descent, iterations: int) -> Descent:
         return made
     begin = replace(made.point, states=(np.where(np.array(better)[:, None], rested, states),))
     again = minimise(stack, begin, max_iterations=iterations)
-    return again if again.cost < made.cost else made
+    if not again.cost < made.cost:
+        return made
+    return replace(again, trace=(*made.trace, *again.trace[1:]))
 
 
 def start_cost(problem: Problem) -> float:

@@ -68,40 +68,27 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
     return fit(problem, start=point, max_iterations=iterations)
 
 
-def held_otherwise(result: Fit, hold: str, iterations: int) -> Fit:
-    """Fit a few steps from where `result` ended, with commands that behave otherwise in between.
-
-    What the sub-steps correct is taken from `result`, so that the descent needs few of them.
-    """
-    problem = result.problem
-    least = 2 if hold == "band-limited" else 1
+def tried_from(problem: Problem, start: Point, iterations: int) -> Fit:
+    """Go a few steps from a point, with one correction: enough to see whether it leads anywhere."""
     exact = problem.engine.exact_step and problem.data.hold != "band-limited"
+    problem = replace(problem, correction=None, built=problem.engine)
     few = None
-    # between samples, a correction of band-limited commands would be the behaviour itself
-    if problem.n_sub > least and not exact and problem.data.hold != "band-limited":
-        plain = replace(problem, correction=None, built=problem.engine)
-        there = evaluate(plain, result.point, derivatives=False)
-        few = with_few(plain, result.point, there, least)
-    few = few or replace(problem, n_sub=max(problem.n_sub, least), built=problem.engine)
-    other = replace(few, data=replace(problem.data, hold=hold))
-    return fit(other, start=result.point, max_iterations=iterations)
+    if problem.n_sub > 1 and not exact:
+        few = with_few(problem, start, evaluate(problem, start, derivatives=False))
+    return fit(few or problem, start=start, max_iterations=iterations)
 
 
-def with_few(
-    problem: Problem, point: Point, there: ResidualEvaluation, least: int = 1
-) -> Problem | None:
+def with_few(problem: Problem, point: Point, there: ResidualEvaluation) -> Problem | None:
     """Return the problem with fewer sub-steps, corrected at a point; None if that is too coarse.
 
     Parameters
     ----------
     there : ResidualEvaluation
         Of `problem` at `point`.
-    least : int
-        Sub-steps at the least.
     """
     train = problem.data.mask("train")
     most = np.maximum(LARGEST * np.ptp(problem.data.readings[train], axis=0), problem.data.floor)
-    n_sub = replace(problem, n_sub=least).steps
+    n_sub = replace(problem, n_sub=1).steps
     while n_sub < problem.n_sub:
         few = replace(problem, n_sub=n_sub, correction=None)
         change = there.y - evaluate(few, point, derivatives=False).y
@@ -117,3 +104,56 @@ def _small(change: Array, most: Array) -> bool:
 
 def _cost(e: ResidualEvaluation) -> float:
     return float(np.mean(e.residual**2)) if e.residual.size else np.inf
+
+
+LEAST, FINEST = 16, 64
+"""Sub-steps of a sample up to which a fit is refined, in a long record and in a short one."""
+IN_ALL = 2**19
+"""Sub-steps of a whole record up to which more than the least are worth their time."""
+
+
+def finest_of(samples: int) -> int:
+    """Return the sub-steps of a sample up to which a fit of a record is refined."""
+    finest = FINEST
+    while finest > LEAST and finest * samples > IN_ALL:
+        finest //= 2
+    return finest
+
+
+def settled_fit(
+    problem: Problem, iterations: int, start: Point | None = None, finest: int | None = None
+) -> Fit:
+    """Fit, then refine the sub-steps until they no longer matter beside the residual."""
+    if start is None:
+        return refined(fit(problem, max_iterations=iterations), iterations, finest)
+    return refined(fit_from(problem, start, iterations), iterations, finest)
+
+
+def refined(result: Fit, iterations: int, finest: int | None = None) -> Fit:
+    """Refine the sub-steps of a fit until they no longer matter beside the residual."""
+    problem = result.problem
+    finest = finest_of(problem.data.n) if finest is None else finest
+    if problem.engine.exact_step and problem.data.hold != "band-limited":
+        return result
+    while result.status is not FitStatus.BROKEN:
+        enough = _enough(result, finest)
+        if enough == result.problem.n_sub:
+            break
+        finer = replace(result.problem, n_sub=enough, built=problem.engine)
+        result = fit_from(finer, result.point, iterations)
+    return result
+
+
+def _enough(result: Fit, finest: int) -> int:
+    """Return the sub-steps of which twice as many change next to nothing where a fit ended."""
+    problem, before = result.problem, result.simulated
+    m = problem.data.mask("train") | problem.data.mask("test")
+    count = begin = problem.steps
+    while count < finest:
+        finer = replace(problem, n_sub=2 * count, built=problem.engine)
+        after = evaluate(finer, result.point, derivatives=False).y
+        change = float(np.mean(((after - before)[m] / problem.data.floor) ** 2))
+        if not np.isfinite(change) or change < 0.02 * max(1.0, result.cost):
+            break
+        count, before = 2 * count, after
+    return problem.n_sub if count == begin else count

@@ -157,10 +157,10 @@ def blind_relations(
         return ()
     model, begun = latent_model(probed), _brief(fit)
     found, silent = _followed(begun, model, _classes(model, structure), steps)
-    if found and begun is not fit:
-        found = _on_all(fit, model, found, steps)
-    made = [f.relation for f in found]
-    return (*sorted(made, key=lambda r: r.train), *silent)
+    if begun is fit:
+        return (*(f.relation for f in found), *silent)
+    kept, excluded, lost = _on_all(fit, model, found, steps)
+    return (*(f.relation for f in (*kept, *excluded)), *silent, *lost)
 
 
 def _followed(
@@ -190,7 +190,7 @@ def _followed(
             found[i] = found[i].from_there(found[i].done.theta, steps)
     if not any(f.relation.compatible for f in found):
         # a gross mismatch may have dragged the nominal fit too far: begin where the model did
-        declared = start_point(model.probes.problem).theta
+        declared = start_point(fit.problem).theta
         for i, f in [(i, found[i]) for i in _near(found) if i < FOLLOWED]:
             again = f.from_there(declared, steps)
             found[i] = again if again.done.train < f.done.train else f
@@ -204,18 +204,37 @@ def _near(found: Sequence[_Looked]) -> list[int]:
     return [i for i, f in enumerate(found) if f.done.train < limits[i]]
 
 
-def _on_all(fit: Fit, model: LatentModel, found: Sequence[_Looked], steps: int) -> list[_Looked]:
-    """Hold what the first samples leave in question against all of them."""
+def _on_all(
+    fit: Fit, model: LatentModel, found: Sequence[_Looked], steps: int
+) -> tuple[list[_Looked], list[_Looked], list[BlindRelation]]:
+    """Hold what the first samples leave in question against all of them.
+
+    Returns
+    -------
+    kept : list of _Looked
+        On all samples, the most compatible first.
+    excluded : list of _Looked
+        On the first samples, which exclude them.
+    lost : list of BlindRelation
+        What cannot be refitted to all samples: nothing is known.
+    """
     start, near = evaluate(fit.problem, fit.point), _near(found)
-    made = []
+    if not np.isfinite(start.residual).all():
+        return [], [], []
+    nominal = float(np.mean(start.residual**2))
+    kept, excluded, lost = [], [], []
     for i, f in enumerate(found):
         theta = carried(f.done.theta, f.seen.problem, fit.problem)
-        seen = _seen(fit, model, start, f.heard) if i in near or f.relation.compatible else None
-        if seen is not None:
-            made.append(_Looked(f.ports, f.heard, seen, f.done, start).from_there(theta, steps))
+        if i not in near and not f.relation.compatible:
+            excluded.append(replace(f, done=replace(f.done, theta=theta)))
+            continue
+        seen = _seen(fit, model, start, f.heard)
+        done = None if seen is None else _refitted(seen, start, steps, theta)
+        if seen is not None and done is not None:
+            kept.append(_Looked(f.ports, f.heard, seen, done, start))
         else:
-            made.append(replace(f, done=replace(f.done, theta=theta)))
-    return made
+            lost.append(_undecided(f.ports, nominal, f.seen.sides))
+    return sorted(kept, key=lambda f: f.done.train), excluded, lost
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,14 +15,26 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
+from identification.diagnosis.search.beginnings import (
+    FIRST,
+    best_first,
+    misfit_at,
+    promising,
+    tells_early,
+)
 from identification.diagnosis.search.windowed import through_windows
-from identification.estimation.brief import brief, carried
-from identification.estimation.single_record import Fit, FitStatus, fit, start_cost
-from identification.estimation.sub_steps import fit_from, held_otherwise
+from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.estimation.sub_steps import (
+    finest_of,
+    fit_from,
+    refined,
+    settled_fit,
+    tried_from,
+)
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
 from identification.study.problem import Data, Problem
-from identification.study.residual import Point, evaluate, start_point
+from identification.study.residual import evaluate
 
 BLOCKS = 40
 Progress = Callable[[str, float], None]
@@ -204,8 +215,8 @@ def fitted(
     `beat` is the training misfit of what is fitted already.
     """
     tasks = []
-    far, lost, plain = scene.nominal.chi2("train") > FAR, astray(scene.nominal), _cost(template)
-    early = not lost and _tells_early(scene.nominal)
+    far, lost, plain = scene.nominal.chi2("train") > FAR, astray(scene.nominal), misfit_at(template)
+    early = not lost and tells_early(scene.nominal)
     for s in todo:
         try:
             made = s.effect.insert(scene, s.element, s.hint)
@@ -283,10 +294,12 @@ def attempt(
         return insertion.label, None
     starts = promising(problem, insertion, far, plain)
     quick = early and not problem.source_offsets
-    begun = _best_start(starts) if quick else [(p, None) for p in starts]
+    begun = best_first(starts) if quick else [(p, None) for p in starts]
     for number, (candidate, point) in enumerate(begun):
         try:
             short.append(fit(candidate, max_iterations=FIRST, start=point))
+            if point is not None and _sound(short[-1]):
+                break  # the others only where it runs away on the rest of the record
             # windows forgive a start: one way through them is enough
             if number == 0 and (problem.source_offsets or lost):
                 again = through_windows(candidate, 3 * FIRST)
@@ -312,8 +325,6 @@ CLEAR = 5.0
 """Times the noise above which a misfit is no weak reading's noise."""
 LOST = 0.5
 """Part of a reading's standard deviation that a fit misses which does not follow it."""
-FIRST = 4
-"""Steps of the first round."""
 FAR = 10.0
 """Nominal misfit from which its parameter values mean little."""
 
@@ -446,7 +457,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
             continue
         try:
             # half a sample more or less is made up for in a few steps, or the behaviour is wrong
-            other = held_otherwise(best, hold, FIRST)
+            other = tried_from(problem, best.point, FIRST)
             if other.status is FitStatus.BROKEN or not other.cost < 0.97 * best.cost:
                 continue
             other = settled_fit(problem, iterations, other.point)
@@ -455,153 +466,6 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         if other.status is not FitStatus.BROKEN and other.cost < 0.97 * best.cost:
             best = other
     return best
-
-
-def promising(
-    problem: Problem, insertion: Insertion, far: bool = True, plain: float = np.inf
-) -> list[Problem]:
-    """Return the best starts with the nominal fit's values, and one with the declared ones.
-
-    A large effect may have bent the nominal parameters so far that no path leads back. If no start
-    is any good, one of a weaker law follows the nominal fit's.
-    """
-    declared = {
-        n: p.value
-        for n, p in problem.graph.parameters.items()
-        if n in problem.starts and not p.fixed
-    }
-    fitted = dict(problem.starts)
-    chosen: list[Problem] = []
-    groups = [(fitted, 2 if far else 1)] + ([({**fitted, **declared}, 1)] if far else [])
-    for base, count in groups:
-        begun = [replace(problem, starts={**base, **s}) for s in insertion.starts]
-        best = sorted(((_cost(p), p) for p in begun), key=lambda b: b[0])[:count]
-        chosen += [p for cost, p in best if np.isfinite(cost)]
-        if base is fitted and best and best[0][0] > HARM * plain:
-            chosen += _weakened(problem, insertion, plain)
-    return chosen
-
-
-def _tells_early(nominal: Fit) -> bool:
-    """Whether the first samples have their share of what the model misses."""
-    shorter = brief(nominal.problem)
-    if shorter is None:
-        return False
-    train, n = nominal.problem.data.mask("train"), shorter.data.n
-    missed = ((nominal.problem.data.readings - nominal.simulated) / nominal.problem.data.floor) ** 2
-    return bool(missed[:n][train[:n]].mean() > FAIR * missed[train].mean())
-
-
-FAIR = 0.5
-"""Part of the misfit of a whole record that its first samples have at least, if they tell of it."""
-
-
-def _best_start(starts: Sequence[Problem]) -> list[tuple[Problem, Point | None]]:
-    """Fit every start to the first samples; return the best one, and where it ended."""
-    made: list[tuple[Fit, Problem]] = []
-    for p in starts if len(starts) > 1 else ():
-        shorter = brief(p)
-        if shorter is None:
-            break
-        with suppress(BondsightError, np.linalg.LinAlgError, ValueError):
-            found = fit(shorter, max_iterations=FIRST)
-            if _sound(found):
-                made.append((found, p))
-    if not made:
-        return [(p, None) for p in starts]
-    found, p = min(made, key=lambda m: m[0].cost)
-    states = start_point(p).states
-    states[: found.point.states.shape[0]] = found.point.states
-    return [(p, Point(carried(found.point.theta, found.problem, p), states))]
-
-
-WEAKER = (0.3, 0.1, 0.03, 0.01, 0.001)
-"""Parts of a law's size that are tried where its starts do harm."""
-HARM = 2.0
-"""Times the misfit without the law from which a start of it does harm."""
-
-
-def _weakened(problem: Problem, insertion: Insertion, plain: float) -> list[Problem]:
-    """Return the strongest law tried that does no harm, beside the nominal fit's values.
-
-    What a weak law would do says the direction; how far it holds, only the model itself. A law so
-    weak that it does nothing leads nowhere.
-    """
-    # what the starts change in the rest of the model was meant for the strong law
-    owns = [{n: v for n, v in s.items() if n not in problem.starts} for s in insertion.starts]
-    distinct = list({tuple(sorted(own.items())): own for own in owns}.values())
-    for share in WEAKER:
-        for own in distinct:
-            weak = {n: share * v if n in insertion.strengths else v for n, v in own.items()}
-            tried = replace(problem, starts={**problem.starts, **weak})
-            cost = _cost(tried)
-            if cost <= HARM * plain and abs(cost - plain) > NOTHING * plain:
-                return [tried]
-    return []
-
-
-NOTHING = 1e-6
-"""Relative change of the misfit up to which a law does nothing."""
-
-
-def _cost(problem: Problem) -> float:
-    try:
-        return start_cost(problem)
-    except (BondsightError, np.linalg.LinAlgError, ValueError):
-        return np.inf
-
-
-LEAST, FINEST = 16, 64
-"""Sub-steps of a sample up to which a fit is refined, in a long record and in a short one."""
-IN_ALL = 2**19
-"""Sub-steps of a whole record up to which more than the least are worth their time."""
-
-
-def finest_of(samples: int) -> int:
-    """Return the sub-steps of a sample up to which a fit of a record is refined."""
-    finest = FINEST
-    while finest > LEAST and finest * samples > IN_ALL:
-        finest //= 2
-    return finest
-
-
-def settled_fit(
-    problem: Problem, iterations: int, start: Point | None = None, finest: int | None = None
-) -> Fit:
-    """Fit, then refine the sub-steps until they no longer matter beside the residual."""
-    if start is None:
-        return refined(fit(problem, max_iterations=iterations), iterations, finest)
-    return refined(fit_from(problem, start, iterations), iterations, finest)
-
-
-def refined(result: Fit, iterations: int, finest: int | None = None) -> Fit:
-    """Refine the sub-steps of a fit until they no longer matter beside the residual."""
-    problem = result.problem
-    finest = finest_of(problem.data.n) if finest is None else finest
-    if problem.engine.exact_step and problem.data.hold != "band-limited":
-        return result
-    while result.status is not FitStatus.BROKEN:
-        enough = _enough(result, finest)
-        if enough == result.problem.n_sub:
-            break
-        finer = replace(result.problem, n_sub=enough, built=problem.engine)
-        result = fit_from(finer, result.point, iterations)
-    return result
-
-
-def _enough(result: Fit, finest: int) -> int:
-    """Return the sub-steps of which twice as many change next to nothing where a fit ended."""
-    problem, before = result.problem, result.simulated
-    m = problem.data.mask("train") | problem.data.mask("test")
-    count = begin = problem.steps
-    while count < finest:
-        finer = replace(problem, n_sub=2 * count, built=problem.engine)
-        after = evaluate(finer, result.point, derivatives=False).y
-        change = float(np.mean(((after - before)[m] / problem.data.floor) ** 2))
-        if not np.isfinite(change) or change < 0.02 * max(1.0, result.cost):
-            break
-        count, before = 2 * count, after
-    return problem.n_sub if count == begin else count
 
 
 def thinning(data: Data, samples: int) -> int:

@@ -15,10 +15,9 @@ from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.localisation.structural_classes import linear_part
-from identification.diagnosis.search.candidates import settled_fit
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.single_record import Fit, FitStatus, best, fit
-from identification.estimation.sub_steps import fit_from, held_otherwise
+from identification.estimation.sub_steps import FINEST, fit_from, settled_fit, tried_from
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
 
@@ -158,19 +157,19 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
     own, others = result.problem.data.hold, [h for h in holds if h != result.problem.data.hold]
     if not others:
         return "as given"
-    behind: dict[str, float] = {}
     own_score: BlockScore | None = None
+    behind: dict[str, float] = {}
     for h in others:
         data = replace(result.problem.data, hold=h)
         steps = max(result.problem.n_sub, 2 if h == "band-limited" else 1)
         problem = replace(result.problem, data=data, n_sub=steps)
+        there = evaluate(problem, result.point, derivatives=False).residual
+        cost = float(np.mean(there**2))
+        if abs(cost - result.cost) < A_LITTLE * result.cost:
+            continue
+        own_score = own_score or score(tried_from(result.problem, result.point, 0))
         try:
-            there = evaluate(problem, result.point, derivatives=False).residual
-            cost = float(np.mean(there**2))
-            if abs(cost - result.cost) < A_LITTLE * result.cost:
-                continue
-            own_score = own_score or score(held_otherwise(result, result.problem.data.hold, 0))
-            z = score(held_otherwise(result, h, A_FEW)).behind(own_score)
+            z = score(tried_from(problem, result.point, A_FEW)).behind(own_score)
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             z = np.inf
         behind[h] = z if np.isfinite(z) else np.inf
@@ -189,8 +188,6 @@ A_LITTLE = 0.05
 """Part of the misfit by which another behaviour has to change it to matter."""
 A_FEW = 2
 """Steps that make up for half a sample more or less, or the behaviour is wrong."""
-FINEST = 64
-"""Sub-steps of a sample at the most, in a nominal model with laws."""
 SURE = 3.0
 """Standard errors by which another behaviour between samples must predict better."""
 

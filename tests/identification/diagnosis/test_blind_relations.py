@@ -5,25 +5,36 @@ The records come from another integrator, with the effect as a force of its own 
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, Zero
+from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.localisation import blind_relations as blind_relations_module
 from identification.diagnosis.localisation.blind_relations import (
     blind_relations,
     more_than_one_site,
     no_relation,
 )
 from identification.diagnosis.localisation.relations.latent import Sampled
-from identification.diagnosis.localisation.relations.refit import freedom, without_starts
+from identification.diagnosis.localisation.relations.refit import (
+    BlindProblem,
+    Refitted,
+    freedom,
+    without_starts,
+)
 from identification.diagnosis.localisation.relations.whitening import blind_filter
 from identification.diagnosis.localisation.structural_classes import structure
 from identification.diagnosis.search.nominal import nominal_fit
+from identification.estimation import brief
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
+from identification.study.residual import offset_scale, slots
 from tests.identification.diagnosis.three_masses import (
     DAMPING,
     DT,
@@ -62,6 +73,69 @@ def test_only_the_relation_blind_to_the_true_port_reaches_the_floor(
         assert other.z > 10
         assert "elsewhere" in other.words
     assert not more_than_one_site(found)
+
+
+@pytest.fixture
+def brief_from_400(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Records of this page count as long ones."""
+    monkeypatch.setattr(brief, "BRIEF", 400)
+
+
+@pytest.mark.usefixtures("brief_from_400")
+def test_what_the_beginning_leaves_in_question_is_held_against_all() -> None:
+    f = fitted(friction_b1=0.5, split=INTERLEAVED)
+    found = relations(f)
+    assert [r.ports for r in found if r.compatible] == [found[0].ports]
+    assert "b1" in found[0].ports
+    count = float(f.problem.data.mask("train").sum())
+    assert found[0].freedom > count  # of all samples
+    assert found[-1].freedom < count  # excluded on the first ones, with unknowns of the record
+    moved = found[-1].theta[slots(f.problem).offsets] * offset_scale(f.problem)
+    assert np.abs(moved).max() < 100 * NOISE
+
+
+@pytest.mark.usefixtures("brief_from_400")
+def test_what_begins_late_is_not_judged_on_the_beginning() -> None:
+    plain = fitted(split=INTERLEAVED).problem
+    readings = plain.data.readings.copy()
+    readings[600:, 1] += 5.0 * readings[600:, 1] ** 3
+    f = fit(replace(plain, data=replace(plain.data, readings=readings)))
+    assert f.chi2("train") > 10
+    found = relations(f)
+    assert found[0].ports == ("x2",)
+    assert found[0].train == pytest.approx(1.0, abs=0.1)
+    assert not any(r.compatible for r in found[1:])
+
+
+@pytest.mark.usefixtures("brief_from_400")
+def test_what_cannot_be_held_against_all_is_not_decided(monkeypatch: pytest.MonkeyPatch) -> None:
+    refit = blind_relations_module._refitted
+
+    def failing(seen: BlindProblem, *rest: Any) -> Refitted | None:
+        return None if seen.problem.data.n == N else refit(seen, *rest)
+
+    monkeypatch.setattr(blind_relations_module, "_refitted", failing)
+    found = relations(fitted(friction_b1=0.5, split=INTERLEAVED))
+    (here,) = [r for r in found if "b1" in r.ports]
+    assert not here.decided
+    assert here.compatible
+
+
+def test_a_model_without_states_has_relations_too() -> None:
+    with BondGraph("divider") as g:
+        loop, node = One("i"), Zero("u")
+        Se("E", unit="V") >> loop >> R("r_1", 2.0, unit="ohm")
+        loop >> node >> R("r_2", 3.0, unit="ohm")
+        loop >> Df("i_1", unit="A")
+        node >> De("u_2", unit="V")
+    rng, n = np.random.default_rng(0), 400
+    u = rng.uniform(-1, 1, n)
+    y = np.stack([u / 5 + 0.02 * u**3, 3 * u / 5], axis=1) + 1e-3 * rng.standard_normal((n, 2))
+    data = Data("run", DT * np.arange(n), {"E": u}, y, ("i_1", "u_2"), np.full(2, 1e-3),
+                Split(slice(0, 260), slice(260, n), "last third"))  # fmt: skip
+    found = blind_relations(fit(Problem(g, data)), structure(g, np.geomspace(1.0, 60.0, 24)))
+    assert found[0].ports == ("i_1",)
+    assert [r.compatible for r in found] == [True, False, False, False]
 
 
 def test_without_an_effect_every_relation_is_at_the_floor() -> None:

@@ -13,7 +13,8 @@ from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.base import base_of
-from identification.diagnosis.search.candidates import attempt, go_on, promising
+from identification.diagnosis.search.beginnings import promising
+from identification.diagnosis.search.candidates import attempt, go_on
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import start_cost
 from identification.study.problem import Data

@@ -15,11 +15,11 @@ from identification.diagnosis.search.candidates import (
     Candidate,
     DiagnosisOptions,
     not_worse,
-    settled_fit,
     trial_of,
 )
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import fit
+from identification.estimation.sub_steps import settled_fit
 from identification.study.problem import Data, Problem
 from tests.identification.diagnosis.spring import spring
 

@@ -7,25 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
 from identification.estimation.brief import BRIEF, brief, carried
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
-from identification.study.residual import Point, evaluate, offset_scale
+from identification.study.residual import Point, evaluate, offset_scale, start_point
+from tests.identification.experiments.design.plants import spring
 
 DT, NOISE = 0.01, 1e-4
-
-
-def cart() -> BondGraph:
-    with BondGraph("cart") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        body >> R("d", 2.0, unit="N*s/m")
-        body >> C("k", stiffness=200.0, unit="N/m")
-        body >> Dq("x", unit="m")
-    return g
 
 
 def record(n: int) -> Problem:
@@ -33,9 +23,9 @@ def record(n: int) -> Problem:
     rng = np.random.default_rng(3)
     t = np.asarray(DT * np.arange(n), np.float64)
     u = np.repeat(rng.uniform(-1, 1, n // 10 + 1), 10)[:n] * np.where(t < t[n // 2], 1.0, 2.0)
-    y = np.asarray(simulate(cart(), t, {"F": u})["x"]) + 0.003 + NOISE * rng.standard_normal(n)
+    y = np.asarray(simulate(spring(), t, {"F": u})["x"]) + 0.003 + NOISE * rng.standard_normal(n)
     data = Data("run", t, {"F": u}, y[:, None], ("x",), np.array([NOISE]), interleaved(0, n))
-    return Problem(cart(), data)
+    return Problem(spring(), data)
 
 
 def test_a_short_record_has_no_beginning() -> None:
@@ -69,3 +59,22 @@ def test_unknowns_mean_the_same_in_both() -> None:
     start = brief(known)
     assert start is not None
     assert start.known_offsets[0] * offset_scale(start) == pytest.approx(0.4 * offset_scale(known))
+
+
+def test_an_empty_part_stays_empty() -> None:
+    long = record(2 * BRIEF)
+    n = long.data.n
+    data = replace(long.data, split=replace(long.data.split, train=slice(0, n), test=slice(0, 0)))
+    assert not data.begun(BRIEF).mask("test").any()
+    assert brief(replace(long, data=data)) is None
+
+
+def test_recordings_that_begin_later_take_their_states_with_them() -> None:
+    long = record(2 * BRIEF)
+    engine = long.engine
+    known = {n: np.array([0.01, 0.02]) for n in engine.state_names}
+    joined = replace(long, data=replace(long.data, breaks=(BRIEF + 100,)), known_states=known)
+    shorter = brief(joined)
+    assert shorter is not None
+    assert start_point(joined).states == pytest.approx(np.array([[0.01] * 2, [0.02] * 2]))
+    assert start_point(shorter).states == pytest.approx(np.array([[0.01] * 2]))

@@ -12,13 +12,24 @@ from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.recording import Split
+from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
-from identification.diagnosis.search.candidates import FINEST, IN_ALL, LEAST, finest_of, refined
+from bondgraph.simulation.start import HOLDS
 from identification.estimation import sub_steps
 from identification.estimation.single_record import Fit, fit
-from identification.estimation.sub_steps import fit_from, with_few
+from identification.estimation.sub_steps import (
+    FINEST,
+    IN_ALL,
+    LEAST,
+    finest_of,
+    fit_from,
+    refined,
+    tried_from,
+    with_few,
+)
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, start_point
+from tests.identification.experiments.design.plants import spring
 
 N, DT, MANY = 1200, 0.02, 16
 NOISE = {"cubic": 5e-7, "dry": 2e-5}
@@ -147,3 +158,33 @@ def test_a_short_record_with_dry_friction_is_refined_beyond_what_a_long_one_is()
     coarse, fine = refined(begin, 20, LEAST), refined(begin, 20)
     assert fine.problem.n_sub > coarse.problem.n_sub
     assert fine.cost < coarse.cost
+
+
+@pytest.mark.parametrize("truth", ["linear", "hold"])
+@pytest.mark.parametrize("n_sub", [2, 8])
+def test_from_commands_without_kinks_to_others(truth: str, n_sub: int) -> None:
+    # what many sub-steps change there is the behaviour between samples itself
+    t = np.asarray(DT * np.arange(600), np.float64)
+    rng = np.random.default_rng(0)
+    u = rng.uniform(-1, 1, 600)
+    x = np.asarray(simulate(spring(), t, {"F": u}, hold=truth)["x"])
+    y = (x + 3e-6 * rng.standard_normal(600))[:, None]
+    data = Data("run", t, {"F": u}, y, ("x",), np.array([3e-6]), interleaved(0, 600))
+    smooth = replace(data, hold="band-limited")
+    wrong = fit(Problem(spring(), smooth, n_sub=n_sub), max_iterations=20)
+    right = fit(Problem(spring(), replace(data, hold=truth)), max_iterations=20)
+    assert wrong.cost > 2 * right.cost
+    other = replace(wrong.problem, data=replace(data, hold=truth))
+    assert tried_from(other, wrong.point, 4).cost == pytest.approx(right.cost, rel=0.05)
+
+
+@pytest.mark.parametrize("truth", HOLDS)
+def test_one_correction_tells_how_commands_behave(truth: str) -> None:
+    p, t = problem("cubic"), np.asarray(DT * np.arange(N), np.float64)
+    x = np.asarray(simulate(plant("cubic"), t, dict(p.data.commands), hold=truth)["x"])
+    y = (x + NOISE["cubic"] * np.random.default_rng(2).standard_normal(N))[:, None]
+    held = {h: replace(p, data=replace(p.data, readings=y, hold=h)) for h in HOLDS}
+    ends = {h: fit_from(q, begun(replace(q, n_sub=4)), 40) for h, q in held.items()}
+    for h in set(HOLDS) - {truth}:
+        assert tried_from(held[truth], ends[h].point, 4).cost < 0.1 * ends[h].cost
+        assert tried_from(held[h], ends[truth].point, 4).cost > 10 * ends[truth].cost
