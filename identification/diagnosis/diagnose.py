@@ -386,7 +386,7 @@ def characterised(d: Diagnosis, ports: int = 2) -> Diagnosis:
             signal = latent(
                 partial(probed.respond, name), d.scene.residual,
                 d.scene.data.floor, d.scene.data.dt, tangents=freedom(d.scene.nominal),
-                windows=windows(d.scene.nominal.problem),
+                windows=windows(d.scene.nominal.problem), scored=d.scene.data.mask("train"),
             )  # fmt: skip
             found[name] = (characterise(d.scene.past[name], signal.signal), signal)
         except (BondsightError, np.linalg.LinAlgError, ValueError):

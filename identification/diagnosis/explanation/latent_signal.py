@@ -59,6 +59,7 @@ def latent(
     dt: float,
     tangents: Array | None = None,
     windows: Sequence[slice] | None = None,
+    scored: Array | None = None,
 ) -> Latent:
     """Reconstruct the addition at one port that explains a residual.
 
@@ -79,6 +80,8 @@ def latent(
     windows : sequence of slice, optional
         Stretches that the model simulates on their own; the whole record if not given. The signal
         is zero outside of them.
+    scored : ndarray of bool, shape (N,), optional
+        Samples whose residual counts; all if not given. What the others read is not known.
 
     Examples
     --------
@@ -96,15 +99,19 @@ def latent(
     frequencies = np.fft.rfftfreq(size)
     # a straight line between samples answers one sample early
     transfer = rfft(answer, size, axis=0) * np.exp(2j * np.pi * frequencies)[:, None]
-    basis = _basis(tangents / floor[:, None], cut) if tangents is not None else None
-    data = _free_of(cut.stacked(residual / floor), basis)
+    known = np.ones(residual.shape[0]) if scored is None else np.asarray(scored, float)
+    seen = cut.stacked(known)[:, :, None]
+    basis = None
+    if tangents is not None:
+        basis = _basis(tangents * (known[:, None] / floor)[:, :, None], cut)
+    data = _free_of(seen * cut.stacked(residual / floor), basis)
     gain = np.sum(np.abs(transfer) ** 2, axis=1)
-    power, corner = _likeliest(transfer, gain, data, cut, frequencies)
+    power, corner = _likeliest(transfer, gain, data, seen[:, :, 0], frequencies)
     stiffness = 1.0 / _density(power, corner, frequencies)
 
     def forward(w: Array) -> Array:
         out = irfft(transfer * rfft(w, size, axis=1)[:, :, None], size, axis=1)
-        return np.asarray(out[:, : cut.length] * cut.inside[:, :, None])
+        return np.asarray(out[:, : cut.length] * seen)
 
     def filtered(w: Array, by: Array) -> Array:
         out = irfft(by * rfft(w, size, axis=1), size, axis=1)[:, : cut.length]
@@ -169,14 +176,14 @@ def _density(power: float, corner: float, frequencies: Array) -> Array:
 
 
 def _likeliest(
-    transfer: Array, gain: Array, data: Array, cut: _Cut, frequencies: Array
+    transfer: Array, gain: Array, data: Array, seen: Array, frequencies: Array
 ) -> tuple[float, float]:
     """Prior power and corner of the largest marginal likelihood, frequency by frequency."""
-    # the cuts at the ends of a window would look like high frequencies
-    taper = _tapers(cut)
+    # the cuts at the ends of a stretch would look like high frequencies
+    taper = _tapers(seen)
     size = 2 * (frequencies.size - 1) if frequencies[-1] == 0.5 else 2 * frequencies.size - 1
-    seen = rfft(data * taper[:, :, None], size, axis=1)
-    each = np.abs(np.sum(np.conj(transfer) * seen, axis=2)) ** 2
+    read = rfft(data * taper[:, :, None], size, axis=1)
+    each = np.abs(np.sum(np.conj(transfer) * read, axis=2)) ** 2
     matched = np.sum(each / np.sum(taper**2, axis=1)[:, None], axis=0)
     unit = 1.0 / (float(gain.mean()) or 1.0)
     best = (-np.inf, unit, 0.1)
@@ -185,16 +192,19 @@ def _likeliest(
         for power in POWERS:
             s = power * shape
             left = 1 + s * gain
-            value = float(np.sum(s * matched / left - len(cut.parts) * np.log(left)))
+            value = float(np.sum(s * matched / left - len(taper) * np.log(left)))
             if value > best[0]:
                 best = value, float(power * unit), float(corner)
     return best[1], best[2]
 
 
-def _tapers(cut: _Cut) -> Array:
-    out = np.zeros((len(cut.parts), cut.length))
-    for row, s in zip(out, cut.parts, strict=True):
-        row[: s.stop - s.start] = np.hanning(s.stop - s.start + 2)[1:-1]
+def _tapers(seen: Array) -> Array:
+    """Hann's taper on every stretch of samples that are known, shape (W, L)."""
+    out = np.zeros(seen.shape)
+    for row, known in zip(out, seen > 0, strict=True):
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(int), [0]])))
+        for begin, end in zip(edges[::2], edges[1::2], strict=True):
+            row[begin:end] = np.hanning(end - begin + 2)[1:-1]
     return out
 
 

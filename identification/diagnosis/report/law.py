@@ -47,7 +47,7 @@ def path(trial: Candidate) -> LawPath | None:
         return None
     s, w = _run(f, ports.index(trial.element))
     data = f.problem.data
-    good = np.isfinite(s) & np.isfinite(w) & (data.mask("train") | data.mask("test"))
+    good = np.isfinite(s) & np.isfinite(w) & (data.mask("train") | data.mask("held-out"))
     if not good.any():
         return None
     graph = f.problem.graph

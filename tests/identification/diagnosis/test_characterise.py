@@ -243,6 +243,19 @@ def test_windows_of_their_own() -> None:
     assert not found.signal[1990:].any()
 
 
+def test_stretches_that_were_held_out_are_no_readings_of_zero() -> None:
+    n = 3000
+    push = np.sign(np.sin(2 * np.pi * 0.7 * DT * np.arange(n)))
+    floor = np.array([1e-5])
+    noise = floor * np.random.default_rng(3).standard_normal((n, 1))
+    scored = np.arange(n) % 300 < 200
+    residual = (respond(push[:, None])[:, :, 0] + noise) * scored[:, None]
+    found = latent(respond, residual, floor, DT, scored=scored)
+    assert np.corrcoef(found.signal[scored], push[scored])[0, 1] > 0.95
+    assert np.abs(found.signal).max() < 5.0
+    assert np.abs(latent(respond, residual, floor, DT).signal).max() > 30.0
+
+
 def test_noise_alone_gives_almost_nothing() -> None:
     floor = np.array([1e-3])
     noise = floor * np.random.default_rng(7).standard_normal((2000, 1))
