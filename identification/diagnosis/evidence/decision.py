@@ -87,9 +87,16 @@ def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore
     top = ranked[0]
     left = float(top.score.noise.max()) > t.noise
     least = part[id(top)] - (0.0 if not left else CLOSE if e.along else LIKE)
+
+    def imitates(k: KindScore) -> bool:
+        """Whether it may depend on anything, and yet explains no more at the same place."""
+        here = k.element == top.element and k.kind in ANYTHING and top.kind not in ANYTHING
+        return here and explained(k, e.plain, best, usual=True) <= part[id(top)]
+
     return [
         k
         for k in ranked
+        if not imitates(k)
         if k is top
         or part[id(k)] > max(least, part[id(top)] - PLAIN)
         or (part[id(k)] > least and k.score.behind(top.score) < FAR * t.z)
@@ -120,8 +127,10 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     if own in SHAPELESS and not law.left.is_noise(t.noise):
         return False  # a law of time alone has to take the right course
 
-    # where no form at its own place explains as much, nothing is discounted
-    odd = law.element not in {k.element for k in kinds} and law is not best
+    # where no form at its own place, or one that looks the same, explains as much, nothing is
+    # discounted
+    known = any(_together(k.element, law.element, e.classes) for k in kinds)
+    odd = not known and law is not best
 
     def part(k: KindScore) -> float:
         here = k.kind == own and k.element == law.element
@@ -350,9 +359,11 @@ def _imitated(chosen: Scored, laws: Sequence[Scored], e: Evidence) -> list[Score
     """
     if chosen.trial.insertion.kind not in SHAPELESS or e.plain.paired(chosen.score) > SELDOM:
         return []
+    where = {chosen.element, *e.located}
     return [
         s for s in laws
-        if s.element == chosen.element and s.trial.insertion.kind not in ANYTHING
+        if (s.element in where or _together(s.element, chosen.element, e.classes))
+        and s.trial.home and s.trial.insertion.kind not in ANYTHING
         and explained(s, e.plain, chosen.score) > UNUSUAL
     ]  # fmt: skip
 

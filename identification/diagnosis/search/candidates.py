@@ -391,7 +391,7 @@ def not_worse(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Ca
     return [again.get(i, t) for i, t in enumerate(trials)]
 
 
-STOPPED = 0.99
+STOPPED = 0.999
 """Part of a law's misfit below which a law it contains shows that its fit stopped early."""
 
 

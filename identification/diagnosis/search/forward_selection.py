@@ -455,7 +455,11 @@ NEAR = 3.0
 
 
 def _idle(trial: Candidate, trials: Sequence[Candidate]) -> bool:
-    """Whether all strengths that a simpler law there does not have may be zero."""
+    """Whether all strengths that a simpler law there does not have may be zero.
+
+    Where those of the simpler law may be zero as well, all numbers share a scale that the readings
+    do not tell: then their intervals say nothing of what is needed.
+    """
     simpler = [
         t for t in trials
         if t.effect in trial.insertion.simpler and t.element == trial.element
@@ -464,8 +468,15 @@ def _idle(trial: Candidate, trials: Sequence[Candidate]) -> bool:
         return False
     known = simpler[0].fit.problem.graph.parameters
     own = [n for n in trial.insertion.strengths if n not in known]
-    ends = {e.name: e.ci95 for e in trial.fit.estimates if e.name in own}
-    return bool(ends) and all(low <= 0.0 <= high for low, high in ends.values())
+    return _may_vanish(trial.fit, own) and not _may_vanish(
+        simpler[0].fit, simpler[0].insertion.strengths
+    )
+
+
+def _may_vanish(fit: Fit, strengths: Collection[str]) -> bool:
+    """Whether zero lies in the interval of every one of some strengths."""
+    ends = [e.ci95 for e in fit.estimates if e.name in strengths]
+    return bool(ends) and all(low <= 0.0 <= high for low, high in ends)
 
 
 def _scored(trial: Candidate) -> Scored:
