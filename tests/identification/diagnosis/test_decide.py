@@ -681,6 +681,51 @@ def test_what_shows_in_one_stretch_only_is_no_push_alone() -> None:
     assert (far.answer, named(far)) == ("exact", ["external_disturbance"])
 
 
+def test_what_a_push_may_imitate_sits_at_any_place_in_question() -> None:
+    """A command that saturates twice looks like a push at the mass that it moves."""
+
+    def answer(**more: Any) -> Decision:
+        case = Case(3.0, where=ONCE, **more).law("external_disturbance at m", 0.0)
+        case.law("saturation at F", 1.0).law("saturation at G", 0.5, home=False)
+        return case.kind("exogenous", "m", 0.01).kind("command", "F", 0.9).decided()
+
+    alone = answer()
+    assert (alone.answer, named(alone)) == ("exact", ["external_disturbance"])
+    for more in ({"located": ("m", "F", "G")}, {"classes": Isolability((("m", "F", "G"),))}):
+        both = answer(**more)
+        assert (both.answer, set(both.places)) == ("look_alikes", {"m", "F"})
+        assert named(both) == ["external_disturbance", "saturation"]
+
+
+def test_a_law_at_a_place_that_looks_the_same_is_named_beside_a_form_there() -> None:
+    """Friction in series with a spring: a relaxation of the spring imitates it, and does less.
+
+    A curve of the sensor may do more than both; it is discounted, for it may do anything.
+    """
+
+    def answer(**more: Any) -> Decision:
+        case = Case(9.0, Remaining({"F": 9.0, "x": 9.0}, True, 0.0), **more)
+        case.law("coulomb_friction at c", 9.0 * float(np.sqrt(0.08))).kind("sensing", "F", 0.0)
+        return case.kind("slow", "k", 9.0 * float(np.sqrt(0.09))).decided()
+
+    together = answer(classes=Isolability((("k", "c"), ("F",))))
+    assert (together.kind, label(together)) == ("missing_physics", "coulomb_friction at c")
+    assert answer().kind == "unknown_physics"
+
+
+def test_a_free_form_is_no_rival_of_physics_that_explains_as_much_at_its_place() -> None:
+    def answer(kind: str, place: str, free: float) -> Decision:
+        case = Case(9.0, Remaining({"T": 9.0, "x": 9.0}, True, 0.0)).kind("slow", "R_1", 2.0)
+        return case.kind(kind, place, free).decided()
+
+    assert (answer("time", "R_1", 2.02).answer, answer("time", "R_1", 2.02).physics) == (
+        "kind", "slow",
+    )  # fmt: skip
+    # other physics there is one, and so is the same elsewhere
+    assert (answer("restoring", "R_1", 2.02).answer) == "unknown"
+    assert set(answer("slow", "R_2", 2.02).places) == {"R_1", "R_2"}
+
+
 def test_a_law_near_the_only_kind_is_named_and_one_beside_another_kind_is_not() -> None:
     """It explains 92 % of what the best form does."""
     misfit = 5.0 * float(np.sqrt(0.08))

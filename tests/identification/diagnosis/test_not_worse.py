@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +16,11 @@ from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import (
     Candidate,
     DiagnosisOptions,
+    _simpler_ended,
     not_worse,
     trial_of,
 )
+from identification.diagnosis.search.forward_selection import _idle
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import fit
 from identification.estimation.sub_steps import settled_fit
@@ -48,6 +52,38 @@ def candidates() -> tuple[Problem, list[Candidate]]:
         done = settled_fit(problem, 20) if name[0] == "c" else fit(problem, max_iterations=0)
         made.append(trial_of(i, True, done))
     return template, made
+
+
+def held(effect: str, element: str, **ends: tuple[float, float]) -> Any:
+    """A fitted law of which only the intervals of its strengths are known."""
+    fitted = SimpleNamespace(
+        estimates=[SimpleNamespace(name=n, ci95=e) for n, e in ends.items()],
+        problem=SimpleNamespace(graph=SimpleNamespace(parameters=dict.fromkeys(ends))),
+    )
+    simpler = by_name(effect).simpler
+    return SimpleNamespace(
+        effect=effect, element=element, fit=fitted,
+        insertion=SimpleNamespace(simpler=simpler, strengths=tuple(ends)),
+    )  # fmt: skip
+
+
+def test_a_part_that_may_be_zero_says_nothing_where_all_may() -> None:
+    """Only ratios of masses, springs and forces show: every interval then reaches zero."""
+    sure, open_ = (0.4, 0.6), (-3.0, 4.0)
+    for level, drop, idle in ((sure, open_, True), (sure, sure, False), (open_, open_, False)):
+        coulomb = held("coulomb_friction", "d", F_c=level)
+        stribeck = held("stribeck_friction", "d", F_c=level, F_d=drop)
+        assert _idle(stribeck, [coulomb, stribeck]) is idle
+        assert not _idle(coulomb, [coulomb, stribeck])
+
+
+def test_a_law_that_is_hardly_worse_than_one_it_contains_is_fitted_again() -> None:
+    """Sticking at no Stribeck part, a few tenths of a percent behind what it contains."""
+    _, (coulomb, stribeck, _) = candidates()
+    hardly = replace(stribeck, fit=coulomb.fit, train=1.004 * coulomb.train)
+    assert _simpler_ended(hardly, [coulomb, hardly]) is coulomb.fit
+    equal = replace(hardly, train=coulomb.train)
+    assert _simpler_ended(equal, [coulomb, equal]) is None
 
 
 def test_the_richer_law_goes_on_from_where_the_simpler_ended() -> None:
