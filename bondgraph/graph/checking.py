@@ -191,10 +191,10 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
     """Parameters that a source or a sensor names: they must exist, and times must not run back."""
     if isinstance(e, Source):
         drive = e.drive
-        uses = [("offset", e.offset)]
+        uses = [("gain", e.gain), ("offset", e.offset)]
         uses += [("lag", drive.lag), ("delay", drive.delay)] if drive is not None else []
     elif isinstance(e, Sensor):
-        uses = [("lag", e.lag), ("delay", e.delay), ("clock", e.clock)]
+        uses = [("lag", e.lag), ("delay", e.delay), ("clock", e.clock), ("gain", e.gain)]
         uses += [("drift", n) for n in e.drift]
     else:
         return []

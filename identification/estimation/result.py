@@ -18,7 +18,7 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Estimate
 from identification.report.tables import library
 from identification.study.joint import JointPoint, JointProblem, refine_states
-from identification.study.problem import Free, Problem
+from identification.study.problem import Free, Problem, gain_name
 from identification.study.residual import (
     Point,
     evaluate,
@@ -102,7 +102,15 @@ class Estimation:
         at = len(problem.free) + len(problem.data.names)
         for j, n in enumerate(problem.delays):
             found[n] = float(local.theta[at + j]) * problem.data.dt
-        return {n: v for n, v in found.items() if not n.startswith("offset_")}
+        return {n: v for n, v in found.items() if n not in problem.added}
+
+    @cached_property
+    def gains(self) -> dict[str, float]:
+        """Fitted factors on readings and commands, by channel."""
+        problem = self.stack.problems[0]
+        names, theta = problem.engine.parameter_names, self.stack.local(self.point, 0).theta
+        found = dict(zip(names, map(float, parameters_at(problem, theta)), strict=True))
+        return {n: found[gain_name(n)] for n in self.study.nuisances.gains if gain_name(n) in found}
 
     @property
     def record_names(self) -> tuple[str, ...]:
@@ -262,7 +270,10 @@ def simulate_validation(problem: Problem, fitted: Estimation, init: int) -> Arra
     Sensors keep the offsets, lags and clocks they had in the fitted recordings; commands have no
     offset.
     """
-    return free_run(problem, fitted.values, init, fitted.mean_offsets, fitted.mean_lags)
+    gains = {gain_name(n): v for n, v in fitted.gains.items()}
+    return free_run(
+        problem, {**fitted.values, **gains}, init, fitted.mean_offsets, fitted.mean_lags
+    )
 
 
 def free_run(
@@ -329,7 +340,7 @@ def estimates_of(
                 ends = sorted(
                     (free.value(max(t - reach, -700.0)), free.value(min(t + reach, 700.0)))
                 )
-                nuisance = free.parameter.name.startswith("offset_")
+                nuisance = free.parameter.name in p.added
             elif upper[i] > lower[i]:
                 half = reach * abs(slope * float(factor[j]))
                 ends, nuisance = [value - half, value + half], stack.names[i] not in p.delays

@@ -136,6 +136,21 @@ def drives(graph: BondGraph) -> tuple[Source, ...]:
     return tuple(s for s in graph.of_type(Source) if not isinstance(s, Modulated))
 
 
+def gain_name(channel: str) -> str:
+    """Return the name of the factor on a channel."""
+    return f"gain_{channel}"
+
+
+def with_gains(graph: BondGraph, gains: Sequence[Parameter]) -> BondGraph:
+    """Return the graph with factors on its readings and commands, named by `gain_name`."""
+    named = {p.name: p for p in gains}
+    for e in (*drives(graph), *graph.of_type(Sensor)):
+        if gain_name(e.name) in named:
+            graph = graph.with_element(e.name, gain=gain_name(e.name))
+    here = [p for n, p in named.items() if n.removeprefix("gain_") in graph.elements]
+    return graph.with_parameters(here) if here else graph
+
+
 def data_for(
     graph: BondGraph,
     recording: Recording,
@@ -240,6 +255,8 @@ class Problem:
         Start values of the sensors' offsets, in units of their scale.
     source_offsets : bool
         Fit a constant added to each command (needed where the model integrates).
+    gains : tuple of Parameter
+        Factors on readings and commands, named by `gain_name`: calibrations known within bounds.
     lags, offsets : bool
         Which nuisances of the sensors are fitted where `nuisances` is set.
     clock : float
@@ -271,6 +288,7 @@ class Problem:
     n_sub: int = 1
     nuisances: bool = True
     source_offsets: bool = False
+    gains: tuple[Parameter, ...] = ()
     fixed: Sequence[str] = ()
     known_states: Mapping[str, Array] = field(default_factory=dict)
     known_offsets: tuple[float, ...] = ()
@@ -291,14 +309,14 @@ class Problem:
 
     @property
     def compiled(self) -> Compiled:
-        """Compiled model with source offsets added as nuisances; only of the exact engine."""
+        """Compiled model with the measuring chain's nuisances; only of the exact engine."""
         engine = self.engine
         return engine.compiled if isinstance(engine, ExactEngine) else compile_model(self.graph)
 
     @cached_property
     def engine(self) -> Engine:
-        """What runs the model, source offsets added as nuisances."""
-        return engine_of(self.with_offsets) if self.built is None else self.built
+        """What runs the model, offsets of commands and gains of channels added as nuisances."""
+        return engine_of(self.with_chain) if self.built is None else self.built
 
     @cached_property
     def free_states(self) -> Array:
@@ -311,12 +329,10 @@ class Problem:
         return np.array([i for i, n in enumerate(names) if n in self.initial], int)
 
     @cached_property
-    def with_offsets(self) -> BondGraph:
-        """The graph with one offset parameter for every moving source."""
-        g = self.graph
-        if not self.source_offsets:
-            return g
-        for s in drives(g):
+    def with_chain(self) -> BondGraph:
+        """The graph with what the measuring chain may add: see `source_offsets` and `gains`."""
+        g = with_gains(self.graph, self.gains)
+        for s in drives(g) if self.source_offsets else ():
             command = self.data.commands[s.name]
             span = float(np.ptp(command))
             if s.offset is None and span > 0:
@@ -330,6 +346,11 @@ class Problem:
                     ]
                 )  # fmt: skip
         return g
+
+    @cached_property
+    def added(self) -> frozenset[str]:
+        """Parameters of the measuring chain: fitted beside those of the model."""
+        return frozenset(self.with_chain.parameters.keys() - self.graph.parameters.keys())
 
     @cached_property
     def free(self) -> tuple[Free, ...]:

@@ -67,7 +67,7 @@ def unknowns(stack: JointProblem) -> tuple[Unknown, ...]:
     for p, columns, factors in zip(stack.problems, stack.columns, stack.factors, strict=True):
         for i, f in enumerate(p.free):
             place = int(columns[i])
-            if place in found or f.parameter.name.startswith("offset_"):
+            if place in found or f.parameter.name in p.added:
                 continue
             low, high = float(lower[place]), float(upper[place])
             if f.log:

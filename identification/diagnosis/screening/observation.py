@@ -185,8 +185,8 @@ def observed(
 def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> dict[str, Array]:
     """Attach sensors to every port: works for any model of the language."""
     problem = nominal.problem
-    known = {n: v for n, v in nominal.values.items() if n in problem.with_offsets.parameters}
-    graph = problem.with_offsets.with_values(known)
+    known = {n: v for n, v in nominal.values.items() if n in problem.with_chain.parameters}
+    graph = problem.with_chain.with_values(known)
     sensed: dict[str, str] = {}
     for name, (argument, output) in watched.items():
         try:

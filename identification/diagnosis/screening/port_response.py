@@ -291,7 +291,7 @@ def probes(fit: Fit, plain: BondGraph | None = None) -> Probes:
         Probe this graph with the fitted values instead: the model before effects were inserted,
         which is linear where the repaired one is not, and near enough to rank what is left.
     """
-    graph = fit.problem.with_offsets if plain is None else plain
+    graph = fit.problem.with_chain if plain is None else plain
     known = {n: v for n, v in fit.values.items() if n in graph.parameters}
     probed = probed_graph(graph.with_values(known))
     engine = engine_of(probed.graph)

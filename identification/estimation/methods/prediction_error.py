@@ -152,7 +152,7 @@ def prediction_model(
             f"prediction_error: {study.graph.name} is not linear up to scalar laws; use "
             "method='single_shooting' or 'multiple_shooting'"
         )
-    graph = study.graph if len(stack.problems) > 1 else first.with_offsets
+    graph = study.graph if len(stack.problems) > 1 else first.with_chain
     sensors = tuple(s.name for s in graph.of_type(Sensor))
     fresh = study.first_setting
     records = tuple(
