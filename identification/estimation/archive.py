@@ -28,8 +28,8 @@ from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
 from identification.estimation.single_record import Estimate
-from identification.study.joint import JointPoint
 from identification.study.calibration import Known
+from identification.study.joint import JointPoint
 from identification.study.specification import LogNormal, Normal, Nuisances, Prior, Vary
 from identification.study.study import SettledSetting, Study
 
