@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -18,6 +19,8 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.study.engine import Engine, ExactEngine, engine_of
 
+SAME_CLOCK = 1e-6
+"""Relative difference of sampling rates that is none."""
 READABLE = 2000
 """Samples within which an initial state shows in the readings."""
 
@@ -68,8 +71,18 @@ class Data:
 
     @property
     def dt(self) -> float:
-        """Time between samples, s."""
+        """Time between samples, s; the mean of several recordings."""
         return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
+
+    def step(self, window: slice) -> float:
+        """Time between the samples of the recording that a window lies in, s."""
+        if not self.breaks:
+            return self.dt
+        ends = (0, *self.breaks, self.n)
+        k = bisect_right(self.breaks, window.start or 0)
+        own = float((self.time[ends[k + 1] - 1] - self.time[ends[k]]) / (ends[k + 1] - ends[k] - 1))
+        # one clock for all, but for the rounding of the stamps
+        return self.dt if abs(own - self.dt) < SAME_CLOCK * self.dt else own
 
     def mask(self, part: str) -> Array:
         """Boolean mask of the samples of ``train``, ``test`` or ``held-out``.
