@@ -561,7 +561,7 @@ class _Builder:
             law = self.law_use(e, "sensor", e.law, terms[0][1], sp.S.One)
         if e.gain is not None:
             if law is not None:
-                bent = f"b_{e.name}"
+                bent = f"bent_{e.name}"
                 self.put(bent, terms, f"bent reading of {e.name}", law=law)
                 terms, law = [(1, bent)], None
             terms = [(self._factor(e.gain) * c, v) for c, v in terms]

@@ -199,6 +199,8 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
     else:
         return []
     lines = _measured_problems(e) if isinstance(e, Source) else []
+    if isinstance(e, Modulated) and e.gain is not None:
+        lines.append(f"{e.name}: a modulated source has no gain; write {e.gain} into its value")
     for what, name in uses:
         if name is None:
             continue
@@ -207,6 +209,8 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
             lines.append(str(error))
         elif what == "lag" and not parameters[name].value > 0:
             lines.append(f"{e.name}: its lag {name} must be positive; give a time, or leave it out")
+        elif what == "gain" and parameters[name].value == 0:
+            lines.append(f"{e.name}: its gain {name} must not be 0; give a factor, or leave it out")
         elif what == "delay" and not parameters[name].value >= 0:
             lines.append(f"{e.name}: its delay {name} must not be negative")
     return lines

@@ -274,8 +274,12 @@ class _Pinned(JointProblem):
     def bounds(self) -> tuple[Array, Array]:
         """Bounds that meet for the parameters."""
         lower, upper = (b.copy() for b in super().bounds)
-        at = [int(i) for p, c in zip(self.problems, self.columns, strict=True)
-              for i, _ in zip(c, p.free, strict=False)]  # fmt: skip
+        at = [
+            int(i)
+            for p, c in zip(self.problems, self.columns, strict=True)
+            for i, f in zip(c, p.free, strict=False)
+            if f.parameter.name not in p.added
+        ]
         lower[at] = upper[at] = 0.0
         return lower, upper
 

@@ -107,9 +107,12 @@ class Estimation:
     @cached_property
     def gains(self) -> dict[str, float]:
         """Fitted factors on readings and commands, by channel."""
-        problem = self.stack.problems[0]
-        names, theta = problem.engine.parameter_names, self.stack.local(self.point, 0).theta
-        found = dict(zip(names, map(float, parameters_at(problem, theta)), strict=True))
+        found: dict[str, float] = {}
+        for r, p in enumerate(self.stack.problems):
+            theta = self.stack.local(self.point, r).theta
+            found |= dict(
+                zip(p.engine.parameter_names, map(float, parameters_at(p, theta)), strict=True)
+            )
         return {n: found[gain_name(n)] for n in self.study.nuisances.gains if gain_name(n) in found}
 
     @property
@@ -169,7 +172,7 @@ class Estimation:
         return tuple(found[i] for i in sorted(found))
 
     def graph(self) -> BondGraph:
-        """Return the model with the fitted values."""
+        """Return the model with the fitted values, without what the measuring chain adds."""
         names = self.study.graph.parameters
         return self.study.graph.with_values({n: v for n, v in self.values.items() if n in names})
 

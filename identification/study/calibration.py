@@ -21,7 +21,8 @@ class Known:
     value : float
         The factor by which what is recorded is too large: 1 for a calibrated channel.
     within : float
-        By how much of it the true one may differ at most (0.02 is 2 %); 0: it is exact.
+        By how much of it the true one may differ at most (0.02 is 2 %); 0: it is exact. Where the
+        data do not tell, it stays at `value`: a normal prior has two standard errors at the bound.
 
     Examples
     --------
@@ -34,9 +35,9 @@ class Known:
 
     def __post_init__(self) -> None:
         """Refuse factors and widths that are none."""
-        real_number("gain", self.value)
-        real_number("within", self.within)
-        if not (math.isfinite(self.value) and self.value > 0):
+        object.__setattr__(self, "value", real_number("gain", self.value))
+        object.__setattr__(self, "within", real_number("within", self.within))
+        if not self.value > 0:
             raise UnusableInput(
                 f"gain = {self.value:g}: give a positive factor, 1 for a calibrated channel; turn "
                 "a channel's sign round in the recording"
@@ -54,16 +55,17 @@ class Known:
 
     def parameter(self, channel: str) -> Parameter:
         """Return the parameter that stands for the factor of a channel."""
-        if self.within == 0:
-            return Parameter(gain_name(channel), self.value, "1", fixed=True)
         low, high = self.bounds
+        if not low < self.value < high:
+            return Parameter(gain_name(channel), self.value, "1", fixed=True)
         scale = self.value * self.within
         return Parameter(gain_name(channel), self.value, "1", lower=low, upper=high, scale=scale)
 
 
 def gain_weight(p: Parameter) -> float:
     """Weight of the prior on the scaled unknown of a factor: its bound is two standard errors."""
-    return 2.0 / math.log((p.upper or p.value) / p.value)
+    assert p.scale is not None
+    return 2.0 / math.log1p(p.scale / p.value)
 
 
 def gains_of(graph: BondGraph, gains: Mapping[str, Known]) -> tuple[Parameter, ...]:
@@ -86,9 +88,9 @@ def gains_of(graph: BondGraph, gains: Mapping[str, Known]) -> tuple[Parameter, .
                 f"{name}: its gain {graph[name].gain} is a parameter of the model already; free "
                 "that, or leave it out of gains"
             )
-        if gain_name(name) in graph.parameters:
+        if gain_name(name) in graph.parameters or gain_name(name) in graph.elements:
             raise UnusableInput(
-                f"{graph.name} has a parameter {gain_name(name)}, the name that the factor of "
+                f"{graph.name} has {gain_name(name)} already, the name that the factor of "
                 f"{name} would have; name it otherwise"
             )
         found.append(known.parameter(name))

@@ -67,7 +67,7 @@ def joined(recordings: Sequence[Recording]) -> tuple[Recording, tuple[int, ...]]
 
 
 def _one_time(recordings: Sequence[Recording]) -> list[Array]:
-    """Times of recordings that follow each other, s."""
+    """Return the times of recordings that follow each other, s."""
     begin, found = float(recordings[0].time[0]), []
     for r in recordings:
         found.append(begin + r.dt * np.arange(r.n))

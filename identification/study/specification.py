@@ -141,10 +141,15 @@ class Nuisances:
     lags: bool = True
     commands: bool = False
     clock: float = 0.0
-    gains: Mapping[str, Known] = field(default_factory=dict)
+    gains: Mapping[str, Known] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
-        """Refuse clocks that are no clocks."""
+        """Refuse clocks that are no clocks, and gains that are none."""
+        if not isinstance(self.gains, Mapping):
+            raise UnusableInput(
+                f"gains = {self.gains!r}: give them by channel, such as {{'x': Known(1.0, 0.02)}}"
+            )
+        object.__setattr__(self, "gains", dict(self.gains))
         if not 0.0 <= self.clock < 0.1:
             raise UnusableInput(
                 f"clock = {self.clock}: give the largest ratio error as a fraction, such as 2e-4"

@@ -216,7 +216,7 @@ class Study:
         for i, recording in enumerate(self.records):
             self._one(i, recording)
         admit_sign(self.starts, self.graph.parameters)
-        self._gains, self._freedom  # names, bounds and starts are checked here
+        self.gains, self._freedom  # names, bounds and starts are checked here
 
     @property
     def records(self) -> tuple[Recording, ...]:
@@ -242,8 +242,8 @@ class Study:
         return frozenset(names)
 
     @cached_property
-    def _gains(self) -> tuple[Parameter, ...]:
-        """Factors on the channels; checked here."""
+    def gains(self) -> tuple[Parameter, ...]:
+        """Factors on readings and commands, as parameters."""
         return gains_of(self.graph, self.nuisances.gains)
 
     @cached_property
@@ -350,7 +350,7 @@ class Study:
     def problem(self, i: int, setting: SettledSetting) -> Problem:
         """Problem of one of `records`."""
         free, priors = self._freedom
-        priors = priors | {p.name: (0.0, gain_weight(p)) for p in self._gains if not p.fixed}
+        priors = priors | {p.name: (0.0, gain_weight(p)) for p in self.gains if not p.fixed}
         graph = self._one(i, self.records[i])
         recording = self.with_silence(self.records[i])
         sensors = [s.name for s in graph.of_type(Sensor)]
@@ -370,7 +370,7 @@ class Study:
             n_sub=setting.n_sub[i],
             correction=setting.corrections[i],
             source_offsets=self.nuisances.commands,
-            gains=self._gains,
+            gains=self.gains,
             fixed=tuple(n for n in names if n not in self.free_names),
             lags=self.nuisances.lags,
             offsets=self.nuisances.offsets,

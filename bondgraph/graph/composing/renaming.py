@@ -110,7 +110,7 @@ class Renaming:
         Raises
         ------
         GraphError
-            A lag, delay, offset or drift would have to be an expression.
+            A gain, lag, delay, offset or drift would have to be an expression.
         """
         changes: dict[str, Any] = {"name": self.elements.get(e.name, e.name)}
         for label, value in _parts(e):

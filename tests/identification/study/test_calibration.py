@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
 
 from bondgraph import derive
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se
+from bondgraph.graph.elements import C, Df, Dq, I, MSe, One, R, Se
 from bondgraph.laws import Rectifier
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnknownName, UnusableInput
-from identification.estimation import Known, Nuisances, Study, estimate
+from identification.estimation import Known, Nuisances, Study, Vary, estimate, guess
 from identification.estimation.archive import open_fit, save_fit
+from identification.uncertainty.fitted import from_estimation
 
 N, DT = 3000, 1e-3
 
@@ -89,6 +92,75 @@ def test_gains_are_fitted_beside_the_parameters() -> None:
     assert found.cost == pytest.approx(1.0, abs=0.1)
     shown = found.predict(recorded(1.015, 1.01, 2, "third"))
     assert np.std(shown[:, 0] - recorded(1.015, 1.01, 2)["x"]) < 2e-5
+
+
+@pytest.mark.parametrize("method", ["single_shooting", "prediction_error"])
+def test_a_recording_without_the_sensor_does_not_lose_its_gain(method: str) -> None:
+    without = recorded(1.015)
+    without = replace(without, channels={c: without[c] for c in ("F", "v")})
+    study = Study(
+        positioner(), [without, recorded(1.015, seed=1, name="b")], ("d", "k"),
+        nuisances=Nuisances(gains={"x": Known(1.0, 0.03)}),
+        validation=recorded(1.015, seed=9, name="c"),
+    )  # fmt: skip
+    found = estimate(study, method)
+    assert found.gains["x"] == pytest.approx(1.015, abs=2e-3)
+    assert found.rmse("test", 2)["x"] == pytest.approx(1e-5, rel=0.1)
+
+
+def test_what_is_said_of_a_fit_agrees_with_its_intervals() -> None:
+    """The calibration alone limits m, d and k: 1.5 % each."""
+    study = Study(
+        positioner(), recorded(force=1.01), ("m", "d", "k"),
+        nuisances=Nuisances(gains={"F": Known(1.0, 0.03)}),
+    )  # fmt: skip
+    s = from_estimation(estimate(study)).sensitivities
+    spread = np.sqrt(np.diag(np.linalg.inv(s.jacobian.T @ s.jacobian)))
+    assert spread == pytest.approx(0.0148, rel=0.1)
+
+
+def test_a_guess_fits_the_gains_beside() -> None:
+    study = Study(
+        positioner(), recorded(1.4), (Vary("d", start=2.0), Vary("k", start=500.0)),
+        nuisances=Nuisances(gains={"x": Known(1.0, 0.5)}),
+    )  # fmt: skip
+    assert guess(study).starts["k"] == pytest.approx(2e3, rel=0.05)
+
+
+def test_a_width_below_rounding_is_none() -> None:
+    study = Study(
+        positioner(), recorded(), ("d", "k"), nuisances=Nuisances(gains={"x": Known(1.0, 1e-17)})
+    )
+    assert estimate(study).gains == {"x": 1.0}
+
+
+def test_a_gain_of_a_modulated_source_is_refused() -> None:
+    with BondGraph("falling") as g:
+        g.parameter("g", 3.0)
+        body = One("body")
+        MSe("G", value=-9.81, gain="g") >> body >> I("m", 0.5)
+    assert any("write g into its value" in line for line in g.check())
+
+
+def test_a_gain_with_a_unit_is_no_wrong_domain() -> None:
+    with BondGraph("volts") as g:
+        g.parameter("newton_per_volt", 2.0, "N/V")
+        g.parameter("volt_per_metre", 50.0, "V/m")
+        body = One("body")
+        Se("F", unit="V", gain="newton_per_volt") >> body >> I("m", 0.5, unit="kg")
+        body >> C("k", stiffness=2e3, unit="N/m")
+        body >> Dq("x", unit="V", gain="volt_per_metre")
+    assert g.check() == ()
+
+
+def test_nuisances_stay_a_value() -> None:
+    given = {"x": Known(1.0, 0.1)}
+    nuisances = Nuisances(gains=given)
+    given["F"] = Known(1.0, 0.1)
+    assert set(nuisances.gains) == {"x"}
+    assert hash(nuisances) == hash(Nuisances(gains={"x": Known(1.0, 0.1)}))
+    with pytest.raises(UnusableInput, match="by channel"):
+        Nuisances(gains=[("x", Known())])  # type: ignore[arg-type]
 
 
 def test_a_gain_beside_what_imitates_it_keeps_to_its_bounds() -> None:
