@@ -236,7 +236,7 @@ class _Equations:
     def _source(self, e: Source) -> None:
         (b,) = self.graph.bonds_of(e.name)
         target = self.names.effort(b) if isinstance(e, Se) else self.names.flow(b)
-        known: list[tuple[Any, str]] = [(sp.S.NegativeOne, e.name)]
+        known: list[tuple[Any, str]] = [(-self._factor(e.gain), e.name)]
         if e.offset:
             known.append((-symbol(e.offset), "one"))
         lag = 1
@@ -246,6 +246,10 @@ class _Equations:
                 lag = 1 + symbol(e.drive.lag, positive=True) * LAPLACE
             argument = e.name if e.drive.law else ""
         self.put(e.name, "source", [(lag, target)], known=tuple(known), argument=argument)
+
+    def _factor(self, gain: str | None) -> sp.Expr:
+        """Return the factor that a source or a sensor names; 1 without one."""
+        return sp.S.One if gain is None else self.graph.parameters[gain].symbol
 
     def _modulated(self, e: Modulated) -> None:
         (b,) = self.graph.bonds_of(e.name)
@@ -323,8 +327,12 @@ class _Equations:
             else:
                 self.put(e.name, "place", [(LAPLACE, value), (-1, self.names.at("f", at))])
         lag = 1 + symbol(e.lag, positive=True) * LAPLACE if e.lag is not None else sp.S.One
+        gain = self._factor(e.gain)
         known = [(lag, e.name)]
         for power, name in enumerate(e.drift, start=1):
             known.append((-lag * symbol(name), "ramp" if power == 1 else f"ramp{power}"))
         argument = value if e.law else ""
-        self.put(e.name, "reading", [(-1, value)], known=tuple(known), argument=argument, lag=lag)
+        self.put(
+            e.name, "reading", [(-gain, value)],
+            known=tuple(known), argument=argument, lag=gain * lag,
+        )  # fmt: skip

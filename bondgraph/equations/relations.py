@@ -389,7 +389,7 @@ class _Builder:
             self.put(target, linear or [], why, expression=rest, reads=left)
             return
         self.made.inputs.append(e.name)
-        terms: list[tuple[Any, str]] = [(1, e.name)]
+        terms: list[tuple[Any, str]] = [(self._factor(e.gain), e.name)]
         law = None
         if e.offset:
             terms.append((symbol(e.offset), self._pseudo("one")))
@@ -533,6 +533,10 @@ class _Builder:
         found = [p for p in self._parameters.values() if isfinite(p.value)]
         return bool(value.xreplace({p.symbol: exact(p.value) for p in found}) == 0)
 
+    def _factor(self, gain: str | None) -> sp.Expr:
+        """Return the factor that a source or a sensor names; 1 without one."""
+        return sp.S.One if gain is None else self._parameters[gain].symbol
+
     # -- sensors ------------------------------------------------------------------------------
     def sensor(self, e: Sensor) -> None:
         junction = self.graph.neighbour(e.name)
@@ -555,6 +559,12 @@ class _Builder:
             terms = [(1, lagged)]
         if e.law is not None:
             law = self.law_use(e, "sensor", e.law, terms[0][1], sp.S.One)
+        if e.gain is not None:
+            if law is not None:
+                bent = f"bent_{e.name}"
+                self.put(bent, terms, f"bent reading of {e.name}", law=law)
+                terms, law = [(1, bent)], None
+            terms = [(self._factor(e.gain) * c, v) for c, v in terms]
         for power, name in enumerate(e.drift, start=1):
             ramp = self._pseudo("ramp" if power == 1 else f"ramp{power}")
             terms.append((symbol(name), ramp))

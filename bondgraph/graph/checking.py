@@ -191,14 +191,16 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
     """Parameters that a source or a sensor names: they must exist, and times must not run back."""
     if isinstance(e, Source):
         drive = e.drive
-        uses = [("offset", e.offset)]
+        uses = [("gain", e.gain), ("offset", e.offset)]
         uses += [("lag", drive.lag), ("delay", drive.delay)] if drive is not None else []
     elif isinstance(e, Sensor):
-        uses = [("lag", e.lag), ("delay", e.delay), ("clock", e.clock)]
+        uses = [("lag", e.lag), ("delay", e.delay), ("clock", e.clock), ("gain", e.gain)]
         uses += [("drift", n) for n in e.drift]
     else:
         return []
     lines = _measured_problems(e) if isinstance(e, Source) else []
+    if isinstance(e, Modulated) and e.gain is not None:
+        lines.append(f"{e.name}: a modulated source has no gain; write {e.gain} into its value")
     for what, name in uses:
         if name is None:
             continue
@@ -207,6 +209,8 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
             lines.append(str(error))
         elif what == "lag" and not parameters[name].value > 0:
             lines.append(f"{e.name}: its lag {name} must be positive; give a time, or leave it out")
+        elif what == "gain" and parameters[name].value == 0:
+            lines.append(f"{e.name}: its gain {name} must not be 0; give a factor, or leave it out")
         elif what == "delay" and not parameters[name].value >= 0:
             lines.append(f"{e.name}: its delay {name} must not be negative")
     return lines

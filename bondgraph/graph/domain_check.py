@@ -6,7 +6,7 @@ gives one of them, R is effort over flow, C displacement over effort (a stiffnes
 momentum over flow. Two statements contradict each other if they say the same quantity in different
 dimensions, or if the domains of `bondgraph.graph.domains` that they fit have none in common.
 Elements without unit, or with unit "1", say nothing, nor do commands and readings on the far side
-of a drive's or a sensor's law; what is ambiguous is no error.
+of a drive's or a sensor's law, or of a gain with a unit; what is ambiguous is no error.
 """
 
 from __future__ import annotations
@@ -185,6 +185,9 @@ def _line(first: UnitStatement, second: UnitStatement) -> str:
 def _of(graph: BondGraph, e: Element, lines: list[str]) -> Iterator[UnitStatement]:
     """Statements of one element."""
     bonds = graph.bonds_of(e.name)
+    gain = graph.parameters.get(getattr(e, "gain", None) or "")
+    if gain is not None and gain.unit not in ("", "1"):
+        return  # the unit is that of what is recorded, not of the bond
     for i, (quantity, unit) in enumerate(_written(e)):
         if not unit.strip() or unit.strip() == "1" or not quantity:
             continue

@@ -137,15 +137,17 @@ class One(Junction):
 class Source(Element):
     """An input; abstract.
 
-    `drive` describes what lies between the recorded command and the port (a lag, a limit);
-    `offset` names a constant added to the command. `measured` says that the recorded values are no
-    command but a measurement of what acts at the port: nothing lies between them and the plant.
+    `drive` describes what lies between the recorded command and the port (a lag, a limit); `gain`
+    names a factor on the command, `offset` a constant added to it. `measured` says that the
+    recorded values are no command but a measurement of what acts at the port: nothing lies between
+    them and the plant.
     """
 
     unit: str = ""
     drive: Drive | None = None
     offset: Name | None = None
     measured: bool = False
+    gain: Name | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -374,7 +376,8 @@ class Sensor(Element):
 
     `law` bends the reading, `lag` names the time constant of a first-order lag, `delay` a dead time
     (s), `clock` the ratio error of the clock that samples it (reading number n is taken at
-    ``(1 + clock) t_n``), `drift` coefficients of powers of time.
+    ``(1 + clock) t_n``), `gain` a factor on the reading, `drift` coefficients of powers of time
+    that are added to it.
     """
 
     unit: str = ""
@@ -382,6 +385,7 @@ class Sensor(Element):
     lag: Name | None = field(default=None, kw_only=True)
     delay: Name | None = field(default=None, kw_only=True)
     clock: Name | None = field(default=None, kw_only=True)
+    gain: Name | None = field(default=None, kw_only=True)
     drift: tuple[Name, ...] = field(default=(), kw_only=True)
 
 

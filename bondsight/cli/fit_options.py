@@ -12,6 +12,7 @@ from bondsight.cli.arguments import MODEL, add_map, add_several, mapping_of
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
+    from identification.study.calibration import Known
     from identification.study.specification import Vary
     from identification.study.study import Study
 
@@ -37,6 +38,13 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("--noise", choices=("white", "coloured"), default="white")
     p.add_argument("--rest", action="store_true", help="every recording begins at rest")
     p.add_argument("--clock", type=float, default=0.0, metavar="PPM", help="largest clock error")
+    p.add_argument(
+        "--gain",
+        action="append",
+        default=[],
+        metavar="CHANNEL=PERCENT",
+        help="a calibration that may be wrong by as much, such as x=2%%; x=1.03:2%% around 1.03",
+    )
     p.add_argument("--no-offsets", action="store_true", help="sensors have no offset")
     p.add_argument("--no-lags", action="store_true", help="sensors have no lag")
     p.add_argument("--command-offsets", action="store_true", help="commands may have an offset")
@@ -76,6 +84,7 @@ def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tu
             lags=not options.no_lags,
             commands=options.command_offsets,
             clock=1e-6 * options.clock,
+            gains={n: _gain(n, text) for n, text in _pairs("--gain", options.gain)},
         ),
         splits=None if None in splits else [s for s in splits if s is not None],
         validation=judged,
@@ -130,6 +139,18 @@ def _pairs(option: str, entries: Sequence[str]) -> list[tuple[str, str]]:
             raise UnusableInput(f"{option} {e} is not NAME=VALUE; write {option} m=0.5")
         found.append((name, value))
     return found
+
+
+def _gain(name: str, text: str) -> Known:
+    from identification.study.calibration import Known
+
+    value, sign, width = text.rpartition(":")
+    if not width.endswith("%"):
+        raise UnusableInput(
+            f"--gain {name}={text}: say by how much it may be wrong, in percent: --gain {name}=2%"
+        )
+    within = _number("--gain", name, width.removesuffix("%")) / 100.0
+    return Known(_number("--gain", name, value) if sign else 1.0, within)
 
 
 def _number(option: str, name: str, text: str) -> float:

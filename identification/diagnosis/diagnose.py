@@ -47,7 +47,7 @@ from identification.diagnosis.search.nominal import (
 )
 from identification.estimation.single_record import Fit, FitStatus
 from identification.estimation.threads import calm
-from identification.study.joined import joined, split_of
+from identification.study.joined import at_one_rate, joined, split_of
 from identification.study.noise_floor import measured, noise_floor
 from identification.study.problem import Data, Problem, data_for, drives
 from identification.study.residual import windows
@@ -187,7 +187,7 @@ def diagnose(
         raise UnusableInput(
             f"{graph.name} has no sensor: attach a De, Df or Dq whose name is the measured channel"
         )
-    parts = [recording] if isinstance(recording, Recording) else list(recording)
+    parts = at_one_rate([recording] if isinstance(recording, Recording) else recording)
     recording, breaks = joined(parts)
     say("reading the noise floor", 0.01)
     sensors = tuple(s.name for s in graph.of_type(Sensor))

@@ -7,6 +7,7 @@ from identification.estimation.guess import guess as guess
 from identification.estimation.levenberg_marquardt import FitStatus as FitStatus
 from identification.estimation.result import Estimation as Estimation
 from identification.estimation.single_record import Estimate as Estimate
+from identification.study.calibration import Known as Known
 from identification.study.specification import NO_NUISANCES as NO_NUISANCES
 from identification.study.specification import LogNormal as LogNormal
 from identification.study.specification import Normal as Normal

@@ -28,6 +28,7 @@ from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
 from identification.estimation.single_record import Estimate
+from identification.study.calibration import Known
 from identification.study.joint import JointPoint
 from identification.study.specification import LogNormal, Normal, Nuisances, Prior, Vary
 from identification.study.study import SettledSetting, Study
@@ -135,7 +136,7 @@ def open_fit(
             records[:fitted],
             [_take_vary(v) for v in form["free"]],
             form["fixed"],
-            nuisances=Nuisances(**form["nuisances"]),
+            nuisances=_get_nuisances(form["nuisances"]),
             splits=[_take_split(s) for s in form["splits"]],
             validation=records[fitted:],
             **{k: form[k] for k in _OPTIONS},
@@ -259,6 +260,11 @@ def _put_fit(f: Estimation, arrays: dict[str, Array]) -> dict[str, Any]:
         "estimates": [_put_estimate(e) for e in f.estimates],
         "nuisances": [_put_estimate(e) for e in f.nuisances],
     }  # fmt: skip
+
+
+def _get_nuisances(form: Mapping[str, Any]) -> Nuisances:
+    gains = {n: Known(**g) for n, g in form.get("gains", {}).items()}
+    return Nuisances(**{**form, "gains": gains})
 
 
 def _put_estimate(e: Estimate) -> dict[str, Any]:

@@ -11,7 +11,9 @@ from identification.estimation.covariance import information_root
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.method import MethodSolution
 from identification.estimation.settling import BIAS, FINEST, Refined, corrected_steps, sizes
+from identification.estimation.single_record import Estimate
 from identification.study.joint import JointPoint, JointProblem
+from identification.study.problem import gain_name
 from identification.study.residual import ResidualEvaluation
 from identification.study.study import SettledSetting, Study
 
@@ -141,6 +143,18 @@ def cautions(study: Study) -> tuple[str, ...]:
             f"{study.record_names[0]}: parameters of single recordings are not fitted to them"
         )
     return tuple(said)
+
+
+def miscalibrated(study: Study, nuisances: Sequence[Estimate]) -> tuple[str, ...]:
+    """Say which calibrations end at the bound that was stated for them: a finding, no nuisance."""
+    ends = {e.name: e for e in nuisances if e.at_bound}
+    return tuple(
+        f"the gain of {n} ends at its bound {ends[gain_name(n)].value:.4g}: its calibration is off "
+        f"by more than {100 * known.within:.3g} %, or the model lacks something that looks so; "
+        "widen the bound to see how far it goes"
+        for n, known in study.nuisances.gains.items()
+        if gain_name(n) in ends
+    )
 
 
 def runs_away(stack: JointProblem, simulated: Sequence[Array]) -> bool:

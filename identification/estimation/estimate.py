@@ -16,6 +16,7 @@ from identification.estimation.cautions import (
     coarse_steps,
     doubts,
     final_cost,
+    miscalibrated,
     runs_away,
     widened,
 )
@@ -241,6 +242,7 @@ def _finished(
         (
             *notes, *solution.notes, *(w for w in (words, doubt) if w),
             *doubts(study, stack, found, solution), *cautions(study),
+            *miscalibrated(study, nuisances),
             *coarse_steps(study, setting, stack, point, found),
         ),
     )  # fmt: skip

@@ -190,7 +190,7 @@ def _visible(stack: JointProblem) -> list[int]:
         seen = np.abs(slopes).max(axis=0) > 0.0
         names = engine.parameter_names
         for i, f in zip(at, p.free, strict=False):
-            nuisance = f.parameter.name.startswith("offset_")
+            nuisance = f.parameter.name in p.added
             if seen[names.index(f.parameter.name)] and not nuisance:
                 found.add(int(i))
     return sorted(found)
@@ -246,11 +246,12 @@ def _values(stack: JointProblem, theta: Array) -> dict[str, float]:
     found: dict[str, float] = {}
     for p, at, factor in zip(stack.problems, stack.columns, stack.factors, strict=True):
         for f, t in zip(p.free, theta[at] * factor, strict=False):
-            found.setdefault(f.parameter.name, f.value(float(t)))
+            if f.parameter.name not in p.added:
+                found.setdefault(f.parameter.name, f.value(float(t)))
         delays = len(p.free) + len(p.data.names)
         for j, n in enumerate(p.delays):
             found.setdefault(n, float(theta[at[delays + j]] * factor[delays + j]) * p.data.dt)
-    return {n: v for n, v in found.items() if not n.startswith("offset_")}
+    return found
 
 
 def _theta(stack: JointProblem, study: Study) -> Array:
@@ -273,8 +274,12 @@ class _Pinned(JointProblem):
     def bounds(self) -> tuple[Array, Array]:
         """Bounds that meet for the parameters."""
         lower, upper = (b.copy() for b in super().bounds)
-        at = [int(i) for p, c in zip(self.problems, self.columns, strict=True)
-              for i, _ in zip(c, p.free, strict=False)]  # fmt: skip
+        at = [
+            int(i)
+            for p, c in zip(self.problems, self.columns, strict=True)
+            for i, f in zip(c, p.free, strict=False)
+            if f.parameter.name not in p.added
+        ]
         lower[at] = upper[at] = 0.0
         return lower, upper
 

@@ -18,7 +18,7 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Estimate
 from identification.report.tables import library
 from identification.study.joint import JointPoint, JointProblem, refine_states
-from identification.study.problem import Free, Problem
+from identification.study.problem import Free, Problem, gain_name
 from identification.study.residual import (
     Point,
     evaluate,
@@ -102,7 +102,18 @@ class Estimation:
         at = len(problem.free) + len(problem.data.names)
         for j, n in enumerate(problem.delays):
             found[n] = float(local.theta[at + j]) * problem.data.dt
-        return {n: v for n, v in found.items() if not n.startswith("offset_")}
+        return {n: v for n, v in found.items() if n not in problem.added}
+
+    @cached_property
+    def gains(self) -> dict[str, float]:
+        """Fitted factors on readings and commands, by channel."""
+        found: dict[str, float] = {}
+        for r, p in enumerate(self.stack.problems):
+            theta = self.stack.local(self.point, r).theta
+            found |= dict(
+                zip(p.engine.parameter_names, map(float, parameters_at(p, theta)), strict=True)
+            )
+        return {n: found[gain_name(n)] for n in self.study.nuisances.gains if gain_name(n) in found}
 
     @property
     def record_names(self) -> tuple[str, ...]:
@@ -161,7 +172,7 @@ class Estimation:
         return tuple(found[i] for i in sorted(found))
 
     def graph(self) -> BondGraph:
-        """Return the model with the fitted values."""
+        """Return the model with the fitted values, without what the measuring chain adds."""
         names = self.study.graph.parameters
         return self.study.graph.with_values({n: v for n, v in self.values.items() if n in names})
 
@@ -262,7 +273,10 @@ def simulate_validation(problem: Problem, fitted: Estimation, init: int) -> Arra
     Sensors keep the offsets, lags and clocks they had in the fitted recordings; commands have no
     offset.
     """
-    return free_run(problem, fitted.values, init, fitted.mean_offsets, fitted.mean_lags)
+    gains = {gain_name(n): v for n, v in fitted.gains.items()}
+    return free_run(
+        problem, {**fitted.values, **gains}, init, fitted.mean_offsets, fitted.mean_lags
+    )
 
 
 def free_run(
@@ -329,7 +343,7 @@ def estimates_of(
                 ends = sorted(
                     (free.value(max(t - reach, -700.0)), free.value(min(t + reach, 700.0)))
                 )
-                nuisance = free.parameter.name.startswith("offset_")
+                nuisance = free.parameter.name in p.added
             elif upper[i] > lower[i]:
                 half = reach * abs(slope * float(factor[j]))
                 ends, nuisance = [value - half, value + half], stack.names[i] not in p.delays

@@ -183,7 +183,7 @@ def _intervals(made: Fit) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
         entry = Estimate(
             f.parameter.name, f.value(t), f.parameter.unit, (ends[0], ends[1]), at_bound
         )
-        (nuisances if f.parameter.name.startswith("offset_") else found).append(entry)
+        (nuisances if f.parameter.name in problem.added else found).append(entry)
     dt = problem.data.dt
     for j, n in enumerate(problem.delays):
         k = at.delays.start + j

@@ -170,7 +170,7 @@ def _spread(stack: JointProblem, count: int, seed: int) -> Array:
     reach = np.full(stack.n, WIDE_SCALES)
     for p, at in zip(stack.problems, stack.columns, strict=True):
         for i, f in zip(at, p.free, strict=False):
-            free[i] = not f.parameter.name.startswith("offset_")
+            free[i] = f.parameter.name not in p.added
             reach[i] = WIDE if f.log else WIDE_SCALES
     low = np.maximum(lower, begin - reach)
     high = np.minimum(upper, begin + reach)

@@ -1,34 +1,43 @@
-"""Several recordings of one system as one: each from a state of its own, the last ones held out."""
+"""Several recordings of one system behind one another: each from a state of its own."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from scipy.signal import resample_poly
 
 from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
+
+CLOCKS = 0.02
+"""Relative difference of two sampling rates that are one rate by two clocks."""
+LARGEST = 50
+"""Largest denominator of a ratio of two rates; what is left of it is a clock's difference."""
 
 
 def joined(recordings: Sequence[Recording]) -> tuple[Recording, tuple[int, ...]]:
     """Put recordings behind one another; returns them and where the further ones begin.
 
+    Each keeps the time between its own samples: the rate of one device differs from take to take.
     The provenance is that of all of them, see `provenance`.
 
     Raises
     ------
     UnusableInput
-        If there is none, or channels, units or sampling differ.
+        If there is none, channels or units differ, or rates by more than a clock does
+        (`at_one_rate` brings them together).
     """
     if not recordings:
         raise UnusableInput("no recording given; give at least one")
     first = recordings[0]
     if len(recordings) == 1:
         return first, ()
-    step = float(np.median(np.diff(first.time)))
     for r in recordings[1:]:
         missing = [c for c in first.channels if c not in r.channels]
         if missing:
@@ -36,24 +45,56 @@ def joined(recordings: Sequence[Recording]) -> tuple[Recording, tuple[int, ...]]
                 f"{r.name} has no channel {', '.join(missing)}, {first.name} has; recordings that "
                 "are diagnosed together need the same channels"
             )
-        other = float(np.median(np.diff(r.time)))
-        if abs(other - step) > 1e-6 * step:
-            raise UnusableInput(
-                f"{r.name} is sampled every {other:.6g} s, {first.name} every {step:.6g} s; "
-                "resample one of them"
-            )
         wrong = [c for c in first.channels if first.units[c] != r.units[c]]
         if wrong:
             raise UnusableInput(
                 f"{wrong[0]} is in {r.units[wrong[0]]} in {r.name} and in "
                 f"{first.units[wrong[0]]} in {first.name}; correct a header"
             )
-    edges = np.cumsum([r.n for r in recordings])
-    headers = {c: f"{c}[{first.units[c]}]" if first.units[c] else c for c in first.channels}
-    channels = {headers[c]: np.concatenate([r[c] for r in recordings]) for c in headers}
-    name = " + ".join(r.name for r in recordings)
-    both = replace(Recording.from_arrays(name, channels, fs=1.0 / step), **provenance(recordings))
-    return both, tuple(int(e) for e in edges[:-1])
+        if abs(r.dt / first.dt - 1.0) > 2 * CLOCKS:
+            raise UnusableInput(
+                f"{r.name} is sampled every {r.dt:.6g} s, {first.name} every {first.dt:.6g} s; "
+                "resample one of them"
+            )
+    both = Recording(
+        " + ".join(r.name for r in recordings),
+        np.concatenate(_one_time(recordings)),
+        {c: np.concatenate([r[c] for r in recordings]) for c in first.channels},
+        dict(first.units),
+        **provenance(recordings),
+    )
+    return both, tuple(int(e) for e in np.cumsum([r.n for r in recordings])[:-1])
+
+
+def _one_time(recordings: Sequence[Recording]) -> list[Array]:
+    """Return the times of recordings that follow each other, s."""
+    begin, found = float(recordings[0].time[0]), []
+    for r in recordings:
+        found.append(begin + r.dt * np.arange(r.n))
+        begin = float(found[-1][-1]) + r.dt
+    return found
+
+
+def at_one_rate(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Return the recordings at about the slowest of their rates; faster ones are low-passed."""
+    slowest = max((r.dt for r in recordings), default=0.0)
+    return tuple(_slower(r, slowest) for r in recordings)
+
+
+def _slower(r: Recording, step: float) -> Recording:
+    ratio = Fraction(r.dt / step).limit_denominator(LARGEST)
+    if r.dt > (1.0 - CLOCKS) * step:
+        return r
+    note = f"brought from {1 / r.dt:.6g} to {1 / step:.6g} Hz, the rate of the slowest recording"
+    if ratio.numerator == 1:
+        thin = r.decimate(ratio.denominator)
+        return replace(thin, meta={**thin.meta, "notes": (*r.notes, note)})
+    up, down = ratio.numerator, ratio.denominator
+    channels = {c: resample_poly(v, up, down, padtype="line") for c, v in r.channels.items()}
+    count = next(iter(channels.values())).size
+    time = r.time[0] + r.dt * down / up * np.arange(count)
+    known = {k: v for k, v in r.meta.items() if k != "noise"}  # the low-pass takes a part of it
+    return replace(r, time=time, channels=channels, meta={**known, "notes": (*r.notes, note)})
 
 
 def provenance(recordings: Sequence[Recording]) -> dict[str, Any]:

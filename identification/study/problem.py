@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -18,6 +19,8 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.study.engine import Engine, ExactEngine, engine_of
 
+SAME_CLOCK = 1e-6
+"""Relative difference of sampling rates that is none."""
 READABLE = 2000
 """Samples within which an initial state shows in the readings."""
 
@@ -68,8 +71,18 @@ class Data:
 
     @property
     def dt(self) -> float:
-        """Time between samples, s."""
+        """Time between samples, s; the mean of several recordings."""
         return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
+
+    def step(self, window: slice) -> float:
+        """Time between the samples of the recording that a window lies in, s."""
+        if not self.breaks:
+            return self.dt
+        ends = (0, *self.breaks, self.n)
+        k = bisect_right(self.breaks, window.start or 0)
+        own = float((self.time[ends[k + 1] - 1] - self.time[ends[k]]) / (ends[k + 1] - ends[k] - 1))
+        # one clock for all, but for the rounding of the stamps
+        return self.dt if abs(own - self.dt) < SAME_CLOCK * self.dt else own
 
     def mask(self, part: str) -> Array:
         """Boolean mask of the samples of ``train``, ``test`` or ``held-out``.
@@ -134,6 +147,21 @@ class Data:
 def drives(graph: BondGraph) -> tuple[Source, ...]:
     """Return the sources that a recording commands; modulated ones are driven by the model."""
     return tuple(s for s in graph.of_type(Source) if not isinstance(s, Modulated))
+
+
+def gain_name(channel: str) -> str:
+    """Return the name of the factor on a channel."""
+    return f"gain_{channel}"
+
+
+def with_gains(graph: BondGraph, gains: Sequence[Parameter]) -> BondGraph:
+    """Return the graph with factors on its readings and commands, named by `gain_name`."""
+    named = {p.name: p for p in gains}
+    for e in (*drives(graph), *graph.of_type(Sensor)):
+        if gain_name(e.name) in named:
+            graph = graph.with_element(e.name, gain=gain_name(e.name))
+    here = [p for n, p in named.items() if n.removeprefix("gain_") in graph.elements]
+    return graph.with_parameters(here) if here else graph
 
 
 def data_for(
@@ -240,6 +268,8 @@ class Problem:
         Start values of the sensors' offsets, in units of their scale.
     source_offsets : bool
         Fit a constant added to each command (needed where the model integrates).
+    gains : tuple of Parameter
+        Factors on readings and commands, named by `gain_name`: calibrations known within bounds.
     lags, offsets : bool
         Which nuisances of the sensors are fitted where `nuisances` is set.
     clock : float
@@ -271,6 +301,7 @@ class Problem:
     n_sub: int = 1
     nuisances: bool = True
     source_offsets: bool = False
+    gains: tuple[Parameter, ...] = ()
     fixed: Sequence[str] = ()
     known_states: Mapping[str, Array] = field(default_factory=dict)
     known_offsets: tuple[float, ...] = ()
@@ -291,14 +322,14 @@ class Problem:
 
     @property
     def compiled(self) -> Compiled:
-        """Compiled model with source offsets added as nuisances; only of the exact engine."""
+        """Compiled model with the measuring chain's nuisances; only of the exact engine."""
         engine = self.engine
         return engine.compiled if isinstance(engine, ExactEngine) else compile_model(self.graph)
 
     @cached_property
     def engine(self) -> Engine:
-        """What runs the model, source offsets added as nuisances."""
-        return engine_of(self.with_offsets) if self.built is None else self.built
+        """What runs the model, offsets of commands and gains of channels added as nuisances."""
+        return engine_of(self.with_chain) if self.built is None else self.built
 
     @cached_property
     def free_states(self) -> Array:
@@ -311,12 +342,10 @@ class Problem:
         return np.array([i for i, n in enumerate(names) if n in self.initial], int)
 
     @cached_property
-    def with_offsets(self) -> BondGraph:
-        """The graph with one offset parameter for every moving source."""
-        g = self.graph
-        if not self.source_offsets:
-            return g
-        for s in drives(g):
+    def with_chain(self) -> BondGraph:
+        """The graph with what the measuring chain may add: see `source_offsets` and `gains`."""
+        g = with_gains(self.graph, self.gains)
+        for s in drives(g) if self.source_offsets else ():
             command = self.data.commands[s.name]
             span = float(np.ptp(command))
             if s.offset is None and span > 0:
@@ -330,6 +359,11 @@ class Problem:
                     ]
                 )  # fmt: skip
         return g
+
+    @cached_property
+    def added(self) -> frozenset[str]:
+        """Parameters of the measuring chain: fitted beside those of the model."""
+        return frozenset(self.with_chain.parameters.keys() - self.graph.parameters.keys())
 
     @cached_property
     def free(self) -> tuple[Free, ...]:

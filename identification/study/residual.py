@@ -9,9 +9,11 @@ SIAM J. Numer. Anal. 10 (1973) 413).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from scipy.signal import lfilter
@@ -22,6 +24,8 @@ from bondgraph.signals.varying_delay import warped_within
 from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
 from identification.study.problem import Problem
+
+Prepared = TypeVar("Prepared")
 
 
 @dataclass(frozen=True)
@@ -141,10 +145,10 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Res
     local: list[tuple[slice, Array]] = []
     filled = 0
     rest, by_p = _rest(problem, p, directions)
-    ready = engine.prepare(p, data.dt, problem.steps, directions, derivatives)
+    ready = by_step(lambda h: engine.prepare(p, h, problem.steps, directions, derivatives))
     for w, x0 in zip(windows(problem), point.states, strict=True):
         run = engine.run(
-            ready,
+            ready(data.step(w)),
             problem.inputs[w],
             x0 if rest is None else rest,
             problem.fine_inputs(w),
@@ -152,7 +156,10 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Res
             memory=time_memories(problem, w.start),
         )
         begun = w.start - max((b for b in data.breaks if b <= w.start), default=0)
-        seen = read_out(problem, run, point.theta, derivatives=derivatives, first=begun)
+        seen = read_out(
+            problem, run, point.theta,
+            derivatives=derivatives, first=begun, stretch=data.dt / data.step(w),
+        )  # fmt: skip
         y[w] = seen.y + point.theta[at.offsets] * offsets
         if problem.correction is not None:
             y[w] += problem.correction[w]
@@ -175,7 +182,7 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Res
                 if problem.clock:
                     block[c, :, at.clocks.start + c] = seen.by_clock[chosen, c]
             for j, (name, outputs) in enumerate(problem.delays.items()):
-                passed = data.dt * (begun + np.flatnonzero(chosen))
+                passed = data.step(w) * (begun + np.flatnonzero(chosen))
                 grown = -passed if name in problem.skews else 1.0
                 for c in outputs:
                     block[c, :, at.delays.start + j] = seen.by_delay[chosen, c] * grown
@@ -189,6 +196,11 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Res
     return ResidualEvaluation(y, residual, jacobian, local)
 
 
+def by_step(prepare: Callable[[float], Prepared]) -> Callable[[float], Prepared]:
+    """Return what is prepared for each time between samples, once."""
+    return lru_cache(maxsize=None)(prepare)
+
+
 def time_memories(problem: Problem, first: int) -> dict[str, tuple[float, ...]] | None:
     """Memory of the laws that count time (`counts_time`), where a window begins within the record.
 
@@ -197,7 +209,8 @@ def time_memories(problem: Problem, first: int) -> dict[str, tuple[float, ...]] 
     """
     if not first:
         return None
-    begun: tuple[float, ...] = (first * problem.data.dt,)
+    time = problem.data.time
+    begun: tuple[float, ...] = (float(time[first] - time[0]),)
     found: dict[str, tuple[float, ...]] = {}
     for e in problem.graph.elements.values():
         drive = getattr(e, "drive", None)
@@ -254,21 +267,30 @@ class SampledReadings:
 
 
 def read_out(
-    problem: Problem, run: KernelRun, theta: Array, *, derivatives: bool, first: int = 0
+    problem: Problem,
+    run: KernelRun,
+    theta: Array,
+    *,
+    derivatives: bool,
+    first: int = 0,
+    stretch: float = 1.0,
 ) -> SampledReadings:
     """Return what the sensors say of a run: lags, dead times and clocks; no offsets.
 
     `first` is the sample of its recording at which the run begins: declared clocks count from its
-    start.
+    start. `stretch` is the mean time between samples over that of this recording: delays are given
+    in the former.
     """
     at, n_y = slots(problem), len(problem.data.names)
-    lags = output_delays(problem, theta)
+    lags, own = stretch * output_delays(problem, theta), stretch * theta[at.lags]
     by_delay: Array | None = None
     if problem.delays:
-        declared = lags - theta[at.lags]
-        grown = _grown_delays(problem, theta, declared, run, first) if problem.skews else declared
-        run, by_delay = _declared_delays(run, n_y, grown, problem.steps, resting=first == 0)
-        lags = theta[at.lags]
+        declared = lags - own
+        if problem.skews:
+            declared = _grown_delays(problem, theta, declared, run, first, stretch)
+        run, by_delay = _declared_delays(run, n_y, declared, problem.steps, resting=first == 0)
+        by_delay = stretch * by_delay
+        lags = own
     if problem.clock:
         y, by_lag, tangent = _clocked(run, n_y, lags, theta[at.clocks] * problem.clock)
         samples = np.arange(y.shape[0], dtype=float)[:, None]
@@ -277,6 +299,7 @@ def read_out(
     else:
         y, by_lag, tangent = _lagged(run, n_y, lags, derivatives)
         by_clock = by_lag
+    by_lag = stretch * by_lag
     return SampledReadings(y, tangent, by_lag, by_lag if by_delay is None else by_delay, by_clock)
 
 
@@ -292,16 +315,16 @@ def _clocked(run: KernelRun, n_y: int, lags: Array, clocks: Array) -> tuple[Arra
 
 
 def _grown_delays(
-    problem: Problem, theta: Array, declared: Array, run: KernelRun, first: int
+    problem: Problem, theta: Array, declared: Array, run: KernelRun, first: int, stretch: float
 ) -> Array:
     """Delays in samples of each output at each sample of a run, shape (n, n_y)."""
     at, n_y = slots(problem), len(problem.data.names)
     n = (run.y.shape[0] - 1) // problem.steps + 1
     late = np.tile(declared, (n, 1)).reshape(n, n_y)
-    passed = problem.data.dt * np.arange(first, first + n)
+    passed = problem.data.dt / stretch * np.arange(first, first + n)
     for j, name in enumerate(problem.delays):
         for c in problem.skews.get(name, ()):
-            late[:, c] -= theta[at.delays][j] * passed
+            late[:, c] -= stretch * theta[at.delays][j] * passed
     return late
 
 

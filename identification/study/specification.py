@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from bondgraph.support.errors import UnusableInput, real_number
+from identification.study.calibration import Known
 from identification.study.problem import Free
 
 
@@ -128,15 +130,26 @@ class Nuisances:
     clock : float
         Largest error of the sensors' clocks against the drive's, as a fraction (2e-4 is 200 ppm);
         0: the clocks are one.
+    gains : mapping of str to Known
+        Calibration of sensors and commands, by channel: the factor by which what is recorded is too
+        large (a command: by which it acts too strongly), fitted within its bounds, one for all
+        recordings. A factor that ends at a bound is said: it belongs into the model, or the
+        calibration is wrong.
     """
 
     offsets: bool = True
     lags: bool = True
     commands: bool = False
     clock: float = 0.0
+    gains: Mapping[str, Known] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
-        """Refuse clocks that are no clocks."""
+        """Refuse clocks that are no clocks, and gains that are none."""
+        if not isinstance(self.gains, Mapping):
+            raise UnusableInput(
+                f"gains = {self.gains!r}: give them by channel, such as {{'x': Known(1.0, 0.02)}}"
+            )
+        object.__setattr__(self, "gains", dict(self.gains))
         if not 0.0 <= self.clock < 0.1:
             raise UnusableInput(
                 f"clock = {self.clock}: give the largest ratio error as a fraction, such as 2e-4"

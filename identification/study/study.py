@@ -22,6 +22,7 @@ from identification.study.admission import (
     admit_split,
     distinct_names,
 )
+from identification.study.calibration import gain_weight, gains_of
 from identification.study.engine import Engine
 from identification.study.free_parameters import dead_times, varied
 from identification.study.joint import JointProblem, stack_of
@@ -215,7 +216,7 @@ class Study:
         for i, recording in enumerate(self.records):
             self._one(i, recording)
         admit_sign(self.starts, self.graph.parameters)
-        self._freedom  # bounds and starts are checked here
+        self.gains, self._freedom  # names, bounds and starts are checked here
 
     @property
     def records(self) -> tuple[Recording, ...]:
@@ -239,6 +240,11 @@ class Study:
         if self.nuisances.commands:
             names |= {f"offset_{s.name}" for s in drives(self.graph)}
         return frozenset(names)
+
+    @cached_property
+    def gains(self) -> tuple[Parameter, ...]:
+        """Factors on readings and commands, as parameters."""
+        return gains_of(self.graph, self.nuisances.gains)
 
     @cached_property
     def _freedom(self) -> tuple[dict[str, Parameter], dict[str, tuple[float, float]]]:
@@ -344,6 +350,7 @@ class Study:
     def problem(self, i: int, setting: SettledSetting) -> Problem:
         """Problem of one of `records`."""
         free, priors = self._freedom
+        priors = priors | {p.name: (0.0, gain_weight(p)) for p in self.gains if not p.fixed}
         graph = self._one(i, self.records[i])
         recording = self.with_silence(self.records[i])
         sensors = [s.name for s in graph.of_type(Sensor)]
@@ -363,6 +370,7 @@ class Study:
             n_sub=setting.n_sub[i],
             correction=setting.corrections[i],
             source_offsets=self.nuisances.commands,
+            gains=self.gains,
             fixed=tuple(n for n in names if n not in self.free_names),
             lags=self.nuisances.lags,
             offsets=self.nuisances.offsets,

@@ -67,7 +67,7 @@ def unknowns(stack: JointProblem) -> tuple[Unknown, ...]:
     for p, columns, factors in zip(stack.problems, stack.columns, stack.factors, strict=True):
         for i, f in enumerate(p.free):
             place = int(columns[i])
-            if place in found or f.parameter.name.startswith("offset_"):
+            if place in found or f.parameter.name in p.added:
                 continue
             low, high = float(lower[place]), float(upper[place])
             if f.log:
@@ -247,13 +247,18 @@ def _sizes(p: Problem, rows: slice) -> list[int]:
 
 
 def _without(columns: FloatArray, nuisances: FloatArray, weight: FloatArray) -> FloatArray:
-    """Return what is left of `columns` beside the nuisances, which their priors hold a little."""
+    """Return what is left of `columns` beside the nuisances, as far as their priors let these move.
+
+    With nuisances ``N`` and weights ``W`` of their priors it is the root of ``I - N (N'N + W'W)^-1
+    N'`` times the columns, so that its Gram matrix is the information of the parameters alone.
+    """
     if not nuisances.shape[1]:
         return columns
     stacked = np.vstack([nuisances, np.diag(weight)])
     q, _ = np.linalg.qr(stacked)
-    top = q[: columns.shape[0]]
-    return np.asarray(columns - top @ (top.T @ columns))
+    u, s, _ = np.linalg.svd(q[: columns.shape[0]], full_matrices=False)
+    taken = 1.0 - np.sqrt(np.maximum(1.0 - s**2, 0.0))
+    return np.asarray(columns - u @ (taken[:, None] * (u.T @ columns)))
 
 
 def sum_of_squares(

@@ -27,7 +27,7 @@ Replacement: TypeAlias = str | sp.Expr
 """A new name, or the expression that takes the place of a parameter."""
 
 _VALUES = ("value", "stiffness", "ratio", "energy", "law", "matrix")
-_REFERENCES = ("offset", "lag", "delay", "clock", "drift")
+_REFERENCES = ("gain", "offset", "lag", "delay", "clock", "drift")
 _SIGNAL = re.compile(r"([efqp])_(.+)")
 _PORT = re.compile(r"(.+?)(\d+)")
 
@@ -110,7 +110,7 @@ class Renaming:
         Raises
         ------
         GraphError
-            A lag, delay, offset or drift would have to be an expression.
+            A gain, lag, delay, offset or drift would have to be an expression.
         """
         changes: dict[str, Any] = {"name": self.elements.get(e.name, e.name)}
         for label, value in _parts(e):

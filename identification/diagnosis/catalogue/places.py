@@ -45,21 +45,21 @@ def other_resistors(graph: BondGraph) -> tuple[Element, ...]:
 
 
 def sources(graph: BondGraph) -> tuple[Element, ...]:
-    """Return sources without a drive."""
-    return tuple(e for e in graph.of_type(Source) if e.drive is None)
+    """Return sources without a drive or a gain."""
+    return tuple(e for e in graph.of_type(Source) if e.drive is None and e.gain is None)
 
 
 def commands(graph: BondGraph) -> tuple[Element, ...]:
     """Return sources that are driven by a command: those measured at the port have no amplifier."""
-    return tuple(e for e in graph.of_type(Source) if e.drive is None and not e.measured)
+    return tuple(e for e in sources(graph) if isinstance(e, Source) and not e.measured)
 
 
 def sensors(graph: BondGraph) -> tuple[Element, ...]:
-    """Sensors without a law, lag, delay, drift or clock of their own."""
+    """Sensors without a law, lag, delay, drift, gain or clock of their own."""
     return tuple(
         e
         for e in graph.of_type(Sensor)
-        if e.law is None and e.lag is None and e.delay is None and e.clock is None and not e.drift
+        if e.law is None and not (e.lag or e.delay or e.clock or e.gain or e.drift)
     )
 
 

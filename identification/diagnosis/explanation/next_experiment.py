@@ -275,7 +275,7 @@ def _places(graphs: Sequence[BondGraph]) -> dict[str, tuple[str, str]]:
 
 def _rival(fit: Fit, extra: Mapping[str, tuple[str, str]]) -> _Rival:
     problem = fit.problem
-    graph = problem.with_offsets
+    graph = problem.with_chain
     for name, (junction, letter) in extra.items():
         graph = graph.with_branch(junction, [Df(name) if letter == "f" else De(name)])
     engine = engine_of(graph) if extra else problem.engine

@@ -54,6 +54,8 @@ FOLLOWED = 2
 NEAR, FAR = 3.0, 30.0
 """Times the least misfit up to which relations are followed, and the first of them."""
 GROSS = 1e4
+ONE_CLOCK = 2e-3
+"""Relative difference of the recordings' rates up to which one filter serves all of them."""
 PARALLEL = 1e-9
 
 
@@ -286,6 +288,9 @@ def no_relation(fit: Fit, probed: Probes | None = None) -> str:
             f"{n_y} sensor: a latent signal at any port can explain all of the residual; a second "
             "sensor gives relations that locate without a law"
         )
+    data = fit.problem.data
+    if any(abs(data.step(w) / data.dt - 1.0) > ONE_CLOCK for w in windows(fit.problem)):
+        return "the recordings' rates differ: one filter for all of them cannot be blind to a port"
     probed = probed if probed is not None else probes(fit)
     if not isinstance(probed.engine, ExactEngine):
         return f"{fit.problem.graph.name} is not linear up to scalar laws: no transfer functions"

@@ -15,7 +15,7 @@ from identification.diagnosis.localisation.recording.variables import variables_
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Fit
 from identification.study.engine import ExactEngine
-from identification.study.residual import parameters_at, windows
+from identification.study.residual import by_step, parameters_at, windows
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,10 @@ def _run(f: Fit, column: int) -> tuple[Array, Array]:
     problem = f.problem
     s, w = np.full(problem.data.n, np.nan), np.full(problem.data.n, np.nan)
     p = parameters_at(problem, f.point.theta)
-    ready = prepare(problem.compiled, p, problem.data.dt, problem.n_sub)
+    ready = by_step(lambda h: prepare(problem.compiled, p, h, problem.n_sub))
     for part, x0 in zip(windows(problem), f.point.states, strict=True):
-        run = run_prepared(ready, problem.inputs[part], x0, fine=problem.fine_inputs(part))
+        own = ready(problem.data.step(part))
+        run = run_prepared(own, problem.inputs[part], x0, fine=problem.fine_inputs(part))
         s[part], w[part] = run.s[:, column], run.w[:, column]
     return s, w
 

@@ -34,7 +34,7 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 from identification.estimation.single_record import Fit
 from identification.study.engine import Engine, ExactEngine, engine_of
 from identification.study.problem import Problem
-from identification.study.residual import parameters_at, windows
+from identification.study.residual import by_step, parameters_at, windows
 
 
 def scene(nominal: Fit) -> FittedModel:
@@ -174,10 +174,11 @@ def observed(
     known = {str(s.symbol) for s in space.states} | {str(a.target) for a in space.assignments}
     names = tuple(sorted(known & set(wanted)))
     seen = Compiled(space, names)
-    ready = prepare(seen, p, problem.data.dt, problem.steps)
+    ready = by_step(lambda h: prepare(seen, p, h, problem.steps))
     trace = np.full((problem.data.n, len(names)), np.nan)
     for w, x0 in zip(windows(problem), states, strict=True):
-        trace[w] = run_prepared(ready, u[w], x0, fine=fine(u[w])).y[:, seen.n_y :]
+        run = run_prepared(ready(problem.data.step(w)), u[w], x0, fine=fine(u[w]))
+        trace[w] = run.y[:, seen.n_y :]
     trace = filled(trace)
     return {n: trace[:, i] for i, n in enumerate(names)}
 
@@ -185,8 +186,8 @@ def observed(
 def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> dict[str, Array]:
     """Attach sensors to every port: works for any model of the language."""
     problem = nominal.problem
-    known = {n: v for n, v in nominal.values.items() if n in problem.with_offsets.parameters}
-    graph = problem.with_offsets.with_values(known)
+    known = {n: v for n, v in nominal.values.items() if n in problem.with_chain.parameters}
+    graph = problem.with_chain.with_values(known)
     sensed: dict[str, str] = {}
     for name, (argument, output) in watched.items():
         try:
@@ -197,7 +198,8 @@ def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> 
         graph, sensed = wider, {**sensed, **added}
     engine = engine_of(graph)
     values = {n: v for n, v in nominal.values.items() if n in engine.parameters}
-    ready = engine.prepare(engine.vector(values), problem.data.dt, problem.n_sub, [], False)
+    p = engine.vector(values)
+    ready = by_step(lambda h: engine.prepare(p, h, problem.n_sub, [], False))
     rows = nominal.point.states.shape[0]
     by_name = dict(zip(problem.engine.state_names, nominal.point.states.T, strict=True))
     x0 = np.zeros((rows, engine.n_x))
@@ -208,7 +210,8 @@ def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> 
     u = engine.inputs(problem.data.commands, problem.data.time)
     for w, start in zip(windows(problem), x0, strict=True):
         fine = engine.fine_inputs(u[w], problem.n_sub, problem.data.hold)
-        trace[w] = engine.run(ready, u[w], start, fine).y[:, : len(sensors)]
+        run = engine.run(ready(problem.data.step(w)), u[w], start, fine)
+        trace[w] = run.y[:, : len(sensors)]
     trace = filled(trace)
     return {signal: trace[:, sensors.index(sensor)] for signal, sensor in sensed.items()}
 

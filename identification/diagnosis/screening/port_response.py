@@ -7,7 +7,7 @@ trajectory with a small share of the signal.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -25,7 +25,13 @@ from identification.diagnosis.screening.observation import observed
 from identification.estimation.single_record import Fit
 from identification.study.engine import Engine, engine_of
 from identification.study.problem import Problem, drives
-from identification.study.residual import output_delays, parameters_at, read_out, windows
+from identification.study.residual import (
+    by_step,
+    output_delays,
+    parameters_at,
+    read_out,
+    windows,
+)
 
 EARLY = 32
 """Samples before the one input of a linear model's answer: what lags of sensors may reach."""
@@ -74,9 +80,10 @@ class Probes:
         return self.engine.vector({n: v for n, v in values.items() if n in known})
 
     @cached_property
-    def _ready(self) -> Any:
-        data = self.problem.data
-        return self.engine.prepare(self._vector, data.dt, self.problem.steps, [], False)
+    def _ready(self) -> Callable[[float], Any]:
+        return by_step(
+            lambda h: self.engine.prepare(self._vector, h, self.problem.steps, [], False)
+        )
 
     @cached_property
     def _base_inputs(self) -> Array:
@@ -124,10 +131,12 @@ class Probes:
         problem = self.problem
         y = np.zeros((problem.data.n, len(problem.data.names)))
         for w, x0 in zip(windows(problem), states, strict=True):
+            step = problem.data.step(w)
             run: KernelRun = self.engine.run(
-                self._ready, u[w], x0, self.fine(u[w]), every_substep=bool(problem.delays)
+                self._ready(step), u[w], x0, self.fine(u[w]), every_substep=bool(problem.delays)
             )
-            y[w] = read_out(problem, run, self.fit.point.theta, derivatives=False).y
+            theta, stretch = self.fit.point.theta, problem.data.dt / step
+            y[w] = read_out(problem, run, theta, derivatives=False, stretch=stretch).y
         return y
 
     def fine(self, u: Array) -> Array:
@@ -217,27 +226,27 @@ class Probes:
     def _convolved(self, at: int, columns: Array, out: Array) -> None:
         """Add the response of a linear model, by convolution with its answer to one sample."""
         for w in windows(self.problem):
-            n = w.stop - w.start
-            size = next_fast_len(n + min(n + EARLY, self._answers(at).shape[0]), real=True)
+            n, h = w.stop - w.start, self.problem.data.step(w)
+            size = next_fast_len(n + min(n + EARLY, self._answers(at, h).shape[0]), real=True)
             spectrum = rfft(np.ascontiguousarray(columns[w].T), size)
-            for c, answer in enumerate(self._spectra(at, n, size)):
+            for c, answer in enumerate(self._spectra(at, h, n, size)):
                 out[w, c] += irfft(spectrum * answer, size)[:, EARLY : EARLY + n].T
 
-    def _spectra(self, at: int, n: int, size: int) -> Array:
+    def _spectra(self, at: int, h: float, n: int, size: int) -> Array:
         """Return the spectra of `_answers` over `n` samples, shape (n_y, size // 2 + 1)."""
-        if (at, n) not in self._known_spectra:
-            answer = self._answers(at)[: n + EARLY]
+        if (at, h, n) not in self._known_spectra:
+            answer = self._answers(at, h)[: n + EARLY]
             made = rfft(np.ascontiguousarray(answer.T), size)
-            self._known_spectra[at, n] = made
+            self._known_spectra[at, h, n] = made
             return np.asarray(made)
-        return self._known_spectra[at, n]
+        return self._known_spectra[at, h, n]
 
-    def _answers(self, at: int) -> Array:
+    def _answers(self, at: int, h: float) -> Array:
         """Return the outputs after one input of 1 at sample `EARLY`, shape (N + EARLY, n_y).
 
-        What comes when all has died away is left out.
+        What comes when all has died away is left out. `h` is the time between samples, s.
         """
-        if at not in self._known:
+        if (at, h) not in self._known:
             problem = self.problem
             longest = max(w.stop - w.start for w in windows(problem))
             u = np.zeros((longest + EARLY, self._base_inputs.shape[1]))
@@ -245,25 +254,25 @@ class Probes:
             n_y = len(problem.data.names)
             straight = at in self._added  # nothing else moves
             fine = self.engine.fine_inputs(u, problem.steps, "linear") if straight else self.fine(u)
-            run = self.engine.run(self._ready, u, np.zeros(self.engine.n_x), fine)
+            run = self.engine.run(self._ready(h), u, np.zeros(self.engine.n_x), fine)
             y = run.y[:, :n_y].copy()
-            lags = output_delays(problem, self.fit.point.theta)
+            lags = output_delays(problem, self.fit.point.theta) * (problem.data.dt / h)
             for c in np.flatnonzero(lags):
                 y[:, c] = delayed_values(np.ascontiguousarray(y[:, c]), float(lags[c]))
             # what is no number stays: who reads it has to see that
             silent = (np.abs(y) <= SILENT * np.abs(y).max(axis=0)).all(axis=1)
             heard = np.flatnonzero(~silent)
             y = y[: max(heard[-1] + 1 if heard.size else 0, EARLY + 1)]
-            self._known[at] = y
+            self._known[at, h] = y
             return y
-        return self._known[at]
+        return self._known[at, h]
 
     @cached_property
-    def _known(self) -> dict[int, Array]:
+    def _known(self) -> dict[tuple[int, float], Array]:
         return {}
 
     @cached_property
-    def _known_spectra(self) -> dict[tuple[int, int], Array]:
+    def _known_spectra(self) -> dict[tuple[int, float, int], Array]:
         return {}
 
     def _one(self, parts: Sequence[tuple[int, float, Array]]) -> Array:
@@ -291,7 +300,7 @@ def probes(fit: Fit, plain: BondGraph | None = None) -> Probes:
         Probe this graph with the fitted values instead: the model before effects were inserted,
         which is linear where the repaired one is not, and near enough to rank what is left.
     """
-    graph = fit.problem.with_offsets if plain is None else plain
+    graph = fit.problem.with_chain if plain is None else plain
     known = {n: v for n, v in fit.values.items() if n in graph.parameters}
     probed = probed_graph(graph.with_values(known))
     engine = engine_of(probed.graph)

@@ -143,7 +143,7 @@ def steps(
     `given` are readings whose noise the user has stated; the others' may turn out to be lower.
     `known` effects were named on another division of the record: the search goes on beside them.
     """
-    done = _Looks((*options.catalogue, UNNAMED), base.fit.problem.with_offsets, options.jobs)
+    done = _Looks((*options.catalogue, UNNAMED), base.fit.problem.with_chain, options.jobs)
     task = _Search(done, options, limits, classes, say, tuple(given))
     decisions = _resumed(base, known, task) or _forward(base, task, max(1, options.effects))
     again = _revisited(base, decisions, task)

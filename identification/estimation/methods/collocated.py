@@ -83,7 +83,7 @@ def record_of(
 ) -> CollocatedRecord:
     """Transcribe a recording; algebraic unknowns have unit scales unless `scales` are given."""
     problem = stack.problems[r]
-    made = program(problem.with_offsets) if made is None else made
+    made = program(problem.with_chain) if made is None else made
     order = np.array([problem.engine.state_names.index(n) for n in made.states], int)
     n_z = len(made.algebraic)
     if scales is None:

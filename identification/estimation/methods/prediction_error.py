@@ -19,7 +19,7 @@ from identification.estimation.prediction.model import PredictionModel
 from identification.estimation.prediction.result import PredictionFit, fit_prediction
 from identification.study.engine import ExactEngine
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.problem import Data
+from identification.study.problem import Data, with_gains
 from identification.study.residual import offset_scale, slots
 from identification.study.study import SettledSetting, Study
 
@@ -152,7 +152,8 @@ def prediction_model(
             f"prediction_error: {study.graph.name} is not linear up to scalar laws; use "
             "method='single_shooting' or 'multiple_shooting'"
         )
-    graph = study.graph if len(stack.problems) > 1 else first.with_offsets
+    several = len(stack.problems) > 1
+    graph = with_gains(study.graph, study.gains) if several else first.with_chain
     sensors = tuple(s.name for s in graph.of_type(Sensor))
     fresh = study.first_setting
     records = tuple(

@@ -570,6 +570,8 @@ def test_numbers_of_numpy_and_numbers_that_are_none() -> None:
 def test_names_of_lags_offsets_and_delays_must_exist() -> None:
     cases: Any = (
         ({"offset": "nosuch"}, {}),
+        ({"gain": "nosuch"}, {}),
+        ({}, {"gain": "nosuch"}),
         ({}, {"lag": "nosuch"}),
         ({}, {"drift": ("nosuch",)}),
     )

@@ -126,7 +126,7 @@ def every_element() -> BondGraph:
         el.One("one_junction")
         el.X0("switched", on=False)
         el.X1("switched_too")
-        el.Se("V", unit="V", drive=Drive(Saturation(), "tau", "tau"), offset="b")
+        el.Se("V", unit="V", drive=Drive(Saturation(), "tau", "tau"), offset="b", gain="a")
         el.Sf("Q", unit="m3/s", drive=Drive(lag="tau"), measured=True)
         el.MSe("gravity", value=a * sp.cos(x) + external("command") ** 2 * TIME)
         el.MSf("pump", unit="m3/s", value=sp.Max(effort("V"), 0, b) / sp.pi)
@@ -145,7 +145,14 @@ def every_element() -> BondGraph:
         el.IField("coils", matrix=((2.0, "a"), (b * a, 3)), ports=2)
         el.RField("valves", law=(sp.Symbol("f1", real=True) * a, sp.sqrt(a), 0), ports=3)
         el.De(
-            "voltage", unit="V", law=DeadZone(), lag="tau", delay="tau", clock="b", drift=("b", "a")
+            "voltage",
+            unit="V",
+            law=DeadZone(),
+            lag="tau",
+            delay="tau",
+            clock="b",
+            gain="a",
+            drift=("b", "a"),
         )
         el.Df("current", unit="A")
         el.Dq("position", unit="m")

@@ -84,7 +84,7 @@ def look(f: Fit) -> There:
     found = relations(f)
     where = located(found, f.problem.data.names)
     assert where
-    made = look_there(base_of(f), found, where, CATALOGUE, f.problem.with_offsets)
+    made = look_there(base_of(f), found, where, CATALOGUE, f.problem.with_chain)
     assert made is not None
     return made
 

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws import Polynomial
-from bondgraph.signals.recording import Recording
+from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.report.sections import answer, before_after
@@ -19,8 +20,10 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold
-from identification.study.joined import joined, split_of
+from identification.study.joined import at_one_rate, joined, split_of
 from identification.study.noise_floor import noise_floor
+from identification.study.problem import Problem, data_for
+from identification.study.residual import evaluate, start_point
 from identification.validation import judge
 from tests.identification.estimation.plants import force, moved, spring
 from tests.proof.published import staging
@@ -54,6 +57,78 @@ def test_one_behind_the_other() -> None:
     assert both.units == one.units
     assert np.allclose(np.diff(both.time), 0.1)
     assert joined([one]) == (one, ())
+
+
+def test_every_recording_keeps_the_time_between_its_own_samples() -> None:
+    """One device, its own clock: 14.951 and 14.960 ms."""
+    parts = [plain("one", fs=1 / 0.014951), plain("two", fs=1 / 0.014960)]
+    both, breaks = joined(parts)
+    data = data_for(spring(), both, split_of(parts), {"x": 1.0})
+    data = replace(data, breaks=breaks)
+    assert data.step(slice(0, 5)) == pytest.approx(0.014951, rel=1e-9)
+    assert data.step(slice(5, 10)) == pytest.approx(0.014960, rel=1e-9)
+    assert (np.diff(both.time) > 0.0149).all()
+
+
+@pytest.mark.parametrize("ratio", [2.0, 3.0, 1.5, 1.37])
+def test_faster_recordings_are_brought_to_the_slowest_rate(ratio: float) -> None:
+    """A sine far below the slow rate's half stays what it was."""
+    fs = 100.0
+
+    def swing(name: str, rate: float) -> Recording:
+        t = np.arange(round(8 * rate)) / rate
+        return Recording.from_arrays(
+            name, {"F[N]": np.cos(20 * t), "x[m]": np.sin(20 * t)}, fs=rate
+        )
+
+    both, (edge,) = joined(at_one_rate([swing("slow", fs), swing("fast", ratio * fs)]))
+    own = both.slice(edge, both.n)
+    assert own.dt == pytest.approx(1 / fs, rel=0.02)
+    t = own.time - own.time[0]
+    inside = slice(60, -60)
+    assert np.abs(own["x"] - np.sin(20 * t))[inside].max() < 2e-3
+    assert np.abs(own["F"] - np.cos(20 * t))[inside].max() < 2e-3
+    assert f"brought from {ratio * fs:.6g} to 100 Hz" in " ".join(both.notes)
+
+
+def test_derivatives_of_recordings_with_clocks_of_their_own() -> None:
+    parts = []
+    for seed, fs in ((1, FS), (2, 1.013 * FS)):
+        r = run("r", 1.0, seed, 300)
+        parts.append(Recording.from_arrays(f"r{seed}", {"F[N]": r["F"], "x[m]": r["x"]}, fs=fs))
+    both, breaks = joined(parts)
+    graph = spring()
+    late = graph.with_element("x", delay="late").with_parameters([Parameter("late", 0.0, "s")])
+    for g, start in ((graph, {}), (late, {"late": 0.023})):
+        data = replace(data_for(g, both, split_of(parts), {"x": NOISE}), breaks=breaks)
+        data = replace(data, split=Split(slice(0, both.n), slice(0, 0), "all"))
+        problem = Problem(g, data, starts=start)
+        point = start_point(problem)
+        theta = point.theta + 1e-3
+        exact = evaluate(problem, replace(point, theta=theta)).jacobian
+        for i in range(theta.size):
+            h = np.zeros(theta.size)
+            h[i] = 1e-5
+            ends = [
+                evaluate(problem, replace(point, theta=theta + s * h), derivatives=False).residual
+                for s in (1, -1)
+            ]
+            column = -(ends[0] - ends[1]) / 2e-5
+            assert np.linalg.norm(exact[:, i] - column) < 2e-3 * np.linalg.norm(column) + 1e-3, i
+
+
+def test_a_diagnosis_of_recordings_with_clocks_of_their_own_finds_nothing() -> None:
+    graph, parts = spring(), []
+    for seed, fs in ((1, FS), (2, 1.012 * FS), (3, 2.5 * FS)):
+        n = round(6 * fs)
+        u = np.interp(np.arange(n) / fs, np.arange(700) / FS, force(700, FS, seed))
+        x = moved(u, fs, graph) + NOISE * np.random.default_rng(seed).standard_normal(n)
+        parts.append(Recording.from_arrays(f"r{seed}", {"F[N]": u, "x[m]": x}, fs=fs))
+    d = diagnose(graph, parts, options=DiagnosisOptions(jobs=1, keep=2, more=1, effects=1))
+    assert d.kind in ("explained", "parameters_only")
+    assert d.nominal is not None
+    # the low-pass leaves no noise at the top of the third one's spectrum, so that the floor is low
+    assert d.nominal.chi2("train") < 1.7
 
 
 @pytest.mark.parametrize(("count", "held"), [(2, 1), (3, 1), (6, 2)])

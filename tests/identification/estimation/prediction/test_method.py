@@ -53,7 +53,7 @@ def all_train(n: int = N) -> Split:
     return Split(slice(0, n), slice(n, n), "all")
 
 
-def test_two_recordings_with_offsets_and_process_noise() -> None:
+def test_two_recordings_with_chain_and_process_noise() -> None:
     records = [recording(1, offset=0.01), recording(2, 400, offset=0.01)]
     study = Study(
         spring(stiffness=260.0), records, splits=[all_train(), all_train(400)],

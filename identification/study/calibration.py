@@ -1,0 +1,97 @@
+"""Calibrations that are known to a few percent: factors on readings and commands, fitted beside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Parameter, Sensor
+from bondgraph.support.errors import UnusableInput, real_number, unknown_name
+from identification.study.problem import drives, gain_name
+
+
+@dataclass(frozen=True)
+class Known:
+    """A factor that is known within bounds.
+
+    Parameters
+    ----------
+    value : float
+        The factor by which what is recorded is too large: 1 for a calibrated channel.
+    within : float
+        By how much of it the true one may differ at most (0.02 is 2 %); 0: it is exact. Where the
+        data do not tell, it stays at `value`: a normal prior has two standard errors at the bound.
+
+    Examples
+    --------
+    >>> Known(1.0, 0.02).bounds
+    (0.98, 1.02)
+    """
+
+    value: float = 1.0
+    within: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse factors and widths that are none."""
+        object.__setattr__(self, "value", real_number("gain", self.value))
+        object.__setattr__(self, "within", real_number("within", self.within))
+        if not self.value > 0:
+            raise UnusableInput(
+                f"gain = {self.value:g}: give a positive factor, 1 for a calibrated channel; turn "
+                "a channel's sign round in the recording"
+            )
+        if not 0.0 <= self.within < 1.0:
+            raise UnusableInput(
+                f"gain within {self.within:g}: give the largest error as a fraction of it, such as "
+                "0.02 for 2 %"
+            )
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Smallest and largest factor."""
+        return self.value * (1.0 - self.within), self.value * (1.0 + self.within)
+
+    def parameter(self, channel: str) -> Parameter:
+        """Return the parameter that stands for the factor of a channel."""
+        low, high = self.bounds
+        if not low < self.value < high:
+            return Parameter(gain_name(channel), self.value, "1", fixed=True)
+        scale = self.value * self.within
+        return Parameter(gain_name(channel), self.value, "1", lower=low, upper=high, scale=scale)
+
+
+def gain_weight(p: Parameter) -> float:
+    """Weight of the prior on the scaled unknown of a factor: its bound is two standard errors."""
+    assert p.scale is not None
+    return 2.0 / math.log1p(p.scale / p.value)
+
+
+def gains_of(graph: BondGraph, gains: Mapping[str, Known]) -> tuple[Parameter, ...]:
+    """Return the parameters of the channels' factors, channels checked.
+
+    Raises
+    ------
+    UnknownName, UnusableInput
+        A name is no channel of the model, or its element has a factor of its own.
+    """
+    channels = [*(s.name for s in drives(graph)), *(s.name for s in graph.of_type(Sensor))]
+    found = []
+    for name, known in gains.items():
+        if name not in channels:
+            raise unknown_name("channel", name, graph.name, channels)
+        if not isinstance(known, Known):
+            raise UnusableInput(f"gain of {name} = {known!r}: give Known(1.0, 0.02) for 2 %")
+        if getattr(graph[name], "gain", None) is not None:
+            raise UnusableInput(
+                f"{name}: its gain {graph[name].gain} is a parameter of the model already; free "
+                "that, or leave it out of gains"
+            )
+        if gain_name(name) in graph.parameters or gain_name(name) in graph.elements:
+            raise UnusableInput(
+                f"{graph.name} has {gain_name(name)} already, the name that the factor of "
+                f"{name} would have; name it otherwise"
+            )
+        found.append(known.parameter(name))
+    return tuple(found)
