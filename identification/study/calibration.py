@@ -83,9 +83,10 @@ def gains_of(graph: BondGraph, gains: Mapping[str, Known]) -> tuple[Parameter, .
             raise unknown_name("channel", name, graph.name, channels)
         if not isinstance(known, Known):
             raise UnusableInput(f"gain of {name} = {known!r}: give Known(1.0, 0.02) for 2 %")
-        if getattr(graph[name], "gain", None) is not None:
+        own = getattr(graph[name], "gain", None)
+        if own is not None:
             raise UnusableInput(
-                f"{name}: its gain {graph[name].gain} is a parameter of the model already; free "
+                f"{name}: its gain {own} is a parameter of the model already; free "
                 "that, or leave it out of gains"
             )
         if gain_name(name) in graph.parameters or gain_name(name) in graph.elements:

@@ -25,7 +25,7 @@ N, DT = 3000, 1e-3
 def positioner(*, gain: str | None = None, source: str | None = None) -> BondGraph:
     with BondGraph("positioner") as g:
         body = One("body")
-        for name in {gain, source} - {None}:
+        for name in {n for n in (gain, source) if n is not None}:
             g.parameter(name, 1.0)
         Se("F", unit="N", gain=source) >> body >> I("m", 0.5, unit="kg")
         body >> R("d", 4.0, unit="N*s/m")
