@@ -302,7 +302,7 @@ def _named(
         if s.trial.effect != chosen.trial.effect and s.trial.home and not s.idle
         and (s.trial.effect not in nested or chosen.score.behind(s.score) > DOUBT)
     ]  # fmt: skip
-    imitated = [s for s in _imitated(chosen, laws, e) if s not in others]
+    imitated = [s for s in _imitated(chosen, e) if s not in others]
     refuted = [s for s in others if _refuted(s, chosen, e, t)]
     others = [s for s in (*others, *imitated) if s not in refuted]
     here = _here(chosen, e)
@@ -352,7 +352,7 @@ def _named(
     return replace(decided, confidence=probability(decided))
 
 
-def _imitated(chosen: Scored, laws: Sequence[Scored], e: Evidence) -> list[Scored]:
+def _imitated(chosen: Scored, e: Evidence) -> list[Scored]:
     """Laws of the model's own quantities that a mere course in time may imitate.
 
     What shows in few stretches looks like a push from outside, however exactly that one fits.
@@ -361,8 +361,9 @@ def _imitated(chosen: Scored, laws: Sequence[Scored], e: Evidence) -> list[Score
         return []
     where = {chosen.element, *e.located}
     return [
-        s for s in laws
-        if (s.element in where or _together(s.element, chosen.element, e.classes))
+        s for s in e.laws
+        if s.trial.effect != UNNAMED.name and s.trial.itself
+        and (s.element in where or _together(s.element, chosen.element, e.classes))
         and s.trial.home and s.trial.insertion.kind not in ANYTHING
         and explained(s, e.plain, chosen.score) > UNUSUAL
     ]  # fmt: skip
