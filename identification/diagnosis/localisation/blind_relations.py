@@ -53,6 +53,8 @@ STEPS = 12
 FOLLOWED = 2
 NEAR, FAR = 3.0, 30.0
 """Times the least misfit up to which relations are followed, and the first of them."""
+FALLS = 0.5
+"""Part of its first misfit below which one of the first is followed in any case."""
 GROSS = 1e4
 ONE_CLOCK = 2e-3
 """Relative difference of the recordings' rates up to which one filter serves all of them."""
@@ -200,10 +202,14 @@ def _followed(
 
 
 def _near(found: Sequence[_Looked]) -> list[int]:
-    """Return the relations that may reach the floor; the first have the least."""
+    """Return the relations that may reach the floor; the first have the least.
+
+    A gross mismatch drags all parameters along: then even the true one begins far off, but falls.
+    """
     best = found[0].done.train if found else 1.0
     limits = [(FAR if i < FOLLOWED else NEAR) * max(best, 1.0) for i in range(len(found))]
-    return [i for i, f in enumerate(found) if f.done.train < limits[i]]
+    falls = [i < FOLLOWED and f.done.train < FALLS * f.done.before for i, f in enumerate(found)]
+    return [i for i, f in enumerate(found) if f.done.train < limits[i] or falls[i]]
 
 
 def _on_all(
