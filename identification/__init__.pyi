@@ -23,6 +23,7 @@ from identification.experiments.frequency import (
     best_linear_approximation as best_linear_approximation,
 )
 from identification.experiments.frequency import distortions as distortions
+from identification.study.calibration import Known as Known
 from identification.study.specification import LogNormal as LogNormal
 from identification.study.specification import Normal as Normal
 from identification.study.specification import Nuisances as Nuisances

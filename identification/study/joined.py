@@ -77,7 +77,9 @@ def _one_time(recordings: Sequence[Recording]) -> list[Array]:
 
 def at_one_rate(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """Return the recordings at about the slowest of their rates; faster ones are low-passed."""
-    slowest = max((r.dt for r in recordings), default=0.0)
+    if len(recordings) < 2:
+        return tuple(recordings)
+    slowest = max(r.dt for r in recordings)
     return tuple(_slower(r, slowest) for r in recordings)
 
 

@@ -137,7 +137,9 @@ def test_all_fields_of_a_fit_are_stored() -> None:
         "graph", "recordings", "free", "fixed", "initial", "hold", "noise", "nuisances", "splits",
         "validation", "init", "silent", "window", "n_sub",
     }  # fmt: skip
-    assert {f.name for f in fields(Nuisances)} == {"offsets", "lags", "commands", "clock"}
+    assert {f.name for f in fields(Nuisances)} == {
+        "offsets", "lags", "commands", "clock", "gains",
+    }  # fmt: skip
     assert {f.name for f in fields(Vary)} == {
         "name", "start", "lower", "upper", "prior", "scale", "own",
     }  # fmt: skip
