@@ -11,7 +11,7 @@ from identification.diagnosis.localisation.structural_classes import Isolability
 
 CLEAR = 8.0
 """Standard errors by which a relation must fail for its ports to be ruled out."""
-LEFT = 0.1
+LEFT = 0.01
 """Part of the misfit that the relation blind to the right place may leave: linear in the port."""
 UNSEEN = 1.0
 """Held-out misfit above the noise, over what was fitted, that is no accident."""
