@@ -10,6 +10,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.localisation.places_without_name import located
 from identification.diagnosis.search import forward_selection
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
@@ -26,6 +27,23 @@ def pushed() -> Recording:
     )
     x = simulate(spring(), t, {"F": u + force})["x"] + 1e-5 * rng.standard_normal(t.size)
     return Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
+
+
+def test_a_relation_that_leaves_hundreds_of_times_the_noise_places_nothing() -> None:
+    """A delay of a reading bends all parameters; the relation of the spring leaves a sixtieth."""
+
+    def placed(least: float) -> tuple[str, ...]:
+        return located(
+            (
+                BlindRelation(("k",), 2.06e4, least, 1.09 * least, 1e4, 1e4, 1.154e4),
+                BlindRelation(("i",), 8.2e3, 876.0, 748.0, 1e4, 1e4, 1.154e4),
+                BlindRelation(("m", "R"), 2.1e4, 2.1e4, 2.1e4, 1e4, 1e4, 1.154e4),
+            ),
+            ("i", "x"),
+        )
+
+    assert placed(192.0) == ()
+    assert placed(60.0) == ("k",)
 
 
 def test_the_place_that_relations_leave_is_told_with_its_reason(monkeypatch: Any) -> None:
