@@ -17,6 +17,8 @@ from bondgraph.support.errors import UnusableInput
 
 CLOCKS = 0.02
 """Relative difference of two sampling rates that are one rate by two clocks."""
+ENDS = 25
+"""Samples at the slow rate that a low-pass spoils at either end."""
 LARGEST = 50
 """Largest denominator of a ratio of two rates; what is left of it is a clock's difference."""
 
@@ -85,18 +87,31 @@ def at_one_rate(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 
 def _slower(r: Recording, step: float) -> Recording:
     ratio = Fraction(r.dt / step).limit_denominator(LARGEST)
+    if step > LARGEST * r.dt:
+        ratio = Fraction(1, round(step / r.dt))
     if r.dt > (1.0 - CLOCKS) * step:
         return r
     note = f"brought from {1 / r.dt:.6g} to {1 / step:.6g} Hz, the rate of the slowest recording"
     if ratio.numerator == 1:
-        thin = r.decimate(ratio.denominator)
+        if r.n < (2 * ENDS + 8) * ratio.denominator:
+            raise UnusableInput(
+                f"{r.name}: its {r.n} samples are too few to be brought from {1 / r.dt:.6g} to "
+                f"{1 / step:.6g} Hz, the rate of the slowest recording; leave it out"
+            )
+        thin = _inner(r.decimate(ratio.denominator))
         return replace(thin, meta={**thin.meta, "notes": (*r.notes, note)})
     up, down = ratio.numerator, ratio.denominator
     channels = {c: resample_poly(v, up, down, padtype="line") for c, v in r.channels.items()}
     count = next(iter(channels.values())).size
     time = r.time[0] + r.dt * down / up * np.arange(count)
     known = {k: v for k, v in r.meta.items() if k != "noise"}  # the low-pass takes a part of it
-    return replace(r, time=time, channels=channels, meta={**known, "notes": (*r.notes, note)})
+    thin = replace(r, time=time, channels=channels, meta={**known, "notes": (*r.notes, note)})
+    return _inner(thin)
+
+
+def _inner(r: Recording) -> Recording:
+    """Leave out the ends, where the low-pass goes on otherwise in a command than in a reading."""
+    return r.slice(ENDS, r.n - ENDS) if r.n > 4 * ENDS else r
 
 
 def provenance(recordings: Sequence[Recording]) -> dict[str, Any]:

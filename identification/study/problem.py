@@ -80,6 +80,8 @@ class Data:
             return self.dt
         ends = (0, *self.breaks, self.n)
         k = bisect_right(self.breaks, window.start or 0)
+        if ends[k + 1] - ends[k] < 2:
+            return self.dt
         own = float((self.time[ends[k + 1] - 1] - self.time[ends[k]]) / (ends[k + 1] - ends[k] - 1))
         # one clock for all, but for the rounding of the stamps
         return self.dt if abs(own - self.dt) < SAME_CLOCK * self.dt else own

@@ -362,7 +362,7 @@ def _imitated(chosen: Scored, e: Evidence) -> list[Scored]:
     where = {chosen.element, *e.located}
     return [
         s for s in e.laws
-        if s.trial.effect != UNNAMED.name and s.trial.itself
+        if s.trial.effect != UNNAMED.name and s.trial.itself and not s.idle
         and (s.element in where or _together(s.element, chosen.element, e.classes))
         and s.trial.home and s.trial.insertion.kind not in ANYTHING
         and explained(s, e.plain, chosen.score) > UNUSUAL

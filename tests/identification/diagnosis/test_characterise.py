@@ -256,6 +256,21 @@ def test_stretches_that_were_held_out_are_no_readings_of_zero() -> None:
     assert np.abs(latent(respond, residual, floor, DT).signal).max() > 30.0
 
 
+def test_a_recording_that_was_held_out_says_nothing_of_the_others() -> None:
+    n = 2000
+    push = np.sign(np.sin(2 * np.pi * 0.7 * DT * np.arange(n)))
+    parts, scored = [slice(0, 1200), slice(1200, n)], np.arange(n) < 1200
+
+    def restarted(w: Array) -> Array:
+        return np.concatenate([respond(w[s]) for s in parts])
+
+    floor = np.array([1e-5])
+    noise = floor * np.random.default_rng(3).standard_normal((n, 1))
+    residual = (restarted(push[:, None])[:, :, 0] + noise) * scored[:, None]
+    found = latent(restarted, residual, floor, DT, windows=parts, scored=scored)
+    assert np.corrcoef(found.signal[scored], push[scored])[0, 1] > 0.95
+
+
 def test_noise_alone_gives_almost_nothing() -> None:
     floor = np.array([1e-3])
     noise = floor * np.random.default_rng(7).standard_normal((2000, 1))
