@@ -32,7 +32,7 @@ def joined(recordings: Sequence[Recording]) -> tuple[Recording, tuple[int, ...]]
     Raises
     ------
     UnusableInput
-        If there is none, channels or units differ, or rates by more than a clock does
+        If there is none, channels or units differ, or rates by more than two clocks do
         (`at_one_rate` brings them together).
     """
     if not recordings:
@@ -92,12 +92,12 @@ def _slower(r: Recording, step: float) -> Recording:
     if r.dt > (1.0 - CLOCKS) * step:
         return r
     note = f"brought from {1 / r.dt:.6g} to {1 / step:.6g} Hz, the rate of the slowest recording"
+    if r.n * ratio < 2 * ENDS + 8:
+        raise UnusableInput(
+            f"{r.name}: its {r.n} samples are too few to be brought from {1 / r.dt:.6g} to "
+            f"{1 / step:.6g} Hz, the rate of the slowest recording; leave it out"
+        )
     if ratio.numerator == 1:
-        if r.n < (2 * ENDS + 8) * ratio.denominator:
-            raise UnusableInput(
-                f"{r.name}: its {r.n} samples are too few to be brought from {1 / r.dt:.6g} to "
-                f"{1 / step:.6g} Hz, the rate of the slowest recording; leave it out"
-            )
         thin = _inner(r.decimate(ratio.denominator))
         return replace(thin, meta={**thin.meta, "notes": (*r.notes, note)})
     up, down = ratio.numerator, ratio.denominator
@@ -111,7 +111,7 @@ def _slower(r: Recording, step: float) -> Recording:
 
 def _inner(r: Recording) -> Recording:
     """Leave out the ends, where the low-pass goes on otherwise in a command than in a reading."""
-    return r.slice(ENDS, r.n - ENDS) if r.n > 4 * ENDS else r
+    return r.slice(ENDS, r.n - ENDS)
 
 
 def provenance(recordings: Sequence[Recording]) -> dict[str, Any]:

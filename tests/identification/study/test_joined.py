@@ -92,6 +92,14 @@ def test_faster_recordings_are_brought_to_the_slowest_rate(ratio: float) -> None
     assert f"brought from {ratio * fs:.6g} to 100 Hz" in " ".join(both.notes)
 
 
+@pytest.mark.parametrize("ratio", [10.0, 1.5])
+def test_a_recording_too_short_for_the_slowest_rate_is_refused_in_one_line(ratio: float) -> None:
+    short = Recording.from_arrays("short", {"F[N]": np.arange(60.0)}, fs=ratio * 100.0)
+    slow = Recording.from_arrays("slow", {"F[N]": np.arange(600.0)}, fs=100.0)
+    with pytest.raises(UnusableInput, match=r"short: its 60 samples are too few .* leave it out"):
+        at_one_rate([slow, short])
+
+
 def test_derivatives_of_recordings_with_clocks_of_their_own() -> None:
     parts = []
     for seed, fs in ((1, FS), (2, 1.013 * FS)):
