@@ -102,11 +102,15 @@ class BlueskyDisplacement:
         }
 
     def stage(self) -> ActionStatus:
-        """Forget the last value, and set to zero if asked for."""
+        """Forget the last value, and set to zero if asked for.
+
+        The zero is taken before this returns. An engine stages the devices of a plan without
+        waiting in between: a voltage that powers up meanwhile would move the mirror under it.
+        """
         self._last = None
         if not self._zero_on_stage:
             return ActionStatus.finished(f"stage {self.name}")
-        return ActionStatus.run(f"zero {self.name}", self._source.zero)
+        return ActionStatus.at_once(f"zero {self.name}", self._source.zero)
 
     def unstage(self) -> ActionStatus:
         """Forget the last value."""

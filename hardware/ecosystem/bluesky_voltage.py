@@ -134,9 +134,12 @@ class BlueskyVoltage:
         }
 
     def stage(self) -> ActionStatus:
-        """Power the output up if nobody knows its voltage."""
+        """Power the output up if nobody knows its voltage.
+
+        It is at rest when this returns, so that a sensor staged behind it takes its zero there.
+        """
         if self._output.state is OutputState.UNKNOWN:
-            return ActionStatus.run(f"power up {self.name}", self._output.power_up)
+            return ActionStatus.at_once(f"power up {self.name}", self._output.power_up)
         return ActionStatus.finished(f"stage {self.name}")
 
     def unstage(self) -> ActionStatus:

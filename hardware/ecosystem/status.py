@@ -1,4 +1,4 @@
-"""What Bluesky waits for: an action that ends by itself, in a thread of its own."""
+"""What Bluesky waits for: an action that ends by itself."""
 
 from __future__ import annotations
 
@@ -40,6 +40,18 @@ class ActionStatus:
                 status.finish()
 
         threading.Thread(target=work, name=what, daemon=True).start()
+        return status
+
+    @classmethod
+    def at_once(cls, what: str, action: Callable[[], object]) -> Self:
+        """Do an action in the thread that calls: what is asked for behind it begins behind it."""
+        status = cls(what)
+        try:
+            action()
+        except Exception as error:
+            status.finish(error)
+        else:
+            status.finish()
         return status
 
     @classmethod

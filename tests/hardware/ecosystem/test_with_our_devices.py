@@ -101,3 +101,31 @@ def test_a_scan_over_the_wire(bench: benches.Bench) -> None:
     assert x == pytest.approx([benches.GAIN * v for v in (0.0, 8.0, 20.0, 4.0)], abs=2e-9)
     assert bench.rig.volts == pytest.approx(0.0, abs=0.01)
     assert bench.rig.extremes.highest < 20.1
+
+
+@pytest.mark.parametrize("sensor_first", [True, False])
+def test_staged_without_waiting_the_zero_is_taken_at_rest(
+    bench: benches.Bench, sensor_first: bool
+) -> None:
+    """An engine stages all devices of a plan before it waits for any of them."""
+    front = GcsFront(bench.rig)
+    host, _, port = front.start().rpartition(":")
+    clock = bench.device.clock
+    raw = GcsController(GcsTalk(TcpTransport(host, int(port))), clock=clock)
+    displacement = BlueskyDisplacement(bench.device)
+    try:
+        raw.open()
+        raw.write(60.0)
+        bench.rig.wait(0.05)
+        voltage = BlueskyVoltage(GuardedOutput(raw, P840_1_UNIPOLAR, clock), clock=clock)
+        order = (displacement, voltage) if sensor_first else (voltage, displacement)
+        for status in [device.stage() for device in order]:
+            status.wait(HANGS)
+        bench.rig.wait(0.05)
+        moved = bench.rig.volts - 60.0
+        assert moved < -50.0
+        x = bench.device.read().value
+    finally:
+        raw.close()
+        front.stop()
+    assert x == pytest.approx(benches.GAIN * moved if sensor_first else 0.0, abs=2e-9)
