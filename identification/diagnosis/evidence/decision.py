@@ -392,13 +392,22 @@ REFUTED = 4.0
 
 
 def _replicated(chosen: Scored, e: Evidence) -> bool:
-    """Whether samples that no selection has seen gain as well, a part as much at least."""
+    """Whether samples that no selection has seen gain as well, a part as much at least.
+
+    What shows in few stretches may leave a number of a law undetermined: then they have to gain
+    beyond that.
+    """
     gained = e.trained - chosen.trial.train
     noise = min(1.0, chosen.trial.train)
-    # the noise of unseen samples is none that could be gained, nor may all of them be called noise
-    there = max(e.nominal - noise, 0.5 * e.nominal)
-    least = 0.5 if e.named else 0.25
-    return e.nominal - chosen.trial.test > least * min(gained, there)
+
+    def gains(before: float, after: float) -> bool:
+        # noise of unseen samples is none that could be gained, nor may all of them be called noise
+        there = max(before - noise, 0.5 * before)
+        return before - after > (0.5 if e.named else 0.25) * min(gained, there)
+
+    if gains(e.nominal, chosen.trial.test):
+        return True
+    return np.isfinite(e.foreseen) and gains(e.foreseen, chosen.trial.foreseen)
 
 
 def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
+from identification.diagnosis.evidence.leave_out import foreseen
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.beginnings import (
@@ -80,6 +82,11 @@ class Candidate:
     def itself(self) -> bool:
         """Whether the fitted law is still what its name says."""
         return self.insertion.is_itself(self.fit.values)
+
+    @cached_property
+    def foreseen(self) -> float:
+        """What `test` is beyond what training leaves undetermined."""
+        return foreseen(self.fit)
 
 
 def blocks_of(result: Fit, part: str = "test") -> Array:

@@ -18,6 +18,7 @@ from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.decision import CURVES, alike_kinds, decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore, bench_of, kind_scores
+from identification.diagnosis.evidence.leave_out import foreseen
 from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.localisation.blind_relations import BlindRelation, blind_relations
 from identification.diagnosis.localisation.places_without_name import located
@@ -302,7 +303,7 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
             options = replace(options, keep=2 * options.keep)
     evidence = Evidence(
         plain, (), tuple(kinds), before, base.fit.chi2("test"), base.fit.chi2("train"),
-        task.classes, named=named,
+        task.classes, named=named, foreseen=foreseen(base.fit),
     )  # fmt: skip
     # without a pattern there is nothing to explain, and noise is not searched
     if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):

@@ -349,6 +349,19 @@ def test_an_equal_that_fails_on_the_held_out_part_leaves_nothing_known() -> None
     assert "held-out" in failing.reasons[-1]
 
 
+def test_a_law_is_not_refuted_by_what_its_training_leaves_undetermined() -> None:
+    """A stop that was touched once: how stiff it is, is open; held out it is touched again."""
+
+    def answer(plain: float, law: float) -> Decision:
+        case = Case(9.0, foreseen=plain).law("end_stop at k", 0.0, test=90.0)
+        vars(case.laws[0].trial)["foreseen"] = law
+        return case.kind("restoring", "k", 0.0).decided()
+
+    assert answer(60.0, 1.2).answer == "exact"
+    assert answer(60.0, 55.0).answer == "unknown"
+    assert answer(1.2, 1.2).answer == "unknown"  # so is the model without it
+
+
 def test_what_predicts_unseen_samples_to_the_noise_refutes_an_equal_that_does_not() -> None:
     def answer(test: float, misfit: float = 0.0) -> Decision:
         case = Case(9.0).law("overflow at C_1", misfit)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -127,6 +128,7 @@ def stored(e: Evidence) -> dict[str, Any]:
         "elements": elements,
         "located": list(e.located),
         "along": e.along,
+        "foreseen": _seen(e.foreseen),
     }
 
 
@@ -144,6 +146,10 @@ def _number(value: float) -> float:
     return float(f"{np.clip(np.nan_to_num(value, nan=1e300), -1e300, 1e300):.5g}")
 
 
+def _seen(value: float | None) -> float | None:
+    return None if value is None or math.isnan(value) else _number(value)
+
+
 def _left(left: Remaining) -> list[Any]:
     over = {name: _number(v) for name, v in left.over_noise.items()}
     return [over, left.measured, _number(left.follows)]
@@ -156,6 +162,7 @@ def _law(s: Scored) -> dict[str, Any]:
         "home": s.trial.home, "itself": s.trial.itself, "family": made.family, "kind": made.kind,
         "simpler": list(made.simpler), "train": _number(s.trial.train),
         "test": _number(s.trial.test), "left": _left(s.left),
+        "foreseen": _seen(vars(s.trial).get("foreseen")),  # where the decision asked for it
     }  # fmt: skip
 
 
@@ -182,7 +189,12 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
         content["trained"], classes, tuple(content["named"]),
         tuple((effect, place) for effect, place in content.get("untried", ())),
         tuple(content.get("located", ())), content.get("along", False),
+        _known(content.get("foreseen")),
     )  # fmt: skip
+
+
+def _known(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def _scored(law: Mapping[str, Any], score: Any) -> Scored:
@@ -193,6 +205,6 @@ def _scored(law: Mapping[str, Any], score: Any) -> Scored:
     trial: Any = SimpleNamespace(
         insertion=insertion, home=law["home"], itself=law.get("itself", True),
         train=law["train"], test=law["test"], label=law["label"], effect=law["effect"],
-        element=law["element"], fit=None,
+        element=law["element"], fit=None, foreseen=_known(law.get("foreseen")),
     )  # fmt: skip
     return Scored(trial, score, Remaining(*law["left"]))
