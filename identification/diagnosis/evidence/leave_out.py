@@ -194,7 +194,7 @@ def foreseen(fit: Fit) -> float:
         total[np.ix_(used, used)] / np.outer(size[used], size[used]), score, rcond=1e-12
     )
     spared = float(error @ error) - float(score @ undetermined)
-    return spared / max(error.size, 1)
+    return float(spared / max(error.size, 1))
 
 
 def _unknowns(fit: Fit, e: ResidualEvaluation) -> tuple[Array, Array]:
