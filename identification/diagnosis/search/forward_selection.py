@@ -335,7 +335,10 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
 
     alike = alike_kinds(evidence, limits)
     first = overlooked(decision, alike, trials, ranked, task.classes)[: options.more]
-    if best is not None and first:
+    further = number == 0 and unexplained(decision, evidence) and not before.is_noise(limits.noise)
+    if further:
+        first += by_merit(trials, ranked, first, limits)[: options.more]
+    if first and (best is not None or further):
         evidence = with_laws(seen, base.template, first)
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
@@ -350,6 +353,36 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
     if where:
         decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
     return decision
+
+
+def unexplained(decision: Decision, evidence: Evidence) -> bool:
+    """Whether no law is named, and all that were fitted leave most of the misfit."""
+    least = min((s.trial.train for s in evidence.laws), default=evidence.trained)
+    return decision.kind == "unknown_physics" and least > LITTLE * evidence.trained
+
+
+LITTLE = 0.5
+"""Part of the misfit, as a mean square, that the best law leaves if it explains little."""
+
+
+def by_merit(
+    trials: Sequence[Candidate],
+    ranked: Sequence[Screened],
+    besides: Sequence[Screened],
+    limits: Thresholds,
+) -> list[Screened]:
+    """Return laws that were not fitted though the screening is sure of them, the surest first.
+
+    A large effect bends the nominal model, and with it the order of the screening.
+    """
+    done = {(t.effect, t.element) for t in trials}
+    done |= {(s.effect.name, s.element.name) for s in besides}
+    left = [
+        s for s in ranked
+        if (s.effect.name, s.element.name) not in done and s.effect.name != UNNAMED.name
+        and s.hint is not None and s.z > limits.z
+    ]  # fmt: skip
+    return sorted(left, key=lambda s: -s.z)
 
 
 def each_once(trials: Sequence[Candidate]) -> list[Candidate]:

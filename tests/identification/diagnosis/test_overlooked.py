@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,10 +11,16 @@ import numpy as np
 from bondgraph import R
 from identification.diagnosis.catalogue import UNNAMED, by_name
 from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.score_test import Screened
-from identification.diagnosis.search.forward_selection import overlooked
+from identification.diagnosis.search.forward_selection import (
+    LITTLE,
+    by_merit,
+    overlooked,
+    unexplained,
+)
 from tests.identification.diagnosis.spring import spring
 
 SPRING = spring()
@@ -85,3 +92,30 @@ def test_a_name_asks_for_nothing_else() -> None:
     d = decision("exact", "hysteresis@k")
     assert asked(d, [("restoring", "k")], ["hysteresis@k"], "end_stop@k") == []
     assert isinstance(SPRING["d"], R)
+
+
+def test_where_all_that_was_fitted_explains_little_the_search_goes_on() -> None:
+    def so(d: Decision, *left: float) -> bool:
+        laws = [SimpleNamespace(trial=SimpleNamespace(train=t)) for t in left]
+        evidence: Any = SimpleNamespace(laws=laws, trained=100.0)
+        return unexplained(d, evidence)
+
+    unknown = decision("unknown")
+    assert so(unknown)
+    assert so(unknown, 99.0, 100.0 * LITTLE + 1)
+    assert not so(unknown, 99.0, 100.0 * LITTLE - 1)
+    assert not so(decision("exact", "coulomb_friction@d"), 99.0)
+
+
+def test_it_goes_on_with_what_the_screening_is_surest_of() -> None:
+    nothing: Any = object()
+    sure = {"creep@k": 4.0, "end_stop@k": 9.0, "backlash@k": 2.0, "quadratic_drag@d": 6.0}
+    ranked = [
+        replace(s, z=z, hint=nothing) for s, z in zip(screened(*sure), sure.values(), strict=True)
+    ]
+    free, plain = screened("unknown@k", "coulomb_friction@d")  # one has no name, one no hint
+    ranked += [replace(free, z=20.0, hint=nothing), replace(plain, z=20.0)]
+    tried: Any = [SimpleNamespace(effect="quadratic_drag", element="d")]
+    found = by_merit(tried, ranked, ranked[:0], Thresholds())
+    assert [s.effect.name for s in found] == ["end_stop", "creep"]
+    assert by_merit(tried, ranked, found, Thresholds()) == []
