@@ -336,7 +336,7 @@ def _named(
     physics = {s.trial.insertion.kind for s in members}
     places = tuple(dict.fromkeys([s.element for s in members] + [s.element for s in same]))
     # one that fails there though it is as good here shows that here decides nothing
-    if not all(_replicated(s, e) for s in members):
+    if not all(_replicated(s, e, t) for s in members):
         answer, physics, places = "unknown", set(), e.located
         reasons.append("the improvement does not show on the held-out part")
     decided = replace(
@@ -382,7 +382,7 @@ def _refuted(rival: Scored, chosen: Scored, e: Evidence, t: Thresholds) -> bool:
     worse = rival.trial.test > REFUTED * chosen.trial.test
     least = t.noise * (SMALL if rival.trial.test > e.nominal else 1.0)
     sure = chosen.left.most <= least
-    return worse and sure and _replicated(chosen, e) and not _replicated(rival, e)
+    return worse and sure and _replicated(chosen, e, t) and not _replicated(rival, e, t)
 
 
 SMALL = 2.0
@@ -391,11 +391,11 @@ REFUTED = 4.0
 """Times more of its mean square that a refuted law leaves on held-out samples."""
 
 
-def _replicated(chosen: Scored, e: Evidence) -> bool:
+def _replicated(chosen: Scored, e: Evidence, t: Thresholds) -> bool:
     """Whether samples that no selection has seen gain as well, a part as much at least.
 
-    What shows in few stretches may leave a number of a law undetermined: then they have to gain
-    beyond that.
+    What shows in few stretches may leave a number of a law undetermined. One that leaves noise in
+    training may be the true one: then held-out errors have to be noise beyond that, and to gain.
     """
     gained = e.trained - chosen.trial.train
     noise = min(1.0, chosen.trial.train)
@@ -407,7 +407,10 @@ def _replicated(chosen: Scored, e: Evidence) -> bool:
 
     if gains(e.nominal, chosen.trial.test):
         return True
-    return np.isfinite(e.foreseen) and gains(e.foreseen, chosen.trial.foreseen)
+    if not np.isfinite(e.foreseen) or chosen.trial.train > t.noise**2:
+        return False
+    rest = chosen.trial.foreseen
+    return rest <= t.noise**2 and gains(e.foreseen, rest)
 
 
 def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:

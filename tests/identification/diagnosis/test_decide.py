@@ -352,13 +352,15 @@ def test_an_equal_that_fails_on_the_held_out_part_leaves_nothing_known() -> None
 def test_a_law_is_not_refuted_by_what_its_training_leaves_undetermined() -> None:
     """A stop that was touched once: how stiff it is, is open; held out it is touched again."""
 
-    def answer(plain: float, law: float) -> Decision:
-        case = Case(9.0, foreseen=plain).law("end_stop at k", 0.0, test=90.0)
+    def answer(plain: float, law: float, left: float = 0.0) -> Decision:
+        case = Case(9.0, foreseen=plain).law("end_stop at k", left, test=90.0)
         vars(case.laws[0].trial)["foreseen"] = law
-        return case.kind("restoring", "k", 0.0).decided()
+        return case.kind("restoring", "k", left).decided()
 
     assert answer(60.0, 1.2).answer == "exact"
     assert answer(60.0, 55.0).answer == "unknown"
+    assert answer(60.0, 5.0).answer == "unknown"  # no noise: not what the true law would leave
+    assert answer(60.0, 1.2, left=2.0).answer == "unknown"  # nor in training
     assert answer(1.2, 1.2).answer == "unknown"  # so is the model without it
 
 

@@ -74,7 +74,7 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
     return Judgement(
         worst[0],
         " + ".join(f"{k} (kind)" if k else _words(s) for s, k in both),
-        " + ".join(", ".join(sorted(s.places, key=lambda p: p != s.element)) for s in said),
+        " + ".join(", ".join(sorted(s.places, key=lambda p: (p != s.element, p))) for s in said),
         worst[1],
     )
 
