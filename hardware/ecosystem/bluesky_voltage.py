@@ -136,11 +136,16 @@ class BlueskyVoltage:
     def stage(self) -> ActionStatus:
         """Power the output up if nobody knows its voltage.
 
-        It is at rest when this returns, so that a sensor staged behind it takes its zero there.
+        It is at rest when this returns, so that a sensor staged behind it takes its zero there; a
+        pause that an engine is asked for meanwhile takes effect behind it.
         """
         if self._output.state is OutputState.UNKNOWN:
-            return ActionStatus.at_once(f"power up {self.name}", self._output.power_up)
+            return ActionStatus.at_once(f"power up {self.name}", self._begin)
         return ActionStatus.finished(f"stage {self.name}")
+
+    def _begin(self) -> None:
+        self._output.power_up()
+        self._clock.sleep(self._settle)
 
     def unstage(self) -> ActionStatus:
         """Park."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 from identification.diagnosis.evidence.block_score import BlockScore
@@ -76,8 +75,6 @@ class Evidence:
         Held-out mean square over the floor without one.
     trained : float
         The same on training samples.
-    foreseen : float
-        `nominal` beyond what training leaves undetermined; nan if it was not computed.
     named : tuple of str
         Places of the effects that were named before this one.
     untried : tuple of (str, str)
@@ -99,7 +96,6 @@ class Evidence:
     untried: tuple[tuple[str, str], ...] = ()
     located: tuple[str, ...] = ()
     along: bool = False
-    foreseen: float = math.nan
 
     @property
     def here(self) -> Evidence:

@@ -11,14 +11,13 @@ A Swiss army infinitesimal jackknife, AISTATS 2019).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.signals.split import stretches
 from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
 from identification.statistics.blocks import block_index
@@ -166,35 +165,6 @@ def left_out(fit: Fit, blocks: int = BLOCKS) -> LeftOut:
     rows = rows_of(fit.problem, blocks)
     columns, precision = _unknowns(fit, e)
     return stretched(columns, rows).held_out(e.residual, precision)
-
-
-def foreseen(fit: Fit) -> float:
-    """Mean square of the held-out errors over the floor, beyond what training leaves undetermined.
-
-    With the sensitivities ``J`` of the held-out samples the errors ``e`` of the true law have the
-    covariance ``S = I + J A^-1 J'`` (Chow, Econometrica 28 (1960) 591, in its predictive form), so
-    that ``e' S^-1 e`` is counted instead of ``e' e``: a stop that was touched once in training is
-    not refuted by a second touch that it predicts within the uncertainty of its stiffness.
-    """
-    problem = fit.problem
-    split = problem.data.split
-    if problem.window is not None or not problem.data.mask("test").any():
-        return fit.chi2("test")  # windows have states of their own, held-out ones too
-    both = replace(split, train=(*stretches(split.train), *stretches(split.test)), test=())
-    whole = replace(fit, problem=replace(problem, data=replace(problem.data, split=both)))
-    e = evaluate(whole.problem, fit.point)
-    columns, precision = _unknowns(whole, e)
-    kept_out = problem.data.mask("test")[rows_of(whole.problem, 1).sample]
-    error, ahead = e.residual[kept_out], columns[kept_out]
-    total = columns.T @ columns + np.diag(precision)  # A + J'J
-    size = np.sqrt(np.diag(total))
-    used = size > 0
-    score = (ahead.T @ error)[used] / size[used]
-    undetermined, *_ = np.linalg.lstsq(
-        total[np.ix_(used, used)] / np.outer(size[used], size[used]), score, rcond=1e-12
-    )
-    spared = float(error @ error) - float(score @ undetermined)
-    return float(spared / max(error.size, 1))
 
 
 def _unknowns(fit: Fit, e: ResidualEvaluation) -> tuple[Array, Array]:

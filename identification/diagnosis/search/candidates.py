@@ -14,7 +14,7 @@ from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
-from identification.diagnosis.evidence.leave_out import foreseen
+from identification.diagnosis.evidence.replication import added, scatter
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.beginnings import (
@@ -84,9 +84,13 @@ class Candidate:
         return self.insertion.is_itself(self.fit.values)
 
     @cached_property
-    def foreseen(self) -> float:
-        """What `test` is beyond what training leaves undetermined."""
-        return foreseen(self.fit)
+    def added(self) -> float:
+        """What held-out samples add to the misfit, beyond its scatter; see `replication.added`."""
+        return added(self.fit) / (1.0 + SURE * scatter(self.fit))
+
+
+SURE = 3.0
+"""Standard deviations of the scatter that held-out samples may show."""
 
 
 def blocks_of(result: Fit, part: str = "test") -> Array:
@@ -155,7 +159,7 @@ def search(
         done = {(t.effect, t.element) for t in trials} | {
             (s.effect.name, s.element.name) for s in first
         }
-        second = _rivals(best, ranked, done, options.more)
+        second = rivals_of(best, ranked, done, options.more)
         trials += fitted(scene, template, second, options, progress, 0.65, 1.0, best.train)
     test = scene.data.mask("test")
     trials = [t for t in trials if np.isfinite(t.fit.simulated[test]).all()]
@@ -180,7 +184,7 @@ def _selection(ranked: Sequence[Screened], keep: int) -> list[Screened]:
     return chosen
 
 
-def _rivals(
+def rivals_of(
     best: Candidate, ranked: Sequence[Screened], done: set[tuple[str, str]], more: int
 ) -> list[Screened]:
     """Return what is known to be confused with the best, and the same effect elsewhere."""

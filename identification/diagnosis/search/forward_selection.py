@@ -18,7 +18,6 @@ from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.decision import CURVES, alike_kinds, decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore, bench_of, kind_scores
-from identification.diagnosis.evidence.leave_out import foreseen
 from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.localisation.blind_relations import BlindRelation, blind_relations
 from identification.diagnosis.localisation.places_without_name import located
@@ -36,6 +35,7 @@ from identification.diagnosis.search.candidates import (
     finished,
     fitted,
     not_worse,
+    rivals_of,
     search,
     trial_of,
 )
@@ -303,7 +303,7 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
             options = replace(options, keep=2 * options.keep)
     evidence = Evidence(
         plain, (), tuple(kinds), before, base.fit.chi2("test"), base.fit.chi2("train"),
-        task.classes, named=named, foreseen=foreseen(base.fit),
+        task.classes, named=named,
     )  # fmt: skip
     # without a pattern there is nothing to explain, and noise is not searched
     if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):
@@ -340,6 +340,14 @@ def _step(base: Base, task: _Search, number: int, named: tuple[str, ...] = ()) -
         first += by_merit(trials, ranked, first, limits)[: options.more]
     if first and (best is not None or further):
         evidence = with_laws(seen, base.template, first)
+        now = evidence.laws[0].trial if evidence.laws else best
+        if further and now is not None and now is not best:
+            # what was found late is held against its rivals and the forms along its own course
+            tried = {(s.trial.effect, s.element) for s in evidence.laws}
+            evidence = with_laws(seen, base.template, rivals_of(now, ranked, tried, options.more))
+            best = evidence.laws[0].trial
+            kinds = _merged(evidence.kinds, done.kinds(base.fit, best.fit, where or None))
+            evidence = replace(evidence, kinds=tuple(kinds))
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         there = done.there(base, where)
@@ -380,7 +388,7 @@ def by_merit(
     left = [
         s for s in ranked
         if (s.effect.name, s.element.name) not in done and s.effect.name != UNNAMED.name
-        and s.hint is not None and s.z > limits.z
+        and s.hint is not None and s.z > limits.z and not s.effect.costly
     ]  # fmt: skip
     return sorted(left, key=lambda s: -s.z)
 

@@ -8,13 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bondgraph.signals.split import Split, interleaved
+from bondgraph.signals.split import interleaved
 from identification.diagnosis.evidence.leave_out import (
     BLOCKS,
     HEAVY,
     LeftOut,
     Rows,
-    foreseen,
     left_out,
     rows_of,
     stretch_sums,
@@ -156,48 +155,3 @@ def test_left_out_is_what_a_refit_without_the_stretch_predicts() -> None:
     foretold = out.residual[at] - out.fitted[at]
     assert np.linalg.norm(foretold) > 0.01
     assert np.linalg.norm(moved - foretold) < 0.1 * np.linalg.norm(foretold)
-
-
-def barely_trained(truth: float = 0.0) -> Fit:
-    """Fitted to the first twelfth of the record; the rest is held out."""
-    made = small()
-    data = made.problem.data
-    first = data.n // 12
-    split = Split(slice(0, first), slice(first, data.n), "the first twelfth")
-    readings = data.readings.copy()
-    readings[first:] += truth * data.floor * np.sin(np.arange(data.n - first) / 5.0)[:, None]
-    few = replace(data, split=split, readings=readings)
-    return fit(replace(made.problem, data=few), max_iterations=20)
-
-
-def test_held_out_errors_are_weighed_by_what_training_leaves_undetermined() -> None:
-    made = barely_trained()
-    data = made.problem.data
-    swapped = replace(data.split, train=slice(0, data.n), test=())
-    e = evaluate(replace(made.problem, data=replace(data, split=swapped)), made.point)
-    rows = rows_of(replace(made.problem, data=replace(data, split=swapped)))
-    test = data.mask("test")[rows.sample]
-    states = np.hstack([matrix for _, matrix in e.local])
-    j = np.hstack([e.jacobian, states])
-    j = j[:, np.linalg.norm(j, axis=0) > 0]
-    j /= np.linalg.norm(j, axis=0)
-    # a weak prior on every unknown instead of the problem's own ones
-    a = j[~test].T @ j[~test] + 1e-9 * np.eye(j.shape[1])
-    s = np.eye(test.sum()) + j[test] @ np.linalg.solve(a, j[test].T)
-    direct = e.residual[test] @ np.linalg.solve(s, e.residual[test]) / test.sum()
-    assert foreseen(made) == pytest.approx(direct, rel=0.02)
-    assert made.chi2("test") > 2.0
-    assert foreseen(made) == pytest.approx(1.0, abs=0.15)
-
-
-def test_what_no_number_of_the_law_could_mend_stays_unforeseen() -> None:
-    made = barely_trained(truth=3.0)
-    assert foreseen(made) > 3.0
-
-
-def test_where_training_determines_everything_nothing_is_spared() -> None:
-    made = small()
-    assert foreseen(made) == pytest.approx(made.chi2("test"), rel=0.02)
-    assert foreseen(made) <= made.chi2("test")
-    windows = fit(replace(made.problem, window=100), max_iterations=4)
-    assert foreseen(windows) == windows.chi2("test")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph import R
-from identification.diagnosis.catalogue import UNNAMED, by_name
+from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, by_name
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
@@ -24,6 +24,7 @@ from identification.diagnosis.search.forward_selection import (
 from tests.identification.diagnosis.spring import spring
 
 SPRING = spring()
+COSTLY = next(e.name for e in CATALOGUE if e.costly)
 
 
 def screened(*labels: str) -> list[Screened]:
@@ -113,8 +114,9 @@ def test_it_goes_on_with_what_the_screening_is_surest_of() -> None:
     ranked = [
         replace(s, z=z, hint=nothing) for s, z in zip(screened(*sure), sure.values(), strict=True)
     ]
-    free, plain = screened("unknown@k", "coulomb_friction@d")  # one has no name, one no hint
-    ranked += [replace(free, z=20.0, hint=nothing), replace(plain, z=20.0)]
+    # one has no name, one no hint, and one takes too long
+    free, plain, long = screened("unknown@k", "coulomb_friction@d", f"{COSTLY}@d")
+    ranked += [replace(s, z=20.0, hint=nothing) for s in (free, long)] + [replace(plain, z=20.0)]
     tried: Any = [SimpleNamespace(effect="quadratic_drag", element="d")]
     found = by_merit(tried, ranked, ranked[:0], Thresholds())
     assert [s.effect.name for s in found] == ["end_stop", "creep"]

@@ -128,7 +128,6 @@ def stored(e: Evidence) -> dict[str, Any]:
         "elements": elements,
         "located": list(e.located),
         "along": e.along,
-        "foreseen": _seen(e.foreseen),
     }
 
 
@@ -162,7 +161,7 @@ def _law(s: Scored) -> dict[str, Any]:
         "home": s.trial.home, "itself": s.trial.itself, "family": made.family, "kind": made.kind,
         "simpler": list(made.simpler), "train": _number(s.trial.train),
         "test": _number(s.trial.test), "left": _left(s.left),
-        "foreseen": _seen(vars(s.trial).get("foreseen")),  # where the decision asked for it
+        "added": _seen(vars(s.trial).get("added")),  # where the decision asked for it
     }  # fmt: skip
 
 
@@ -189,7 +188,6 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
         content["trained"], classes, tuple(content["named"]),
         tuple((effect, place) for effect, place in content.get("untried", ())),
         tuple(content.get("located", ())), content.get("along", False),
-        _known(content.get("foreseen")),
     )  # fmt: skip
 
 
@@ -205,6 +203,6 @@ def _scored(law: Mapping[str, Any], score: Any) -> Scored:
     trial: Any = SimpleNamespace(
         insertion=insertion, home=law["home"], itself=law.get("itself", True),
         train=law["train"], test=law["test"], label=law["label"], effect=law["effect"],
-        element=law["element"], fit=None, foreseen=_known(law.get("foreseen")),
+        element=law["element"], fit=None, added=_known(law.get("added")),
     )  # fmt: skip
     return Scored(trial, score, Remaining(*law["left"]))
