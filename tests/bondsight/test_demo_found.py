@@ -1,4 +1,4 @@
-"""A demo whose concealed delay bends the model so far that the screening puts it in twelfth place."""
+"""A demo whose delay bends the model so far that the screening puts it in twelfth place."""
 
 from __future__ import annotations
 
