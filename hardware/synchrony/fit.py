@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.support.descent import Damping, Trial, descend
 from bondgraph.support.errors import UnusableInput
 from hardware.synchrony.held import Shape
 from hardware.synchrony.time_map import TimeMap
@@ -107,6 +108,11 @@ class FittedTimeMap:
     power: float
 
     @property
+    def cost(self) -> float:
+        """What is lowered."""
+        return self.power
+
+    @property
     def rms(self) -> float:
         """Of what is left."""
         return float(np.sqrt(np.mean(self.rest**2)))
@@ -142,32 +148,28 @@ def fit(
         raise UnusableInput(
             f"clock: {material.time.size} usable samples are too few; record longer"
         )
-    least = LEAST_LAG * material.held.step
-    best = _projected(material, start, noise)
-    damping = 1e-6
-    for _ in range(steps):
-        h, gradient = _normal(material, best, noise)
+    least, longest = LEAST_LAG * material.held.step, most * material.held.step
+
+    def steps_from(at: FittedTimeMap) -> Trial[FittedTimeMap]:
+        h, gradient = _normal(material, at, noise)
         scale = np.diag(h)
-        for _ in range(12):
+
+        def trial(damping: float, number: int) -> FittedTimeMap:
             damped = h + np.diag(damping * scale + 1e-300)
             move = np.asarray(np.linalg.lstsq(damped, gradient, rcond=1e-14)[0], float)
-            far = _farthest(material, best.guess.map, move)
-            if far > most * material.held.step:
-                move = move * (most * material.held.step / far)
-            new = _projected(
-                material, best.guess.moved(material.free, np.asarray(move), least), noise
-            )
-            if new.power < best.power:
-                damping = max(damping / 10.0, 1e-9)
-                break
-            damping *= 10.0
-        else:
-            return best
-        gain = 1.0 - new.power / best.power
-        best = new
-        if gain < LEAST_GAIN:
-            return best
-    return best
+            far = _farthest(material, at.guess.map, move)
+            move = move * (longest / far) if far > longest else move
+            return _projected(material, at.guess.moved(material.free, move, least), noise)
+
+        return trial
+
+    return descend(
+        _projected(material, start, noise), steps_from, DAMPING, steps,
+        lambda before, at: 1.0 - at.power / before.power < LEAST_GAIN,
+    ).at  # fmt: skip
+
+
+DAMPING = Damping(start=1e-6, less=10.0, more=10.0, tries=12)
 
 
 def _farthest(material: AlignmentData, now: TimeMap, move: Array) -> float:

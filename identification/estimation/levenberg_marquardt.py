@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from bondgraph.support.descent import Damping, Ended, Trial, descend
 from identification.study.joint import JointPoint, JointProblem, NormalEquations, refine_states
 from identification.study.residual import ResidualEvaluation
 
@@ -71,62 +72,74 @@ def minimise(
     `keep_on_interrupt` a KeyboardInterrupt ends the descent with the best point so far.
     """
     lower, upper = stack.bounds
-    point = replace(start, theta=np.clip(start.theta, lower, upper))
-    now = stack.evaluate(point)
-    cost = stack.cost(now, point)
-    if not np.isfinite(cost):
-        return Descent(point, now, FitStatus.BROKEN, np.inf, (np.inf,))
-    trace, count = [cost], stack.count(now)
-    damping, status = 1e-3, FitStatus.ITERATIONS
+    begun = _at(stack, replace(start, theta=np.clip(start.theta, lower, upper)))
+    if not np.isfinite(begun.cost):
+        return Descent(begun.point, begun.evaluations, FitStatus.BROKEN, np.inf, (np.inf,))
+    best, trace = begun, [begun.cost]
+
+    def taken(at: _Stand) -> None:
+        nonlocal best
+        best = at
+        trace.append(at.cost)
+        if report is not None:
+            report(len(trace) - 1, at.cost)
+
+    def arrived(before: _Stand, at: _Stand) -> bool:
+        gain = (before.cost - at.cost) / max(before.cost, 1e-300)
+        moved = float(np.abs(at.point.theta - before.point.theta).max(initial=0.0))
+        return gain < tolerance or (gain < 100 * tolerance and moved < 1e-4)
+
     try:
-        for _ in range(max_iterations):
-            system = stack.normal(now, point)
-            first, settled = True, False
-            while True:
-                trial = stack.step(system, point, damping)
-                if not np.isfinite(trial.theta).all():  # derivatives too large to compute with
-                    damping = np.inf
-                    break
-                after = stack.evaluate(trial, derivatives=first)
-                trial_cost = stack.cost(after, trial)
-                if np.isfinite(trial_cost) and trial_cost <= cost:
-                    if first:
-                        break
-                    after = stack.evaluate(trial)
-                    trial_cost = stack.cost(after, trial)
-                    if trial_cost <= cost:
-                        break
-                if first and _promised(stack, system, point) < tolerance * cost * count:
-                    damping, settled = np.inf, True  # what a step could gain is rounding
-                    break
-                # a step that must be shortened is likely to be shortened again
-                first = False
-                damping *= 8.0
-                if damping > 1e9:
-                    break
-            if damping > 1e9:
-                freed = _unstick(stack, point, cost)
-                if freed is None:
-                    status = FitStatus.CONVERGED if settled else FitStatus.NO_PROGRESS
-                    break
-                (point, now, cost), damping = freed, 1e-2
-                trace.append(cost)
-                continue
-            gain = (cost - trial_cost) / max(cost, 1e-300)
-            moved = float(np.abs(trial.theta - point.theta).max(initial=0.0))
-            point, now, cost = trial, after, trial_cost
-            trace.append(cost)
-            damping = max(damping / 6.0, 1e-9)
-            if report is not None:
-                report(len(trace) - 1, cost)
-            if gain < tolerance or (gain < 100 * tolerance and moved < 1e-4):
-                status = FitStatus.CONVERGED
-                break
+        made = descend(
+            begun, lambda at: _steps(stack, at, tolerance), DAMPING, max_iterations, arrived,
+            rescue=lambda at: _unstick(stack, at), taken=taken,
+        )  # fmt: skip
+        status = STATUS[made.ended]
     except KeyboardInterrupt:
         if not keep_on_interrupt:
             raise
         status = FitStatus.CANCELLED
-    return Descent(point, now, status, cost, tuple(trace))
+    return Descent(best.point, best.evaluations, status, best.cost, tuple(trace))
+
+
+DAMPING = Damping(start=1e-3, less=6.0, more=8.0)
+STATUS = {
+    Ended.ARRIVED: FitStatus.CONVERGED, Ended.STUCK: FitStatus.NO_PROGRESS,
+    Ended.LIMIT: FitStatus.ITERATIONS,
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stand:
+    """A point, the simulations there, with derivatives, and the cost."""
+
+    point: JointPoint
+    evaluations: tuple[ResidualEvaluation, ...]
+    cost: float
+
+
+def _at(stack: JointProblem, point: JointPoint, *, derivatives: bool = True) -> _Stand:
+    made = stack.evaluate(point, derivatives=derivatives)
+    return _Stand(point, made, stack.cost(made, point))
+
+
+def _steps(stack: JointProblem, at: _Stand, tolerance: float) -> Trial[_Stand]:
+    """Linearise at a point; what makes the damped steps from there."""
+    system = stack.normal(at.evaluations, at.point)
+
+    def trial(damping: float, number: int) -> _Stand | Ended | None:
+        if number == 1:
+            least = tolerance * at.cost * stack.count(at.evaluations)
+            if _promised(stack, system, at.point) < least:
+                return Ended.ARRIVED  # what a step could gain is rounding
+        point = stack.step(system, at.point, damping)
+        if not np.isfinite(point.theta).all():  # derivatives too large to compute with
+            return Ended.STUCK
+        # a step that must be shortened is likely to be shortened again
+        made = _at(stack, point, derivatives=number == 0)
+        return made if number == 0 or not made.cost <= at.cost else _at(stack, point)
+
+    return trial
 
 
 def _promised(stack: JointProblem, system: NormalEquations, point: JointPoint) -> float:
@@ -136,17 +149,13 @@ def _promised(stack: JointProblem, system: NormalEquations, point: JointPoint) -
     return float(system.right @ system.right - after @ after)
 
 
-def _unstick(
-    stack: JointProblem, point: JointPoint, cost: float
-) -> tuple[JointPoint, tuple[ResidualEvaluation, ...], float] | None:
+def _unstick(stack: JointProblem, at: _Stand) -> _Stand | None:
     """Move the windows' states on their own when no joint step lowers the misfit."""
     if all(p.window is None for p in stack.problems):
         return None
     states = tuple(
-        refine_states(p, stack.local(point, r), passes=4).states
+        refine_states(p, stack.local(at.point, r), passes=4).states
         for r, p in enumerate(stack.problems)
     )
-    moved = JointPoint(point.theta, states)
-    after = stack.evaluate(moved)
-    new = stack.cost(after, moved)
-    return (moved, after, new) if new < cost * (1 - 1e-3) else None
+    moved = _at(stack, JointPoint(at.point.theta, states))
+    return moved if moved.cost < at.cost * (1 - 1e-3) else None

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.levenberg_marquardt import FitStatus
+from bondgraph.support.descent import Damping, Ended, Trial, descend
+from identification.estimation.levenberg_marquardt import STATUS, FitStatus
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, evaluate
 from identification.estimation.prediction.model import PredictionModel
 
@@ -69,26 +70,35 @@ def maximise(
         Called with the iteration and the log-likelihood.
     """
     lower, upper = model.bounds()
-    theta = np.clip(start, lower, upper)
-    now, before = evaluate(model, theta), prior(model, theta)
-    if not np.isfinite(now.log_likelihood):
-        return Maximum(theta, now, FitStatus.BROKEN, 0)
-    at, zeroed = _Stand(theta, now, before, 1e-3), False
-    for iteration in range(1, max_iterations + 1):
-        try:
-            after, ended = _climb(model, at, lower, upper)
-            if ended is FitStatus.CONVERGED and not zeroed:
-                zeroed = True
-                after = _without(model, at, lower)
-                ended = None if after is not at else ended
-            at = after
-            if ended is not None:
-                return Maximum(at.theta, at.now, ended, iteration)
-            if progress is not None:
-                progress(iteration, at.now.log_likelihood)
-        except KeyboardInterrupt:
-            return Maximum(at.theta, at.now, FitStatus.CANCELLED, iteration)
-    return Maximum(at.theta, at.now, FitStatus.ITERATIONS, max_iterations)
+    best = _at(model, np.clip(start, lower, upper))
+    if not np.isfinite(best.now.log_likelihood):
+        return Maximum(best.theta, best.now, FitStatus.BROKEN, 0)
+    count, zeroed = 0, False
+
+    def taken(at: _Stand) -> None:
+        nonlocal best, count
+        best, count = at, count + 1
+        if progress is not None:
+            progress(count, at.now.log_likelihood)
+
+    def without(at: _Stand) -> _Stand | None:
+        nonlocal zeroed
+        made = at if zeroed else _without(model, at, lower)
+        zeroed = True
+        return None if made is at else made
+
+    try:
+        made = descend(
+            best, lambda at: _steps(model, at, lower, upper), DAMPING, max_iterations,
+            lambda before, at: False, rescue=without, taken=taken,
+        )  # fmt: skip
+        status = STATUS[made.ended]
+    except KeyboardInterrupt:
+        status = FitStatus.CANCELLED
+    return Maximum(best.theta, best.now, status, count)
+
+
+DAMPING = Damping(start=1e-3, less=10.0, more=8.0, least=1e-8, tries=12, rescued=1e-3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,34 +108,33 @@ class _Stand:
     theta: Array
     now: LikelihoodEvaluation
     prior: GaussianRows
-    damping: float
 
     @property
-    def value(self) -> float:
-        """Logarithm of the posterior."""
-        return self.now.log_likelihood + self.prior.log
+    def cost(self) -> float:
+        """Minus the logarithm of the posterior."""
+        return -(self.now.log_likelihood + self.prior.log)
 
 
-def _climb(
-    model: PredictionModel, at: _Stand, lower: Array, upper: Array
-) -> tuple[_Stand, FitStatus | None]:
-    """One accepted step, or how the climb ends."""
-    damping = at.damping
-    for _ in range(12):
-        step, expected = _step(model, replace(at, damping=damping), lower, upper)
+def _at(model: PredictionModel, theta: Array) -> _Stand:
+    return _Stand(theta, evaluate(model, theta), prior(model, theta))
+
+
+def _steps(model: PredictionModel, at: _Stand, lower: Array, upper: Array) -> Trial[_Stand]:
+    """Return what makes the damped steps from a point."""
+
+    def trial(damping: float, number: int) -> _Stand | Ended | None:
+        step, expected = _step(model, at, damping, lower, upper)
         if abs(expected) < ENOUGH:
-            return at, FitStatus.CONVERGED
-        if expected > 0:  # rounding may spoil the step where a free run has run away
-            theta = at.theta + step
-            made = _Stand(theta, evaluate(model, theta), prior(model, theta), damping)
-            if np.isfinite(made.value) and made.value >= at.value:
-                good = made.value - at.value > 0.5 * expected
-                return replace(made, damping=max(damping / 10.0, 1e-8) if good else damping), None
-        damping = max(8.0 * damping, 1e-3)
-    return at, FitStatus.NO_PROGRESS
+            return Ended.ARRIVED
+        # rounding may spoil the step where a free run has run away
+        return _at(model, at.theta + step) if expected > 0 else None
+
+    return trial
 
 
-def _step(model: PredictionModel, at: _Stand, lower: Array, upper: Array) -> tuple[Array, float]:
+def _step(
+    model: PredictionModel, at: _Stand, damping: float, lower: Array, upper: Array
+) -> tuple[Array, float]:
     """Damped step within bounds and the gain that the quadratic model expects of it."""
     from scipy.optimize import lsq_linear
 
@@ -140,7 +149,7 @@ def _step(model: PredictionModel, at: _Stand, lower: Array, upper: Array) -> tup
         return step, 0.0
     unit = 1.0 / size[alive]
     h = information[np.ix_(alive, alive)] * np.outer(unit, unit)
-    h = h + (at.damping + 1e-12) * np.eye(h.shape[0])
+    h = h + (damping + 1e-12) * np.eye(h.shape[0])
     values, vectors = np.linalg.eigh(h)
     root = np.sqrt(np.maximum(values, 1e-12))
     a = root[:, None] * vectors.T
@@ -172,7 +181,7 @@ def _without(model: PredictionModel, at: _Stand, lower: Array) -> _Stand:
             continue
         trial = at.theta.copy()
         trial[i] = lower[i]
-        made = _Stand(trial, evaluate(model, trial), prior(model, trial), 1e-3)
-        if made.value >= at.value - 1e-2:
+        made = _at(model, trial)
+        if made.cost <= at.cost + 1e-2:
             at = made
     return at

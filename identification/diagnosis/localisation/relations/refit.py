@@ -8,7 +8,7 @@ taken by differences, that of the residual is exact.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from bondgraph.signals.fractional_delay import delayed_values
 from bondgraph.support.arrays import Array
+from bondgraph.support.descent import Damping, Ended, Trial, descend
 from bondgraph.support.tall import triangle
 from identification.diagnosis.localisation.relations.whitening import Blind
 from identification.estimation.single_record import Fit
@@ -34,7 +35,6 @@ from identification.study.residual import (
 
 DIFFERENCE = 1e-4
 LATE = 1e-3
-TRIES = 5
 SETTLED = 60
 """Samples after which a start costs no more degrees of freedom."""
 ENOUGH = 1e-3
@@ -247,40 +247,57 @@ def blind_refit(
         Where to begin; the nominal fit if not given.
     """
     nominal = seen.fit.point.theta
-    blind = seen.filter_at(nominal)
-    first = seen.rest(start, nominal, blind)
-    before = float(first @ first) / seen.count(blind)
-    if theta is None:
-        theta, e, cost = nominal, start, float(first @ first)
-    else:
-        e, blind = seen.at(theta), seen.filter_at(theta)
-        cost = float(np.sum(seen.rest(e, theta, blind) ** 2))
-    damping, moving = 1e-4, True
-    for _ in range(steps):
-        upper = seen.triangle(e, theta, blind)
-        moving = False
-        for number in range(TRIES):
-            trial = _stepped(seen, theta, upper, damping)
-            # a step that had to be shortened may have to be again
-            there = seen.at(trial, derivatives=number == 0)
-            if np.isfinite(there.residual).all() and np.isfinite(there.jacobian).all():
-                try:
-                    filtered = seen.filter_at(trial)
-                    reached = float(np.sum(seen.rest(there, trial, filtered) ** 2))
-                except np.linalg.LinAlgError:
-                    reached = np.inf
-                if reached < cost:
-                    there = there if number == 0 else seen.at(trial)
-                    if np.isfinite(there.jacobian).all():
-                        moving = cost - reached > ENOUGH * cost
-                        theta, e, blind, cost = trial, there, filtered, reached
-                        damping = max(0.1 * damping, 1e-9)
-                        break
-            damping = min(30.0 * damping, 1e3)
-        if not moving:
-            break
-    count = seen.count(blind)
-    return Refitted(before, cost / count, seen.held_out(theta, blind), count, theta, moving)
+    first = _at(seen, nominal, seen.filter_at(nominal), start)
+    before = first.cost / seen.count(first.blind)
+    if theta is not None:
+        first = _at(seen, theta, seen.filter_at(theta), seen.at(theta))
+    made = descend(
+        first, lambda at: _steps(seen, at), DAMPING, steps,
+        lambda old, new: not old.cost - new.cost > ENOUGH * old.cost,
+    )  # fmt: skip
+    at, count = made.at, seen.count(made.at.blind)
+    test = seen.held_out(at.theta, at.blind)
+    return Refitted(before, at.cost / count, test, count, at.theta, made.ended is Ended.LIMIT)
+
+
+DAMPING = Damping(start=1e-4, less=10.0, more=30.0, most=1e3, tries=5)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stand:
+    """Unknowns, the filter and the simulation there, and what the filter sees of the residual."""
+
+    theta: Array
+    blind: Blind
+    evaluation: ResidualEvaluation
+    cost: float
+
+
+def _at(seen: BlindProblem, theta: Array, blind: Blind, e: ResidualEvaluation) -> _Stand:
+    rest = seen.rest(e, theta, blind)
+    return _Stand(theta, blind, e, float(rest @ rest))
+
+
+def _steps(seen: BlindProblem, at: _Stand) -> Trial[_Stand]:
+    """Linearise at a point; what makes the damped steps from there."""
+    triangle = seen.triangle(at.evaluation, at.theta, at.blind)
+
+    def trial(damping: float, number: int) -> _Stand | None:
+        theta = _stepped(seen, at.theta, triangle, damping)
+        # a step that had to be shortened may have to be again
+        e = seen.at(theta, derivatives=number == 0)
+        if not (np.isfinite(e.residual).all() and np.isfinite(e.jacobian).all()):
+            return None
+        try:
+            made = _at(seen, theta, seen.filter_at(theta), e)
+        except np.linalg.LinAlgError:
+            return None
+        if number == 0 or not made.cost <= at.cost:
+            return made
+        e = seen.at(theta)
+        return replace(made, evaluation=e) if np.isfinite(e.jacobian).all() else None
+
+    return trial
 
 
 def _stepped(seen: BlindProblem, theta: Array, triangle: Array, damping: float) -> Array:

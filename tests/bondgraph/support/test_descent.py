@@ -1,0 +1,116 @@
+"""The one loop of damped descents: when a step is taken, shortened, given up, and what ends it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from bondgraph.support.descent import Damping, Ended, Trial, descend
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class At:
+    x: Array
+    cost: float
+
+
+def rosenbrock(x: Array) -> tuple[Array, Array]:
+    return (
+        np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0]]),
+        np.array([[-20.0 * x[0], 10.0], [-1.0, 0.0]]),
+    )
+
+
+def at(x: Array) -> At:
+    r, _ = rosenbrock(x)
+    return At(x, float(r @ r))
+
+
+def steps(here: At) -> Trial[At]:
+    r, j = rosenbrock(here.x)
+
+    def trial(damping: float, number: int) -> At:
+        a = j.T @ j
+        return at(here.x - np.linalg.solve(a + damping * np.diag(np.diag(a)), j.T @ r))
+
+    return trial
+
+
+def never(before: At, after: At) -> bool:
+    return False
+
+
+def small(before: At, after: At) -> bool:
+    return before.cost - after.cost < 1e-12
+
+
+def test_it_descends_a_curved_valley_and_never_rises() -> None:
+    seen = [at(np.array([-1.2, 1.0]))]
+    made = descend(seen[0], steps, Damping(), 200, small, taken=seen.append)
+    assert made.ended is Ended.ARRIVED
+    assert made.at.x == pytest.approx([1.0, 1.0], abs=1e-5)
+    assert made.steps == len(seen) - 1
+    costs = [s.cost for s in seen]
+    assert costs == sorted(costs, reverse=True)
+    assert made.at is seen[-1]
+
+
+def test_a_step_is_shortened_until_it_helps() -> None:
+    asked: list[tuple[float, int]] = []
+
+    def steps_from(here: At) -> Trial[At]:
+        def trial(damping: float, number: int) -> At | None:
+            asked.append((damping, number))
+            if damping < 0.5:
+                return None if number == 0 else At(here.x, np.nan)  # cannot be computed
+            return At(here.x, here.cost / 2.0)
+
+        return trial
+
+    law = Damping(start=0.01, less=4.0, more=10.0)
+    made = descend(At(np.zeros(1), 1.0), steps_from, law, 2, never)
+    assert made.ended is Ended.LIMIT
+    assert made.at.cost == 0.25
+    # 0.01 and 0.1 fail, 1 is taken; the next point begins with a quarter of it
+    assert asked == [(0.01, 0), (0.1, 1), (pytest.approx(1.0), 2), (0.25, 0), (2.5, 1)]
+
+
+@pytest.mark.parametrize("limit", [{"tries": 3}, {"most": 1.0}])
+def test_where_nothing_helps_it_is_stuck_or_rescued_once(limit: dict[str, float]) -> None:
+    tried = 0
+
+    def steps_from(here: At) -> Trial[At]:
+        def trial(damping: float, number: int) -> At:
+            nonlocal tried
+            tried += 1
+            return At(here.x, here.cost + 1.0)
+
+        return trial
+
+    law = Damping(start=1e-2, more=10.0, **limit)  # type: ignore[arg-type]
+    begin = At(np.zeros(1), 1.0)
+    made = descend(begin, steps_from, law, 9, never)
+    assert (made.ended, made.at, made.steps, tried) == (Ended.STUCK, begin, 0, 3)
+    left = [At(np.ones(1), 0.5)]
+    made = descend(
+        begin, steps_from, law, 9, never, rescue=lambda here: left.pop() if left else None
+    )
+    assert (made.ended, made.at.cost, made.steps) == (Ended.STUCK, 0.5, 1)
+
+
+def test_what_says_that_nothing_is_to_be_gained_has_arrived() -> None:
+    made = descend(at(np.ones(2)), lambda here: lambda d, n: Ended.ARRIVED, Damping(), 5, never)
+    assert (made.ended, made.steps) == (Ended.ARRIVED, 0)
+
+
+def test_an_interrupt_passes_and_no_steps_are_none() -> None:
+    def interrupted(here: At) -> Trial[At]:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        descend(at(np.zeros(2)), interrupted, Damping(), 5, never)
+    assert descend(at(np.zeros(2)), steps, Damping(), 0, never).ended is Ended.LIMIT
