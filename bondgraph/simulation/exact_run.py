@@ -85,7 +85,7 @@ def prepare(
     state_directions: bool = False,
 ) -> Prepared:
     """Discretise `compiled` at parameters `p` (SI, shape (n_p,)) for samples `step` (s) apart."""
-    from bondgraph.simulation.first_order_hold import discretise
+    from bondgraph.simulation.first_order_hold import continuous, discretise
 
     wanted = np.asarray(directions, int)
     n_p = wanted.size
@@ -95,8 +95,10 @@ def prepare(
     for column, i in enumerate(wanted):
         dq[law_positions == i, column] = 1.0
 
+    model = continuous(compiled, p, wanted)
+
     def packed(h: float) -> tuple[Array, Array]:
-        d = discretise(compiled, p, h, wanted)
+        d = discretise(model, h)
         return d.packed, np.hstack([d.derivative, np.zeros((d.packed.size, n_d - n_p))])
 
     return Prepared(

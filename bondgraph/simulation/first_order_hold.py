@@ -7,6 +7,7 @@ stiffness, so no step size has to be chosen to survive (Van Loan, IEEE TAC 23 (1
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,8 +54,27 @@ def blocks(compiled: Compiled, block: Array) -> Blocks:
     )
 
 
-def discretise(compiled: Compiled, p: Array, step: float, wanted: Array | None = None) -> Discrete:
-    """Discretise at parameters `p` (SI, shape (n_p,)) and step (s).
+@dataclass(frozen=True, slots=True)
+class Continuous:
+    """The continuous matrices at one parameter vector, and how they change with parameters.
+
+    Attributes
+    ----------
+    parts : Blocks
+    tangents : list of Blocks
+        Derivatives by the wanted parameters.
+    finite : bool
+        Whether all are numbers that can be computed with.
+    """
+
+    compiled: Compiled
+    parts: Blocks
+    tangents: list[Blocks]
+    finite: bool
+
+
+def continuous(compiled: Compiled, p: Array, wanted: Array | None = None) -> Continuous:
+    """Evaluate the matrices at parameters `p` (SI, shape (n_p,)).
 
     Parameters
     ----------
@@ -63,17 +83,22 @@ def discretise(compiled: Compiled, p: Array, step: float, wanted: Array | None =
     """
     wanted = np.arange(0) if wanted is None else wanted
     block = np.asarray(compiled.matrices(p).full(), float)
-    parts = blocks(compiled, block)
+    jac = np.zeros((block.size, 0))
     if wanted.size:
         jac = np.asarray(compiled.matrices_jacobian(p).full(), float)[:, wanted]
-    else:
-        jac = np.zeros((block.size, 0))
-    if not np.isfinite(block).all() or not np.isfinite(jac).all():
+    finite = bool(np.isfinite(block).all() and np.isfinite(jac).all())
+    columns = (jac[:, i].reshape(block.shape, order="F") for i in range(wanted.size))
+    tangents = [blocks(compiled, column) for column in columns]
+    return Continuous(compiled, blocks(compiled, block), tangents, finite)
+
+
+def discretise(model: Continuous, step: float) -> Discrete:
+    """Discretise for a step (s)."""
+    compiled, parts, tangents = model.compiled, model.parts, model.tangents
+    if not model.finite:
         # values too large to compute with: the run is no number, and whoever fits steps back
         size = sum(rows * columns for rows, columns in layout(compiled, 0).pieces) + 1
-        return Discrete(np.full(size, np.nan), np.full((size, wanted.size), np.nan))
-    shape = block.shape
-    tangents = [blocks(compiled, jac[:, i].reshape(shape, order="F")) for i in range(wanted.size)]
+        return Discrete(np.full(size, np.nan), np.full((size, len(tangents)), np.nan))
     held, dheld = _hold(parts, tangents, step)
     held = _at_the_end(compiled, held)
     dheld = [_at_the_end(compiled, t) for t in dheld]
@@ -89,8 +114,6 @@ Held = tuple[Array, Array, Array]
 
 
 def _hold(parts: Blocks, tangents: list[Blocks], h: float) -> tuple[Held, list[Held]]:
-    from scipy.linalg import expm, expm_frechet
-
     n, m = parts.a.shape[0], parts.b.shape[1]
     zero = [np.zeros_like(parts.a), np.zeros((n, m)), np.zeros((n, m))]
     if h == 0.0:
@@ -118,18 +141,38 @@ def _hold(parts: Blocks, tangents: list[Blocks], h: float) -> tuple[Held, list[H
         late = e[:n, n + m :] * scale[:, None] * column[None, :]
         return phi, whole - late, late
 
-    held = read(expm(z))
+    # linear in their direction: unit directions keep the squaring phase in range
+    moved = [augmented(t.a, t.b) for t in tangents]
+    sizes = [float(np.abs(e).max()) for e in moved]
+    units = [e / size for e, size in zip(moved, sizes, strict=True) if size > 0.0]
+    whole, along = _exponential(z, units)
+    steps = iter(along)
+    found: list[Held] = []
+    for size in sizes:
+        phi, early, late = read(next(steps)) if size > 0.0 else zero
+        found.append((phi * size, early * size, late * size))
+    return read(whole), found
 
-    def derivative(t: Blocks) -> Held:
-        e = augmented(t.a, t.b)
-        size = float(np.abs(e).max())
-        if size == 0.0:
-            return zero[0], zero[1], zero[2]
-        # linear in its direction: a unit direction keeps the squaring phase in range
-        phi, early, late = read(expm_frechet(z, e / size, compute_expm=False))
-        return phi * size, early * size, late * size
 
-    return held, [derivative(t) for t in tangents]
+SMALL = 24
+"""Rows up to which the exponential of a matrix of twice the size is the faster derivative."""
+
+
+def _exponential(z: Array, directions: list[Array]) -> tuple[Array, Iterator[Array]]:
+    """Return ``exp(z)`` and its derivatives in some directions.
+
+    ``exp([[z, e], [0, z]])`` holds both (Mathias, SIAM J. Matrix Anal. Appl. 17 (1996) 610).
+    """
+    from scipy.linalg import expm, expm_frechet
+
+    n = z.shape[0]
+    if n > SMALL or not directions:
+        return expm(z), (expm_frechet(z, e, compute_expm=False) for e in directions)
+    both = np.zeros((len(directions), 2 * n, 2 * n))
+    both[:, :n, :n] = both[:, n:, n:] = z
+    both[:, :n, n:] = directions
+    made = expm(both)
+    return made[0, :n, :n], iter(made[:, :n, n:])
 
 
 def _at_the_end(compiled: Compiled, held: Held) -> Held:

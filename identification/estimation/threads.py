@@ -2,22 +2,35 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import wraps
-from typing import ParamSpec, TypeVar
+from contextlib import AbstractContextManager, contextmanager
+from functools import lru_cache, wraps
+from typing import Any, ParamSpec, TypeVar
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
+def one_thread() -> AbstractContextManager[Any]:
+    """Hold the libraries that are loaded to one thread."""
+    held: AbstractContextManager[Any] = _libraries(len(sys.modules)).limit(limits=1)
+    return held
+
+
+@lru_cache(maxsize=1)
+def _libraries(modules: int) -> ThreadpoolController:
+    """Look for libraries, again only after an import: the look takes as long as a small fit."""
+    return ThreadpoolController()
+
+
 @contextmanager
 def calm() -> Iterator[None]:
     """One thread, and no overflow warnings from absurd trial steps."""
-    with warnings.catch_warnings(), threadpool_limits(1):
+    with warnings.catch_warnings(), one_thread():
         warnings.simplefilter("ignore", RuntimeWarning)
         yield
 
@@ -27,7 +40,7 @@ def single_threaded(function: Callable[P, T]) -> Callable[P, T]:
 
     @wraps(function)
     def held(*args: P.args, **kwargs: P.kwargs) -> T:
-        with threadpool_limits(1):
+        with one_thread():
             return function(*args, **kwargs)
 
     return held

@@ -160,10 +160,14 @@ class ExactEngine(Engine):
         """Run the compiled step."""
         return run_prepared(ready, u, x0, fine=fine, every_substep=every_substep, memory=memory)
 
+    @cached_property
+    def _observed(self) -> Compiled:
+        """The model with every state among its readings."""
+        return Compiled(self.compiled.space, self.state_names)
+
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
         """Spread of the states, observed in a simulation."""
-        seen = Compiled(self.compiled.space, self.state_names)
-        ready = prepare(seen, p, step, n_sub)
+        ready = prepare(self._observed, p, step, n_sub)
         run = run_prepared(ready, u, x0, hold)
         moved = run.y[:, self.compiled.n_y :]
         return np.asarray(np.where(np.isfinite(moved), moved, 0.0).std(axis=0))

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.simulation.first_order_hold import blocks, discretise
+from bondgraph.simulation.first_order_hold import continuous, discretise
 from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import ComplexArray
 from identification.estimation.methods.periodic_lines import Lines
@@ -128,21 +128,19 @@ def _systems(problem: Problem, p: Array, wanted: Sequence[int]) -> tuple[_System
     assert isinstance(engine, ExactEngine)
     compiled = engine.compiled
     n_y = len(problem.data.names)
-    found = discretise(compiled, p, problem.data.dt, np.asarray(wanted, int))
+    model = continuous(compiled, p, np.asarray(wanted, int))
+    found = discretise(model, problem.data.dt)
     sampled = [_cut(compiled, v, n_y) for v in (found.packed, *found.derivative.T)]
     if problem.data.hold == "linear":
         return sampled[0], sampled[1:]
     if problem.data.hold == "hold":
         held = [_System(s.a, s.early + s.late, 0.0 * s.late, s.c, s.d, s.phi) for s in sampled]
         return held[0], held[1:]
-    block = np.asarray(compiled.matrices(p).full(), float)
-    slopes = np.asarray(compiled.matrices_jacobian(p).full(), float)[:, list(wanted)]
-    continuous = []
-    for s, v in zip(sampled, (block.ravel(order="F"), *slopes.T), strict=True):
-        parts = blocks(compiled, v.reshape(block.shape, order="F"))
-        continuous.append(_System(parts.a, parts.b, 0.0 * parts.b, parts.cy[:n_y],
-                                  parts.dy[:n_y], s.phi))  # fmt: skip
-    return continuous[0], continuous[1:]
+    smooth = [
+        _System(v.a, v.b, 0.0 * v.b, v.cy[:n_y], v.dy[:n_y], s.phi)
+        for s, v in zip(sampled, (model.parts, *model.tangents), strict=True)
+    ]
+    return smooth[0], smooth[1:]
 
 
 def _cut(compiled: Compiled, packed: Array, n_y: int) -> _System:

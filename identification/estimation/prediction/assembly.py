@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.simulation.first_order_hold import blocks, discretise
+from bondgraph.simulation.first_order_hold import blocks, continuous, discretise
 from bondgraph.simulation.lure import law_slices
 from bondgraph.support.arrays import Array
 from identification.estimation.prediction.diffusion import added_covariance
@@ -85,11 +85,12 @@ def _matrices(
     m: Array, dm: Array,
 ) -> None:  # fmt: skip
     factor = _factors(model, at)
-    made = discretise(model.compiled, p, h, wanted)
+    matrices = continuous(model.compiled, p, wanted)
+    made = discretise(matrices, h)
     m[at.packed] = made.packed * factor
     dm[at.packed, : wanted.size] = made.derivative * factor[:, None] * slopes[: wanted.size]
     if at.lay.n_w:
-        now = made if h == 0.0 else discretise(model.compiled, p, 0.0, wanted)
+        now = made if h == 0.0 else discretise(matrices, 0.0)
         start = sum(r * c for r, c in at.lay.pieces[:5])
         gain = slice(start, start + at.lay.n_w**2)
         m[at.direct] = now.packed[gain]
