@@ -100,14 +100,28 @@ def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def admit_noise(name: str, levels: float | Sequence[float], count: int) -> None:
-    """Refuse noise levels that are none, or not one for each recording."""
-    several = (levels,) if isinstance(levels, int | float) else tuple(levels)
-    if not isinstance(levels, int | float) and len(several) != count:
+def admit_noise(name: str, levels: float | Sequence[float], sizes: Sequence[int]) -> None:
+    """Refuse noise levels that are none, or not one for each recording.
+
+    Parameters
+    ----------
+    sizes : sequence of int
+        Samples of each recording, those to judge included.
+    """
+    try:
+        found = np.asarray(levels, float)
+    except (TypeError, ValueError):
+        raise UnusableInput(f"noise of {name} = {levels!r}: give a deviation, SI") from None
+    if found.ndim and found.size in sizes and found.size != len(sizes):
         raise UnusableInput(
-            f"noise of {name}: {len(several)} deviations for {count} recordings (those to judge "
-            "included); give one, or one each"
+            f"noise of {name}: a deviation for every sample ({found.size}); give one, SI, that "
+            "holds throughout, or cut the recording where the noise changes"
         )
-    for level in several:
+    if found.ndim and found.size != len(sizes):
+        raise UnusableInput(
+            f"noise of {name}: {found.size} deviations for {len(sizes)} recordings (those to "
+            "judge included); give one, or one each"
+        )
+    for level in found.ravel():
         if not 0 < level < np.inf:
             raise UnusableInput(f"noise of {name} = {level}: give a positive deviation, SI")

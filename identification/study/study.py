@@ -207,7 +207,7 @@ class Study:
             for name, levels in self.noise.items():
                 if name not in sensors:
                     raise unknown_name("sensor", name, self.graph.name, sensors)
-                admit_noise(name, levels, len(self.records))
+                admit_noise(name, levels, [r.n for r in self.records])
         sources = [s.name for s in self.graph.of_type(Source)]
         for name in self.silent:
             if name not in sources:
@@ -458,7 +458,8 @@ def _rebuilt(declared: Mapping[str, object]) -> Study:
 
 
 def _nth(levels: float | Sequence[float], i: int) -> float:
-    return float(levels) if isinstance(levels, int | float) else float(levels[i])
+    found = np.asarray(levels, float)
+    return float(found[i] if found.ndim else found)
 
 
 def _default_split(graph: BondGraph, recording: Recording) -> Split:

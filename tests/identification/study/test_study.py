@@ -51,6 +51,10 @@ def test_unknown_state_is_an_error() -> None:
     ("options", "words"),
     [
         ({"free": "m"}, "give a sequence of names"),
+        ({"noise": {"x": np.full(60, np.nan)}}, r"a deviation for every sample \(60\)"),
+        ({"noise": {"x": (1.0, 2.0)}}, "2 deviations for 1 recordings"),
+        ({"noise": {"x": np.nan}}, "give a positive deviation"),
+        ({"noise": {"x": "loud"}}, "give a deviation"),
         ({"free": ("m", "m")}, "free twice"),
         ({"free": (3,)}, "give its name or a Vary"),
         ({"free": ("m",), "fixed": {"m": 1.0}}, "free and as fixed"),
