@@ -230,6 +230,11 @@ def _finished(
     covariance, words = solution.covariance, ""
     if covariance is None:
         covariance, words = interval_covariance(stack, found, point)
+        if words and study.noise == "white":
+            words += (
+                "; blocks that are few, or laws with memory, leave them a few per cent short of "
+                "95 %: noise='coloured' fits the colour too"
+            )
     covariance, doubt = widened(study, stack, found, solution, covariance)
     estimates, nuisances = estimates_of(stack, point, covariance)
     simulated = list(solution.readings or _simulated(stack, found, point))

@@ -78,6 +78,8 @@ def test_intervals_hold_for_coloured_noise(noise: str) -> None:
         found = estimate(study(noisy(COLOURS["second order"], seed), noise=noise))
         every += scores(found)
         notes.append(any("robust" in n for n in found.notes))
+        advised = any("noise='coloured'" in n for n in found.notes)
+        assert advised == (notes[-1] and noise == "white")
     assert 0.65 < np.std(every) < 1.45
     assert np.mean(np.abs(every) < 1.96) > 0.84
     assert np.mean(notes) > 0.9 if noise == "white" else np.mean(notes) < 0.3
