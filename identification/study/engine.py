@@ -35,6 +35,21 @@ class Engine(ABC):
 
     @property
     @abstractmethod
+    def name(self) -> str:
+        """Name of the model."""
+
+    @property
+    @abstractmethod
+    def input_names(self) -> tuple[str, ...]:
+        """Names of the inputs, rates and pseudo-inputs among them."""
+
+    @property
+    @abstractmethod
+    def output_names(self) -> tuple[str, ...]:
+        """Names of the readings, in their order."""
+
+    @property
+    @abstractmethod
     def parameters(self) -> Mapping[str, Parameter]:
         """Declared parameters, in order."""
 
@@ -110,6 +125,21 @@ class ExactEngine(Engine):
     compiled: Compiled
 
     @property
+    def name(self) -> str:
+        """Name of the model."""
+        return self.compiled.space.name
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of the inputs, pseudo-inputs among them."""
+        return tuple(self.compiled.space.input_names)
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of the readings, in their order."""
+        return tuple(self.compiled.space.output_names)
+
+    @property
     def parameters(self) -> Mapping[str, Parameter]:
         """Declared parameters, in order."""
         return self.compiled.space.parameters
@@ -179,6 +209,21 @@ class GeneralEngine(Engine):
 
     program: Program
     declared: Mapping[str, Parameter]
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return self.program.name
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of the inputs, rates and pseudo-inputs among them."""
+        return self.program.inputs
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of the readings, in their order."""
+        return self.program.outputs
 
     @cached_property
     def parameters(self) -> Mapping[str, Parameter]:

@@ -15,9 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.simulation.exact_run import run_record, settle
-from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.start import equilibrium, inputs_of
+from bondgraph.simulation.exact_run import KernelRun
+from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.expected import (
@@ -30,6 +29,9 @@ from identification.experiments.design.expected import (
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import CRITERIA, Weights, optimal_weights
+from identification.study.engine import Engine, ExactEngine, engine_of
+
+Model = BondGraph | Compiled | Engine
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +80,7 @@ class Ranking:
 
 
 def record_information(
-    compiled: Compiled,
+    model: Model,
     p: FloatArray,
     signal: Signal,
     noise: Mapping[str, float],
@@ -112,24 +114,22 @@ def record_information(
     """
     if initial not in ("free", "rest"):
         raise unknown_name("initial state", initial, "design", ("free", "rest"))
-    commands = _resting(compiled, signal)
-    for n, value in (others or {}).items():
-        commands[n] = np.full(signal.time.size, float(value))
-    if signal.name not in compiled.space.input_names:
-        raise unknown_name("input", signal.name, compiled.space.name, compiled.space.input_names)
-    commands[signal.name] = signal.values
-    u = inputs_of(compiled, commands, signal.time.size)
-    at = [compiled.parameter_names.index(n) for n in names]
-    free = initial == "free" and compiled.n_x > 0
-    run = run_record(
-        compiled, p, u, 1.0 / signal.rate, equilibrium(compiled, p, u[0]), n_sub=n_sub,
-        hold=signal.between, directions=at, state_directions=free,
-    )  # fmt: skip
+    engine = _engine(model)
+    sources = _sources(engine)
+    if signal.name not in sources:
+        raise unknown_name("input", signal.name, engine.name, sources)
+    for name in others or {}:
+        if name not in sources:
+            raise unknown_name("input", name, engine.name, sources)
+    u = _inputs(engine, signal, others)
+    at = [engine.parameter_names.index(n) for n in names]
+    free = initial == "free" and engine.n_x > 0
+    run = _run(engine, p, u, signal, n_sub, at, free)
     blocks = []
-    outputs = list(compiled.space.output_names)
+    outputs = list(engine.output_names)
     for k, (name, level) in enumerate(noise.items()):
         if name not in outputs:
-            raise unknown_name("sensor", name, compiled.space.name, outputs)
+            raise unknown_name("sensor", name, engine.name, outputs)
         if not level > 0.0:
             raise UnusableInput(f"design: the noise of {name} must be positive")
         slope = run.dy[:, outputs.index(name)] / level
@@ -153,10 +153,40 @@ def record_information(
     return np.asarray(wanted_part.T @ wanted_part)
 
 
-def _resting(compiled: Compiled, signal: Signal) -> dict[str, FloatArray]:
-    """Commands of zero for every source, as long as the signal."""
-    sources = (n for n in compiled.space.input_names if n != "one" and not n.startswith("ramp"))
-    return {n: np.zeros(signal.time.size) for n in sources}
+def _engine(model: Model) -> Engine:
+    if isinstance(model, Engine):
+        return model
+    return ExactEngine(model) if isinstance(model, Compiled) else engine_of(model)
+
+
+def _sources(engine: Engine) -> tuple[str, ...]:
+    """Return the inputs that a command can be given for."""
+    inner = {f"d_{n}" for n in engine.input_names}
+    return tuple(
+        n for n in engine.input_names if n not in inner and n != "one" and not n.startswith("ramp")
+    )
+
+
+def _inputs(engine: Engine, signal: Signal, others: Mapping[str, float] | None) -> FloatArray:
+    """Commands of zero for every source but the signal's and `others`, shape (N, n_u)."""
+    commands = {n: np.zeros(signal.time.size) for n in _sources(engine)}
+    for n, value in (others or {}).items():
+        commands[n] = np.full(signal.time.size, float(value))
+    return engine.inputs({**commands, signal.name: signal.values}, signal.time)
+
+
+def _run(
+    engine: Engine,
+    p: FloatArray,
+    u: FloatArray,
+    signal: Signal,
+    n_sub: int,
+    directions: Sequence[int] = (),
+    states: bool = False,
+) -> KernelRun:
+    """Run from rest under the first inputs, differentiated as asked."""
+    ready = engine.prepare(p, 1.0 / signal.rate, n_sub, directions, states)
+    return engine.run(ready, u, engine.rest(p, u[0]), engine.fine_inputs(u, n_sub, signal.between))
 
 
 def flat_like(signal: Signal) -> Signal:
@@ -179,7 +209,7 @@ def flat_like(signal: Signal) -> Signal:
 
 
 def rank_signals(
-    model: BondGraph | Compiled,
+    model: Model,
     signals: Sequence[Signal],
     noise: Mapping[str, float],
     *,
@@ -214,21 +244,21 @@ def rank_signals(
     UnusableInput
         If no candidate determines the chosen parameters.
     """
-    compiled = compile_model(model) if isinstance(model, BondGraph) else model
+    engine = _engine(model)
     if criterion not in CRITERIA:
         raise unknown_name("criterion", criterion, "design", CRITERIA)
     if not signals:
         raise UnusableInput("rank_signals: there is no candidate; give at least one signal")
-    first, rest = wanted(compiled, chosen, nuisances)
+    first, rest = wanted(engine, chosen, nuisances)
     names = (*first, *rest)
-    vectors, scale = prior_samples(compiled, names, values, prior, samples, seed)
+    vectors, scale = prior_samples(engine, names, values, prior, samples, seed)
 
     def of(signal: Signal) -> FloatArray:
-        n_sub = _steps(compiled, vectors[0], signal)
+        n_sub = _steps(engine, vectors[0], signal)
         return np.stack(
             [
                 record_information(
-                    compiled, p, signal, noise, names, scale,
+                    engine, p, signal, noise, names, scale,
                     others=others, initial=initial, offsets=offsets, n_sub=n_sub,
                 )
                 for p in vectors
@@ -259,7 +289,7 @@ def rank_signals(
     deviations = np.stack([standard_deviations(found[i][0], len(first)) for i in order])
     return Ranking(
         tuple(signals[i] for i in order), tuple(score),
-        table(compiled, vectors[0], first, scale, found[order[0]][0], base[0],
+        table(engine, vectors[0], first, scale, found[order[0]][0], base[0],
               f"{against.kind}, rms {against.rms:.4g} {against.unit}, {against.time[-1]:.4g} s"),
         shares, criterion, first, deviations * scale[: len(first)],
     )  # fmt: skip
@@ -281,12 +311,18 @@ def _merit(information: FloatArray, chosen: int, criterion: str) -> float:
     return -float(np.log(mean)) if criterion == "A" else mean
 
 
-def _steps(compiled: Compiled, p: FloatArray, signal: Signal) -> int:
-    """Sub-steps at which a run with this signal settles."""
-    commands = {**_resting(compiled, signal), signal.name: signal.values}
-    u = inputs_of(compiled, commands, signal.time.size)
-    n_sub, _ = settle(
-        compiled, p, u, 1.0 / signal.rate, equilibrium(compiled, p, u[0]), signal.between, 1e-3,
-        largest=16,
-    )  # fmt: skip
-    return int(n_sub)
+def _steps(engine: Engine, p: FloatArray, signal: Signal) -> int:
+    """Sub-steps of which twice as many change the readings by less than a thousandth."""
+    u, n_sub = _inputs(engine, signal, None), 1
+    before = _run(engine, p, u, signal, n_sub).y
+    while n_sub < FINEST:
+        after = _run(engine, p, u, signal, 2 * n_sub).y
+        change = np.abs(after - before).max(axis=0, initial=0.0)
+        if (change <= ACCURACY * np.ptp(after, axis=0)).all():
+            break
+        n_sub, before = 2 * n_sub, after
+    return n_sub
+
+
+FINEST = 16
+ACCURACY = 1e-3

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from bondgraph.signals.files.checks import optional
-from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
+from identification.study.engine import Engine
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ class ExpectedTable:
 
 
 def wanted(
-    compiled: Compiled, chosen: Sequence[str] | None, nuisances: Sequence[str] | None
+    engine: Engine, chosen: Sequence[str] | None, nuisances: Sequence[str] | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return chosen parameters and nuisances: by default all that are not fixed, and the rest.
 
@@ -114,23 +114,22 @@ def wanted(
     UnusableInput
         If nothing is chosen, or something is both.
     """
-    known = compiled.space.parameters
+    known = engine.parameters
     free = [n for n, p in known.items() if not p.fixed]
     first = tuple(free) if chosen is None else tuple(chosen)
     rest = tuple(n for n in free if n not in first) if nuisances is None else tuple(nuisances)
     for n in (*first, *rest):
         if n not in known:
-            raise unknown_name("parameter", n, compiled.space.name, known)
+            raise unknown_name("parameter", n, engine.name, known)
     if not first or set(first) & set(rest) or len({*first, *rest}) != len(first) + len(rest):
         raise UnusableInput(
-            f"{compiled.space.name}: choose at least one parameter, and none twice or also as a "
-            "nuisance"
+            f"{engine.name}: choose at least one parameter, and none twice or also as a nuisance"
         )
     return first, rest
 
 
 def prior_samples(
-    compiled: Compiled,
+    engine: Engine,
     names: Sequence[str],
     values: Mapping[str, float] | None,
     prior: Mapping[str, float] | None,
@@ -154,26 +153,26 @@ def prior_samples(
     scale : ndarray, shape (len(names),)
         Size of each nominal value, 1 where it is zero: information is per relative change.
     """
-    nominal = compiled.vector(values or {})
-    at = [compiled.parameter_names.index(n) for n in names]
+    nominal = engine.vector(values or {})
+    at = [engine.parameter_names.index(n) for n in names]
     scale = np.where(nominal[at] != 0.0, np.abs(nominal[at]), 1.0)
     if not prior:
         return nominal[None], scale
     for n, s in prior.items():
-        if n not in compiled.parameter_names:
-            raise unknown_name("parameter", n, compiled.space.name, compiled.parameter_names)
+        if n not in engine.parameter_names:
+            raise unknown_name("parameter", n, engine.name, engine.parameter_names)
         if not 0.0 <= s < 5.0:
             raise UnusableInput(f"prior of {n}: {s} is no relative standard deviation")
     rng = np.random.default_rng(seed)
     vectors = np.tile(nominal, (max(2, samples), 1))
     for n, s in prior.items():
-        column = compiled.parameter_names.index(n)
+        column = engine.parameter_names.index(n)
         vectors[1:, column] *= np.exp(s * rng.standard_normal(vectors.shape[0] - 1))
     return vectors, scale
 
 
 def table(
-    compiled: Compiled,
+    engine: Engine,
     nominal: FloatArray,
     chosen: Sequence[str],
     scale: FloatArray,
@@ -185,8 +184,8 @@ def table(
     rows = []
     sd, other = (standard_deviations(m, len(chosen)) for m in (proposed, reference))
     for i, n in enumerate(chosen):
-        value = float(nominal[compiled.parameter_names.index(n)])
-        unit = compiled.space.parameters[n].unit
+        value = float(nominal[engine.parameter_names.index(n)])
+        unit = engine.parameters[n].unit
         rows.append(Expected(n, value, unit, float(sd[i] * scale[i]), float(other[i] * scale[i])))
     return ExpectedTable(tuple(rows), words)
 

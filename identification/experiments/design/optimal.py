@@ -30,6 +30,7 @@ from identification.experiments.design.linear_response import response_and_sensi
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import Weights, optimal_weights
+from identification.study.engine import ExactEngine
 
 Noise = float | Callable[[FloatArray], FloatArray]
 
@@ -192,12 +193,13 @@ def optimal_multisine(
         raise UnusableInput(f"design: the corner of {corner} Hz must be positive")
     if not 0.0 <= flat_share < 1.0:
         raise UnusableInput(f"design: flat_share = {flat_share} must lie within 0 .. 1")
-    first, rest = wanted(compiled, chosen, nuisances)
+    engine = ExactEngine(compiled)
+    first, rest = wanted(engine, chosen, nuisances)
     names = (*first, *rest)
     if unit is None:
         unit = getattr(model[source], "unit", "") if isinstance(model, BondGraph) else ""
     unit = unit or "1"
-    vectors, scale = prior_samples(compiled, names, values, prior, samples, seed)
+    vectors, scale = prior_samples(engine, names, values, prior, samples, seed)
     designed = partial(
         multisine, rate, period, rms=rms, periods=periods, seed=seed, name=source, unit=unit
     )
@@ -230,7 +232,7 @@ def optimal_multisine(
     ]
     return Proposal(
         made, flat, found, f,
-        table(compiled, vectors[0], first, scale, information[0], information[1], words),
+        table(engine, vectors[0], first, scale, information[0], information[1], words),
         criterion, tuple(notes),
     )  # fmt: skip
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bondgraph.equations.codegen import program_of
+from bondgraph.equations.derivation import system
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.simulation.lure import compile_model
 from bondgraph.support.errors import UnknownName, UnusableInput
@@ -21,7 +23,9 @@ from identification.experiments.design import (
     within,
 )
 from identification.experiments.design.linear_response import response_and_sensitivity
+from identification.study.engine import GeneralEngine, engine_of
 from tests.identification.experiments.design.plants import NOISE, spring, stage
+from tests.identification.study.test_engine import drum
 
 Array = np.ndarray
 
@@ -176,6 +180,27 @@ def test_one_parameter_beside_nuisances() -> None:
         prior={"guide": 0.2, "breakaways_0_k": 0.2}, samples=4,
     )  # fmt: skip
     assert mean.score[0] >= mean.score[1] > 0
+
+
+def test_a_model_of_the_general_engine_is_ranked_too() -> None:
+    """A lever that its own displacement turns: no matrix exponential, the same sensitivities."""
+    fast = multisine(200.0, 800, band=(0.3, 8.0), peak=30.0, name="F", unit="N")
+    slow = multisine(200.0, 800, band=(0.3, 1.0), peak=1.0, name="F", unit="N")
+    found = rank_signals(drum(), [slow, fast], {"x": 1e-4}, initial="rest")
+    assert found.best is fast
+    assert found.score[0] > 10 * found.score[1]
+    assert found.expected["c"].sd < np.inf
+    names, scale = ("m", "d", "k"), np.array([0.5, 2.0, 200.0])
+    exact = engine_of(spring())
+    other = GeneralEngine(program_of(system(spring())), spring().parameters)
+    one, two = (
+        record_information(e, e.vector({}), fast, NOISE, names, scale, n_sub=8)
+        for e in (exact, other)
+    )
+    size = np.sqrt(np.outer(np.diag(one), np.diag(one)))
+    assert np.abs(one - two).max() < 0.02 * size.max()
+    with pytest.raises(UnknownName, match="no input 'G'"):
+        record_information(exact, exact.vector({}), fast, NOISE, names, scale, others={"G": 1.0})
 
 
 def test_flat_counterpart() -> None:
