@@ -20,6 +20,7 @@ from identification.estimation.cautions import (
     runs_away,
     widened,
 )
+from identification.estimation.holds import clearly_better
 from identification.estimation.intervals import interval_covariance
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import METHODS
@@ -210,10 +211,10 @@ def _best_hold(
         if made[hold][2].status is FitStatus.CANCELLED:
             break
 
-    def score(hold: str) -> float:
-        return made[hold][2].trace[-1] * (0.98 if hold == "linear" else 1.0)
-
-    return made[min(made, key=score)]
+    cost = {hold: found[2].trace[-1] for hold, found in made.items()}
+    best = min(cost, key=lambda hold: cost[hold])
+    usual = "linear" if "linear" in cost else best
+    return made[best if clearly_better(cost[best], cost[usual]) else usual]
 
 
 def _finished(

@@ -14,6 +14,7 @@ from identification.diagnosis.search.candidates import (
     DiagnosisOptions,
     thinning,
     trial_of,
+    with_best_hold,
 )
 from identification.estimation.single_record import Fit, FitStatus, fit
 from identification.study.problem import Problem
@@ -94,23 +95,19 @@ def _refitted(chosen: Candidate, template: Problem, holds: Sequence[str]) -> Can
     factor = max(1, round(template.data.n / old.problem.data.n))
     if factor == 1:
         return chosen
-    fits: list[Fit] = []
-    for hold in dict.fromkeys((template.data.hold, *holds)):
-        n_sub = max(old.problem.n_sub // factor, 4 if hold == "band-limited" else 1)
-        data = replace(template.data, hold=hold, floor=old.problem.data.floor)
-        problem = replace(old.problem, data=data, n_sub=n_sub)
-        point = _lags_scaled(old, problem, 1 / factor)
-        more = 10 if hold == old.problem.data.hold else MORE
-        fits.append(fit(problem, start=point, max_iterations=more))
+    data = replace(template.data, hold=old.problem.data.hold, floor=old.problem.data.floor)
+    least = 4 if data.hold == "band-limited" else 1
+    problem = replace(old.problem, data=data, n_sub=max(old.problem.n_sub // factor, least))
+    result = fit(problem, start=_lags_scaled(old, problem, 1 / factor), max_iterations=10)
     test = template.data.mask("test")
-    sound = [
-        f for f in fits if f.status is not FitStatus.BROKEN and np.isfinite(f.simulated[test]).all()
-    ]
-    if not sound:
+
+    def sound(f: Fit) -> bool:
+        return f.status is not FitStatus.BROKEN and bool(np.isfinite(f.simulated[test]).all())
+
+    if not sound(result):
         return chosen
-    first = sound[0]
-    result = min(sound, key=lambda f: f.cost * (1.0 if f is first else 1.03))
-    return trial_of(chosen.insertion, chosen.home, result)
+    other = with_best_hold(result, MORE, holds)
+    return trial_of(chosen.insertion, chosen.home, other if sound(other) else result)
 
 
 MORE = 30

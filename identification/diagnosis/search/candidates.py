@@ -25,6 +25,7 @@ from identification.diagnosis.search.beginnings import (
     tells_early,
 )
 from identification.diagnosis.search.windowed import through_windows
+from identification.estimation.holds import clearly_better
 from identification.estimation.single_record import Fit, FitStatus, fit
 from identification.estimation.sub_steps import (
     finest_of,
@@ -469,12 +470,12 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         try:
             # half a sample more or less is made up for in a few steps, or the behaviour is wrong
             other = tried_from(problem, best.point, FIRST)
-            if other.status is FitStatus.BROKEN or not other.cost < 0.97 * best.cost:
+            if other.status is FitStatus.BROKEN or not clearly_better(other.cost, best.cost):
                 continue
             other = settled_fit(problem, iterations, other.point)
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
-        if other.status is not FitStatus.BROKEN and other.cost < 0.97 * best.cost:
+        if other.status is not FitStatus.BROKEN and clearly_better(other.cost, best.cost):
             best = other
     return best
 
