@@ -11,7 +11,11 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Generic, Protocol, TypeVar
 
-__all__ = ["Damping", "Descended", "Ended", "Standing", "descend"]
+import numpy as np
+
+from bondgraph.support.arrays import Array
+
+__all__ = ["Damping", "Descended", "Ended", "Standing", "bounded_step", "descend"]
 
 
 class Standing(Protocol):
@@ -137,3 +141,27 @@ def _lowered(
             return found, strength
         strength *= law.more
     return Ended.STUCK, strength
+
+
+def bounded_step(a: Array, b: Array, low: Array, high: Array) -> Array:
+    """Return the step that solves ``a x = b`` best within bounds.
+
+    Parameters
+    ----------
+    a : ndarray, shape (m, n)
+    b : ndarray, shape (m,)
+    low, high : ndarray, shape (n,)
+        Where they are equal the step is zero.
+    """
+    free = high > low
+    step = np.zeros(free.size)
+    step[free] = np.linalg.lstsq(a[:, free], b, rcond=None)[0]
+    if not ((step < low) | (step > high)).any():
+        return step
+    from scipy.optimize import lsq_linear  # late: most steps do not need it
+
+    size = np.linalg.norm(a[:, free], axis=0) + 1e-12
+    solved = lsq_linear(a[:, free] / size, b, (low[free] * size, high[free] * size), method="bvls")
+    step = np.zeros(free.size)
+    step[free] = solved.x / size
+    return np.asarray(np.clip(step, low, high))

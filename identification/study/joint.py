@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 from bondgraph.support.arrays import Array
+from bondgraph.support.descent import bounded_step
 from bondgraph.support.tall import triangle
 from identification.study.problem import Problem
 from identification.study.residual import (
@@ -190,7 +190,7 @@ class JointProblem:
         high = np.maximum(np.minimum(upper - point.theta, self.lowest), low)
         a = np.vstack([system.factor, np.sqrt(damping) * np.diag(size)])
         b = np.concatenate([system.right, np.zeros(size.size)])
-        delta = _bounded(a, b, low, high, size)
+        delta = bounded_step(a, b, low, high)
         return JointPoint(point.theta + delta, self.followed(system, point, delta))
 
     def followed(
@@ -355,19 +355,6 @@ def _eliminated(
         followed.append((follow[:, :n], follow[:, n]))
         pieces.append(r[k:, k:])
     return np.concatenate(pieces), followed
-
-
-def _bounded(a: Array, b: Array, low: Array, high: Array, size: Array) -> Array:
-    free = high > low
-    delta = np.zeros(size.size)
-    delta[free] = np.linalg.lstsq(a[:, free], b, rcond=None)[0]
-    if not ((delta < low) | (delta > high)).any():
-        return delta
-    limits = (low[free] * size[free], high[free] * size[free])
-    solved = lsq_linear(a[:, free] / size[free], b, limits, method="bvls")
-    delta = np.zeros(size.size)
-    delta[free] = solved.x / size[free]
-    return np.asarray(np.clip(delta, low, high))
 
 
 def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from bondgraph.support.descent import Damping, Ended, Trial, descend
+from bondgraph.support.descent import Damping, Ended, Trial, bounded_step, descend
 from identification.estimation.levenberg_marquardt import STATUS, FitStatus
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, evaluate
 from identification.estimation.prediction.model import PredictionModel
@@ -136,8 +136,6 @@ def _step(
     model: PredictionModel, at: _Stand, damping: float, lower: Array, upper: Array
 ) -> tuple[Array, float]:
     """Damped step within bounds and the gain that the quadratic model expects of it."""
-    from scipy.optimize import lsq_linear
-
     theta, gradient = at.theta, at.now.gradient + at.prior.gradient
     information = at.now.information + at.prior.information
     limit = np.where(_logarithmic(model), LARGEST_STEP, np.inf)
@@ -154,11 +152,7 @@ def _step(
     root = np.sqrt(np.maximum(values, 1e-12))
     a = root[:, None] * vectors.T
     b = (vectors.T @ (gradient[alive] * unit)) / root
-    scaled = np.linalg.lstsq(a, b, rcond=None)[0]
-    box = (low[alive] * size[alive], high[alive] * size[alive])
-    if ((scaled < box[0]) | (scaled > box[1])).any():
-        scaled = np.clip(lsq_linear(a, b, box, method="bvls").x, *box)
-    step[alive] = scaled * unit
+    step[alive] = bounded_step(a, b, low[alive] * size[alive], high[alive] * size[alive]) * unit
     expected = float(gradient @ step - 0.5 * step @ information @ step)
     return np.clip(step, low, high), expected
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bondgraph.support.descent import Damping, Ended, Trial, descend
+from bondgraph.support.descent import Damping, Ended, Trial, bounded_step, descend
 
 Array = np.ndarray
 
@@ -114,3 +114,24 @@ def test_an_interrupt_passes_and_no_steps_are_none() -> None:
     with pytest.raises(KeyboardInterrupt):
         descend(at(np.zeros(2)), interrupted, Damping(), 5, never)
     assert descend(at(np.zeros(2)), steps, Damping(), 0, never).ended is Ended.LIMIT
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-11])
+def test_a_step_within_bounds_is_the_best_one_there(scale: float) -> None:
+    rng = np.random.default_rng(3)
+    a, b = rng.standard_normal((30, 3)), rng.standard_normal(30)
+    size = np.array([1.0, scale, 1.0])
+    a = a / size
+    free = np.full(3, np.inf)
+    best = np.linalg.lstsq(a * size, b, rcond=None)[0] * size
+    assert bounded_step(a, b, -free, free) == pytest.approx(best, rel=1e-8)
+    low, high = -np.abs(best) / 2, np.abs(best) / 2
+    low[2] = high[2] = 0.0
+    held = bounded_step(a, b, low, high)
+    assert ((low <= held) & (held <= high)).all()
+    assert held[2] == 0.0
+    # no point of a grid within the bounds is better
+    shares = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 21)] * 2), axis=-1).reshape(-1, 2)
+    tried = np.column_stack([low[:2] + shares * (high - low)[:2], np.zeros(len(shares))])
+    costs = np.sum((tried @ a.T - b) ** 2, axis=1)
+    assert np.sum((a @ held - b) ** 2) <= costs.min() * (1 + 1e-9)
