@@ -15,10 +15,10 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 
-__all__ = ["Damping", "Descended", "Ended", "Standing", "bounded_step", "descend"]
+__all__ = ["Damping", "Descended", "Ended", "LoweredPoint", "bounded_step", "descend"]
 
 
-class Standing(Protocol):
+class LoweredPoint(Protocol):
     """Where a descent stands."""
 
     @property
@@ -35,7 +35,7 @@ class Ended(Enum):
     LIMIT = "the largest number of steps"
 
 
-S = TypeVar("S", bound=Standing)
+S = TypeVar("S", bound=LoweredPoint)
 Trial = Callable[[float, int], S | Ended | None]
 """Makes the step of a damping; told how many were tried from there before. None where it cannot be
 computed, `Ended.ARRIVED` where no step could gain more than rounding."""
