@@ -92,9 +92,9 @@ def run(
     )
     notes = [
         "prediction errors: process noise on the momentum, its size estimated; input held",
-        "nothing holds the position of a free run: a force of 0.2 N that friction does not repeat "
-        "moves it by 1 mm in a second, and no law of the speed alone leaves less than the fit of "
-        "the held-out part itself",
+        "nothing holds the position of a free run: a force of 0.2 N that the law misses moves it by "
+        "1 mm in a second; fitted to the held-out part itself the same law still leaves what the "
+        "third line says",
     ]
     whole = held
     if not parts.official and share == 1.0:
