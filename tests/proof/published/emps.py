@@ -93,7 +93,7 @@ def run(
     notes = [
         "prediction errors: process noise on the momentum, its size estimated; input held",
         "nothing holds the position of a free run: a force of 0.2 N that the law misses moves it "
-        "by 1 mm in a second; fitted to the held-out part itself it leaves what the third line says",
+        "by 1 mm in a second; fitted to the held-out part itself it leaves what is printed third",
     ]
     whole = held
     if not parts.official and share == 1.0:
