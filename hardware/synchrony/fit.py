@@ -165,7 +165,7 @@ def fit(
 
     return descend(
         _projected(material, start, noise), steps_from, DAMPING, steps,
-        lambda before, at: 1.0 - at.power / before.power < LEAST_GAIN,
+        lambda before, at: not before.power - at.power >= LEAST_GAIN * before.power > 0.0,
     ).at  # fmt: skip
 
 

@@ -109,7 +109,11 @@ def admit_noise(name: str, levels: float | Sequence[float], sizes: Sequence[int]
         Samples of each recording, those to judge included.
     """
     try:
+        if isinstance(levels, str | bool) or levels is None:
+            raise TypeError(levels)
         found = np.asarray(levels, float)
+        if found.ndim > 1:
+            raise TypeError(levels)
     except (TypeError, ValueError):
         raise UnusableInput(f"noise of {name} = {levels!r}: give a deviation, SI") from None
     if found.ndim and found.size in sizes and found.size != len(sizes):
