@@ -52,7 +52,9 @@ class Damping:
         What it is divided by after a step that was taken, and multiplied by before one is tried
         again.
     least, most : float
-        Beyond `most` no step is tried.
+        The last one that is tried is `most`.
+    again : float
+        Least damping of a step that is tried again.
     tries : int
         Steps that are tried from one point at the most.
     rescued : float
@@ -64,6 +66,7 @@ class Damping:
     more: float = 8.0
     least: float = 1e-9
     most: float = 1e9
+    again: float = 0.0
     tries: int = 100
     rescued: float = 1e-2
 
@@ -91,7 +94,8 @@ def descend(
     most: int,
     arrived: Callable[[S, S], bool],
     *,
-    rescue: Callable[[S], S | None] = lambda at: None,
+    rescue: Callable[[S, Ended], S | None] = lambda at, why: None,
+    trusted: Callable[[S, S], bool] = lambda before, at: True,
     taken: Callable[[S], None] = lambda at: None,
 ) -> Descended[S]:
     """Descend from `start`.
@@ -105,7 +109,10 @@ def descend(
     arrived : callable
         Of a point and the next one: whether that step was the last.
     rescue : callable
-        Another point from one where no step lowers the misfit; None ends the descent.
+        Another point from one where the descent would end, told why; None ends it.
+    trusted : callable
+        Of a point and the next one: whether the step did what was expected of it. Only then the
+        damping falls.
     taken : callable
         Told every further point.
     """
@@ -113,14 +120,15 @@ def descend(
     for count in range(most):
         found, strength = _lowered(steps_from(at), at.cost, strength, damping)
         if isinstance(found, Ended):
-            other = rescue(at)
+            other = rescue(at, found)
             if other is None:
                 return Descended(at, found, count)
             at, strength = other, damping.rescued
             taken(at)
             continue
         before, at = at, found
-        strength = max(strength / damping.less, damping.least)
+        if trusted(before, at):
+            strength = max(strength / damping.less, damping.least)
         taken(at)
         if arrived(before, at):
             return Descended(at, Ended.ARRIVED, count + 1)
@@ -132,14 +140,14 @@ def _lowered(
 ) -> tuple[S | Ended, float]:
     """Return a step that lowers the cost, with its damping, or why there is none."""
     for number in range(law.tries):
-        if strength > law.most:
-            break
         found = trial(strength, number)
         if isinstance(found, Ended):
             return found, strength
-        if found is not None and found.cost <= cost:
+        if found is not None and np.isfinite(found.cost) and found.cost <= cost:
             return found, strength
-        strength *= law.more
+        if strength >= law.most:
+            break
+        strength = min(max(strength * law.more, law.again), law.most)
     return Ended.STUCK, strength
 
 

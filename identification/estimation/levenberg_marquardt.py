@@ -92,7 +92,7 @@ def minimise(
     try:
         made = descend(
             begun, lambda at: _steps(stack, at, tolerance), DAMPING, max_iterations, arrived,
-            rescue=lambda at: _unstick(stack, at), taken=taken,
+            rescue=lambda at, why: _unstick(stack, at), taken=taken,
         )  # fmt: skip
         status = STATUS[made.ended]
     except KeyboardInterrupt:

@@ -76,8 +76,12 @@ class Engine(ABC):
         return fine_inputs(u, n_sub, hold)
 
     @abstractmethod
+    def at_rest(self, p: Array, u: Array) -> Array:
+        """State at rest under constant inputs `u`, shape (n_u,); BondsightError if none is found."""
+
     def rest(self, p: Array, u: Array) -> Array:
-        """State at rest under constant inputs `u`, shape (n_u,)."""
+        """State at rest under constant inputs `u`, shape (n_u,); the declared start without one."""
+        return self.at_rest(p, u)
 
     @abstractmethod
     def prepare(
@@ -167,7 +171,7 @@ class ExactEngine(Engine):
         """Input matrix; pseudo-inputs are filled in."""
         return inputs_of(self.compiled, commands, time.size)
 
-    def rest(self, p: Array, u: Array) -> Array:
+    def at_rest(self, p: Array, u: Array) -> Array:
         """Equilibrium of the linear part."""
         return equilibrium(self.compiled, p, u)
 
@@ -248,10 +252,14 @@ class GeneralEngine(Engine):
         """Input matrix; rates of inputs and pseudo-inputs are filled in."""
         return general_inputs(self.program, commands, time)
 
+    def at_rest(self, p: Array, u: Array) -> Array:
+        """Equilibrium of the whole model."""
+        return np.asarray(rest(self.program, u, p)[0])
+
     def rest(self, p: Array, u: Array) -> Array:
         """Equilibrium of the whole model; where there is none, its start."""
         try:
-            return np.asarray(rest(self.program, u, p)[0])
+            return self.at_rest(p, u)
         except BondsightError:
             return np.array(self.program.start, float)
 

@@ -81,16 +81,21 @@ def maximise(
         if progress is not None:
             progress(count, at.now.log_likelihood)
 
-    def without(at: _Stand) -> _Stand | None:
+    def without(at: _Stand, why: Ended) -> _Stand | None:
         nonlocal zeroed
-        made = at if zeroed else _without(model, at, lower)
+        if zeroed or why is not Ended.ARRIVED:
+            return None
         zeroed = True
+        made = _without(model, at, lower)
         return None if made is at else made
+
+    def trusted(before: _Stand, at: _Stand) -> bool:
+        return before.cost - at.cost > 0.5 * at.expected
 
     try:
         made = descend(
             best, lambda at: _steps(model, at, lower, upper), DAMPING, max_iterations,
-            lambda before, at: False, rescue=without, taken=taken,
+            lambda before, at: False, rescue=without, trusted=trusted, taken=taken,
         )  # fmt: skip
         status = STATUS[made.ended]
     except KeyboardInterrupt:
@@ -98,16 +103,17 @@ def maximise(
     return Maximum(best.theta, best.now, status, count)
 
 
-DAMPING = Damping(start=1e-3, less=10.0, more=8.0, least=1e-8, tries=12, rescued=1e-3)
+DAMPING = Damping(start=1e-3, less=10.0, more=8.0, least=1e-8, again=1e-3, tries=12, rescued=1e-3)
 
 
 @dataclass(frozen=True, slots=True)
 class _Stand:
-    """Where the climb stands."""
+    """Where the climb stands, and the gain that was expected of the step to there."""
 
     theta: Array
     now: LikelihoodEvaluation
     prior: GaussianRows
+    expected: float = 0.0
 
     @property
     def cost(self) -> float:
@@ -115,8 +121,8 @@ class _Stand:
         return -(self.now.log_likelihood + self.prior.log)
 
 
-def _at(model: PredictionModel, theta: Array) -> _Stand:
-    return _Stand(theta, evaluate(model, theta), prior(model, theta))
+def _at(model: PredictionModel, theta: Array, expected: float = 0.0) -> _Stand:
+    return _Stand(theta, evaluate(model, theta), prior(model, theta), expected)
 
 
 def _steps(model: PredictionModel, at: _Stand, lower: Array, upper: Array) -> Trial[_Stand]:
@@ -127,7 +133,7 @@ def _steps(model: PredictionModel, at: _Stand, lower: Array, upper: Array) -> Tr
         if abs(expected) < ENOUGH:
             return Ended.ARRIVED
         # rounding may spoil the step where a free run has run away
-        return _at(model, at.theta + step) if expected > 0 else None
+        return _at(model, at.theta + step, expected) if expected > 0 else None
 
     return trial
 

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.simulation.exact_run import KernelRun
+from bondgraph.simulation.exact_run import KernelRun, relative_change
 from bondgraph.simulation.lure import Compiled
+from bondgraph.simulation.start import own_input
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.expected import (
@@ -29,7 +30,7 @@ from identification.experiments.design.expected import (
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import CRITERIA, Weights, optimal_weights
-from identification.study.engine import Engine, ExactEngine, engine_of
+from identification.study.engine import Engine, ExactEngine, GeneralEngine, engine_of
 
 Model = BondGraph | Compiled | Engine
 
@@ -106,7 +107,8 @@ def record_information(
     others : mapping of str to float, optional
         Constant commands of the other inputs; 0 if not given.
     initial : {"free", "rest"}
-        Initial state unknown (eliminated), or at rest under the first command.
+        Initial state unknown (eliminated), or at rest under the first command; that a rest moves
+        with the parameters is not counted.
     offsets : bool
         Whether each sensor has an unknown offset (eliminated).
     n_sub : int
@@ -122,6 +124,8 @@ def record_information(
         if name not in sources:
             raise unknown_name("input", name, engine.name, sources)
     u = _inputs(engine, signal, others)
+    if initial == "rest":
+        engine.at_rest(p, u[0])  # or it says that there is none
     at = [engine.parameter_names.index(n) for n in names]
     free = initial == "free" and engine.n_x > 0
     run = _run(engine, p, u, signal, n_sub, at, free)
@@ -161,10 +165,8 @@ def _engine(model: Model) -> Engine:
 
 def _sources(engine: Engine) -> tuple[str, ...]:
     """Return the inputs that a command can be given for."""
-    inner = {f"d_{n}" for n in engine.input_names}
-    return tuple(
-        n for n in engine.input_names if n not in inner and n != "one" and not n.startswith("ramp")
-    )
+    rates = engine.program.input_rates if isinstance(engine, GeneralEngine) else ()
+    return tuple(n for n in engine.input_names if n not in rates and own_input(n, 1) is None)
 
 
 def _inputs(engine: Engine, signal: Signal, others: Mapping[str, float] | None) -> FloatArray:
@@ -254,7 +256,7 @@ def rank_signals(
     vectors, scale = prior_samples(engine, names, values, prior, samples, seed)
 
     def of(signal: Signal) -> FloatArray:
-        n_sub = _steps(engine, vectors[0], signal)
+        n_sub = _steps(engine, vectors[0], signal, others)
         return np.stack(
             [
                 record_information(
@@ -311,16 +313,21 @@ def _merit(information: FloatArray, chosen: int, criterion: str) -> float:
     return -float(np.log(mean)) if criterion == "A" else mean
 
 
-def _steps(engine: Engine, p: FloatArray, signal: Signal) -> int:
-    """Sub-steps of which twice as many change the readings by less than a thousandth."""
-    u, n_sub = _inputs(engine, signal, None), 1
+def _steps(
+    engine: Engine, p: FloatArray, signal: Signal, others: Mapping[str, float] | None
+) -> int:
+    """Sub-steps that change the readings by less than a thousandth beside half as many."""
+    n_sub = 2 if signal.between == "band-limited" else 1
+    if engine.exact_step and n_sub == 1:
+        return n_sub
+    u = _inputs(engine, signal, others)
     before = _run(engine, p, u, signal, n_sub).y
     while n_sub < FINEST:
-        after = _run(engine, p, u, signal, 2 * n_sub).y
-        change = np.abs(after - before).max(axis=0, initial=0.0)
-        if (change <= ACCURACY * np.ptp(after, axis=0)).all():
+        n_sub *= 2
+        after = _run(engine, p, u, signal, n_sub).y
+        if relative_change(before, after) < ACCURACY:
             break
-        n_sub, before = 2 * n_sub, after
+        before = after
     return n_sub
 
 

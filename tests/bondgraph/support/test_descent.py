@@ -97,9 +97,37 @@ def test_where_nothing_helps_it_is_stuck_or_rescued_once(limit: dict[str, float]
     assert (made.ended, made.at, made.steps, tried) == (Ended.STUCK, begin, 0, 3)
     left = [At(np.ones(1), 0.5)]
     made = descend(
-        begin, steps_from, law, 9, never, rescue=lambda here: left.pop() if left else None
+        begin, steps_from, law, 9, never, rescue=lambda here, why: left.pop() if left else None
     )
     assert (made.ended, made.at.cost, made.steps) == (Ended.STUCK, 0.5, 1)
+
+
+def test_a_step_that_disappoints_keeps_its_damping_and_a_failure_begins_higher() -> None:
+    asked: list[float] = []
+
+    def steps_from(here: At) -> Trial[At]:
+        def trial(damping: float, number: int) -> At:
+            asked.append(damping)
+            return At(here.x, here.cost / 2.0 if damping >= 1e-3 else np.inf)
+
+        return trial
+
+    law = Damping(start=1e-2, less=100.0, more=8.0, again=0.5)
+    begin = At(np.zeros(1), 1.0)
+    descend(begin, steps_from, law, 3, never)
+    # taken, then a hundredth fails and half is tried, then a hundredth of that is taken
+    assert asked == pytest.approx([1e-2, 1e-4, 0.5, 5e-3])
+    asked.clear()
+    descend(begin, steps_from, law, 3, never, trusted=lambda before, at: False)
+    assert asked == pytest.approx([1e-2] * 3)
+
+
+def test_a_cost_of_minus_infinity_is_no_misfit() -> None:
+    law = Damping(tries=2)
+    made = descend(
+        At(np.zeros(1), 1.0), lambda here: lambda d, n: At(here.x, -np.inf), law, 3, never
+    )
+    assert made.ended is Ended.STUCK
 
 
 def test_what_says_that_nothing_is_to_be_gained_has_arrived() -> None:

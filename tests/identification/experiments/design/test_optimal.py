@@ -9,7 +9,7 @@ from bondgraph.equations.codegen import program_of
 from bondgraph.equations.derivation import system
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.simulation.lure import compile_model
-from bondgraph.support.errors import UnknownName, UnusableInput
+from bondgraph.support.errors import BondsightError, UnknownName, UnusableInput
 from identification.experiments.design import (
     Signal,
     flat_like,
@@ -186,7 +186,7 @@ def test_a_model_of_the_general_engine_is_ranked_too() -> None:
     """A lever that its own displacement turns: no matrix exponential, the same sensitivities."""
     fast = multisine(200.0, 800, band=(0.3, 8.0), peak=30.0, name="F", unit="N")
     slow = multisine(200.0, 800, band=(0.3, 1.0), peak=1.0, name="F", unit="N")
-    found = rank_signals(drum(), [slow, fast], {"x": 1e-4}, initial="rest")
+    found = rank_signals(drum(), [slow, fast], {"x": 1e-4})
     assert found.best is fast
     assert found.score[0] > 10 * found.score[1]
     assert found.expected["c"].sd < np.inf
@@ -199,6 +199,8 @@ def test_a_model_of_the_general_engine_is_ranked_too() -> None:
     )
     size = np.sqrt(np.outer(np.diag(one), np.diag(one)))
     assert np.abs(one - two).max() < 0.02 * size.max()
+    with pytest.raises(BondsightError, match="no rest"):
+        rank_signals(drum(), [slow, fast], {"x": 1e-4}, initial="rest")
     with pytest.raises(UnknownName, match="no input 'G'"):
         record_information(exact, exact.vector({}), fast, NOISE, names, scale, others={"G": 1.0})
 
