@@ -77,7 +77,7 @@ class Engine(ABC):
 
     @abstractmethod
     def at_rest(self, p: Array, u: Array) -> Array:
-        """State at rest under constant inputs `u`, shape (n_u,); BondsightError if none is found."""
+        """State at rest under constant inputs `u`, shape (n_u,); an error where none is found."""
 
     def rest(self, p: Array, u: Array) -> Array:
         """State at rest under constant inputs `u`, shape (n_u,); the declared start without one."""

@@ -22,7 +22,7 @@ from identification.experiments.design.sweep import sweep
 from identification.experiments.design.verification import verify
 
 
-def _spring() -> BondGraph:
+def spring() -> BondGraph:
     with BondGraph("spring") as g:
         body = One("v")
         Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
@@ -59,13 +59,13 @@ def _linear(fits: int) -> None:
     noise = {"x": 2e-4}
     for criterion in ("D", "A"):
         made = optimal_multisine(
-            _spring(), "F", noise, rate=50.0, period=1000, band=(0.05, 15.0), periods=3,
+            spring(), "F", noise, rate=50.0, period=1000, band=(0.05, 15.0), periods=3,
             criterion=criterion,
         )  # fmt: skip
         print(made)
         for signal, reference in ((made.signal, False), (made.flat, True)):
             done = verify(
-                _spring(), signal, noise, made.expected, fits=fits, offsets=False,
+                spring(), signal, noise, made.expected, fits=fits, offsets=False,
                 reference=reference,
             )  # fmt: skip
             print(f"{signal.kind}: {done}")

@@ -10,7 +10,7 @@ asked apart (`remaining`), and only then nothing is said to be missing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,21 +20,34 @@ from identification.diagnosis.evidence.answer import Decision, probability
 from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.kinds_told import (
+    CURVES,
+    EXACT,
+    RICHER,
+    SHAPELESS,
+    best_of,
+    kind_told,
+    kinds_alike,
+    plainest,
+)
+from identification.diagnosis.evidence.shares import ANYTHING, UNUSUAL, explained, law_fit, together
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
 
-EXACT = 0.97
-"""Part of what its kind explains from which a law is called exact."""
 PART = 0.2
 """Part of the misfit above the noise that an effect must remove to be what is told of it."""
+
+
 MOSTLY = 0.7
 """The same of a kind: what a form leaves may be of another kind altogether."""
+
+
 DOUBT = 1.5
 """Standard errors by which a richer law may lead and its simpler one still be named alone."""
+
+
 MOST = 3
 """More effects than this are no set of look-alikes but nothing known."""
-PLACES = 5
-"""More places than this are no answer."""
 
 
 def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
@@ -46,10 +59,10 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         remaining=e.before,
     )  # fmt: skip
     laws = [s for s in e.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
-    best = _best([*laws, *e.kinds])
+    best = best_of([*laws, *e.kinds])
     if best is None or not _shows(e.plain, best.score, t):
         return _nothing(quiet, e, t, best)
-    kinds = _alike_kinds(e, best.score, t)
+    kinds = kinds_alike(e, best.score, t)
     laws = _admissible(laws, kinds, t)
     law = _best_law(laws, t)
     if law is not None and _shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
@@ -60,7 +73,7 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         return _nothing(quiet, e, t)
     if not _matters(kinds[0], e, t):
         return _slight(quiet, e, kinds[0])
-    return _rest_of(_kind(quiet, e, kinds, law, t), e, best.score, t)
+    return _rest_of(kind_told(quiet, e, kinds, law, t), e, best.score, t)
 
 
 def _slight(quiet: Decision, e: Evidence, h: Hypothesis) -> Decision:
@@ -70,58 +83,9 @@ def _slight(quiet: Decision, e: Evidence, h: Hypothesis) -> Decision:
     return replace(quiet, kind="unknown_physics", places=e.located, reasons=(reason,))
 
 
-def _alike_kinds(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore]:
-    """Kinds that explain about as much as the best of them, that one first.
-
-    Forms are no laws: how closely splines follow what is there is no evidence for a kind, so a part
-    of the gain is allowed where even the best leaves more than noise.
-
-    A form that may depend on anything explains most by itself, so what it explains is discounted:
-    it stands for its kind only where the usual ones clearly do less.
-    """
-    # forms that were held against the true course of what was added need no discount
-    part = {id(k): explained(k, e.plain, best, usual=e.along) for k in e.kinds}
-    ranked = sorted(e.kinds, key=lambda k: -part[id(k)])
-    if not ranked:
-        return []
-    top = ranked[0]
-    left = float(top.score.noise.max()) > t.noise
-    least = part[id(top)] - (0.0 if not left else CLOSE if e.along else LIKE)
-
-    def imitates(k: KindScore) -> bool:
-        """Whether it may depend on anything, and yet explains no more at the same place."""
-        here = k.element == top.element and k.kind in ANYTHING and top.kind not in ANYTHING
-        return here and explained(k, e.plain, best, usual=True) <= part[id(top)]
-
-    return [
-        k
-        for k in ranked
-        if not imitates(k)
-        if k is top
-        or part[id(k)] > max(least, part[id(top)] - PLAIN)
-        or (part[id(k)] > least and k.score.behind(top.score) < FAR * t.z)
-        or 0 <= k.score.behind(top.score) < t.z
-        or (k.element == top.element and k.kind in CURVES and part[id(k)] > part[id(top)] - PLAIN)
-    ]
-
-
-def alike_kinds(e: Evidence, limits: Thresholds) -> list[KindScore]:
-    """Kinds and places that one decision has to choose from, the likeliest first."""
-    e = e.here
-    best = _best([*e.laws, *e.kinds])
-    return [] if best is None else _alike_kinds(e, best.score, limits)
-
-
-def explained(h: Hypothesis, plain: BlockScore, best: BlockScore, *, usual: bool = False) -> float:
-    """Part of what the best of all explains that one explains, unusual kinds discounted."""
-    part = 1.0 - h.score.excess(best) / max(plain.excess(best), 1e-12)
-    discounted = isinstance(h, KindScore) and h.kind in ANYTHING and not usual
-    return part * (UNUSUAL if discounted else 1.0)
-
-
 def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -> bool:
     """Whether a law explains what flexible forms do, at its own place and elsewhere."""
-    best = _best([law, *e.kinds])
+    best = best_of([law, *e.kinds])
     assert best is not None
     own = law.trial.insertion.kind
     if own in SHAPELESS and not law.left.is_noise(t.noise):
@@ -129,7 +93,7 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
 
     # where no form at its own place, or one that looks the same, explains as much, nothing is
     # discounted
-    known = any(_together(k.element, law.element, e.classes) for k in kinds)
+    known = any(together(k.element, law.element, e.classes) for k in kinds)
     odd = not known and law is not best
 
     def part(k: KindScore) -> float:
@@ -149,29 +113,13 @@ def _alone(law: Scored, kinds: Sequence[KindScore], classes: Isolability | None)
     allowed = (own, *(RICHER if own in CURVES else ()))
     if own == "memory" and kinds and kinds[0].kind == own:
         allowed = (own, "dissipative")  # friction that remembers counts as that too
-    here = [k for k in kinds if _together(k.element, law.element, classes)]
+    here = [k for k in kinds if together(k.element, law.element, classes)]
     whole = len(here) == len(kinds) and all(k.kind in allowed for k in kinds)
     return whole and any(k.kind == own for k in kinds)
 
 
-RICHER = ("surface", "memory")
-"""Kinds that hold a curve of one variable as a special case."""
 NEAR = 0.9
 """Part that suffices where no other kind of physics and no other place is in the set."""
-UNUSUAL = 0.85
-"""Weight of what a form explains that may depend on anything."""
-ANYTHING = ("sensing", "time", "exogenous")
-"""Kinds that depend on what is measured, reading or input, or on time alone."""
-SHAPELESS = ("time", "exogenous")
-"""Kinds that are a course in time and nothing else."""
-LIKE = 0.05
-"""Part of the gain by which forms may differ through their columns alone."""
-FAR = 4.0
-"""Times the limit of the set by which one that differs by more than `PLAIN` lags too far."""
-CLOSE = 0.03
-"""The same of forms that were held against the true course of what was added."""
-PLAIN = 0.01
-"""The same however surely the other one leads, and of a curve beside a richer form there."""
 
 
 def _admissible(laws: Sequence[Scored], kinds: Sequence[KindScore], t: Thresholds) -> list[Scored]:
@@ -213,10 +161,6 @@ def _here(law: Scored, e: Evidence) -> KindScore | None:
     return next((k for k in e.kinds if k.element == law.element), None)
 
 
-def _best(found: Sequence[Hypothesis]) -> Hypothesis | None:
-    return min(found, key=lambda h: h.score.loss) if found else None
-
-
 def _best_law(laws: Sequence[Scored], t: Thresholds) -> Scored | None:
     """Return the best law at a usual place, or one elsewhere that beats it clearly."""
     home = [s for s in laws if s.trial.home]
@@ -246,17 +190,6 @@ def _matters(h: Hypothesis, e: Evidence, t: Thresholds) -> bool:
             better = [square for square in quiet if square < e.plain.square]
             noise = max(noise, min(better, default=noise))
     return e.plain.square - h.score.square > least * (e.plain.square - noise)
-
-
-def law_fit(law: Scored, kind: KindScore, e: Evidence) -> float:
-    """Part of what a kind explains that a law explains too, 0 .. 1."""
-    whole = e.plain.excess(kind.score)
-    return float(np.clip(1.0 - law.score.excess(kind.score) / max(whole, 1e-12), 0.0, 1.0))
-
-
-def _together(one: str, other: str, classes: Isolability | None) -> bool:
-    """Whether the readings cannot tell two places apart, whatever the law."""
-    return one == other or (classes is not None and other in classes.class_of(one))
 
 
 def _nothing(
@@ -307,7 +240,7 @@ def _named(
     others = [s for s in (*others, *imitated) if s not in refuted]
     here = _here(chosen, e)
     fit = law_fit(chosen, here, e) if here is not None else float("nan")
-    best = _best([chosen, *e.kinds[:1]])
+    best = best_of([chosen, *e.kinds[:1]])
     assert best is not None
     share = 1.0 - chosen.score.excess(best.score) / max(e.plain.excess(best.score), 1e-12)
     way = "lowers" if chosen.trial.test < e.nominal else "raises"
@@ -371,7 +304,7 @@ def _imitated(chosen: Scored, e: Evidence) -> list[Scored]:
     return [
         s for s in e.laws
         if s.trial.effect != UNNAMED.name and s.trial.itself and not s.idle
-        and (s.element in where or _together(s.element, chosen.element, e.classes))
+        and (s.element in where or together(s.element, chosen.element, e.classes))
         and s.trial.home and s.trial.insertion.kind not in ANYTHING
         and explained(s, e.plain, chosen.score) > UNUSUAL
     ]  # fmt: skip
@@ -395,6 +328,8 @@ def _refuted(rival: Scored, chosen: Scored, e: Evidence, t: Thresholds) -> bool:
 
 SMALL = 2.0
 """Times the limit of noise that a rest may have and be small."""
+
+
 REFUTED = 4.0
 """Times more of its mean square that a refuted law leaves on held-out samples."""
 
@@ -431,145 +366,6 @@ def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:
     if len(families) == 1 and all(s.element == chosen.element for s in others):
         return "family"
     return "look_alikes" if len(effects) <= MOST else "unknown"
-
-
-def _kind(
-    quiet: Decision, e: Evidence, kinds: Sequence[KindScore], law: Scored | None, t: Thresholds
-) -> Decision:
-    """No law fits: tell the kind and the place, as far as the set agrees on them."""
-    kind = kinds[0]
-    here = all(_together(k.element, kind.element, e.classes) for k in kinds)
-    # a law elsewhere that the data do not tell from the best form leaves the place open
-    alike = [s for s in e.laws if 0 <= s.score.behind(kind.score) < t.z]
-    open_places = {s.element for s in alike if s.trial.effect != UNNAMED.name}
-    places = [k.element for k in kinds]
-    physics = plainest(k.kind for k in kinds) if here else _common(kinds)
-    if physics in ANYTHING and _follows_anything(kind, e, t):
-        physics = ""
-    # so does one with few numbers that explains nearly as much as a form with many
-    near = {
-        s.element for s in e.laws
-        if s.trial.itself and s.trial.effect != UNNAMED.name
-        and explained(s, e.plain, kind.score) >= EXACT
-        and not _together(s.element, kind.element, e.classes)
-    }  # fmt: skip
-    open_places |= near
-    if len(set(places)) > PLACES or near or not (here or open_places <= set(places)):
-        physics = ""
-    if physics:
-        places = _with_kind(physics, kinds, e)
-    else:
-        places += sorted(open_places)
-    placed = len(set(places)) <= PLACES
-    if not placed:
-        physics = ""
-    gain = e.plain.behind(kind.score)
-    reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
-    fit = float("nan")
-    if law is not None:
-        fit = law_fit(law, kind, e)
-        reasons.append(f"{law.trial.label} explains {100 * fit:.0f} % of what that explains")
-    if len(kinds) > 1:
-        reasons.append("as good: " + ", ".join(k.label for k in kinds[1:]))
-    decided = replace(
-        quiet, kind="unknown_physics", chosen=law.trial if law else None, law_fit=fit,
-        reasons=tuple(reasons), answer="kind" if physics else "unknown",
-        physics=physics, places=tuple(dict.fromkeys(places)) if placed else (),
-        kinds=tuple(kinds), share=0.0 if law is None else float(np.nan_to_num(fit)),
-    )  # fmt: skip
-    return replace(decided, confidence=probability(decided))
-
-
-def _with_kind(physics: str, kinds: Sequence[KindScore], e: Evidence) -> list[str]:
-    """Places of a kind: those in the set, then others that can have it and look the same.
-
-    Where something from outside may act, any force or flow of the motion may be attached too; what
-    changes in time may be the gain of a command.
-    """
-    found = [k.element for k in kinds if k.kind == physics]
-    able = {physics, "exogenous"} if physics in ATTACHED else {physics}
-    able |= {"command"} if physics == "time" else set()
-    # one of the same kind that explains much less is another thing, wherever it sits; of other
-    # kinds only the place counts, where the same could have been added
-    best = kinds[0].score
-    same = [
-        k.element for k in e.kinds
-        if k.kind in able and any(_together(k.element, f, e.classes) for f in found)
-        and (k.kind != physics or explained(k, e.plain, best, usual=True) > 0.5)
-    ]  # fmt: skip
-    return list(dict.fromkeys([*found, *same]))
-
-
-ATTACHED = ("restoring", "dissipative", "surface")
-"""Kinds of what may be attached to a moving part or a store."""
-
-
-def _common(kinds: Sequence[KindScore]) -> str:
-    """Return the kind that is in question at every place, empty if there is no such one.
-
-    Beside it stands nothing but what contains it, or the curve that a memory contains.
-    """
-    at = [{k.kind for k in kinds if k.element == p} for p in {k.element for k in kinds}]
-    common = plainest(set.intersection(*at) & LOCAL)
-    allowed = {common, *RICHER, *(CURVES if common in RICHER else ())}
-    return common if set.union(*at) <= allowed else ""
-
-
-LOCAL = {"restoring", "dissipative", "memory", "ratio"}
-"""Kinds that look otherwise at every port; slow ones look alike everywhere."""
-
-
-def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:
-    """Whether a form explains much only because nothing contradicts it.
-
-    One that takes any course in time has to leave nothing, unless it is a coefficient that changes
-    along a motion that is known; one of the only reading stands for its kind where physics of the
-    model explains less than half as much.
-    """
-    anything = kind.kind in SHAPELESS and not (e.along and kind.kind == "time")
-    if anything and float(kind.score.noise.max()) > t.noise:
-        return True
-    usual = [explained(k, e.plain, kind.score) for k in e.kinds if k.kind not in ANYTHING]
-    return len(e.before.over_noise) == 1 and max(usual, default=0.0) > 0.5
-
-
-CURVES = {"restoring", "dissipative"}
-"""Kinds that are a curve of one variable: any other depends on more."""
-
-
-def plainest(kinds: Iterable[str]) -> str:
-    """Return the one kind among those alike, or the one curve that all richer ones contain.
-
-    Empty if there is another kind among them.
-
-    Examples
-    --------
-    >>> plainest(["surface", "restoring"]), plainest(["memory", "slow"])
-    ('restoring', '')
-    """
-    found = set(kinds)
-    left = found - set(RICHER) if len(found) > 1 else found
-    return left.pop() if len(left) == 1 and (len(found) == 1 or left <= CURVES) else ""
-
-
-def open_kinds(decision: Decision) -> tuple[KindScore, ...]:
-    """Kinds and places among which the data do not choose, where neither name nor kind is told.
-
-    Of each place the plainest kind if there is one; nothing where they are too many for an answer,
-    where a law elsewhere leaves the place open, where one stands alone and yet was not told, or
-    where all follow whatever is there.
-    """
-    untold = decision.kind == "unknown_physics" and decision.answer == "unknown"
-    known = {k.element for k in decision.kinds}
-    if not untold or not decision.places or not set(decision.places) <= known:
-        return ()
-    found: list[KindScore] = []
-    for place in dict.fromkeys(k.element for k in decision.kinds):
-        here = [k for k in decision.kinds if k.element == place]
-        plain = plainest(k.kind for k in here)
-        found += [k for k in here if k.kind == plain] if plain else here
-    said = any(k.kind not in ANYTHING for k in found)
-    return tuple(found) if said and 2 <= len(found) <= PLACES else ()
 
 
 def _simplest(law: Scored, alike: Sequence[Scored]) -> Scored:

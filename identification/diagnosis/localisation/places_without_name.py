@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from identification.diagnosis.evidence.answer import Decision
-from identification.diagnosis.evidence.decision import PLACES
+from identification.diagnosis.evidence.kinds_told import PLACES
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.structural_classes import Isolability
 

@@ -15,9 +15,10 @@ from identification.diagnosis.catalogue import UNNAMED, Effect
 from identification.diagnosis.catalogue.effect import kind_at
 from identification.diagnosis.evidence.answer import RIGHT, Decision
 from identification.diagnosis.evidence.block_score import BlockScore, score
-from identification.diagnosis.evidence.decision import CURVES, alike_kinds, decide
+from identification.diagnosis.evidence.decision import decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore, bench_of, kind_scores
+from identification.diagnosis.evidence.kinds_told import CURVES, alike_kinds
 from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.localisation.blind_relations import BlindRelation, blind_relations
 from identification.diagnosis.localisation.places_without_name import located

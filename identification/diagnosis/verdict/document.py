@@ -15,8 +15,8 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
-from identification.diagnosis.evidence.decision import open_kinds
 from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.evidence.kinds_told import open_kinds
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.search.candidates import Candidate

@@ -14,7 +14,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
-from identification.diagnosis.evidence.decision import open_kinds
+from identification.diagnosis.evidence.kinds_told import open_kinds
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary

@@ -19,18 +19,13 @@ from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.evidence.answer import RIGHT, Decision
 from identification.diagnosis.evidence.block_score import BlockScore
-from identification.diagnosis.evidence.decision import (
-    EXACT,
-    NEAR,
-    UNUSUAL,
-    decide,
-    open_kinds,
-    plainest,
-)
+from identification.diagnosis.evidence.decision import NEAR, decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds, plainest
 from identification.diagnosis.evidence.leave_out import LeftOut, Rows
 from identification.diagnosis.evidence.remaining import Remaining, remaining
+from identification.diagnosis.evidence.shares import UNUSUAL
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.search.forward_selection import as_good
