@@ -292,6 +292,8 @@ class Problem:
     window_offsets : bool
         Fit offsets of the sensors on windows too; an integrating plant cannot tell them from its
         initial states.
+    known_scale : ndarray, shape (n_x,), or None
+        Spread of the states, from a problem of the same data and starts.
     built : Engine or None
         The engine of this graph, where it has been derived already.
     """
@@ -316,6 +318,7 @@ class Problem:
     overrides: Mapping[str, Parameter] = field(default_factory=dict)
     correction: Array | None = None
     built: Engine | None = None
+    known_scale: Array | None = None
     window_offsets: bool = False
 
     def __getstate__(self) -> dict[str, object]:
@@ -450,6 +453,8 @@ class Problem:
     @cached_property
     def state_scale(self) -> Array:
         """Spread of each state in a simulation at the start values, shape (n_x,)."""
+        if self.known_scale is not None:
+            return self.known_scale
         spread = self.engine.spreads(
             self.start_vector, self.inputs, self.data.dt, self.rest_state, self.n_sub,
             self.data.hold,

