@@ -9,9 +9,9 @@ from identification.diagnosis.verdict.document import write_verdict as write_ver
 from identification.estimation.archive import open_fit as open_fit
 from identification.estimation.archive import save_fit as save_fit
 from identification.estimation.estimate import estimate as estimate
+from identification.estimation.estimates import Estimate as Estimate
 from identification.estimation.guess import guess as guess
 from identification.estimation.result import Estimation as Estimation
-from identification.estimation.single_record import Estimate as Estimate
 from identification.estimation.starts import Starts as Starts
 from identification.estimation.starts import many_starts as many_starts
 from identification.experiments.design import Signal as Signal

@@ -45,7 +45,8 @@ from identification.diagnosis.search.nominal import (
     seen_in_training,
     split_that_shows,
 )
-from identification.estimation.single_record import Fit, FitStatus
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
 from identification.study.joined import at_one_rate, joined, split_of
 from identification.study.noise_floor import measured, noise_floor

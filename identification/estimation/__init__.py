@@ -1,12 +1,12 @@
 """Fit any model to any recordings: `Study` says what, `estimate` does it."""
 
 from identification.estimation.estimate import estimate as estimate
+from identification.estimation.estimates import Estimate as Estimate
 from identification.estimation.guess import Guess as Guess
 from identification.estimation.guess import explained_guess as explained_guess
 from identification.estimation.guess import guess as guess
 from identification.estimation.levenberg_marquardt import FitStatus as FitStatus
 from identification.estimation.result import Estimation as Estimation
-from identification.estimation.single_record import Estimate as Estimate
 from identification.study.calibration import Known as Known
 from identification.study.specification import NO_NUISANCES as NO_NUISANCES
 from identification.study.specification import LogNormal as LogNormal

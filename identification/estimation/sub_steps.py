@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Problem
 from identification.study.residual import Point, ResidualEvaluation, evaluate
 

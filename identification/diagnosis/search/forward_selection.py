@@ -42,7 +42,8 @@ from identification.diagnosis.search.candidates import (
 )
 from identification.diagnosis.search.nominal import held_to_residual
 from identification.diagnosis.search.there import There, look_there
-from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, fit
 from identification.estimation.sub_steps import fit_from
 from identification.study.problem import Problem
 

@@ -16,7 +16,8 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.diagnosis.search.windowed import through_windows
-from identification.estimation.single_record import Fit, FitStatus, best, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, best, fit
 from identification.estimation.sub_steps import FINEST, fit_from, settled_fit, tried_from
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from identification.estimation.single_record import FitStatus, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import fit
 from identification.study.problem import Problem
 
 

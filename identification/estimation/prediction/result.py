@@ -11,12 +11,12 @@ from threadpoolctl import threadpool_limits
 
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.support.arrays import Array
+from identification.estimation.estimates import Estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, pass_over
 from identification.estimation.prediction.model import PredictionModel
 from identification.estimation.prediction.scoring import Maximum, maximise, prior
 from identification.estimation.prediction.words import remarks
-from identification.estimation.single_record import Estimate
 
 QUIET = 0.05
 """Noise of a sensor where a fit begins without process noise, in spreads of the reading."""
