@@ -241,12 +241,11 @@ def diagnose(
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
         made = steps(base, options, limits, classes, say, noise, known)
-        if (found := _deeper(nominal, made)) is not None:
-            # nothing may be called missing that better values of the same model explain
-            nominal = found
+        if made.base is not base:  # the search has shown a better fit of the model as it is
+            base = made.base
+            same = base.fit.problem.data.n == data.n
+            nominal = base.fit if same else deeper(nominal, base.fit.values) or nominal
             result = replace(result, nominal=nominal)
-            base = thinned(template, nominal, options)
-            made = steps(base, options, limits, classes, say, noise, known)
         named = [d for d in made.decisions if d.kind == "missing_physics" and d.chosen]
         finer = (
             _hidden(named, recording.n, limits) if ours and len(named) < options.effects else None
@@ -329,14 +328,6 @@ def _unexplained(decision: Decision, left: Remaining) -> Decision:
     """Return a decision that found nothing, where samples that it has not seen say otherwise."""
     reason = f"nothing showed in what choices may look at, but {left.words}: that is no noise"
     return replace(decision, kind="unknown_physics", reasons=(reason,), remaining=left)
-
-
-def _deeper(nominal: Fit, made: SelectionStage) -> Fit | None:
-    """Fit the model as it is from the values of the best candidate."""
-    trials = made.decisions[0].trials if made.decisions else ()
-    if not trials:
-        return None
-    return deeper(nominal, min(trials, key=lambda t: t.train).fit.values)
 
 
 def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
