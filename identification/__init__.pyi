@@ -24,10 +24,10 @@ from identification.experiments.frequency import (
 )
 from identification.experiments.frequency import distortions as distortions
 from identification.study.calibration import Known as Known
-from identification.study.specification import LogNormal as LogNormal
-from identification.study.specification import Normal as Normal
+from identification.study.priors import LogNormal as LogNormal
+from identification.study.priors import Normal as Normal
+from identification.study.priors import Prior as Prior
 from identification.study.specification import Nuisances as Nuisances
-from identification.study.specification import Prior as Prior
 from identification.study.specification import Vary as Vary
 from identification.study.study import Study as Study
 from identification.uncertainty.coverage import Coverage as Coverage

@@ -15,6 +15,7 @@ from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import interleaved, kept_back
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from identification.diagnosis.asked import Asked, asked_of
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.remaining import Remaining, remaining
@@ -48,10 +49,11 @@ from identification.diagnosis.search.nominal import (
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
-from identification.study.joined import at_one_rate, joined, split_of
+from identification.study.joined import joined, split_of
 from identification.study.noise_floor import measured, noise_floor
 from identification.study.problem import Data, Problem, data_for, drives
 from identification.study.residual import windows
+from identification.study.study import Study
 
 Progress = Callable[[str, float], None]
 
@@ -87,6 +89,8 @@ class Diagnosis:
         What the last fit leaves of every reading.
     regions_left : tuple of Region
         Where in the recording it leaves it.
+    asked : Asked or None
+        The statement that was diagnosed.
     """
 
     kind: str
@@ -112,6 +116,7 @@ class Diagnosis:
     limits: Thresholds = field(default_factory=Thresholds)
     left: Remaining | None = None
     regions_left: tuple[Region, ...] = ()
+    asked: Asked | None = None
 
     @property
     def decision(self) -> Decision | None:
@@ -134,10 +139,26 @@ class Diagnosis:
             return named[-1].chosen.fit
         return None
 
+    @property
+    def study(self) -> Study:
+        """The same study with the repaired model (as it is, where nothing was named).
+
+        It begins at the fitted values: `estimate`, `profiles` and `judge` go on from there.
+
+        Raises
+        ------
+        UnusableInput
+            Nothing was fitted.
+        """
+        last = self.repaired or self.nominal
+        if last is None or self.asked is None:
+            raise UnusableInput(f"{self.model}: nothing was fitted ({self.kind}), nothing to study")
+        return self.asked.about(last)
+
 
 def diagnose(
-    graph: BondGraph,
-    recording: Recording | Sequence[Recording],
+    graph: BondGraph | Study,
+    recording: Recording | Sequence[Recording] | None = None,
     split: Split | None = None,
     *,
     model: str = "",
@@ -153,9 +174,10 @@ def diagnose(
 
     Parameters
     ----------
-    graph : BondGraph
-        Model with sensors; sources and sensors name the channels of `recording`.
-    recording : Recording or sequence of Recording
+    graph : BondGraph or Study
+        Model with sensors; sources and sensors name the channels of `recording`. A study brings its
+        recordings, and says what is free, fixed, known before and added by the measuring chain.
+    recording : Recording or sequence of Recording, optional
         Several ones of the same system (other levels, other commands) are used together; the last
         third of them is held out.
     split : Split, optional
@@ -180,6 +202,8 @@ def diagnose(
     """
     begin = time.perf_counter()
     options, limits = options or DiagnosisOptions(), limits or Thresholds()
+    asked = asked_of(graph, recording, split, hold, noise or {})
+    graph, parts, split, hold = asked.graph, asked.recordings, asked.split, asked.hold
     if hold:
         options = replace(options, holds=(hold,))
     say = progress or _silent
@@ -188,24 +212,29 @@ def diagnose(
         raise UnusableInput(
             f"{graph.name} has no sensor: attach a De, Df or Dq whose name is the measured channel"
         )
-    parts = at_one_rate([recording] if isinstance(recording, Recording) else recording)
     recording, breaks = joined(parts)
     say("reading the noise floor", 0.01)
     sensors = tuple(s.name for s in graph.of_type(Sensor))
     commands = [s.name for s in drives(graph)]
     result = Diagnosis(
-        "insufficient_data", model or graph.name, recording, graph, seed=seed, limits=limits
+        "insufficient_data",
+        model or graph.name,
+        recording,
+        graph,
+        seed=seed,
+        limits=limits,
+        asked=asked,
     )
     ours = split is None and not breaks
     split = split or (split_of(parts) if breaks else _split(recording, commands))
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     coarse = recording.meta.get("resolution") or {}
     data = replace(data, breaks=breaks, resolution=coarse if isinstance(coarse, Mapping) else {})
-    if reason := _insufficient(graph, data) or "; ".join(stuck(data)):
+    if reason := _insufficient(asked.n_free, data) or "; ".join(stuck(data)):
         return replace(
             result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
         )
-    noise = declared_noise(recording, sensors) | dict(noise or {})
+    noise = declared_noise(recording, sensors) | dict(asked.noise)
     read = noise_floor(recording, split, sensors, tuple(commands), breaks)
     floor = read | given_noise(noise, sensors, graph.name)
     open_ones = tuple(n for n in sensors if n not in noise)
@@ -218,7 +247,8 @@ def diagnose(
     # tiny matrices: threads of the linear algebra only get in each other's way
     with calm():
         say("fitting the model as it is", 0.03)
-        template, nominal = nominal_fit(graph, data, hold)
+        base_problem = asked.problem(data)
+        template, nominal = nominal_fit(graph, data, hold, base_problem)
         if nominal.status is FitStatus.BROKEN or not np.isfinite(nominal.cost):
             raise UnusableInput(
                 f"{graph.name} cannot be simulated on {recording.name}: the outputs are not "
@@ -226,7 +256,7 @@ def diagnose(
             )
         nominal = held_to_residual(nominal, noise)
         if ours and recording.n >= LEAST_TO_INTERLEAVE:
-            nominal = seen_in_training(graph, nominal, hold, limits.noise)
+            nominal = seen_in_training(base_problem, nominal, hold, limits.noise)
         # what is shown as gained comes from samples that no choice has seen
         whole, (seen, unseen) = nominal.problem.data.split, kept_back(nominal.problem.data.split)
         nominal = judged_on(nominal, seen)
@@ -253,9 +283,9 @@ def diagnose(
         if finer is not None:
             with suppress(BondsightError):
                 again = diagnose(
-                    graph, parts, finer, model=model, options=options, limits=limits, hold=hold,
-                    noise=noise, progress=lambda text, part: say(text, 0.9 + 0.1 * part),
-                    seed=seed, known=named,
+                    asked.study or graph, None if asked.study else parts, finer, model=model,
+                    options=options, limits=limits, hold=hold, noise=noise, seed=seed, known=named,
+                    progress=lambda text, part: say(text, 0.9 + 0.1 * part),
                 )  # fmt: skip
                 if again.kind == "missing_physics" and len(again.findings) >= len(named):
                     return replace(again, seconds=time.perf_counter() - begin)
@@ -420,8 +450,7 @@ LEAST_TO_INTERLEAVE = 600
 """Samples from which stretches of a thirtieth say something."""
 
 
-def _insufficient(graph: BondGraph, data: Data) -> str:
-    n_free = sum(not p.fixed for p in graph.parameters.values())
+def _insufficient(n_free: int, data: Data) -> str:
     needed = max(30, 5 * n_free)
     train = int(data.mask("train").sum())
     if train < needed or data.mask("test").sum() < 8:

@@ -30,7 +30,8 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
 from identification.study.calibration import Known
 from identification.study.joint import JointPoint
-from identification.study.specification import LogNormal, Normal, Nuisances, Prior, Vary
+from identification.study.priors import LogNormal, Normal, Prior
+from identification.study.specification import Nuisances, Vary
 from identification.study.study import SettledSetting, Study
 
 SCHEMA = "bondsight-fit/1"

@@ -8,8 +8,9 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.problem import Free, Problem
+from identification.study.problem import Problem
 from identification.study.residual import offset_scale, slots
+from identification.study.scaled import Free
 
 
 @dataclass(frozen=True)

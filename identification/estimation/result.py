@@ -18,7 +18,7 @@ from identification.estimation.estimates import Estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.report.tables import library
 from identification.study.joint import JointPoint, JointProblem, refine_states
-from identification.study.problem import Free, Problem, gain_name
+from identification.study.problem import Problem, gain_name
 from identification.study.residual import (
     Point,
     evaluate,
@@ -27,6 +27,7 @@ from identification.study.residual import (
     slots,
     start_point,
 )
+from identification.study.scaled import Free
 from identification.study.study import SettledSetting, Study
 
 

@@ -31,7 +31,7 @@ def promising(
     declared = {
         n: p.value
         for n, p in problem.graph.parameters.items()
-        if n in problem.starts and not p.fixed
+        if n in problem.starts and not p.fixed and n not in problem.fixed
     }
     fitted = dict(problem.starts)
     chosen: list[Problem] = []

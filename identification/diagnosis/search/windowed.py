@@ -17,7 +17,9 @@ def through_windows(problem: Problem, iterations: int) -> Problem:
     if problem.data.breaks:
         return problem
     train = int(problem.data.mask("train").sum())
-    short = replace(problem, window=max(100, min(500, train // 20)), known_states={})
+    short = replace(
+        problem, window=max(100, min(500, train // 20)), known_states={}, initial="free"
+    )
     begun = fit(short, max_iterations=iterations)
     if begun.status is FitStatus.BROKEN:
         return problem

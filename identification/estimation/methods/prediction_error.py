@@ -172,7 +172,7 @@ def prediction_model(
         noise=_levels_of(study),
         initial=study.initial,
         offsets=study.nuisances.offsets,
-        priors=first.priors,
+        priors=first.scaled_priors,
         overrides=first.overrides,
         n_sub=max(*setting.n_sub, 2 if smooth else 1),
     )

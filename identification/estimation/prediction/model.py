@@ -17,7 +17,8 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.estimation.prediction.scaling import state_scale
 from identification.estimation.prediction.slots import Diffusion, FilterSlots
-from identification.study.problem import Data, Free, free_parameter
+from identification.study.problem import Data
+from identification.study.scaled import Free, free_parameter
 
 SMALLEST = 1e-7
 """Diffusion, against the one that alone explains the spread of its state, that counts as none."""
