@@ -15,7 +15,6 @@ from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import interleaved, kept_back
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
-from identification.diagnosis.asked import Asked, asked_of
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.remaining import Remaining, remaining
@@ -35,6 +34,7 @@ from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.screening.tangent_space import freedom
+from identification.diagnosis.search.asked import Asked, asked_of
 from identification.diagnosis.search.base import declared_fit, thinned, unthinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
 from identification.diagnosis.search.forward_selection import SelectionStage, steps

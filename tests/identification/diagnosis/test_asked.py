@@ -54,7 +54,8 @@ def test_what_a_study_fixes_and_knows_holds_in_every_fit() -> None:
     d = found()
     assert d.kind == "missing_physics"
     assert d.repaired is not None
-    assert d.findings[0].chosen is not None and d.findings[0].chosen.element == "k"
+    assert d.findings[0].chosen is not None
+    assert d.findings[0].chosen.element == "k"
     for made in (d.declared, d.nominal, d.repaired):
         assert made is not None
         assert made.values["m"] == 0.5
@@ -63,12 +64,14 @@ def test_what_a_study_fixes_and_knows_holds_in_every_fit() -> None:
     assert {e.name for e in d.repaired.estimates} >= {"d", "k"}
     assert "m" not in {e.name for e in d.repaired.estimates}
     assert "gain_x" in {e.name for e in d.repaired.nuisances}
-    assert d.declared is not None and d.declared.values["k"] == 150.0
+    assert d.declared is not None
+    assert d.declared.values["k"] == 150.0
 
 
 def test_a_prior_keeps_its_centre_wherever_a_fit_begins() -> None:
     d = found()
-    assert d.repaired is not None and d.nominal is not None
+    assert d.repaired is not None
+    assert d.nominal is not None
     for made in (d.nominal, d.repaired):
         (i,) = (i for i, f in enumerate(made.problem.free) if f.parameter.name == "k")
         centre, weight = made.problem.scaled_priors["k"]
