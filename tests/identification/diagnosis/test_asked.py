@@ -25,17 +25,15 @@ OPTIONS = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
 
 
 def record(name: str = "run", seed: int = 3, cubic: float = 4e4, gain: float = 1.0) -> Recording:
-    t = DT * np.arange(N)
+    t = np.asarray(DT * np.arange(N), np.float64)
     rng = np.random.default_rng(seed)
     phases = rng.uniform(0, 2 * np.pi, 3)
-    force = sum(
-        a * np.sin(2 * np.pi * f * t + p)
-        for a, f, p in zip((2.0, 1.0, 0.5), (0.7, 1.9, 4.1), phases, strict=True)
-    )
+    waves = np.sin(2 * np.pi * np.outer(t, (0.7, 1.9, 4.1)) + phases)
+    force = np.asarray(waves @ np.array([2.0, 1.0, 0.5]), float)
     truth = spring().with_element("k", law=Polynomial(orders=(3,), size=1.0))
     x = gain * np.asarray(simulate(truth, t, {"F": force}, {"a_3_k": cubic})["x"])
-    x = x + NOISE * rng.standard_normal(N)
-    return Recording(name, t, {"F": np.asarray(force), "x": x}, {"F": "N", "x": "m"})
+    x = np.asarray(x + NOISE * rng.standard_normal(N), np.float64)
+    return Recording(name, t, {"F": force, "x": x}, {"F": "N", "x": "m"})
 
 
 def study(**more: object) -> Study:
