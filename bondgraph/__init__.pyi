@@ -33,6 +33,7 @@ from bondgraph.graph.elements import MSf as MSf
 from bondgraph.graph.elements import One as One
 from bondgraph.graph.elements import Parameter as Parameter
 from bondgraph.graph.elements import R as R
+from bondgraph.graph.elements import Reading as Reading
 from bondgraph.graph.elements import RField as RField
 from bondgraph.graph.elements import Se as Se
 from bondgraph.graph.elements import Sf as Sf

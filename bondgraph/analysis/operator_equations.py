@@ -34,6 +34,7 @@ from bondgraph.graph.elements import (
     Junction,
     Modulated,
     R,
+    Reading,
     Se,
     Sensor,
     Source,
@@ -256,7 +257,14 @@ class _Equations:
     def _modulated(self, e: Modulated) -> None:
         (b,) = self.graph.bonds_of(e.name)
         target = self.names.effort(b) if e.kind == "MSe" else self.names.flow(b)
-        unknown: list[tuple[Any, str]] = [(1, target)]
+        unknown, known = self._linear(e)
+        self.put(e.name, "source", [(1, target), *unknown], known=tuple(known))
+
+    def _linear(
+        self, e: Modulated | Reading
+    ) -> tuple[list[tuple[Any, str]], list[tuple[Any, str]]]:
+        """Return the terms of a value that is linear in signals, each with the sign turned."""
+        unknown: list[tuple[Any, str]] = []
         known: list[tuple[Any, str]] = []
         value = rational(e.value) if not isinstance(e.value, str) else symbol(e.value)
         parameters = {p.symbol for p in self.graph.parameters.values()}
@@ -274,7 +282,7 @@ class _Equations:
                 unknown.append((-slope, at))
         if rest != 0:
             known.append((-rest, "one"))
-        self.put(e.name, "source", unknown, known=tuple(known))
+        return unknown, known
 
     def _one_port(self, e: R | C | I) -> None:
         (b,) = self.graph.bonds_of(e.name)
@@ -318,6 +326,12 @@ class _Equations:
             self.put(e.name, "law", [(sign, output), *terms], known=known)
 
     def sensor(self, e: Sensor, places: Positions) -> None:
+        if isinstance(e, Reading):
+            value = f"r_{e.name}"
+            unknown, rest = self._linear(e)
+            self.put(e.name, "signal", [(1, value), *unknown], known=tuple(rest))
+            self._reading(e, value)
+            return
         at = self.graph.neighbour(e.name)
         if isinstance(e, De | Df):
             value = self.names.at("e" if isinstance(e, De) else "f", at)
@@ -332,6 +346,9 @@ class _Equations:
                 self.put(e.name, "place", [(1, value), *stored])
             else:
                 self.put(e.name, "place", [(LAPLACE, value), (-1, self.names.at("f", at))])
+        self._reading(e, value)
+
+    def _reading(self, e: Sensor, value: str) -> None:
         lag = 1 + symbol(e.lag, positive=True) * LAPLACE if e.lag is not None else sp.S.One
         gain = self._factor(e.gain)
         known = [(lag, e.name)]

@@ -138,7 +138,7 @@ def _advice(
 
 def unmeasured(graph: BondGraph) -> Iterator[tuple[type[De | Df], One | Zero]]:
     """Yield the junctions whose own signal no sensor reads, with the sensor that would."""
-    taken = {(type(s), graph.neighbour(s.name)) for s in graph.of_type(Sensor)}
+    taken = {(type(s), graph.neighbour(s.name)) for s in graph.of_type(De, Df)}
     for junction in graph.of_type(One, Zero):
         kind = Df if isinstance(junction, One) else De
         if (kind, junction.name) not in taken:

@@ -7,7 +7,17 @@ from dataclasses import dataclass
 import sympy as sp
 
 from bondgraph.graph.bond_graph import Bond, BondGraph
-from bondgraph.graph.elements import X0, X1, Element, Modulated, Multiport, One, TwoPort, Zero
+from bondgraph.graph.elements import (
+    X0,
+    X1,
+    Element,
+    Modulated,
+    Multiport,
+    One,
+    Reading,
+    TwoPort,
+    Zero,
+)
 
 _COMMON: dict[str, tuple[type[Element], ...]] = {"e": (Zero, X0), "f": (One, X1)}
 
@@ -33,7 +43,7 @@ class DrawnReading:
 
 def expression(e: Element) -> sp.Expr | None:
     """Return the expression of a modulated source, or of a ratio that is one; else None."""
-    value = e.value if isinstance(e, Modulated) else getattr(e, "ratio", None)
+    value = e.value if isinstance(e, Modulated | Reading) else getattr(e, "ratio", None)
     return value if isinstance(value, sp.Expr) and value.free_symbols else None
 
 
@@ -45,7 +55,7 @@ def readings(graph: BondGraph) -> tuple[DrawnReading, ...]:
     """
     found: dict[tuple[str, str], list[str]] = {}
     bonds = {n: b for b in graph.bonds for n in (b.name, f"{b.tail}_{b.head}")}
-    for e in graph.of_type(Modulated, TwoPort):
+    for e in graph.of_type(Modulated, Reading, TwoPort):
         value = expression(e)
         symbols = value.free_symbols if value is not None else ()
         # a parameter that happens to be called like a signal is told by its sign

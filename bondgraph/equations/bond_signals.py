@@ -24,7 +24,10 @@ class SignalNames:
             for e in graph.of_type(Multiport)
             for i, b in enumerate(graph.bonds_of(e.name), start=1)
         }
-        self._own_one_port = {n for n, e in graph.elements.items() if e.n_ports == 1}
+        bonded = {end for b in graph.bonds for end in (b.tail, b.head)}
+        self._own_one_port = {
+            n for n, e in graph.elements.items() if e.n_ports == 1 and n in bonded
+        }
         self._pairs = {b: (self._effort(b), self._flow(b)) for b in graph.bonds}
 
     def effort(self, b: Bond) -> str:

@@ -40,6 +40,7 @@ from bondgraph.graph.elements import (
     Junction,
     Modulated,
     R,
+    Reading,
     Sensor,
     Source,
     Zero,
@@ -541,20 +542,30 @@ class _Builder:
         return sp.S.One if gain is None else self._parameters[gain].symbol
 
     # -- sensors ------------------------------------------------------------------------------
-    def sensor(self, e: Sensor) -> None:
+    def _read(self, e: Sensor) -> str:
+        """Return the signal that a sensor reads, before its chain."""
+        if isinstance(e, Reading):
+            target = f"r_{e.name}"
+            value, reads = self.signals(e, e.value)
+            linear, rest = _linear_part(value, reads)
+            left = reads if rest is not None and linear is None else ()
+            self.put(target, linear or [], f"signal read by {e.name}", expression=rest, reads=left)
+            return target
         junction = self.graph.neighbour(e.name)
         if isinstance(e, De):
-            value = self.names.at("e", junction)
-        elif isinstance(e, Df):
-            value = self.names.at("f", junction)
-        elif isinstance(e, Da):
-            value = f"a_{e.name}"
+            return self.names.at("e", junction)
+        if isinstance(e, Df):
+            return self.names.at("f", junction)
+        if isinstance(e, Da):
             shared = self.names.at(common_variable(self.graph[junction]), junction)
-            self.made.rates.append(Dependent(shared, value, e.name))
-        else:
-            value = f"x_{e.name}"  # its relation follows when all rates are known
-            assert isinstance(e, Dq)
-            self.made.displacements.append(e)
+            self.made.rates.append(Dependent(shared, f"a_{e.name}", e.name))
+            return f"a_{e.name}"
+        assert isinstance(e, Dq)
+        self.made.displacements.append(e)
+        return f"x_{e.name}"  # its relation follows when all rates are known
+
+    def sensor(self, e: Sensor) -> None:
+        value = self._read(e)
         target = f"y_{e.name}"
         terms: list[tuple[Any, str]] = [(1, value)]
         law = None

@@ -26,6 +26,7 @@ from bondgraph.graph.elements import (
     Multiport,
     One,
     Parameter,
+    Reading,
     Sensor,
     Source,
     TwoPort,
@@ -82,6 +83,8 @@ def _physics_problems(graph: BondGraph) -> tuple[str, ...]:
 def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
     bonds = graph.bonds_of(e.name)
     n = len(bonds)
+    if isinstance(e, Reading):
+        return _reading_problems(e, n)
     if n == 0 and len(graph.elements) > 1:
         return [f"{e.name} ({e.kind}) has no bond: connect it with >> or remove it"]
     if isinstance(e, Junction):
@@ -103,6 +106,17 @@ def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
                 f"{e.name} ({e.kind}) is bonded to {other.name} ({other.kind}): attach it to {text}"
             ]
         return []
+    return []
+
+
+def _reading_problems(e: Reading, bonds: int) -> list[str]:
+    if bonds:
+        return [f"{e.name} (Reading) reads signals by their names: take its bond out"]
+    if not getattr(e.value, "free_symbols", ()):
+        return [
+            f"{e.name} (Reading) reads nothing: give it an expression of signals, such as "
+            f"Reading({e.name!r}, effort('k'))"
+        ]
     return []
 
 
@@ -233,7 +247,10 @@ def _parameter_problems(parameters: Mapping[str, Parameter]) -> list[str]:
 def _connection_problems(graph: BondGraph) -> list[str]:
     import networkx as nx
 
-    network, modulations = graph.network, list(_modulations(graph))
+    # what a reading reads is looked up by name, and said where there is none
+    read = {e.name for e in graph.of_type(Reading)}
+    network = graph.network.subgraph(graph.network.nodes - read)
+    modulations = list(_modulations(graph))
     if modulations:
         network = nx.DiGraph(network)
         network.add_edges_from(modulations)

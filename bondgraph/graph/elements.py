@@ -144,9 +144,9 @@ class Source(Element):
     """
 
     unit: str = ""
-    drive: Drive | None = None
-    offset: Name | None = None
-    measured: bool = False
+    drive: Drive | None = field(default=None, kw_only=True)
+    offset: Name | None = field(default=None, kw_only=True)
+    measured: bool = field(default=False, kw_only=True)
     gain: Name | None = field(default=None, kw_only=True)
 
 
@@ -169,10 +169,12 @@ class Modulated(Source):
     """A source whose value is a signal of the graph; abstract.
 
     `value` is a SymPy expression of signals (`effort`, `flow`, `displacement`, `momentum`,
-    `external`, `TIME` of `bondgraph.graph.modulation`) and of declared parameters.
+    `external`, `TIME` of `bondgraph.graph.modulation`) and of declared parameters; it stands in
+    second place, as that of R, I and C.
     """
 
-    value: Value | None = field(default=0.0, kw_only=True)
+    unit: str = field(default="", kw_only=True)
+    value: Value | None = 0.0
 
 
 @dataclass(frozen=True)
@@ -419,6 +421,21 @@ class Da(Sensor):
     """
 
     kind: ClassVar[str] = "Da"
+
+
+@dataclass(frozen=True)
+class Reading(Sensor):
+    """Reads any signal of the graph, or what an expression makes of several; it has no bond.
+
+    `value` is a SymPy expression of signals (`effort`, `flow`, `displacement`, `momentum` of
+    `bondgraph.graph.modulation`) and of declared parameters: the force in a spring, the difference
+    of two pressures, a power.
+    """
+
+    kind: ClassVar[str] = "Reading"
+
+    unit: str = field(default="", kw_only=True)
+    value: Value | None = None
 
 
 def common_variable(junction: Element) -> str:

@@ -66,7 +66,7 @@ def helpful_sensors(
     now = known or identifiability(graph, free)
     if not now.missing:
         return ()
-    taken = {(type(s), graph.neighbour(s.name)) for s in graph.of_type(Sensor)}
+    taken = {(type(s), graph.neighbour(s.name)) for s in graph.of_type(De, Df, Dq)}
     found = []
     for junction in graph.of_type(One, Zero):
         kinds: tuple[type[Sensor], ...] = (Df, Dq) if isinstance(junction, One) else (De,)

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bondgraph import BondGraph, C, Da, De, Dq, I, One, R, Se, Sf, Zero, derive, system
-from bondgraph.analysis.operator_equations import LAPLACE, operator_equations
+from bondgraph.analysis.linear import LAPLACE
+from bondgraph.analysis.operator_equations import operator_equations
 from bondgraph.equations.state_space import NotLinearUpToLaws
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
