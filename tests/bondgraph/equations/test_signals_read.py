@@ -120,7 +120,7 @@ def test_a_part_used_twice_reads_its_own_signals() -> None:
 )
 def test_what_it_cannot_read_is_one_line(value: object, says: str) -> None:
     with pytest.raises(BondsightError, match=says):
-        derive(chain(("r", value, "N")))  # type: ignore[arg-type]
+        derive(chain(("r", value, "N")))
 
 
 def test_it_has_no_bond() -> None:
