@@ -23,7 +23,6 @@ from identification.estimation.guessing.matching import Matching, matched
 from identification.estimation.guessing.measured import measured_response
 from identification.estimation.levenberg_marquardt import Descent, minimise
 from identification.estimation.threads import calm
-from identification.study.engine import ExactEngine
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.study import Study
 
@@ -163,9 +162,6 @@ def _from_responses(
     stack: JointProblem, declared: JointPoint, seed: int, words: list[str]
 ) -> list[Array]:
     """Return unknowns that match the measured responses, best first; none where that fails."""
-    if not all(isinstance(p.engine, ExactEngine) for p in stack.problems):
-        words.append("the model has no linear rest to match responses with")
-        return []
     measured = tuple(measured_response(p) for p in stack.problems)
     vary = _visible(stack)
     entries = sum(m.count for m in measured if m is not None)
@@ -184,28 +180,22 @@ def _visible(stack: JointProblem) -> list[int]:
     """Unknowns that the linear rest of a record depends on."""
     found: set[int] = set()
     for p, at in zip(stack.problems, stack.columns, strict=True):
-        engine = p.engine
-        assert isinstance(engine, ExactEngine)
-        slopes: Array = engine.compiled.matrices_jacobian(p.start_vector).full()
-        seen = np.abs(slopes).max(axis=0) > 0.0
-        names = engine.parameter_names
-        for i, f in zip(at, p.free, strict=False):
-            nuisance = f.parameter.name in p.added
-            if seen[names.index(f.parameter.name)] and not nuisance:
+        mean = p.inputs.mean(axis=0)
+        slopes = p.engine.small_signal_slopes(p.start_vector, mean, p.directions)
+        for i, f, slope in zip(at, p.free, slopes, strict=False):
+            if slope.moves and f.parameter.name not in p.added:
                 found.add(int(i))
     return sorted(found)
 
 
 def _hidden(stack: JointProblem) -> list[int]:
-    """Unknowns of laws alone."""
-    if not all(isinstance(p.engine, ExactEngine) for p in stack.problems):
-        return []
-    found: set[int] = set()
-    for p, at in zip(stack.problems, stack.columns, strict=True):
-        assert isinstance(p.engine, ExactEngine)
-        compiled = p.engine.compiled
-        names = {compiled.parameter_names[i] for i in compiled.law_parameters}
-        found |= {int(i) for i, f in zip(at, p.free, strict=False) if f.parameter.name in names}
+    """Unknowns of the model that no small motion shows: those of laws, mostly."""
+    found = {
+        int(i)
+        for p, at in zip(stack.problems, stack.columns, strict=True)
+        for i, f in zip(at, p.free, strict=False)
+        if f.parameter.name not in p.added
+    }
     return sorted(found - set(_visible(stack)))
 
 

@@ -22,7 +22,6 @@ from bondgraph.simulation.first_order_hold import continuous, discretise
 from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import ComplexArray
 from identification.estimation.methods.periodic_lines import Lines
-from identification.study.engine import ExactEngine
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
@@ -124,9 +123,7 @@ def line_rows(lines: Lines, values: ComplexArray) -> Array:
 
 
 def _systems(problem: Problem, p: Array, wanted: Sequence[int]) -> tuple[_System, list[_System]]:
-    engine = problem.engine
-    assert isinstance(engine, ExactEngine)
-    compiled = engine.compiled
+    compiled = problem.compiled
     n_y = len(problem.data.names)
     model = continuous(compiled, p, np.asarray(wanted, int))
     found = discretise(model, problem.data.dt)
