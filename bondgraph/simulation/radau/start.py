@@ -109,9 +109,8 @@ def rests(
         r, j = np.where(good[:, None], r, 0.0), np.where(good[:, None, None], j, 0.0)
         step, rows, columns = least_correction(r, j)
         v[:, held:] -= step
-        now = v[:, held:]
-        scale = np.abs(now * columns).max(axis=1) + 1e-150
-        arrived = (np.abs(step) <= SOLVED * np.maximum(np.abs(now), 1e-150)).all(axis=1)
+        scale = np.abs(v[:, held:] * columns).max(axis=1) + 1e-150
+        arrived = np.abs(step * columns).max(axis=1) <= SOLVED * scale
         left = np.abs(r / rows).max(axis=1) / np.maximum(scale, 1e-3)
         still = good & arrived & (left <= 1e-9)
         if (arrived | ~good).all():
