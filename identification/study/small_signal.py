@@ -43,11 +43,6 @@ class SmallSignal:
         """The first of S models."""
         return SmallSignal(self.a[0], self.b[0], self.c[0], self.d[0])
 
-    @property
-    def moves(self) -> bool:
-        """Whether any entry is a number other than zero."""
-        return any(bool(np.abs(np.nan_to_num(m)).any()) for m in (self.a, self.b, self.c, self.d))
-
     def eigenvalues(self) -> ComplexArray:
         """Return those of one model, 1/s, shape (n_x,); none where there is no slope."""
         if not self.a.size or not np.isfinite(self.a).all():

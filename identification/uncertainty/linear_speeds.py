@@ -24,7 +24,7 @@ def speeds(problem: Problem) -> tuple[Speed, ...]:
 
     A parameter decides an eigenvalue if doubling it would move that by more than about 5 %.
     """
-    p, engine, mean = np.array(problem.start_vector), problem.engine, problem.inputs.mean(axis=0)
+    p, engine, mean = np.array(problem.start_vector), problem.engine, problem.mean_inputs
     rates = engine.small_signal(p, mean).eigenvalues()
     moved: dict[int, list[str]] = {}
     for f in problem.free:

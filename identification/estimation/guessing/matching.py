@@ -78,7 +78,7 @@ def _responses(problem: Problem, local: Array, m: Measured) -> ComplexArray:
         at = names.index(f.parameter.name)
         p[:, at] = f.start * np.exp(local[:, i]) if f.log else f.start + f.scale * local[:, i]
     drive = engine.drive([engine.input_names[i] for i in m.inputs], 1j * m.omega)
-    made = engine.small_signal(p, problem.inputs.mean(axis=0))
+    made = engine.small_signal(p, problem.mean_inputs)
     response = made.response(1j * m.omega, drive)[:, :, : len(problem.data.names)]
     turn = 1j * m.omega * problem.data.dt
     lags = output_delays(problem, np.zeros(slots(problem).size) + local[0])

@@ -191,7 +191,7 @@ def _chosen(problem: Problem, u: NDArray[np.complex128], n: int) -> NDArray[np.i
 
 
 def _integrates(problem: Problem) -> bool:
-    mean = problem.inputs.mean(axis=0)
+    mean = problem.mean_inputs
     poles = np.abs(problem.engine.small_signal(problem.start_vector, mean).eigenvalues())
     return bool(poles.size and poles.min() < 1e-12 * max(float(poles.max()), 1e-300))
 
