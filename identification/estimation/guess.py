@@ -1,9 +1,9 @@
 """Start values from the data: a user need not know any.
 
-Measured frequency responses are matched by thousands of parameter sets of the model's linear rest,
-the best few are fitted for some iterations to the readings, and the least misfit wins; the declared
-start takes part. Where no response can be measured, short windows with initial states of their own
-that grow lead to the free run.
+Measured frequency responses are matched by small motions of the model at thousands of parameter
+sets, the best few are fitted for some iterations to the readings, and the least misfit wins; the
+declared start takes part. Where that does not follow the readings, short windows with initial
+states of their own that grow lead to the free run.
 """
 
 from __future__ import annotations
@@ -192,13 +192,13 @@ def _shown(stack: JointProblem, theta: Array) -> Array:
     for r, (p, at) in enumerate(zip(stack.problems, stack.columns, strict=True)):
         engine, local, mean = p.engine, stack.local(point, r).theta, p.mean_inputs
         vector, n_y = parameters_at(p, local), len(p.data.names)
-        s = 1j * np.geomspace(1.0 / p.data.n, 2.0, LINES) / p.data.dt
-        drive = engine.drive(engine.commands, s)
+        omega = np.asarray(np.geomspace(1.0 / p.data.n, 2.0, LINES) / p.data.dt)
+        drive = engine.drive(engine.commands, omega)
         small = engine.small_signal(vector, mean)
         slopes = engine.small_signal_slopes(vector, mean, p.directions)
         with np.errstate(all="ignore"):
-            size = np.abs(small.response(s, drive))[:, :n_y, :, None]
-            moved = np.abs(small.response_slopes(slopes, s, drive))[:, :n_y] * p.slopes(local)
+            size = np.abs(small.response(omega, drive))[:, :n_y, :, None]
+            moved = np.abs(small.response_slopes(slopes, omega, drive))[:, :n_y] * p.slopes(local)
             change = np.nan_to_num(moved / size, nan=0.0).max(axis=(0, 1, 2), initial=0.0)
         for i, f, c in zip(at, p.free, change, strict=False):
             if f.parameter.name not in p.added:

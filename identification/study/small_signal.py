@@ -50,43 +50,43 @@ class SmallSignal:
         # charges and momenta differ by many decades
         return np.asarray(np.linalg.eigvals(matrix_balance(self.a)[0]), complex)
 
-    def response(self, s: ComplexArray, drive: ComplexArray) -> ComplexArray:
+    def response(self, omega: Array, drive: ComplexArray) -> ComplexArray:
         """Return ``(C (s - A)^-1 B + D) drive``, shape (..., F, n_y, n_m).
 
         Parameters
         ----------
-        s : ndarray, shape (F,), rad/s
+        omega : ndarray, shape (F,), rad/s
         drive : ndarray, shape (F, n_u, n_m)
             The inputs for each of n_m commands of one, see `Engine.drive`.
         """
-        x = self._states(s, drive)
+        x = self._states(omega, drive)
         return np.asarray(self.c[..., None, :, :] @ x + self.d[..., None, :, :] @ drive)
 
     def response_slopes(
-        self, slopes: Sequence[SmallSignal], s: ComplexArray, drive: ComplexArray
+        self, slopes: Sequence[SmallSignal], omega: Array, drive: ComplexArray
     ) -> ComplexArray:
         """Return the derivatives of the response of one model, shape (F, n_y, n_m, n).
 
         With ``X = (s - A)^-1 B``: ``dG = dC X + dD + C (s - A)^-1 (dA X + dB)``.
         """
-        x = self._states(s, drive)
-        wide = np.broadcast_to(self.c.T.astype(complex), (s.size, *self.c.T.shape))
-        left = np.linalg.solve(self._resolvent(s).transpose(0, 2, 1), wide).transpose(0, 2, 1)
-        made = np.empty((s.size, self.c.shape[0], drive.shape[2], len(slopes)), complex)
+        x = self._states(omega, drive)
+        wide = np.broadcast_to(self.c.T.astype(complex), (omega.size, *self.c.T.shape))
+        left = np.linalg.solve(self._resolvent(omega).transpose(0, 2, 1), wide).transpose(0, 2, 1)
+        made = np.empty((omega.size, self.c.shape[0], drive.shape[2], len(slopes)), complex)
         for i, t in enumerate(slopes):
             made[..., i] = t.c @ x + t.d @ drive + left @ (t.a @ x + t.b @ drive)
         return made
 
-    def _resolvent(self, s: ComplexArray) -> ComplexArray:
+    def _resolvent(self, omega: Array) -> ComplexArray:
         eye = np.eye(self.a.shape[-1])
-        return np.asarray(s[:, None, None] * eye - self.a[..., None, :, :])
+        return np.asarray(1j * omega[:, None, None] * eye - self.a[..., None, :, :], complex)
 
-    def _states(self, s: ComplexArray, drive: ComplexArray) -> ComplexArray:
-        resolvent, right = self._resolvent(s), self.b[..., None, :, :] @ drive
+    def _states(self, omega: Array, drive: ComplexArray) -> ComplexArray:
+        resolvent, right = self._resolvent(omega), self.b[..., None, :, :] @ drive
         try:
-            return np.linalg.solve(resolvent, right)
+            return np.asarray(np.linalg.solve(resolvent, right))
         except np.linalg.LinAlgError:  # one undamped model on a line: nudge all of them off it
-            return np.linalg.solve(resolvent * (1.0 + 1e-9j), right)
+            return np.asarray(np.linalg.solve(resolvent * (1.0 + 1e-9j), right))
 
 
 def of_compiled(compiled: Compiled, p: Array) -> SmallSignal:
@@ -124,7 +124,10 @@ def of_program(program: Program, p: Array, u: Array) -> SmallSignal:
 def slopes_of_program(
     program: Program, p: Array, u: Array, wanted: Sequence[int]
 ) -> list[SmallSignal]:
-    """Return the derivatives of one model by some parameters, how its rest moves counted in."""
+    """Return the derivatives of one model by some parameters, how its rest moves counted in.
+
+    A rest that is not unique moves by the smallest correction.
+    """
     (v,), (resting,) = _points(program, p[None], u)
     block = _blocks(program, v[None], u, p[None])[0]
     by_p, block_by_v, block_by_p = (a.full() for a in _functions(Key(program))[1](v, u, p))
