@@ -130,7 +130,7 @@ def slopes_of_program(
     """
     (v,), (resting,) = _points(program, p[None], u)
     block = _blocks(program, v[None], u, p[None])[0]
-    by_p, block_by_v, block_by_p = (a.full() for a in _functions(Key(program))[1](v, u, p))
+    by_p, block_by_v, block_by_p = map(_numbers, _functions(Key(program))[1](v, u, p))
     held = 0 if resting else len(program.states)
     moved = np.zeros((v.size, len(wanted)))
     if v.size > held and np.isfinite(block).all():
@@ -163,7 +163,13 @@ def _blocks(program: Program, v: Array, u: Array, p: Array) -> Array:
 
 
 def _stacked(made: ca.DM, rows: int, many: int) -> Array:
-    return np.asarray(made.full(), float).reshape(rows, many, -1).transpose(1, 0, 2)
+    return _numbers(made).reshape(rows, many, -1).transpose(1, 0, 2)
+
+
+def _numbers(made: ca.DM) -> Array:
+    """Return an array; an endless slope is none, and nothing that is computed with it warns."""
+    found = np.asarray(made.full(), float)
+    return np.where(np.isfinite(found), found, np.nan)
 
 
 def _quarters(program: Program, block: Array) -> tuple[Array, Array, Array, Array]:
