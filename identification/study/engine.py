@@ -15,21 +15,16 @@ from bondgraph.equations.program import Program
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter
 from bondgraph.simulation.exact_run import KernelRun, Memories, Prepared, prepare, run_prepared
+from bondgraph.simulation.first_order_hold import Blocks, blocks, continuous
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.radau.native import PreparedGeneral, prepare_general, run_general
+from bondgraph.simulation.radau.start import evaluated, rest
 from bondgraph.simulation.radau.start import inputs_of as general_inputs
-from bondgraph.simulation.radau.start import rest
 from bondgraph.simulation.simulate import exact_form
 from bondgraph.simulation.start import equilibrium, fine_inputs, inputs_of, own_input
 from bondgraph.support.arrays import Array, ComplexArray
 from bondgraph.support.errors import BondsightError
-from identification.study.small_signal import (
-    SmallSignal,
-    of_compiled,
-    of_program,
-    slopes_of_compiled,
-    slopes_of_program,
-)
+from identification.study.small_signal import SmallSignal, of_program, slopes_of_program
 
 STRETCHES = 200
 
@@ -126,7 +121,7 @@ class Engine(ABC):
 
     @abstractmethod
     def small_signal(self, p: Array, u: Array) -> SmallSignal:
-        """Return the model about its rest under inputs `u`, or S of them for p of (S, n_p)."""
+        """Return the model about its rest under inputs `u`; a stack for p of shape (S, n_p)."""
 
     @abstractmethod
     def small_signal_slopes(
@@ -239,14 +234,19 @@ class ExactEngine(Engine):
 
     def small_signal(self, p: Array, u: Array) -> SmallSignal:
         """Return the linear rest; laws count with their linear slope, wherever the rest is."""
-        found = of_compiled(self.compiled, np.atleast_2d(p))
-        return found if p.ndim == 2 else found.first
+        (made,) = evaluated(self.compiled.matrices, np.atleast_2d(p))
+        return self._linear(blocks(self.compiled, made.reshape(*p.shape[:-1], *made.shape[1:])))
 
     def small_signal_slopes(
         self, p: Array, u: Array, wanted: Sequence[int]
     ) -> Sequence[SmallSignal]:
         """Return the derivatives of the linear rest."""
-        return slopes_of_compiled(self.compiled, p, wanted)
+        made = continuous(self.compiled, p, np.asarray(wanted, int))
+        return [self._linear(t) for t in made.tangents]
+
+    def _linear(self, parts: Blocks) -> SmallSignal:
+        n = self.compiled.n_u
+        return SmallSignal(parts.a, parts.b[..., :n], parts.cy, parts.dy[..., :n])
 
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
         """Spread of the states, observed in a simulation."""
@@ -341,8 +341,7 @@ class GeneralEngine(Engine):
 
     def small_signal(self, p: Array, u: Array) -> SmallSignal:
         """Linearise about the rest, laws and all; about the start where nothing rests."""
-        found = of_program(self.program, np.atleast_2d(p), u)
-        return found if p.ndim == 2 else found.first
+        return of_program(self.program, p, u)
 
     def small_signal_slopes(
         self, p: Array, u: Array, wanted: Sequence[int]

@@ -15,17 +15,14 @@ import numpy as np
 from scipy.linalg import matrix_balance
 
 from bondgraph.equations.program import Program
-from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.radau.recorder import Key
-from bondgraph.simulation.radau.start import least_correction, rests
+from bondgraph.simulation.radau.start import evaluated, least_correction, rests
 from bondgraph.support.arrays import Array, ComplexArray
-
-__all__ = ["SmallSignal", "of_compiled", "of_program", "slopes_of_compiled", "slopes_of_program"]
 
 
 @dataclass(frozen=True, slots=True)
 class SmallSignal:
-    """``dx/dt = A x + B u``, ``y = C x + D u``, all counted from a rest; or S of them.
+    """``dx/dt = A x + B u``, ``y = C x + D u``, all counted from a rest; or a stack of them.
 
     Attributes
     ----------
@@ -37,11 +34,6 @@ class SmallSignal:
     b: Array
     c: Array
     d: Array
-
-    @property
-    def first(self) -> SmallSignal:
-        """The first of S models."""
-        return SmallSignal(self.a[0], self.b[0], self.c[0], self.d[0])
 
     def eigenvalues(self) -> ComplexArray:
         """Return those of one model, 1/s, shape (n_x,); none where there is no slope."""
@@ -70,55 +62,34 @@ class SmallSignal:
         With ``X = (s - A)^-1 B``: ``dG = dC X + dD + C (s - A)^-1 (dA X + dB)``.
         """
         x = self._states(omega, drive)
-        wide = np.broadcast_to(self.c.T.astype(complex), (omega.size, *self.c.T.shape))
-        left = np.linalg.solve(self._resolvent(omega).transpose(0, 2, 1), wide).transpose(0, 2, 1)
+        across = SmallSignal(self.a.T, self.c.T, self.c, self.d)
+        left = across._states(omega, np.eye(self.c.shape[0], dtype=complex)[None])
         made = np.empty((omega.size, self.c.shape[0], drive.shape[2], len(slopes)), complex)
         for i, t in enumerate(slopes):
-            made[..., i] = t.c @ x + t.d @ drive + left @ (t.a @ x + t.b @ drive)
+            inner = left.transpose(0, 2, 1) @ (t.a @ x + t.b @ drive)
+            made[..., i] = t.c @ x + t.d @ drive + inner
         return made
 
-    def _resolvent(self, omega: Array) -> ComplexArray:
-        eye = np.eye(self.a.shape[-1])
-        return np.asarray(1j * omega[:, None, None] * eye - self.a[..., None, :, :], complex)
-
     def _states(self, omega: Array, drive: ComplexArray) -> ComplexArray:
-        resolvent, right = self._resolvent(omega), self.b[..., None, :, :] @ drive
+        resolvent = 1j * omega[:, None, None] * np.eye(self.a.shape[-1]) - self.a[..., None, :, :]
+        right = self.b[..., None, :, :] @ drive
         try:
             return np.asarray(np.linalg.solve(resolvent, right))
         except np.linalg.LinAlgError:  # one undamped model on a line: nudge all of them off it
             return np.asarray(np.linalg.solve(resolvent * (1.0 + 1e-9j), right))
 
 
-def of_compiled(compiled: Compiled, p: Array) -> SmallSignal:
-    """Return the linear rest of models at parameters (S, n_p); laws count with their slope."""
-    rows = compiled.n_x + compiled.n_w + compiled.n_y
-    f = compiled.matrices if p.shape[0] == 1 else compiled.matrices.map(p.shape[0])
-    return _linear_rest(compiled, _stacked(f(p.T), rows, p.shape[0]))
-
-
-def slopes_of_compiled(compiled: Compiled, p: Array, wanted: Sequence[int]) -> list[SmallSignal]:
-    """Return the derivatives of the linear rest by some parameters, p of shape (n_p,)."""
-    rows = compiled.n_x + compiled.n_w + compiled.n_y
-    found = np.asarray(compiled.matrices_jacobian(p).full(), float)[:, wanted]
-    return [_linear_rest(compiled, column.reshape(rows, -1, order="F")) for column in found.T]
-
-
-def _linear_rest(compiled: Compiled, block: Array) -> SmallSignal:
-    n, k = compiled.n_x, compiled.n_x + compiled.n_w
-    m = n + compiled.n_u
-    return SmallSignal(
-        block[..., :n, :n], block[..., :n, n:m], block[..., k:, :n], block[..., k:, n:m]
-    )
-
-
 def of_program(program: Program, p: Array, u: Array) -> SmallSignal:
-    """Return models at parameters (S, n_p) about their rests under inputs `u`, shape (n_u,).
+    """Return models at parameters (..., n_p) about their rests under inputs `u`, shape (n_u,).
 
     Where there is no rest, the states stay at the start of the program.
     """
-    v, _ = _points(program, p, u)
-    wide, by_unknowns, unknowns, inner = _quarters(program, _blocks(program, v, u, p))
-    return _cut(program, wide - by_unknowns @ _inverse(inner) @ unknowns)
+    each = np.atleast_2d(p)
+    v, _ = _points(program, each, u)
+    (block,) = map(_numbers, evaluated(_functions(Key(program))[0], v, u, each))
+    wide, by_unknowns, unknowns, inner = _quarters(program, block)
+    made = wide - by_unknowns @ np.linalg.inv(inner) @ unknowns
+    return _cut(program, made.reshape(*p.shape[:-1], *made.shape[1:]))
 
 
 def slopes_of_program(
@@ -128,22 +99,21 @@ def slopes_of_program(
 
     A rest that is not unique moves by the smallest correction.
     """
-    (v,), (resting,) = _points(program, p[None], u)
-    block = _blocks(program, v[None], u, p[None])[0]
-    by_p, block_by_v, block_by_p = map(_numbers, _functions(Key(program))[1](v, u, p))
-    held = 0 if resting else len(program.states)
-    moved = np.zeros((v.size, len(wanted)))
-    if v.size > held and np.isfinite(block).all():
-        right = by_p[held:, list(wanted)].T
-        jacobian = np.tile(block[held : v.size, held : v.size], (len(wanted), 1, 1))
-        moved[held:] = -least_correction(right, jacobian)[0].T
+    v, (resting,) = _points(program, p[None], u)
+    found = evaluated(_functions(Key(program))[1], v, u, p[None])
+    block, by_p, block_by_v, block_by_p = (_numbers(a[0]) for a in found)
+    n, held = v.shape[1], 0 if resting else len(program.states)
+    moved = np.zeros((n, len(wanted)))
+    if n > held and np.isfinite(block).all():
+        jacobian = np.tile(block[held:n, held:n], (len(wanted), 1, 1))
+        moved[held:] = -least_correction(by_p[held:, list(wanted)].T, jacobian)[0].T
     _, by_unknowns, unknowns, inner = _quarters(program, block)
-    left, right = by_unknowns @ _inverse(inner), _inverse(inner) @ unknowns
-    found = []
+    left, right = by_unknowns @ np.linalg.inv(inner), np.linalg.inv(inner) @ unknowns
+    slopes = []
     for column in (block_by_p[:, list(wanted)] + block_by_v @ moved).T:
         d = _quarters(program, column.reshape(block.shape, order="F"))
-        found.append(_cut(program, d[0] - d[1] @ right - left @ d[2] + left @ d[3] @ right))
-    return found
+        slopes.append(_cut(program, d[0] - d[1] @ right - left @ d[2] + left @ d[3] @ right))
+    return slopes
 
 
 def _points(program: Program, p: Array, u: Array) -> tuple[Array, Array]:
@@ -155,20 +125,8 @@ def _points(program: Program, p: Array, u: Array) -> tuple[Array, Array]:
     return v, resting
 
 
-def _blocks(program: Program, v: Array, u: Array, p: Array) -> Array:
-    """Return the slopes of rates, residuals and readings by states, unknowns and inputs."""
-    f, many = _functions(Key(program))[0], p.shape[0]
-    made = (f if many == 1 else f.map(many))(v.T, np.tile(u[:, None], (1, many)), p.T)
-    return _stacked(made, v.shape[1] + len(program.outputs), many)
-
-
-def _stacked(made: ca.DM, rows: int, many: int) -> Array:
-    return _numbers(made).reshape(rows, many, -1).transpose(1, 0, 2)
-
-
-def _numbers(made: ca.DM) -> Array:
-    """Return an array; an endless slope is none, and nothing that is computed with it warns."""
-    found = np.asarray(made.full(), float)
+def _numbers(found: Array) -> Array:
+    """Return an array in which an endless slope is none; nothing computed with it warns."""
     return np.where(np.isfinite(found), found, np.nan)
 
 
@@ -182,14 +140,6 @@ def _quarters(program: Program, block: Array) -> tuple[Array, Array, Array, Arra
     )  # fmt: skip
 
 
-def _inverse(inner: Array) -> Array:
-    """Inverse; NaN where a loop has no slope."""
-    try:
-        return np.asarray(np.linalg.inv(inner))
-    except np.linalg.LinAlgError:
-        return np.full_like(inner, np.nan)
-
-
 def _cut(program: Program, block: Array) -> SmallSignal:
     n = len(program.states)
     upper, lower = block[..., :n, :], block[..., n:, :]
@@ -198,7 +148,11 @@ def _cut(program: Program, block: Array) -> SmallSignal:
 
 @lru_cache(maxsize=64)
 def _functions(key: Key) -> tuple[ca.Function, ca.Function]:
-    """Return ``(v, u, p) -> M`` and ``(v, u, p) -> dF/dp, dM/dv, dM/dp``, M column-major."""
+    """Return ``(v, u, p) -> M`` and ``(v, u, p) -> M, dF/dp, dM/dv, dM/dp``.
+
+    M holds the slopes of rates, residuals and readings by states, unknowns and inputs; its
+    derivatives are those of the column-major M.
+    """
     q = key.program
     n_x, n_z = len(q.states), len(q.algebraic)
     v, u = ca.SX.sym("v", n_x + n_z), ca.SX.sym("u", len(q.inputs))
@@ -210,5 +164,5 @@ def _functions(key: Key) -> tuple[ca.Function, ca.Function]:
     parts = (ca.jacobian(balance, p), *(ca.jacobian(ca.vec(block), w) for w in (v, p)))
     return (
         ca.Function("block", [v, u, p], [block]),
-        ca.Function("slopes", [v, u, p], [ca.densify(d) for d in parts]),
+        ca.Function("slopes", [v, u, p], [block, *(ca.densify(d) for d in parts)]),
     )

@@ -13,12 +13,14 @@ from bondgraph.simulation.radau.recorder import Key
 from bondgraph.simulation.start import own_input
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
-__all__ = ["inputs_of", "least_correction", "rest", "rests", "unknowns_at"]
+__all__ = ["evaluated", "inputs_of", "least_correction", "rest", "rests", "unknowns_at"]
 
 Array = np.ndarray
 
 SOLVED = 1e-12
 LOOSE = 1e-7
+BESIDE = 1e-6
+"""Where an endless slope (of a root at zero) is left behind."""
 
 
 def inputs_of(program: Program, commands: Mapping[str, Array], time: Array) -> Array:
@@ -103,17 +105,17 @@ def rests(
     f = _balance(Key(program))
     still = np.ones(p.shape[0], bool)
     for _ in range(50 if begin.size > held else 0):
-        r, j = _balances(f, v, u, p, m, time)
-        r, j = r[:, held:], j[:, held:, held:]
+        r, j = evaluated(f, np.array([time]), v, u, p, m)
+        r, j = r[:, held:, 0], j[:, held:, held:]
         good = np.isfinite(r).all(axis=1) & np.isfinite(j).all(axis=(1, 2))
         r, j = np.where(good[:, None], r, 0.0), np.where(good[:, None, None], j, 0.0)
         step, rows, columns = least_correction(r, j)
-        v[:, held:] -= step
+        v[:, held:] -= np.where(good[:, None], step, -BESIDE)
         scale = np.abs(v[:, held:] * columns).max(axis=1) + 1e-150
         arrived = np.abs(step * columns).max(axis=1) <= SOLVED * scale
         left = np.abs(r / rows).max(axis=1) / np.maximum(scale, 1e-3)
         still = good & arrived & (left <= 1e-9)
-        if (arrived | ~good).all():
+        if (good & arrived).all():
             break
     v[~still] = np.nan
     return v
@@ -132,13 +134,14 @@ def least_correction(r: Array, j: Array) -> tuple[Array, Array, Array]:
     return (inverse @ (r / rows)[:, :, None])[:, :, 0] / columns, rows, columns
 
 
-def _balances(
-    f: ca.Function, v: Array, u: Array, p: Array, m: Array, time: float
-) -> tuple[Array, Array]:
-    """Rates and residuals (S, n) and their derivatives by states and unknowns (S, n, n)."""
-    many, n = v.shape
-    r, j = (f if many == 1 else f.map(many))(time, v.T, u, p.T, m)
-    return r.full().T, j.full().reshape(n, many, n).transpose(1, 0, 2)
+def evaluated(f: ca.Function, *arguments: Array) -> list[Array]:
+    """Return the outputs of `f` (S, rows, columns) for arguments (S, n), or (n,) for all."""
+    many = max(len(a) for a in arguments if a.ndim == 2)
+    made = (f if many == 1 else f.map(many)).call([ca.DM(a.T) for a in arguments])
+    return [
+        np.asarray(m.full(), float).reshape(f.size1_out(i), many, -1).transpose(1, 0, 2)
+        for i, m in enumerate(made)
+    ]
 
 
 @lru_cache(maxsize=64)

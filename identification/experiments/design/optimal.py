@@ -121,17 +121,14 @@ def information_of_signal(
     noise: Mapping[str, Noise],
     parameters: Sequence[str],
     scale: FloatArray,
-    others: Mapping[str, float] | None = None,
+    bias: Mapping[str, float] | None = None,
 ) -> FloatArray:
-    """Return the information of a whole periodic signal in the steady state, shape (n, n).
-
-    It swings about its own mean, `others` hold constant commands.
-    """
+    """Return the information of a whole periodic signal in the steady state, shape (n, n)."""
     lines = np.asarray(signal.lines)
     amplitude = np.abs(np.fft.rfft(signal.one_period)[lines]) * 2.0 / signal.period
-    bias = {**(others or {}), signal.name: signal.bias}
+    held = {**(bias or {}), signal.name: signal.bias}
     each = line_information(
-        model, p, signal.name, noise, signal.frequencies, parameters, scale, bias
+        model, p, signal.name, noise, signal.frequencies, parameters, scale, held
     )
     return np.asarray(np.einsum("k,kij->ij", 0.5 * amplitude**2 * signal.values.size, each))
 
@@ -158,17 +155,16 @@ def optimal_multisine(
     periods: int = 1,
     seed: int = 0,
     unit: str | None = None,
-    bias: float = 0.0,
-    others: Mapping[str, float] | None = None,
+    bias: Mapping[str, float] | None = None,
 ) -> Proposal:
     """Return the multisine whose power spectrum determines parameters best.
 
     Parameters
     ----------
     model : BondGraph, Compiled or Engine
-        Any that has slopes at its rest under `bias` and `others`.
+        Any that has slopes at its rest.
     source : str
-        The input designed.
+        The input designed; other inputs rest.
     noise : mapping of str to float or callable
         Sensors that are read, and their noise; see `line_information`.
     rate, period, band, kind, periods, seed
@@ -195,10 +191,8 @@ def optimal_multisine(
         declared parameters and say nothing about physics that is missing.
     unit : str, optional
         Of the source, SI; as declared in the graph if not given.
-    bias : float
-        Mean of the input, SI.
-    others : mapping of str to float, optional
-        Constant commands of the other inputs, SI; 0 if not given.
+    bias : mapping of str to float, optional
+        Mean of the input and constant commands of the others, SI; 0 where not given.
 
     Raises
     ------
@@ -218,13 +212,12 @@ def optimal_multisine(
     vectors, scale = prior_samples(engine, names, values, prior, samples, seed)
     designed = partial(
         multisine, rate, period, rms=rms, periods=periods, seed=seed, name=source, unit=unit,
-        bias=bias,
+        bias=(bias or {}).get(source, 0.0),
     )  # fmt: skip
     even = designed(band=band, kind=kind, phases="schroeder")
     f = even.frequencies
-    held = {**(others or {}), source: bias}
     each = np.stack(
-        [line_information(engine, p, source, noise, f, names, scale, held) for p in vectors]
+        [line_information(engine, p, source, noise, f, names, scale, bias) for p in vectors]
     )
     _must_show(each, names)
     cost = np.ones(f.size) if corner is None else 1.0 + (f / corner) ** 2
@@ -246,7 +239,7 @@ def optimal_multisine(
         notes += [f"to fit the envelope: {both[0]}; flat: amplitude times {both[1].amplitude:.4g}"]
         words = f"a flat multisine of {f.size} lines as large as the envelope allows"
     information = [
-        information_of_signal(engine, vectors[0], s, noise, names, scale, others)
+        information_of_signal(engine, vectors[0], s, noise, names, scale, bias)
         for s in (made, flat)
     ]
     return Proposal(

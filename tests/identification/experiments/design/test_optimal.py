@@ -258,7 +258,7 @@ def test_spectrum_of_small_swings_tells_what_the_record_does() -> None:
 def test_bias_keeps_the_tanks_from_running_dry() -> None:
     made = optimal_multisine(
         tank(), "Q", {"p1": 3.0, "p2": 1.0}, rate=2.0, period=1000, band=(0.002, 0.2), rms=5e-4,
-        bias=4e-3, envelope=DriveLimits(0.0, 8e-3),
+        bias={"Q": 4e-3}, envelope=DriveLimits(0.0, 8e-3),
     )  # fmt: skip
     assert made.signal.bias == pytest.approx(4e-3)
     assert made.signal.values.min() > 0.0
@@ -275,5 +275,5 @@ def test_without_a_slope_another_rest_is_asked_for() -> None:
         node >> De("p", unit="Pa")
     with pytest.raises(UnusableInput, match=r"no slope at rest.*bias="):
         optimal_multisine(g, "Q", {"p": 1.0}, rate=1.0, period=100)
-    made = optimal_multisine(g, "Q", {"p": 1.0}, rate=1.0, period=100, bias=1e-3, rms=1e-4)
+    made = optimal_multisine(g, "Q", {"p": 1.0}, rate=1.0, period=100, bias={"Q": 1e-3}, rms=1e-4)
     assert made.expected["r"].sd > 0.0
