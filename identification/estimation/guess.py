@@ -192,13 +192,13 @@ def _shown(stack: JointProblem, theta: Array) -> Array:
     for r, (p, at) in enumerate(zip(stack.problems, stack.columns, strict=True)):
         engine, local, mean = p.engine, stack.local(point, r).theta, p.mean_inputs
         vector, n_y = parameters_at(p, local), len(p.data.names)
-        omega = np.asarray(np.geomspace(1.0 / p.data.n, 2.0, LINES) / p.data.dt)
-        drive = engine.drive(engine.commands, omega)
+        s = np.asarray(1j * np.geomspace(1.0 / p.data.n, 2.0, LINES) / p.data.dt, complex)
+        drive = engine.drive(engine.commands, s)
         small = engine.small_signal(vector, mean)
         slopes = engine.small_signal_slopes(vector, mean, p.directions)
         with np.errstate(all="ignore"):
-            size = np.abs(small.response(omega, drive))[:, :n_y, :, None]
-            moved = np.abs(small.response_slopes(slopes, omega, drive))[:, :n_y] * p.slopes(local)
+            size = np.abs(small.response(s, drive))[:, :n_y, :, None]
+            moved = np.abs(small.response_slopes(slopes, s, drive))[:, :n_y] * p.slopes(local)
             change = np.nan_to_num(moved / size, nan=0.0).max(axis=(0, 1, 2), initial=0.0)
         for i, f, c in zip(at, p.free, change, strict=False):
             if f.parameter.name not in p.added:

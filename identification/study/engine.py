@@ -129,14 +129,14 @@ class Engine(ABC):
     ) -> Sequence[SmallSignal]:
         """Return the exact derivatives of `small_signal`, how the rest moves included."""
 
-    def drive(self, commands: Sequence[str], omega: Array) -> ComplexArray:
-        """Return the inputs for one command ``exp(j omega t)`` each, rates too, (F, n_u, n_m)."""
-        made = np.zeros((omega.size, len(self.input_names), len(commands)), complex)
+    def drive(self, commands: Sequence[str], s: ComplexArray) -> ComplexArray:
+        """Return the inputs for one command ``exp(s t)`` each, rates too, (F, n_u, n_m)."""
+        made = np.zeros((s.size, len(self.input_names), len(commands)), complex)
         for k, command in enumerate(commands):
             made[:, self.input_names.index(command), k] = 1.0
             for order, prefix in enumerate(("d_", "d2_", "d3_"), start=1):
                 if prefix + command in self.input_rates:
-                    made[:, self.input_names.index(prefix + command), k] = (1j * omega) ** order
+                    made[:, self.input_names.index(prefix + command), k] = s**order
         return made
 
     @property

@@ -42,36 +42,37 @@ class SmallSignal:
         # charges and momenta differ by many decades
         return np.asarray(np.linalg.eigvals(matrix_balance(self.a)[0]), complex)
 
-    def response(self, omega: Array, drive: ComplexArray) -> ComplexArray:
+    def response(self, s: ComplexArray, drive: ComplexArray) -> ComplexArray:
         """Return ``(C (s - A)^-1 B + D) drive``, shape (..., F, n_y, n_m).
 
         Parameters
         ----------
-        omega : ndarray, shape (F,), rad/s
+        s : ndarray, shape (F,)
+            ``j omega``, rad/s; ``exp(j omega dt)`` where the matrices are those of a step.
         drive : ndarray, shape (F, n_u, n_m)
             The inputs for each of n_m commands of one, see `Engine.drive`.
         """
-        x = self._states(omega, drive)
+        x = self._states(s, drive)
         return np.asarray(self.c[..., None, :, :] @ x + self.d[..., None, :, :] @ drive)
 
     def response_slopes(
-        self, slopes: Sequence[SmallSignal], omega: Array, drive: ComplexArray
+        self, slopes: Sequence[SmallSignal], s: ComplexArray, drive: ComplexArray
     ) -> ComplexArray:
         """Return the derivatives of the response of one model, shape (F, n_y, n_m, n).
 
         With ``X = (s - A)^-1 B``: ``dG = dC X + dD + C (s - A)^-1 (dA X + dB)``.
         """
-        x = self._states(omega, drive)
+        x = self._states(s, drive)
         across = SmallSignal(self.a.T, self.c.T, self.c, self.d)
-        left = across._states(omega, np.eye(self.c.shape[0], dtype=complex)[None])
-        made = np.empty((omega.size, self.c.shape[0], drive.shape[2], len(slopes)), complex)
+        left = across._states(s, np.eye(self.c.shape[0], dtype=complex)[None])
+        made = np.empty((s.size, self.c.shape[0], drive.shape[2], len(slopes)), complex)
         for i, t in enumerate(slopes):
             inner = left.transpose(0, 2, 1) @ (t.a @ x + t.b @ drive)
             made[..., i] = t.c @ x + t.d @ drive + inner
         return made
 
-    def _states(self, omega: Array, drive: ComplexArray) -> ComplexArray:
-        resolvent = 1j * omega[:, None, None] * np.eye(self.a.shape[-1]) - self.a[..., None, :, :]
+    def _states(self, s: ComplexArray, drive: ComplexArray) -> ComplexArray:
+        resolvent = s[:, None, None] * np.eye(self.a.shape[-1]) - self.a[..., None, :, :]
         right = self.b[..., None, :, :] @ drive
         try:
             return np.asarray(np.linalg.solve(resolvent, right))

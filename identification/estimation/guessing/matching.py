@@ -77,9 +77,10 @@ def _responses(problem: Problem, local: Array, m: Measured) -> ComplexArray:
     for i, f in enumerate(problem.free):
         at = names.index(f.parameter.name)
         p[:, at] = f.start * np.exp(local[:, i]) if f.log else f.start + f.scale * local[:, i]
-    drive = engine.drive([engine.input_names[i] for i in m.inputs], m.omega)
+    s = np.asarray(1j * m.omega, complex)
+    drive = engine.drive([engine.input_names[i] for i in m.inputs], s)
     made = engine.small_signal(p, problem.mean_inputs)
-    response = made.response(m.omega, drive)[:, :, : len(problem.data.names)]
+    response = made.response(s, drive)[:, :, : len(problem.data.names)]
     turn = 1j * m.omega * problem.data.dt
     lags = output_delays(problem, np.zeros(slots(problem).size) + local[0])
     response = response * np.exp(-turn[:, None] * lags)[None, :, :, None]

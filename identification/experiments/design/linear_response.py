@@ -64,12 +64,12 @@ def response_and_sensitivity(
     u = engine.inputs(held, np.arange(2.0))[0]
     rows = [engine.output_names.index(o) for o in outputs]
     wanted = [engine.parameter_names.index(n) for n in parameters]
-    omega = np.asarray(2.0 * np.pi * np.asarray(frequency))
-    drive = engine.drive([source], omega)
+    s = np.asarray(2j * np.pi * np.asarray(frequency), complex)
+    drive = engine.drive([source], s)
     small = engine.small_signal(p, u)
-    response = small.response(omega, drive)[:, rows, 0]
+    response = small.response(s, drive)[:, rows, 0]
     slopes = engine.small_signal_slopes(p, u, wanted)
-    sensitivity = small.response_slopes(slopes, omega, drive)[:, rows, 0]
+    sensitivity = small.response_slopes(slopes, s, drive)[:, rows, 0]
     if not (np.isfinite(response).all() and np.isfinite(sensitivity).all()):
         raise UnusableInput(
             f"{engine.name}: the equations have no slope at rest under these constant commands; "
