@@ -12,7 +12,6 @@ with, apart from the steady course.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,9 +138,8 @@ def _systems(
 def _cut(compiled: Compiled, packed: Array) -> tuple[Array, Array, Array]:
     """Unpack the discrete part of a linear model: Phi, G0, G1, column-major."""
     n, m = compiled.n_x, compiled.n_u
-    edges = np.cumsum([0, n * n, n * m, n * m])
-    phi, early, late = (packed[a:b].reshape(n, -1, order="F") for a, b in pairwise(edges))
-    return phi, early, late
+    joined = packed[: n * (n + 2 * m)].reshape(n, n + 2 * m, order="F")
+    return joined[:, :n], joined[:, n : n + m], joined[:, n + m :]
 
 
 def _drive(problem: Problem, lines: Lines, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

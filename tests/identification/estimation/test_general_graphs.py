@@ -76,7 +76,7 @@ def test_measured_response_is_that_of_small_motions() -> None:
     m = measured_response(p)
     assert m is not None
     made = p.engine.small_signal(p.start_vector, p.mean_inputs)
-    s = 1j * m.omega
+    s = np.asarray(1j * m.omega, complex)
     exact = made.response(s, p.engine.drive(["T"], s))[:, 0, 0]
     exact = exact * np.sinc(m.omega * p.data.dt / (2 * np.pi)) ** 2
     error = np.abs(np.exp(m.logarithm[:, 0, 0]) / exact - 1.0) * m.weight[:, 0, 0]

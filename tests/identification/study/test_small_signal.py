@@ -16,12 +16,12 @@ Array = np.ndarray
 
 def still(engine: Engine, **bias: float) -> Array:
     held = {n: np.full(2, bias.get(n, 0.0)) for n in engine.commands}
-    return engine.inputs(held, np.arange(2.0))[0]
+    return np.asarray(engine.inputs(held, np.arange(2.0))[0])
 
 
 def test_twin_of_a_linear_graph() -> None:
     """Responses and their derivatives by parameters are those of the exact engine."""
-    s = 1j * np.geomspace(0.5, 60.0, 9)
+    s = np.asarray(1j * np.geomspace(0.5, 60.0, 9), complex)
     made = []
     for engine in (engine_of(coupled()), general(coupled())):
         p, u, drive = engine.vector({}), still(engine, F=3.0), engine.drive(["F"], s)
