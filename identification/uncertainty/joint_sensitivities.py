@@ -83,20 +83,22 @@ def rich_jacobian(
     """
     relative = np.where(p[list(place)] == 0, 1.0, p[list(place)])
     rows = []
+    why = "no reading moves, or none is finite, at these parameters; check them"
     for speed in speeds:
         time = np.arange(SAMPLES) * 0.4 / speed
         for size in SIZES:
             try:
                 with np.errstate(all="ignore"):
                     y, dy = _run(engine, size, time, place, p, rng)
-            except BondsightError:
+            except BondsightError as refusal:
+                why = str(refusal)
                 continue
             for c in range(y.shape[1]):
                 level = float(np.sqrt(np.mean(y[:, c] ** 2)))
                 if np.isfinite(dy[:, c]).all() and np.isfinite(level) and level > 0:
                     rows.append(dy[:, c, : len(place)] * relative / level)
     if not rows:
-        raise UnusableInput("no reading moves, or none is finite, at these parameters; check them")
+        raise UnusableInput(why)
     return np.concatenate(rows)
 
 

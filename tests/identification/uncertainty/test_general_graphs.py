@@ -7,7 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bondgraph.graph.elements import Parameter
+from bondgraph.laws import Coulomb
+from bondgraph.support.errors import UnusableInput
 from identification.estimation import Study, Vary, estimate
+from identification.estimation.guess import explained_guess
 from identification.study.engine import engine_of
 from identification.uncertainty.cases import case_of
 from identification.uncertainty.coverage import coverage
@@ -66,6 +70,20 @@ def test_identifiability_of_every_kind() -> None:
     tied = identifiability(motor())
     assert tied.missing == 1
     assert set(tied.groups[0].names) == {"n", "kt", "J", "b"}
+
+
+def test_a_law_that_jumps_is_said_to_be_the_reason() -> None:
+    """Newton's method cannot follow it in a graph that is not linear up to its laws."""
+    graph = pendulum().with_element("b", law=Coulomb(0.1, unit="N*m"))
+    graph = graph.with_parameters([Parameter("F_c_b", 0.1, "N*m", positive=True)])
+    for verb in (
+        lambda: identifiability(graph),
+        lambda: preflight(Study(graph, swung())),
+        lambda: estimate(Study(graph, swung()), "frequency_domain"),
+        lambda: explained_guess(Study(graph, swung())),
+    ):
+        with pytest.raises(UnusableInput, match="b has a law that jumps"):
+            verb()
 
 
 def test_profiles_and_judgement_hold_the_truth() -> None:
