@@ -47,11 +47,10 @@ class Blocks:
 
 
 def blocks(compiled: Compiled, block: Array) -> Blocks:
-    """Cut the block ``[[A, B E], [Cs, Ds Dsw], [Cy, Dy Dyw]]`` into its parts."""
+    """Cut a block ``[[A, B E], [Cs, Ds Dsw], [Cy, Dy Dyw]]``, or a stack of them, into parts."""
     n, k = compiled.n_x, compiled.n_x + compiled.n_w
-    return Blocks(
-        block[:n, :n], block[:n, n:], block[n:k, :n], block[n:k, n:], block[k:, :n], block[k:, n:]
-    )
+    rows = (block[..., at, :] for at in (slice(n), slice(n, k), slice(k, None)))
+    return Blocks(*(part for row in rows for part in (row[..., :n], row[..., n:])))
 
 
 @dataclass(frozen=True, slots=True)

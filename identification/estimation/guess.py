@@ -1,9 +1,9 @@
 """Start values from the data: a user need not know any.
 
-Measured frequency responses are matched by thousands of parameter sets of the model's linear rest,
-the best few are fitted for some iterations to the readings, and the least misfit wins; the declared
-start takes part. Where no response can be measured, short windows with initial states of their own
-that grow lead to the free run.
+Measured frequency responses are matched by small motions of the model at thousands of parameter
+sets, the best few are fitted for some iterations to the readings, and the least misfit wins; the
+declared start takes part. Where that does not follow the readings, short windows with initial
+states of their own that grow lead to the free run.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from identification.estimation.guessing.matching import Matching, matched
 from identification.estimation.guessing.measured import measured_response
 from identification.estimation.levenberg_marquardt import Descent, minimise
 from identification.estimation.threads import calm
-from identification.study.engine import ExactEngine
 from identification.study.joint import JointPoint, JointProblem
+from identification.study.residual import parameters_at
 from identification.study.study import Study
 
 Progress = Callable[[str, float], None]
@@ -34,7 +34,11 @@ TRIED = 4
 """Matches that are fitted to the readings."""
 TRIAL = 10
 """Iterations of a trial."""
-POOR = 0.2
+FAINT = 1e-2
+"""Change of the logarithm of a response per unit of an unknown that small motions do not show."""
+LINES = 12
+"""Frequencies at which small motions are looked at."""
+POOR = 0.1
 """A misfit above this share of the spread of the readings asks for windows too."""
 
 
@@ -120,27 +124,27 @@ def _guessed(study: Study, seed: int, say: Progress) -> Guess:
     say("start values: measuring responses", 0.05)
     seen = _from_responses(stack, declared, seed, words)
     points = [declared.theta, *seen]
+    near = points[1] if seen else points[0]
     say("start values: sizes of laws", 0.25)
-    points += law_trials(stack, points[1] if seen else points[0], _hidden(stack), seed)
+    hidden = [i for i, s in enumerate(_shown(stack, near)) if 0.0 <= s < FAINT]
+    points += law_trials(stack, near, hidden, seed)
     best: Descent | None = None
     for i, theta in enumerate(points):
         say(f"start values: trial {i + 1} of {len(points)}", 0.3 + 0.5 * i / len(points))
-        trial = minimise(
-            stack, replace(declared, theta=theta), max_iterations=TRIAL, tolerance=1e-3
-        )
+        begin = _resting(stack, replace(declared, theta=theta))
+        trial = minimise(stack, begin, max_iterations=TRIAL, tolerance=1e-3)
         if best is None or trial.cost < best.cost:
             best = trial
     assert best is not None
-    if not _good(stack, best):
-        say("start values: growing windows", 0.8)
-        grown = _through_windows(brief, stack, best.point.theta, words)
-        if grown.cost < best.cost:
-            best = grown
+    for theta in (best.point.theta, near):
+        if not _good(stack, best):
+            say("start values: growing windows", 0.8)
+            best = min(best, _through_windows(brief, stack, theta, words), key=lambda d: d.cost)
     found = study.starting(_values(stack, best.point.theta))
     before, after = _misfit(study), _misfit(found)
     if not after < before:
         return Guess(study, (*words, "the declared start values are the best"), before, before)
-    return Guess(found, tuple(words), before, after)
+    return Guess(found, tuple(dict.fromkeys(words)), before, after)
 
 
 def _shortened(study: Study) -> Study:
@@ -163,11 +167,8 @@ def _from_responses(
     stack: JointProblem, declared: JointPoint, seed: int, words: list[str]
 ) -> list[Array]:
     """Return unknowns that match the measured responses, best first; none where that fails."""
-    if not all(isinstance(p.engine, ExactEngine) for p in stack.problems):
-        words.append("the model has no linear rest to match responses with")
-        return []
     measured = tuple(measured_response(p) for p in stack.problems)
-    vary = _visible(stack)
+    vary = np.flatnonzero(_shown(stack, declared.theta) > 0.0).tolist()
     entries = sum(m.count for m in measured if m is not None)
     if not vary or 2 * entries < len(vary):
         words.append("no frequency response could be measured")
@@ -180,33 +181,38 @@ def _from_responses(
     return list(found[:TRIED])
 
 
-def _visible(stack: JointProblem) -> list[int]:
-    """Unknowns that the linear rest of a record depends on."""
-    found: set[int] = set()
-    for p, at in zip(stack.problems, stack.columns, strict=True):
-        engine = p.engine
-        assert isinstance(engine, ExactEngine)
-        slopes: Array = engine.compiled.matrices_jacobian(p.start_vector).full()
-        seen = np.abs(slopes).max(axis=0) > 0.0
-        names = engine.parameter_names
-        for i, f in zip(at, p.free, strict=False):
-            nuisance = f.parameter.name in p.added
-            if seen[names.index(f.parameter.name)] and not nuisance:
-                found.add(int(i))
-    return sorted(found)
+def _shown(stack: JointProblem, theta: Array) -> Array:
+    """How far responses move with each unknown of the model, shape (n,); -1: it is none of it.
+
+    The largest change of a logarithm of a response, between the commands and readings of all
+    records, per unit of the unknown.
+    """
+    found = np.full(stack.n, -1.0)
+    point = replace(stack.start(), theta=theta)
+    for r, (p, at) in enumerate(zip(stack.problems, stack.columns, strict=True)):
+        engine, local, mean = p.engine, stack.local(point, r).theta, p.mean_inputs
+        vector, n_y = parameters_at(p, local), len(p.data.names)
+        s = np.asarray(1j * np.geomspace(1.0 / p.data.n, 2.0, LINES) / p.data.dt, complex)
+        drive = engine.drive(engine.commands, s)
+        small = engine.small_signal(vector, mean)
+        slopes = engine.small_signal_slopes(vector, mean, p.directions)
+        with np.errstate(all="ignore"):
+            size = np.abs(small.response(s, drive))[:, :n_y, :, None]
+            moved = np.abs(small.response_slopes(slopes, s, drive))[:, :n_y] * p.slopes(local)
+            change = np.nan_to_num(moved / size, nan=0.0).max(axis=(0, 1, 2), initial=0.0)
+        for i, f, c in zip(at, p.free, change, strict=False):
+            if f.parameter.name not in p.added:
+                found[i] = max(found[i], float(c))
+    return found
 
 
-def _hidden(stack: JointProblem) -> list[int]:
-    """Unknowns of laws alone."""
-    if not all(isinstance(p.engine, ExactEngine) for p in stack.problems):
-        return []
-    found: set[int] = set()
-    for p, at in zip(stack.problems, stack.columns, strict=True):
-        assert isinstance(p.engine, ExactEngine)
-        compiled = p.engine.compiled
-        names = {compiled.parameter_names[i] for i in compiled.law_parameters}
-        found |= {int(i) for i, f in zip(at, p.free, strict=False) if f.parameter.name in names}
-    return sorted(found - set(_visible(stack)))
+def _resting(stack: JointProblem, point: JointPoint) -> JointPoint:
+    """Let the initial states move as the rests do from the start values to `point`."""
+    states = []
+    for r, (p, s) in enumerate(zip(stack.problems, point.states, strict=True)):
+        vector = parameters_at(p, stack.local(point, r).theta)
+        states.append(s + p.engine.rest(vector, p.inputs[0]) - p.rest_state)
+    return replace(point, states=tuple(states))
 
 
 def _good(stack: JointProblem, made: Descent) -> bool:

@@ -150,8 +150,11 @@ def _promised(stack: JointProblem, system: NormalEquations, point: JointPoint) -
 
 
 def _unstick(stack: JointProblem, at: _Stand) -> _Stand | None:
-    """Move the windows' states on their own when no joint step lowers the misfit."""
-    if all(p.window is None for p in stack.problems):
+    """Move initial states on their own, damped, when no joint step lowers the misfit.
+
+    A linear model has nothing to gain: joint steps eliminate its states exactly.
+    """
+    if all(p.engine.exact_step or not p.free_states.size for p in stack.problems):
         return None
     states = tuple(
         refine_states(p, stack.local(at.point, r), passes=4).states

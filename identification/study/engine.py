@@ -15,14 +15,16 @@ from bondgraph.equations.program import Program
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter
 from bondgraph.simulation.exact_run import KernelRun, Memories, Prepared, prepare, run_prepared
+from bondgraph.simulation.first_order_hold import Blocks, blocks, continuous
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.radau.native import PreparedGeneral, prepare_general, run_general
+from bondgraph.simulation.radau.start import evaluated, rest
 from bondgraph.simulation.radau.start import inputs_of as general_inputs
-from bondgraph.simulation.radau.start import rest
 from bondgraph.simulation.simulate import exact_form
-from bondgraph.simulation.start import equilibrium, fine_inputs, inputs_of
-from bondgraph.support.arrays import Array
+from bondgraph.simulation.start import equilibrium, fine_inputs, inputs_of, own_input
+from bondgraph.support.arrays import Array, ComplexArray
 from bondgraph.support.errors import BondsightError
+from identification.study.small_signal import SmallSignal, of_program, slopes_of_program
 
 STRETCHES = 200
 
@@ -62,6 +64,17 @@ class Engine(ABC):
     @abstractmethod
     def has_memory(self) -> bool:
         """Whether a law carries memory."""
+
+    @property
+    def input_rates(self) -> tuple[str, ...]:
+        """The inputs that are time derivatives of others."""
+        return ()
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """The inputs that somebody can choose."""
+        own = {n for n in self.input_names if own_input(n, 1) is not None}
+        return tuple(n for n in self.input_names if n not in {*own, *self.input_rates})
 
     @abstractmethod
     def vector(self, values: Mapping[str, float]) -> Array:
@@ -105,6 +118,26 @@ class Engine(ABC):
     @abstractmethod
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
         """Spread of each state in a simulation, shape (n_x,)."""
+
+    @abstractmethod
+    def small_signal(self, p: Array, u: Array) -> SmallSignal:
+        """Return the model about its rest under inputs `u`; a stack for p of shape (S, n_p)."""
+
+    @abstractmethod
+    def small_signal_slopes(
+        self, p: Array, u: Array, wanted: Sequence[int]
+    ) -> Sequence[SmallSignal]:
+        """Return the exact derivatives of `small_signal`, how the rest moves included."""
+
+    def drive(self, commands: Sequence[str], s: ComplexArray) -> ComplexArray:
+        """Return the inputs for one command ``exp(s t)`` each, rates too, (F, n_u, n_m)."""
+        made = np.zeros((s.size, len(self.input_names), len(commands)), complex)
+        for k, command in enumerate(commands):
+            made[:, self.input_names.index(command), k] = 1.0
+            for order, prefix in enumerate(("d_", "d2_", "d3_"), start=1):
+                if prefix + command in self.input_rates:
+                    made[:, self.input_names.index(prefix + command), k] = s**order
+        return made
 
     @property
     def exact_step(self) -> bool:
@@ -199,6 +232,22 @@ class ExactEngine(Engine):
         """The model with every state among its readings."""
         return Compiled(self.compiled.space, self.state_names)
 
+    def small_signal(self, p: Array, u: Array) -> SmallSignal:
+        """Return the linear rest; laws count with their linear slope, wherever the rest is."""
+        (made,) = evaluated(self.compiled.matrices, np.atleast_2d(p))
+        return self._linear(blocks(self.compiled, made.reshape(*p.shape[:-1], *made.shape[1:])))
+
+    def small_signal_slopes(
+        self, p: Array, u: Array, wanted: Sequence[int]
+    ) -> Sequence[SmallSignal]:
+        """Return the derivatives of the linear rest."""
+        made = continuous(self.compiled, p, np.asarray(wanted, int))
+        return [self._linear(t) for t in made.tangents]
+
+    def _linear(self, parts: Blocks) -> SmallSignal:
+        n = self.compiled.n_u
+        return SmallSignal(parts.a, parts.b[..., :n], parts.cy, parts.dy[..., :n])
+
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
         """Spread of the states, observed in a simulation."""
         ready = prepare(self._observed, p, step, n_sub)
@@ -244,6 +293,11 @@ class GeneralEngine(Engine):
         """Whether a law carries memory."""
         return self.program.has_memory
 
+    @property
+    def input_rates(self) -> tuple[str, ...]:
+        """The inputs that are time derivatives of others."""
+        return self.program.input_rates
+
     def vector(self, values: Mapping[str, float]) -> Array:
         """Parameter vector with some values changed by name."""
         return self.program.vector(values)
@@ -285,6 +339,16 @@ class GeneralEngine(Engine):
             relaxed=memory is None,
         )  # fmt: skip
 
+    def small_signal(self, p: Array, u: Array) -> SmallSignal:
+        """Linearise about the rest, laws and all; about the start where nothing rests."""
+        return of_program(self.program, p, u)
+
+    def small_signal_slopes(
+        self, p: Array, u: Array, wanted: Sequence[int]
+    ) -> Sequence[SmallSignal]:
+        """Return the derivatives of the linearisation, how its rest moves included."""
+        return slopes_of_program(self.program, p, u, wanted)
+
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
         """Spread of the states where stretches of a simulation end."""
         ready = prepare_general(self.program, p, step, n_sub)
@@ -300,17 +364,24 @@ class GeneralEngine(Engine):
         return np.asarray(np.where(np.isfinite(found), found, 0.0).std(axis=0))
 
 
-def engine_of(graph: BondGraph) -> Engine:
-    """Return the exact engine where the graph allows it, else the general one.
+Model = BondGraph | Compiled | Engine
+
+
+def engine_of(model: Model) -> Engine:
+    """Return the exact engine where a graph allows it, else the general one.
 
     Raises
     ------
     BondsightError
         The graph has no equations; one line says why.
     """
-    if (compiled := exact_form(graph)) is not None:
+    if isinstance(model, Engine):
+        return model
+    if isinstance(model, Compiled):
+        return ExactEngine(model)
+    if (compiled := exact_form(model)) is not None:
         return ExactEngine(compiled)
     from bondgraph.equations.codegen import program_of
     from bondgraph.equations.derivation import system
 
-    return GeneralEngine(program_of(system(graph)), graph.parameters)
+    return GeneralEngine(program_of(system(model)), model.parameters)

@@ -403,6 +403,12 @@ class Problem:
         return self.engine.inputs(self.data.commands, self.data.time)
 
     @cached_property
+    def mean_inputs(self) -> Array:
+        """Mean of the inputs over the record, shape (n_u,); what rounding left of none is none."""
+        mean = self.inputs.mean(axis=0)
+        return np.asarray(np.where(np.abs(mean) > 1e-9 * np.ptp(self.inputs, axis=0), mean, 0.0))
+
+    @cached_property
     def start_vector(self) -> Array:
         """Parameter vector with the start values, shape (n_p,)."""
         known = {k: v for k, v in self.starts.items() if k in self.engine.parameter_names}

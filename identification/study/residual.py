@@ -215,7 +215,7 @@ def time_memories(problem: Problem, first: int) -> dict[str, tuple[float, ...]] 
     for e in problem.graph.elements.values():
         drive = getattr(e, "drive", None)
         for law in (getattr(e, "law", None), None if drive is None else drive.law):
-            if law is not None and law.counts_time:
+            if getattr(law, "counts_time", False):  # the law of a field is a tuple of expressions
                 found[e.name] = begun
     return found or None
 

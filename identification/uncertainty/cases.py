@@ -9,11 +9,11 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Dq, I, One, R, Se, Sensor, Source
 from bondgraph.laws import StopSum
-from bondgraph.simulation.first_order_hold import blocks
-from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import FloatArray
+from identification.study.engine import engine_of
 from identification.uncertainty.coverage import Case
+from identification.uncertainty.joint_sensitivities import speeds_of
 
 SAMPLES = 800
 
@@ -72,7 +72,8 @@ def case_of(
         Highest frequency, Hz; twice that of the slowest pole when not given.
     """
     if top is None:
-        top = _speed(graph)
+        engine = engine_of(graph)
+        top = float(speeds_of(engine, engine.vector({}))[0]) / np.pi
     time = np.arange(samples) / (8.0 * top)
     rng = np.random.default_rng(seed)
     names = [s.name for s in graph.of_type(Source)]
@@ -84,15 +85,6 @@ def case_of(
     }
     free = tuple(n for n, p in graph.parameters.items() if not p.fixed)
     return Case(f"{graph.name}", graph, time, commands, levels, free, colour, model)
-
-
-def _speed(graph: BondGraph) -> float:
-    """Twice the frequency of the slowest pole that is not an integrator, Hz."""
-    compiled = compile_model(graph)
-    parts = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float))
-    poles = np.abs(np.linalg.eigvals(parts.a)) if parts.a.size else np.ones(1)
-    poles = poles[poles > 1e-9 * max(float(poles.max()), 1e-300)]
-    return 2.0 * float(poles.min()) / (2 * np.pi) if poles.size else 1.0
 
 
 def multisine(samples: int, rng: np.random.Generator) -> FloatArray:

@@ -11,14 +11,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from bondgraph.analysis.kalman import SET_ASIDE
-from bondgraph.analysis.linear import eigenvalues
-from bondgraph.equations.derivation import system
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import BondsightError, UnusableInput
-from identification.study.engine import Engine, ExactEngine, GeneralEngine, engine_of
+from identification.study.engine import Engine, engine_of
 
 SAMPLES = 160
 SIZES = tuple(10.0**k for k in range(-3, 4))
@@ -55,7 +51,7 @@ def rich_nulls(
         p = engine.vector(values or {})
         place = [engine.parameter_names.index(n) for n in free]
         p[place] *= np.exp(rng.uniform(-0.3, 0.3, len(place)))
-        j = rich_jacobian(engine, speeds_of(engine, graph, p), place, p, rng)
+        j = rich_jacobian(engine, speeds_of(engine, p), place, p, rng)
         null, gap = _null(j)
         found.append((null.shape[1], p[place], null, gap))
     least = min(f[0] for f in found)
@@ -63,18 +59,12 @@ def rich_nulls(
     return [f[1] for f in kept], [f[2] for f in kept], min(f[3] for f in kept)
 
 
-def speeds_of(engine: Engine, graph: BondGraph, p: FloatArray) -> FloatArray:
-    """Return speeds (1/s) from the slowest to the fastest motion of the linear part."""
-    if isinstance(engine, ExactEngine):
-        form = engine.compiled
-        a = blocks(form, np.asarray(form.matrices(p).full(), float)).a
-        found = np.abs(np.linalg.eigvals(a)) if a.size else np.ones(1)
-    else:
-        values = dict(zip(engine.parameter_names, p.tolist(), strict=True))
-        try:
-            found = np.abs(eigenvalues(system(graph), values))
-        except BondsightError:  # memory or no slope at rest: nothing is known of the speed
-            return np.geomspace(1e-2, 1e4, SPEEDS)
+def speeds_of(engine: Engine, p: FloatArray) -> FloatArray:
+    """Return speeds (1/s) from the slowest to the fastest small motion about the rest."""
+    still = engine.inputs({n: np.zeros(2) for n in engine.commands}, np.arange(2.0))[0]
+    found = np.abs(engine.small_signal(p, still).eigenvalues())
+    if engine.n_x and not found.size:  # no slope at rest: nothing is known of the speed
+        return np.geomspace(1e-2, 1e4, SPEEDS)
     found = found[found > 1e-12 * max(float(found.max(initial=0.0)), 1e-300)]
     found = found if found.size else np.ones(1)
     return np.geomspace(float(found.min()), float(found.max()), SPEEDS if np.ptp(found) else 1)
@@ -93,20 +83,22 @@ def rich_jacobian(
     """
     relative = np.where(p[list(place)] == 0, 1.0, p[list(place)])
     rows = []
+    why = "no reading moves, or none is finite, at these parameters; check them"
     for speed in speeds:
         time = np.arange(SAMPLES) * 0.4 / speed
         for size in SIZES:
             try:
                 with np.errstate(all="ignore"):
                     y, dy = _run(engine, size, time, place, p, rng)
-            except BondsightError:
+            except BondsightError as refusal:
+                why = str(refusal)
                 continue
             for c in range(y.shape[1]):
                 level = float(np.sqrt(np.mean(y[:, c] ** 2)))
                 if np.isfinite(dy[:, c]).all() and np.isfinite(level) and level > 0:
                     rows.append(dy[:, c, : len(place)] * relative / level)
     if not rows:
-        raise UnusableInput("no reading moves, or none is finite, at these parameters; check them")
+        raise UnusableInput(why)
     return np.concatenate(rows)
 
 
@@ -118,24 +110,13 @@ def _run(
     p: FloatArray,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
-    names = _commands(engine)
+    names = engine.commands
     waves = size * _mixture(rng, len(names))
     u = engine.inputs({n: waves[:, i] for i, n in enumerate(names)}, time)
     ready = engine.prepare(p, float(time[1]), 2, list(place), False)
     fine = engine.fine_inputs(u, 2, "linear")
     run = engine.run(ready, u, engine.rest(p, u[0]), fine, every_substep=False)
     return np.asarray(run.y), np.asarray(run.dy)
-
-
-def _commands(engine: Engine) -> tuple[str, ...]:
-    """Return the inputs that somebody can choose."""
-    if isinstance(engine, ExactEngine):
-        names: tuple[str, ...] = engine.compiled.space.input_names
-    elif isinstance(engine, GeneralEngine):
-        names = tuple(n for n in engine.program.inputs if n not in engine.program.input_rates)
-    else:
-        raise UnusableInput(f"{type(engine).__name__}: nothing is known of its inputs")
-    return tuple(n for n in names if n.rstrip("0123456789") not in SET_ASIDE)
 
 
 def _mixture(rng: np.random.Generator, n_u: int) -> FloatArray:

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
 
 from bondgraph.equations.program import Program
+from bondgraph.simulation.radau.recorder import Key
 from bondgraph.simulation.start import own_input
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
-__all__ = ["inputs_of", "rest", "unknowns_at"]
+__all__ = ["evaluated", "inputs_of", "least_correction", "rest", "rests", "unknowns_at"]
 
 Array = np.ndarray
 
 SOLVED = 1e-12
 LOOSE = 1e-7
+BESIDE = 1e-6
+"""Where an endless slope (of a root at zero) is left behind."""
 
 
 def inputs_of(program: Program, commands: Mapping[str, Array], time: Array) -> Array:
@@ -57,43 +61,99 @@ def rest(
 ) -> tuple[Array, Array]:
     """Return the state and the algebraic unknowns at which nothing moves under inputs `u`.
 
-    Newton's method with the smallest correction where rest is not unique (a free mass).
+    See `rests`.
 
     Raises
     ------
     BondsightError
         None is found; give ``x0``.
     """
-    n_x, n_z = len(program.states), len(program.algebraic)
-    v = ca.SX.sym("v", n_x + n_z)
+    found = rests(program, u, p[None], memory=memory, time=time)[0]
+    if np.isnan(found).any():
+        raise BondsightError(
+            f"{program.name}: no rest under the first inputs is found to start from; give the "
+            f"initial state x0 ({', '.join(program.states)})"
+        )
+    n_x = len(program.states)
+    return found[:n_x], found[n_x:]
+
+
+def rests(
+    program: Program,
+    u: Array,
+    p: Array,
+    *,
+    memory: Array | None = None,
+    time: float = 0.0,
+    held: int = 0,
+) -> Array:
+    """Return states and algebraic unknowns at rest under inputs `u`, shape (S, n_x + n_z).
+
+    Newton's method on all of them at once, with the smallest correction where rest is not unique
+    (a free mass). Rows are NaN where none is found.
+
+    Parameters
+    ----------
+    u : ndarray, shape (n_u,)
+    p : ndarray, shape (S, n_p), SI
+    held : int
+        So many of the first states stay as they start, and their rates are not asked for.
+    """
     m = np.array(program.virgin, float) if memory is None else memory
-    arguments = (time, v[:n_x], v[n_x:], u, p, m, 0.0)
-    residual = ca.vertcat(program.rhs(*arguments)[0], program.residual(*arguments))
-    f = ca.Function("f", [v], [ca.densify(residual), ca.densify(ca.jacobian(residual, v))])
-    guess = np.concatenate([np.array(program.start, float), np.array(program.guess, float)])
-    for _ in range(50):
-        r, j = (a.full() for a in f(guess))
-        r = r.ravel()
-        if not np.isfinite(r).all() or not np.isfinite(j).all():
+    begin = np.concatenate([np.array(program.start, float), np.array(program.guess, float)])
+    v = np.tile(begin, (p.shape[0], 1))
+    f = _balance(Key(program))
+    still = np.ones(p.shape[0], bool)
+    for _ in range(50 if begin.size > held else 0):
+        r, j = evaluated(f, np.array([time]), v, u, p, m)
+        r, j = r[:, held:, 0], j[:, held:, held:]
+        good = np.isfinite(r).all(axis=1) & np.isfinite(j).all(axis=(1, 2))
+        r, j = np.where(good[:, None], r, 0.0), np.where(good[:, None, None], j, 0.0)
+        step, rows, columns = least_correction(r, j)
+        v[:, held:] -= np.where(good[:, None], step, -BESIDE)
+        scale = np.abs(v[:, held:] * columns).max(axis=1) + 1e-150
+        arrived = np.abs(step * columns).max(axis=1) <= SOLVED * scale
+        left = np.abs(r / rows).max(axis=1) / np.maximum(scale, 1e-3)
+        still = good & arrived & (left <= 1e-9)
+        if (good & arrived).all():
             break
-        rows = np.abs(j).max(axis=1, initial=0.0)
-        rows[rows == 0] = 1.0
-        columns = np.abs(j / rows[:, None]).max(axis=0, initial=0.0)
-        columns[columns == 0] = 1.0
-        scaled = j / rows[:, None] / columns[None, :]
-        update = np.linalg.lstsq(scaled, r / rows, rcond=1e-12)[0] / columns
-        guess = guess - update
-        size = np.abs(guess) + 1e-300
-        if np.all(np.abs(update) <= 1e-12 * np.maximum(size, np.abs(columns * 0) + 1e-150)):
-            left = np.abs(np.asarray(f(guess)[0].full()).ravel() / rows).max(initial=0.0)
-            scale = np.abs(guess * columns).max(initial=0.0) + 1e-150
-            if left <= 1e-9 * scale or left < 1e-12:
-                return guess[:n_x], guess[n_x:]
-            break
-    raise BondsightError(
-        f"{program.name}: no rest under the first inputs is found to start from; give the initial "
-        f"state x0 ({', '.join(program.states)})"
-    )
+    v[~still] = np.nan
+    return v
+
+
+def least_correction(r: Array, j: Array) -> tuple[Array, Array, Array]:
+    """Return the smallest solutions of ``J d = r`` (S, n) and the scales of rows and columns.
+
+    Rows and columns are scaled first: charges and momenta differ by many decades.
+    """
+    rows = np.abs(j).max(axis=2, initial=0.0)
+    rows[rows == 0] = 1.0
+    columns = np.abs(j / rows[:, :, None]).max(axis=1, initial=0.0)
+    columns[columns == 0] = 1.0
+    inverse = np.linalg.pinv(j / rows[:, :, None] / columns[:, None, :], rcond=1e-12)
+    return (inverse @ (r / rows)[:, :, None])[:, :, 0] / columns, rows, columns
+
+
+def evaluated(f: ca.Function, *arguments: Array) -> list[Array]:
+    """Return the outputs of `f` (S, rows, columns) for arguments (S, n), or (n,) for all."""
+    many = max(len(a) for a in arguments if a.ndim == 2)
+    made = (f if many == 1 else f.map(many)).call([ca.DM(a.T) for a in arguments])
+    return [
+        np.asarray(m.full(), float).reshape(f.size1_out(i), many, -1).transpose(1, 0, 2)
+        for i, m in enumerate(made)
+    ]
+
+
+@lru_cache(maxsize=64)
+def _balance(key: Key) -> ca.Function:
+    """Return ``(t, v, u, p, m) -> rates and residuals, their derivatives by v``."""
+    q = key.program
+    n_x, n_z = len(q.states), len(q.algebraic)
+    t, v, m = ca.SX.sym("t"), ca.SX.sym("v", n_x + n_z), ca.SX.sym("m", len(q.memory))
+    u, p = ca.SX.sym("u", len(q.inputs)), ca.SX.sym("p", len(q.parameters))
+    arguments = (t, v[:n_x], v[n_x:], u, p, m, 0.0)
+    r = ca.vertcat(q.rhs(*arguments)[0], q.residual(*arguments))
+    return ca.Function("f", [t, v, u, p, m], [ca.densify(r), ca.densify(ca.jacobian(r, v))])
 
 
 def unknowns_at(program: Program, t: float, x: Array, u: Array, p: Array, memory: Array) -> Array:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from bondgraph.support.arrays import ComplexArray
 from identification.estimation.guessing.measured import Measured
 from identification.statistics.sobol import sobol
-from identification.study.engine import ExactEngine
 from identification.study.joint import JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import output_delays, slots
@@ -72,31 +71,16 @@ class Matching:
 
 
 def _responses(problem: Problem, local: Array, m: Measured) -> ComplexArray:
-    """Responses of the model without its laws' deviations, shape (S, F, n_y, n_m)."""
-    engine = problem.engine
-    assert isinstance(engine, ExactEngine)
-    compiled, n = engine.compiled, engine.n_x
-    many, n_y = local.shape[0], len(problem.data.names)
-    names = engine.parameter_names
-    p = np.tile(problem.start_vector[:, None], (1, many))
+    """Responses of the model's small motions, shape (S, F, n_y, n_m)."""
+    engine, names = problem.engine, problem.engine.parameter_names
+    p = np.tile(problem.start_vector, (local.shape[0], 1))
     for i, f in enumerate(problem.free):
         at = names.index(f.parameter.name)
-        p[at] = f.start * np.exp(local[:, i]) if f.log else f.start + f.scale * local[:, i]
-    rows = n + compiled.n_w + compiled.n_y
-    block = np.asarray(compiled.matrices.map(many)(p).full(), float)
-    block = block.reshape(rows, many, -1).transpose(1, 0, 2)
-    a, b = block[:, :n, :n], block[:, :n, n + m.inputs]
-    c, d = block[:, -compiled.n_y :, :n], block[:, -compiled.n_y :, n + m.inputs]
-    c, d = c[:, :n_y], d[:, :n_y]
-    resolvent = (1j * m.omega)[None, :, None, None] * np.eye(n) - a[:, None]
-    try:
-        x = np.linalg.solve(resolvent, np.broadcast_to(
-            b[:, None].astype(complex), (many, m.omega.size, n, m.inputs.size)))  # fmt: skip
-    except np.linalg.LinAlgError:  # one undamped set in a batch: nudge all of them off it
-        nudged = resolvent * (1.0 + 1e-9j)
-        x = np.linalg.solve(nudged, np.broadcast_to(
-            b[:, None].astype(complex), (many, m.omega.size, n, m.inputs.size)))  # fmt: skip
-    response = c[:, None] @ x + d[:, None]
+        p[:, at] = f.start * np.exp(local[:, i]) if f.log else f.start + f.scale * local[:, i]
+    s = np.asarray(1j * m.omega, complex)
+    drive = engine.drive([engine.input_names[i] for i in m.inputs], s)
+    made = engine.small_signal(p, problem.mean_inputs)
+    response = made.response(s, drive)[:, :, : len(problem.data.names)]
     turn = 1j * m.omega * problem.data.dt
     lags = output_delays(problem, np.zeros(slots(problem).size) + local[0])
     response = response * np.exp(-turn[:, None] * lags)[None, :, :, None]

@@ -18,8 +18,8 @@ from identification.estimation.methods.line_response import line_evaluation
 from identification.estimation.methods.method import FitTask, Method, MethodSolution
 from identification.estimation.methods.periodic_lines import (
     Lines,
-    has_laws,
     lines_of,
+    mixes,
     require_lines,
 )
 from identification.estimation.methods.steady_response import (
@@ -60,7 +60,7 @@ class FrequencyDomain(Method):
         lines = tuple(lines_of(p) for p in stack.problems)
         problems = tuple(_with_transient(p, f) for p, f in zip(stack.problems, lines, strict=True))
         courses = tuple(
-            settled_course(p, f, stack.local(start, r)) if has_laws(p) else None
+            settled_course(p, f, stack.local(start, r)) if mixes(p) else None
             for r, (p, f) in enumerate(zip(problems, lines, strict=True))
         )
         fit = _LineStack(problems, stack.names, stack.columns, stack.factors, lines, courses)
@@ -157,7 +157,7 @@ def _free_run(stack: JointProblem, point: JointPoint) -> JointPoint:
         if free.size:
             states[r][0, free] += step[at.size :] * scale
     moved = JointPoint(np.clip(theta, lower, upper), tuple(states))
-    if any(has_laws(p) for p in stack.problems):
+    if any(mixes(p) for p in stack.problems):
         costs = [stack.cost(stack.evaluate(p, derivatives=False), p) for p in (point, moved)]
         return moved if costs[1] < costs[0] else point
     return moved

@@ -12,8 +12,6 @@ with, apart from the steady course.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +20,6 @@ from bondgraph.simulation.first_order_hold import continuous, discretise
 from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import ComplexArray
 from identification.estimation.methods.periodic_lines import Lines
-from identification.study.engine import ExactEngine
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
@@ -32,20 +29,9 @@ from identification.study.residual import (
     parameters_at,
     slots,
 )
+from identification.study.small_signal import SmallSignal
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class _System:
-    """Matrices of one parameter vector, or their derivative by one parameter."""
-
-    a: Array
-    early: Array
-    late: Array
-    c: Array
-    d: Array
-    phi: Array
 
 
 def line_evaluation(
@@ -57,15 +43,17 @@ def line_evaluation(
     it counts only if ``lines.transient``.
     """
     wanted = problem.directions if derivatives else []
-    system, tangents = _systems(problem, parameters_at(problem, point.theta), wanted)
+    (system, *tangents), phis = _systems(problem, parameters_at(problem, point.theta), wanted)
     z = np.exp(1j * lines.omega)
-    y, by_free = _steady(problem, lines, system, tangents, z)
-    shown, slopes = y[None], by_free[None]
+    s, drive = _drive(problem, lines, z)
+    y = system.response(s, drive)[:, :, 0]
+    shown, slopes = y[None], system.response_slopes(tangents, s, drive)[None, :, :, 0]
     periods, n_y = lines.y.shape[0], y.shape[1]
     by_state = np.zeros((periods, z.size, n_y, 0), complex)
     if lines.transient:
         away = point.states[0] - problem.rest_state
-        values, changes, by_state = _transients(lines, system, tangents, z, away)
+        rows = [t.c for t in (system, *tangents)]
+        values, changes, by_state = _transients(lines, phis, rows, z, away)
         shown, slopes = shown + values, slopes + changes
     turn = np.exp(-1j * lines.omega[:, None] * output_delays(problem, point.theta))
     return line_residuals(problem, lines, point, shown * turn, slopes * turn[:, :, None],
@@ -123,94 +111,73 @@ def line_rows(lines: Lines, values: ComplexArray) -> Array:
     return np.concatenate([v.reshape(-1, *values.shape[3:]) for v in parts])
 
 
-def _systems(problem: Problem, p: Array, wanted: Sequence[int]) -> tuple[_System, list[_System]]:
-    engine = problem.engine
-    assert isinstance(engine, ExactEngine)
-    compiled = engine.compiled
-    n_y = len(problem.data.names)
+def _systems(
+    problem: Problem, p: Array, wanted: Sequence[int]
+) -> tuple[list[SmallSignal], list[Array]]:
+    """Return the model and its derivatives by parameters, and Phi with its own.
+
+    The inputs are taken twice: as they are, and as `_drive` has them.
+    """
+    compiled, n_y = problem.compiled, len(problem.data.names)
     model = continuous(compiled, p, np.asarray(wanted, int))
     found = discretise(model, problem.data.dt)
-    sampled = [_cut(compiled, v, n_y) for v in (found.packed, *found.derivative.T)]
-    if problem.data.hold == "linear":
-        return sampled[0], sampled[1:]
-    if problem.data.hold == "hold":
-        held = [_System(s.a, s.early + s.late, 0.0 * s.late, s.c, s.d, s.phi) for s in sampled]
-        return held[0], held[1:]
-    smooth = [
-        _System(v.a, v.b, 0.0 * v.b, v.cy[:n_y], v.dy[:n_y], s.phi)
-        for s, v in zip(sampled, (model.parts, *model.tangents), strict=True)
-    ]
-    return smooth[0], smooth[1:]
+    cuts = [_cut(compiled, v) for v in (found.packed, *found.derivative.T)]
+    systems = []
+    for part, (phi, early, late) in zip((model.parts, *model.tangents), cuts, strict=True):
+        none, c, d = np.zeros_like(part.dy[:n_y]), part.cy[:n_y], part.dy[:n_y]
+        if problem.data.hold == "linear":
+            made = (phi, np.hstack([early, late]), c, np.hstack([d, none]))
+        elif problem.data.hold == "hold":
+            made = (phi, np.hstack([early + late, 0.0 * late]), c, np.hstack([none, d]))
+        else:
+            made = (part.a, np.hstack([part.b, 0.0 * part.b]), c, np.hstack([d, none]))
+        systems.append(SmallSignal(*made))
+    return systems, [phi for phi, _, _ in cuts]
 
 
-def _cut(compiled: Compiled, packed: Array, n_y: int) -> _System:
-    """Unpack a linear model: Phi, G0, G1, Cy, Dy column-major."""
+def _cut(compiled: Compiled, packed: Array) -> tuple[Array, Array, Array]:
+    """Unpack the discrete part of a linear model: Phi, G0, G1, column-major."""
     n, m = compiled.n_x, compiled.n_u
-    rows = (packed.size - 1 - n * (n + 2 * m)) // (n + m)
-    shapes = [(n, n), (n, m), (n, m), (rows, n), (rows, m)]
-    edges = np.cumsum([0] + [a * b for a, b in shapes])
-    phi, early, late, c, d = (
-        packed[a:b].reshape(s, order="F")
-        for a, b, s in zip(edges[:-1], edges[1:], shapes, strict=True)
-    )
-    return _System(phi, early, late, c[:n_y], d[:n_y], phi)
+    joined = packed[: n * (n + 2 * m)].reshape(n, n + 2 * m, order="F")
+    return joined[:, :n], joined[:, n : n + m], joined[:, n + m :]
 
 
-def _steady(
-    problem: Problem, lines: Lines, system: _System, tangents: Sequence[_System], z: ComplexArray
-) -> tuple[ComplexArray, ComplexArray]:
-    """Steady spectrum (F, n_y) and its derivatives (F, n_y, n)."""
+def _drive(problem: Problem, lines: Lines, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return s and the spectra of the inputs twice (F, 2 n_u, 1), see `_systems`."""
     hold, u = problem.data.hold, lines.u
-    s = 1j * lines.omega / problem.data.dt if hold == "band-limited" else z
     # a held command still has its old value when the next sample is read
-    direct = u / z[:, None] if hold == "hold" else u
-
-    def driven(part: _System) -> ComplexArray:
-        return np.asarray(u @ part.early.T + z[:, None] * (u @ part.late.T))
-
-    resolvent = s[:, None, None] * np.eye(system.a.shape[0]) - system.a
-    x = np.linalg.solve(resolvent, driven(system)[:, :, None])[:, :, 0]
-    y = x @ system.c.T + direct @ system.d.T
-    by = np.empty((*y.shape, len(tangents)), complex)
-    if tangents:
-        left = _left(resolvent, system.c)
-        for i, t in enumerate(tangents):
-            inner = x @ t.a.T + driven(t)
-            by[:, :, i] = x @ t.c.T + direct @ t.d.T + np.einsum("fyx,fx->fy", left, inner)
-    return y, by
-
-
-def _left(resolvent: NDArray[Any], c: Array) -> ComplexArray:
-    """Return ``C (s - A)^-1``, shape (F, n_y, n_x)."""
-    wide = np.broadcast_to(c.T.astype(complex), (resolvent.shape[0], *c.T.shape))
-    return np.asarray(np.linalg.solve(resolvent.transpose(0, 2, 1), wide).transpose(0, 2, 1))
+    turned = u / z[:, None] if hold == "hold" else u * z[:, None]
+    s = 1j * lines.omega / problem.data.dt if hold == "band-limited" else z
+    return np.asarray(s, complex), np.hstack([u, turned])[:, :, None]
 
 
 def _transients(
-    lines: Lines, system: _System, tangents: Sequence[_System], z: ComplexArray, away: Array
+    lines: Lines, phis: Sequence[Array], rows: Sequence[Array], z: ComplexArray, away: Array
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Spectrum of the decay in each period, its derivatives by parameters and by the state."""
-    periods, n_y, n_x = lines.y.shape[0], system.c.shape[0], system.phi.shape[0]
-    changes = [t.phi for t in tangents]
-    over, over_by = _power(system.phi, changes, lines.period)
+    """Spectrum of the decay in each period, its derivatives by parameters and by the state.
+
+    `phis` and `rows` are Phi and C, each followed by its derivatives.
+    """
+    periods, (n_y, n_x), changes = lines.y.shape[0], rows[0].shape, phis[1:]
+    over, over_by = _power(phis[0], changes, lines.period)
     lost = np.eye(n_x) - over
     gone, gone_by = np.eye(n_x), [np.zeros((n_x, n_x)) for _ in changes]
-    resolvent = z[:, None, None] * np.eye(n_x) - system.phi
-    left = _left(resolvent, system.c) * z[:, None, None]
+    inside = SmallSignal(phis[0], np.eye(n_x), np.eye(n_x), np.zeros((n_x, n_x)))
+    resolved = inside.response(z, np.eye(n_x, dtype=complex)[None])
+    left = rows[0] @ resolved * z[:, None, None]
     value = np.empty((periods, z.size, n_y), complex)
-    by = np.zeros((periods, z.size, n_y, len(tangents)), complex)
+    by = np.zeros((periods, z.size, n_y, len(changes)), complex)
     by_state = np.empty((periods, z.size, n_y, n_x), complex)
     for q in range(periods):
         e = lost @ gone
         by_state[q] = left @ e
         value[q] = by_state[q] @ away
-        inner = np.linalg.solve(resolvent, np.broadcast_to(
-            (e @ away)[:, None].astype(complex), (z.size, n_x, 1)))[:, :, 0]  # fmt: skip
-        for i, t in enumerate(tangents):
+        inner = resolved @ (e @ away)
+        for i, (phi, c) in enumerate(zip(changes, rows[1:], strict=True)):
             moved = (lost @ gone_by[i] - over_by[i] @ gone) @ away
             by[q, :, :, i] = (
-                (inner * z[:, None]) @ t.c.T + left @ moved
-                + np.einsum("fyx,fx->fy", left, inner @ t.phi.T)
+                (inner * z[:, None]) @ c.T + left @ moved
+                + np.einsum("fyx,fx->fy", left, inner @ phi.T)
             )  # fmt: skip
         gone_by = [b @ over + gone @ o for b, o in zip(gone_by, over_by, strict=True)]
         gone = gone @ over

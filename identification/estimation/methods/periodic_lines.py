@@ -13,7 +13,6 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import whole
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.frequency.periods import Periods, cut, run_in
-from identification.study.engine import ExactEngine
 from identification.study.problem import Problem
 
 Array = NDArray[np.float64]
@@ -24,7 +23,7 @@ FREEDOM = 30
 REPEATS = 3e-2
 """Largest change of a command from period to period, in its spreads."""
 HARMONICS = 3
-"""With laws all lines count, up to so many times the highest excited one."""
+"""Where lines mix all of them count, up to so many times the highest excited one."""
 OTHER = "use method='single_shooting'"
 
 
@@ -69,9 +68,6 @@ def require_lines(problem: Problem) -> None:
     UnusableInput
         One line that names another method.
     """
-    name = problem.graph.name
-    if not isinstance(problem.engine, ExactEngine):
-        raise UnusableInput(f"frequency_domain: {name} is not linear up to laws; {OTHER}")
     if problem.window is not None:
         raise UnusableInput("frequency_domain: windows break the periods; leave window= out")
     if problem.clock:
@@ -79,16 +75,17 @@ def require_lines(problem: Problem) -> None:
             "frequency_domain: a clock that runs away smears the lines; use "
             "method='single_shooting', or leave clock= out"
         )
-    for source in problem.engine.compiled.space.input_names:
+    for source in problem.engine.input_names:
         if re.fullmatch(r"ramp\d*", source):
-            raise UnusableInput(f"frequency_domain: {name} drifts ({source}), which never repeats; "
-                                f"{OTHER}")  # fmt: skip
+            raise UnusableInput(
+                f"frequency_domain: {problem.graph.name} drifts ({source}), which never repeats; "
+                f"{OTHER}"
+            )
 
 
-def has_laws(problem: Problem) -> bool:
-    """Whether a law mixes the lines."""
-    assert isinstance(problem.engine, ExactEngine)
-    return problem.engine.compiled.n_w > 0
+def mixes(problem: Problem) -> bool:
+    """Whether something that is not linear mixes the lines."""
+    return not problem.engine.exact_step
 
 
 def lines_of(problem: Problem) -> Lines:
@@ -124,11 +121,11 @@ def lines_of(problem: Problem) -> Lines:
     drive = problem.inputs[start : train.stop].reshape(settled.count, n, -1).mean(axis=0)
     u = np.fft.rfft(drive, axis=0)
     y = np.stack([np.fft.rfft(settled.channels[c], axis=1) for c in data.names], axis=2)
-    if has_laws(problem):
+    if mixes(problem):
         if transient:
             raise UnusableInput(
-                f"frequency_domain: {data.name} has {every.count} periods, and a model with laws "
-                f"needs two settled ones after its run-in, three in all; {OTHER}"
+                f"frequency_domain: {data.name} has {every.count} periods, and a model that is "
+                f"not linear needs two settled ones after its run-in, three in all; {OTHER}"
             )
         if problem.correction is not None:
             change = problem.correction[start : train.stop].reshape(settled.count, n, -1)
@@ -185,7 +182,7 @@ def _chosen(problem: Problem, u: NDArray[np.complex128], n: int) -> NDArray[np.i
     wanted = (size > EXCITED * np.maximum(size.max(axis=0), 1e-300)).any(axis=1)
     wanted[(n + 1) // 2 :] = False  # the Nyquist line has no phase
     at = np.flatnonzero(wanted)
-    if has_laws(problem):
+    if mixes(problem):
         at = np.arange(1, min(HARMONICS * int(at[-1]), (n - 1) // 2) + 1)
     offsets_free = problem.nuisances and problem.offsets
     if not offsets_free and not _integrates(problem):
@@ -194,12 +191,9 @@ def _chosen(problem: Problem, u: NDArray[np.complex128], n: int) -> NDArray[np.i
 
 
 def _integrates(problem: Problem) -> bool:
-    engine = problem.engine
-    assert isinstance(engine, ExactEngine)
-    n = engine.n_x
-    block = np.asarray(engine.compiled.matrices(problem.start_vector).full(), float)
-    poles = np.abs(np.linalg.eigvals(block[:n, :n])) if n else np.ones(1)
-    return bool(poles.min() < 1e-12 * max(float(poles.max()), 1e-300))
+    mean = problem.mean_inputs
+    poles = np.abs(problem.engine.small_signal(problem.start_vector, mean).eigenvalues())
+    return bool(poles.size and poles.min() < 1e-12 * max(float(poles.max()), 1e-300))
 
 
 def _noise(y: NDArray[np.complex128]) -> Array:

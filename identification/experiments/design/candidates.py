@@ -14,10 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.exact_run import KernelRun, relative_change
-from bondgraph.simulation.lure import Compiled
-from bondgraph.simulation.start import own_input
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.expected import (
@@ -30,9 +27,7 @@ from identification.experiments.design.expected import (
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import CRITERIA, Weights, optimal_weights
-from identification.study.engine import Engine, ExactEngine, GeneralEngine, engine_of
-
-Model = BondGraph | Compiled | Engine
+from identification.study.engine import Engine, Model, engine_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,8 +111,8 @@ def record_information(
     """
     if initial not in ("free", "rest"):
         raise unknown_name("initial state", initial, "design", ("free", "rest"))
-    engine = _engine(model)
-    sources = _sources(engine)
+    engine = engine_of(model)
+    sources = engine.commands
     if signal.name not in sources:
         raise unknown_name("input", signal.name, engine.name, sources)
     for name in others or {}:
@@ -157,21 +152,9 @@ def record_information(
     return np.asarray(wanted_part.T @ wanted_part)
 
 
-def _engine(model: Model) -> Engine:
-    if isinstance(model, Engine):
-        return model
-    return ExactEngine(model) if isinstance(model, Compiled) else engine_of(model)
-
-
-def _sources(engine: Engine) -> tuple[str, ...]:
-    """Return the inputs that a command can be given for."""
-    rates = engine.program.input_rates if isinstance(engine, GeneralEngine) else ()
-    return tuple(n for n in engine.input_names if n not in rates and own_input(n, 1) is None)
-
-
 def _inputs(engine: Engine, signal: Signal, others: Mapping[str, float] | None) -> FloatArray:
     """Commands of zero for every source but the signal's and `others`, shape (N, n_u)."""
-    commands = {n: np.zeros(signal.time.size) for n in _sources(engine)}
+    commands = {n: np.zeros(signal.time.size) for n in engine.commands}
     for n, value in (others or {}).items():
         commands[n] = np.full(signal.time.size, float(value))
     return engine.inputs({**commands, signal.name: signal.values}, signal.time)
@@ -246,7 +229,7 @@ def rank_signals(
     UnusableInput
         If no candidate determines the chosen parameters.
     """
-    engine = _engine(model)
+    engine = engine_of(model)
     if criterion not in CRITERIA:
         raise unknown_name("criterion", criterion, "design", CRITERIA)
     if not signals:

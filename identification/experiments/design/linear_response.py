@@ -1,33 +1,32 @@
-"""Frequency response of a model's linear rest and its exact derivatives by the parameters."""
+"""Frequency response of a model's small motions and its exact derivatives by the parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from bondgraph.simulation.first_order_hold import blocks
-from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
+from identification.study.engine import Model, engine_of
 
 
 def response_and_sensitivity(
-    compiled: Compiled,
+    model: Model,
     p: FloatArray,
     source: str,
     outputs: Sequence[str],
     frequency: FloatArray,
     parameters: Sequence[str],
+    bias: Mapping[str, float] | None = None,
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return G and its derivatives from one source to some outputs.
 
-    With ``X = (j w - A)^-1 B``: ``G = C X + D`` and
-    ``dG = dC X + dD + C (j w - A)^-1 (dA X + dB)``. Laws count with their linear slope.
-
     Parameters
     ----------
-    compiled : Compiled
+    model : BondGraph, Compiled or Engine
+        Linear up to scalar laws: these count with their linear slope. Any other is linearised
+        about the rest under `bias`; that the rest moves with the parameters is counted.
     p : ndarray, shape (n_p,), SI
     source : str
         Input.
@@ -37,52 +36,43 @@ def response_and_sensitivity(
         Positive.
     parameters : sequence of str
         n of them.
+    bias : mapping of str to float, optional
+        Constant commands, SI; 0 where not given.
 
     Returns
     -------
     response : ndarray, shape (F, n_y)
     sensitivity : ndarray, shape (F, n_y, n)
+
+    Raises
+    ------
+    UnusableInput
+        The model has no slope at its rest.
     """
-    space = compiled.space
-    if source not in space.input_names:
-        raise unknown_name("input", source, space.name, space.input_names)
-    for o in outputs:
-        if o not in space.output_names:
-            raise unknown_name("sensor", o, space.name, space.output_names)
-    for n in parameters:
-        if n not in compiled.parameter_names:
-            raise unknown_name("parameter", n, space.name, compiled.parameter_names)
+    engine = engine_of(model)
+    for kind, names, known in (
+        ("input", (source, *(bias or {})), engine.commands),
+        ("sensor", outputs, engine.output_names),
+        ("parameter", parameters, engine.parameter_names),
+    ):
+        for n in names:
+            if n not in known:
+                raise unknown_name(kind, n, engine.name, known)
     if not (np.asarray(frequency) > 0.0).all():
-        raise UnusableInput(f"{space.name}: frequencies of a response must be positive")
-    column = list(space.input_names).index(source)
-    rows = [list(space.output_names).index(o) for o in outputs]
-    block = np.asarray(compiled.matrices(p).full(), float)
-    jacobian = np.asarray(compiled.matrices_jacobian(p).full(), float)
-    at = [compiled.parameter_names.index(n) for n in parameters]
-    a, b, c, d = _parts(compiled, block, column, rows)
-    tangents = [
-        _parts(compiled, jacobian[:, i].reshape(block.shape, order="F"), column, rows) for i in at
-    ]
-    identity = np.eye(compiled.n_x)
-    resolvent = 2j * np.pi * np.asarray(frequency)[:, None, None] * identity - a
-    x = np.linalg.solve(resolvent, np.broadcast_to(b[:, None], (*resolvent.shape[:2], 1)))[:, :, 0]
-    response = x @ c.T + d
-    # C (j w - A)^-1 once, for all parameters
-    left = np.linalg.solve(
-        resolvent.transpose(0, 2, 1), np.broadcast_to(c.T, (*resolvent.shape[:2], len(rows)))
-    )
-    sensitivity = np.empty((*response.shape, len(at)), complex)
-    for i, (da, db, dc, dd) in enumerate(tangents):
-        inner = x @ da.T + db
-        sensitivity[:, :, i] = x @ dc.T + dd + np.einsum("fxy,fx->fy", left, inner)
+        raise UnusableInput(f"{engine.name}: frequencies of a response must be positive")
+    held = {n: np.full(2, (bias or {}).get(n, 0.0)) for n in engine.commands}
+    u = engine.inputs(held, np.arange(2.0))[0]
+    rows = [engine.output_names.index(o) for o in outputs]
+    wanted = [engine.parameter_names.index(n) for n in parameters]
+    s = np.asarray(2j * np.pi * np.asarray(frequency), complex)
+    drive = engine.drive([source], s)
+    small = engine.small_signal(p, u)
+    response = small.response(s, drive)[:, rows, 0]
+    slopes = engine.small_signal_slopes(p, u, wanted)
+    sensitivity = small.response_slopes(slopes, s, drive)[:, rows, 0]
+    if not (np.isfinite(response).all() and np.isfinite(sensitivity).all()):
+        raise UnusableInput(
+            f"{engine.name}: the equations have no slope at rest under these constant commands; "
+            "give others in bias="
+        )
     return response, sensitivity
-
-
-def _parts(
-    compiled: Compiled, block: FloatArray, column: int, rows: list[int]
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    parts = blocks(compiled, block)
-    return (
-        np.asarray(parts.a), np.asarray(parts.b[:, column]), np.asarray(parts.cy[rows]),
-        np.asarray(parts.dy[rows, column]),
-    )  # fmt: skip

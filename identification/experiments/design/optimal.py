@@ -1,4 +1,4 @@
-"""The multisine that best determines chosen parameters of a linear model.
+"""The multisine that best determines chosen parameters by small motions about a rest.
 
 N samples of a line of peak amplitude a carry, on sensors with white noise of standard deviation
 ``sigma_y``, the information
@@ -8,7 +8,8 @@ N samples of a line of peak amplitude a carry, on sensors with white noise of st
 on the parameters (Goodwin and Payne, Dynamic System Identification (1977), chapter 6; Mehra, IEEE
 Trans. Autom. Control 19 (1974) 753), in the steady state. It is linear in the power of each line,
 so the best power spectrum is a convex problem with a certificate (`weights`). What a law adds to
-its linear slope is not seen here; `candidates` ranks inputs for nonlinear models.
+its linear slope, and whatever large motions show of other models, is not seen here; `candidates`
+ranks inputs by whole records.
 """
 
 from __future__ import annotations
@@ -21,7 +22,6 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.drive_limits import DriveLimits
-from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.design.expected import ExpectedTable, prior_samples, table, wanted
@@ -30,7 +30,7 @@ from identification.experiments.design.linear_response import response_and_sensi
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import Weights, optimal_weights
-from identification.study.engine import ExactEngine
+from identification.study.engine import Model, engine_of
 
 Noise = float | Callable[[FloatArray], FloatArray]
 
@@ -78,13 +78,14 @@ class Proposal:
 
 
 def line_information(
-    compiled: Compiled,
+    model: Model,
     p: FloatArray,
     source: str,
     noise: Mapping[str, Noise],
     frequency: FloatArray,
     parameters: Sequence[str],
     scale: FloatArray,
+    bias: Mapping[str, float] | None = None,
 ) -> FloatArray:
     """Return the information of one sample of unit power (``a^2 / 2 = 1``), shape (K, n, n).
 
@@ -95,11 +96,13 @@ def line_information(
         function of the frequency (Hz) that gives the white level equal to the noise there.
     scale : ndarray, shape (n,)
         Information is per change of a parameter by this much.
+    bias : mapping of str to float, optional
+        Constant commands, see `response_and_sensitivity`.
     """
     if not noise:
         raise UnusableInput("design: give the noise of at least one sensor, {'x': 1e-9}")
     _, slope = response_and_sensitivity(
-        compiled, p, source, tuple(noise), frequency, tuple(parameters)
+        model, p, source, tuple(noise), frequency, tuple(parameters), bias
     )
     levels = []
     for name, level in noise.items():
@@ -112,22 +115,26 @@ def line_information(
 
 
 def information_of_signal(
-    compiled: Compiled,
+    model: Model,
     p: FloatArray,
     signal: Signal,
     noise: Mapping[str, Noise],
     parameters: Sequence[str],
     scale: FloatArray,
+    bias: Mapping[str, float] | None = None,
 ) -> FloatArray:
     """Return the information of a whole periodic signal in the steady state, shape (n, n)."""
     lines = np.asarray(signal.lines)
     amplitude = np.abs(np.fft.rfft(signal.one_period)[lines]) * 2.0 / signal.period
-    each = line_information(compiled, p, signal.name, noise, signal.frequencies, parameters, scale)
+    held = {**(bias or {}), signal.name: signal.bias}
+    each = line_information(
+        model, p, signal.name, noise, signal.frequencies, parameters, scale, held
+    )
     return np.asarray(np.einsum("k,kij->ij", 0.5 * amplitude**2 * signal.values.size, each))
 
 
 def optimal_multisine(
-    model: BondGraph | Compiled,
+    model: Model,
     source: str,
     noise: Mapping[str, Noise],
     *,
@@ -148,12 +155,14 @@ def optimal_multisine(
     periods: int = 1,
     seed: int = 0,
     unit: str | None = None,
+    bias: Mapping[str, float] | None = None,
 ) -> Proposal:
     """Return the multisine whose power spectrum determines parameters best.
 
     Parameters
     ----------
-    model : BondGraph or Compiled
+    model : BondGraph, Compiled or Engine
+        Any that has slopes at its rest.
     source : str
         The input designed; other inputs rest.
     noise : mapping of str to float or callable
@@ -182,18 +191,19 @@ def optimal_multisine(
         declared parameters and say nothing about physics that is missing.
     unit : str, optional
         Of the source, SI; as declared in the graph if not given.
+    bias : mapping of str to float, optional
+        Mean of the input and constant commands of the others, SI; 0 where not given.
 
     Raises
     ------
     UnusableInput
         If the candidates do not determine the parameters.
     """
-    compiled = compile_model(model) if isinstance(model, BondGraph) else model
     if corner is not None and not corner > 0.0:
         raise UnusableInput(f"design: the corner of {corner} Hz must be positive")
     if not 0.0 <= flat_share < 1.0:
         raise UnusableInput(f"design: flat_share = {flat_share} must lie within 0 .. 1")
-    engine = ExactEngine(compiled)
+    engine = engine_of(model)
     first, rest = wanted(engine, chosen, nuisances)
     names = (*first, *rest)
     if unit is None:
@@ -201,12 +211,13 @@ def optimal_multisine(
     unit = unit or "1"
     vectors, scale = prior_samples(engine, names, values, prior, samples, seed)
     designed = partial(
-        multisine, rate, period, rms=rms, periods=periods, seed=seed, name=source, unit=unit
-    )
+        multisine, rate, period, rms=rms, periods=periods, seed=seed, name=source, unit=unit,
+        bias=(bias or {}).get(source, 0.0),
+    )  # fmt: skip
     even = designed(band=band, kind=kind, phases="schroeder")
     f = even.frequencies
     each = np.stack(
-        [line_information(compiled, p, source, noise, f, names, scale) for p in vectors]
+        [line_information(engine, p, source, noise, f, names, scale, bias) for p in vectors]
     )
     _must_show(each, names)
     cost = np.ones(f.size) if corner is None else 1.0 + (f / corner) ** 2
@@ -228,7 +239,8 @@ def optimal_multisine(
         notes += [f"to fit the envelope: {both[0]}; flat: amplitude times {both[1].amplitude:.4g}"]
         words = f"a flat multisine of {f.size} lines as large as the envelope allows"
     information = [
-        information_of_signal(compiled, vectors[0], s, noise, names, scale) for s in (made, flat)
+        information_of_signal(engine, vectors[0], s, noise, names, scale, bias)
+        for s in (made, flat)
     ]
     return Proposal(
         made, flat, found, f,
@@ -246,6 +258,6 @@ def _must_show(each: FloatArray, names: Sequence[str]) -> None:
     for n, s in zip(names, size, strict=True):
         if not s > 1e-20 * size.max():
             raise UnusableInput(
-                f"design: {n} does not show in the linear rest of the model at these lines and "
-                "sensors; fix it, widen the band, or use rank_signals, which sees nonlinear laws"
+                f"design: {n} does not show in the small motions of the model at these lines and "
+                "sensors; fix it, widen the band, or use rank_signals, which sees large motions"
             )

@@ -243,7 +243,7 @@ def test_refusals_name_another_way() -> None:
     """One line each: laws, clocks, records that do not repeat."""
     record = recorded(resonator(), 1000.0, 250, 4, (4.0, 200.0))
     short = recorded(worn(), 1000.0, 250, 2, (4.0, 200.0))
-    with pytest.raises(UnusableInput, match=r"model with laws needs two settled.*single_shooting"):
+    with pytest.raises(UnusableInput, match=r"not linear needs two settled.*single_shooting"):
         estimate(study_of(worn(), short), "frequency_domain")
     clocks = study_of(resonator(), record, nuisances=Nuisances(clock=1e-4))
     with pytest.raises(UnusableInput, match="clock"):

@@ -69,7 +69,8 @@ def test_the_wrong_side_of_a_play_is_left_again(
     assert made.cost < 2.0
     assert made.values["gap_k"] == pytest.approx(1e-3, rel=0.01)
     monkeypatch.setattr(single_record, "_from_rest", lambda stack, made, iterations: made)
-    assert begun(stretch).cost > 50 * made.cost  # caught, without it
+    # a descent moves a state that is caught on its own
+    assert begun(stretch).cost == pytest.approx(made.cost, rel=1e-2)
 
 
 def test_nothing_is_begun_anew_where_the_state_is_right() -> None:

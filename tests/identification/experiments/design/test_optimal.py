@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy as sp
 
+from bondgraph import BondGraph, De, R, Sf, Zero
 from bondgraph.equations.codegen import program_of
 from bondgraph.equations.derivation import system
+from bondgraph.graph.elements import CField
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.simulation.lure import compile_model
 from bondgraph.support.errors import BondsightError, UnknownName, UnusableInput
@@ -25,6 +28,7 @@ from identification.experiments.design import (
 from identification.experiments.design.linear_response import response_and_sensitivity
 from identification.study.engine import GeneralEngine, engine_of
 from tests.identification.experiments.design.plants import NOISE, spring, stage
+from tests.identification.study.general_plants import coupled, general, pendulum, tank
 from tests.identification.study.test_engine import drum
 
 Array = np.ndarray
@@ -199,8 +203,10 @@ def test_a_model_of_the_general_engine_is_ranked_too() -> None:
     )
     size = np.sqrt(np.outer(np.diag(one), np.diag(one)))
     assert np.abs(one - two).max() < 0.02 * size.max()
+    # no angle of the pendulum carries so much
+    heavy = multisine(50.0, 500, band=(0.1, 4.0), bias=4.0, name="T", unit="N*m")
     with pytest.raises(BondsightError, match="no rest"):
-        rank_signals(drum(), [slow, fast], {"x": 1e-4}, initial="rest")
+        rank_signals(pendulum(), [heavy], {"phi": 1e-3}, initial="rest")
     with pytest.raises(UnknownName, match="no input 'G'"):
         record_information(exact, exact.vector({}), fast, NOISE, names, scale, others={"G": 1.0})
 
@@ -222,3 +228,52 @@ def test_bad_candidates_say_what() -> None:
         rank_signals(stage(), candidates(), {"z": 2e-6})
     with pytest.raises(UnknownName, match="initial state"):
         rank_signals(stage(), candidates(), {"x": 2e-6}, initial="zero")
+
+
+# -- any graph --------------------------------------------------------------------------------
+def test_design_of_a_twin_is_that_of_the_linear_graph() -> None:
+    asked = {"rate": 80.0, "period": 400, "band": (0.2, 8.0), "chosen": ("k1", "k12")}
+    noise = {"x1": 1e-4, "x2": 1e-4}
+    made = [
+        optimal_multisine(m, "F", noise, **asked)  # type: ignore[arg-type]
+        for m in (coupled(), general(coupled()))
+    ]
+    assert made[1].weights.shares == pytest.approx(made[0].weights.shares, abs=1e-6)
+    for n in ("k1", "k12"):
+        assert made[1].expected[n].sd == pytest.approx(made[0].expected[n].sd, rel=1e-6)
+
+
+def test_spectrum_of_small_swings_tells_what_the_record_does() -> None:
+    """About a tilted rest: the linearised information is that of the simulated record."""
+    engine = engine_of(pendulum())
+    p, names, scale = engine.vector({}), ("mgl", "J", "b"), np.array([3.0, 0.05, 0.04])
+    u = multisine(50.0, 1000, band=(0.1, 4.0), periods=6, rms=0.02, bias=1.5, name="T", unit="N*m")
+    spectral = information_of_signal(engine, p, u, {"phi": 1e-3}, names, scale)
+    late = record_information(engine, p, u, {"phi": 1e-3}, names, scale)
+    size = np.sqrt(np.outer(np.diag(spectral), np.diag(spectral)))
+    # the record has its offset taken out, and begins at rest
+    assert np.abs(late - spectral).max() < 0.15 * size.max()
+
+
+def test_bias_keeps_the_tanks_from_running_dry() -> None:
+    made = optimal_multisine(
+        tank(), "Q", {"p1": 3.0, "p2": 1.0}, rate=2.0, period=1000, band=(0.002, 0.2), rms=5e-4,
+        bias={"Q": 4e-3}, envelope=DriveLimits(0.0, 8e-3),
+    )  # fmt: skip
+    assert made.signal.bias == pytest.approx(4e-3)
+    assert made.signal.values.min() > 0.0
+    assert all(r.narrower > 1.0 for r in made.expected.rows)
+
+
+def test_without_a_slope_another_rest_is_asked_for() -> None:
+    """Half a power of the level has an endless slope at an empty tank."""
+    level = sp.Symbol("q1", real=True)
+    with BondGraph("funnel") as g:
+        node = Zero("node")
+        Sf("Q", unit="m^3/s") >> node >> CField("c", law=(1e4 * sp.sqrt(level),), ports=1)
+        node >> R("r", 1e6, unit="Pa*s/m^3")
+        node >> De("p", unit="Pa")
+    with pytest.raises(UnusableInput, match=r"no slope at rest.*bias="):
+        optimal_multisine(g, "Q", {"p": 1.0}, rate=1.0, period=100)
+    made = optimal_multisine(g, "Q", {"p": 1.0}, rate=1.0, period=100, bias={"Q": 1e-3}, rms=1e-4)
+    assert made.expected["r"].sd > 0.0
