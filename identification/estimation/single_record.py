@@ -10,9 +10,9 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root, sandwich
 from identification.estimation.estimates import Estimate, estimates_of
-from identification.estimation.levenberg_marquardt import Descent, FitStatus, minimise
+from identification.estimation.levenberg_marquardt import FitStatus, minimise
 from identification.estimation.threads import calm
-from identification.study.joint import JointProblem, held_out_states, stack_of
+from identification.study.joint import held_out_states, stack_of
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
@@ -20,7 +20,6 @@ from identification.study.residual import (
     parameters_at,
     slots,
     start_point,
-    windows,
 )
 
 
@@ -99,8 +98,6 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
     stack = stack_of((problem,))
     begin = stack.start() if start is None else stack.gathered([start])
     made = minimise(stack, begin, max_iterations=max_iterations)
-    if made.status is not FitStatus.BROKEN and max_iterations:
-        made = _from_rest(stack, made, max_iterations)
     point, e = stack.local(made.point, 0), made.evaluations[0]
     if made.status is FitStatus.BROKEN:
         return Fit(problem, point, made.status, np.inf, 0, e.y)
@@ -112,34 +109,6 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
         y = evaluate(problem, point, derivatives=False).y
     cost = float(np.mean(e.residual**2)) if e.residual.size else np.inf
     return Fit(problem, point, made.status, cost, made.iterations, y)
-
-
-def _from_rest(stack: JointProblem, made: Descent, iterations: int) -> Descent:
-    """Go on from rest in every recording that fits better so.
-
-    A state at the start that was found beside wrong laws may be caught behind one of their kinks
-    (on the wrong side of a clearance) when they are right.
-    """
-    (problem,), (states,) = stack.problems, made.point.states
-    at = problem.free_states
-    if problem.window is not None or problem.engine.exact_step or not at.size:
-        return made
-    rested = states.copy()
-    rested[:, at] = problem.rest_state[at]
-    there = evaluate(problem, Point(made.point.theta, rested), derivatives=False)
-    train = problem.data.mask("train")
-    before, after = (
-        np.where(train[:, None], (problem.data.readings - y) / problem.data.floor, 0.0) ** 2
-        for y in (made.evaluations[0].y, there.y)
-    )
-    better = [after[w].sum() < before[w].sum() for w in windows(problem)]
-    if not any(better):
-        return made
-    begin = replace(made.point, states=(np.where(np.array(better)[:, None], rested, states),))
-    again = minimise(stack, begin, max_iterations=iterations)
-    if not again.cost < made.cost:
-        return made
-    return replace(again, trace=(*made.trace, *again.trace[1:]))
 
 
 def start_cost(problem: Problem) -> float:
