@@ -436,10 +436,10 @@ HOSTILE = {
     "operator in another": (operator(kind="ang", play=3, dead_zone=3), "3 is not an object"),
     "another operator": (
         operator(
-            kind="rate_dependent_inverse",
+            kind="inverse",
             forward={"kind": "dahl", "stiffness": 1, "coulomb": 1},
         ),
-        "dahl is no rate_dependent_prandtl_ishlinskii",
+        "dahl is no operator that is solved step by step",
     ),
     "operator domain": (operator(kind="dead_zone", thresholds=[1, 1], weights=[1, 1]), "not above"),
     "many hysterons": (

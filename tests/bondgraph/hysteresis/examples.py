@@ -80,17 +80,16 @@ TIMED: dict[str, Operator] = {
     "log_creep": CREEP,
     "kelvin_voigt_creep": LINEAR,
     "kelvin_voigt_creep passive": KelvinVoigtCreep(1.0, (0.3, 0.2), (0.01, 3.0)),
-    "kelvin_voigt_creep_inverse": LINEAR.inverse(),
+    "inverse of kelvin_voigt_creep": LINEAR.inverse(),
     "hysteresis_with_creep": MODEL,
     "hysteresis_with_creep, envelope": HysteresisWithCreep(ENVELOPE, CREEP),
     "hysteresis_with_creep, bent line": HysteresisWithCreep(ZONES, CREEP),
-    "hysteresis_with_creep_inverse": MODEL.inverse(),
+    "inverse of hysteresis_with_creep": MODEL.inverse(),
     "rate_dependent": RATE,
     "rate_dependent, linear": RateDependentPrandtlIshlinskii((0,), (0,), (2.0,)),
-    "rate_dependent_inverse": RATE.inverse(),
-    "rate_dependent_closed_form_inverse": RATE.closed_form_inverse(),
+    "inverse of rate_dependent": RATE.inverse(),
     "ang_rate_dependent": AngRateDependent((0, 0.3, 1), (1.2, 0.6, -0.4), (0.001, 0.002, 0.0005)),
-    "ang_rate_dependent_inverse": AngRateDependent(
+    "inverse of ang_rate_dependent": AngRateDependent(
         (0, 0.3, 1), (1.2, 0.6, -0.4), (0.001, 0.002, 0.0005)
     ).inverse(),
     "cascade of all": Cascade(MODEL, ZONES),
