@@ -31,7 +31,6 @@ from numpy.typing import ArrayLike, NDArray
 from bondgraph import BondGraph, C, One, R, Sf, Zero
 from bondgraph.graph.composing.renaming import declared_parameters
 from bondgraph.graph.elements import Element
-from bondgraph.hysteresis import AlJanaideh, Ang, AngInverse, DeadZones, PrandtlIshlinskii
 from bondgraph.support.errors import GraphError, UnusableInput
 
 __all__ = [
@@ -39,7 +38,6 @@ __all__ = [
     "corner_frequency",
     "current_driven",
     "current_for",
-    "dipole_law",
     "with_spring_load",
 ]
 
@@ -126,45 +124,6 @@ def with_spring_load(graph: BondGraph, stiffness: float, body: str = "body") -> 
     """Return the graph with an external spring ``k_load`` (N/m) at the moved body."""
     spring = C("k_load", stiffness=stiffness, unit="N/m", source="external load")
     return graph.with_branch(body, (spring,))
-
-
-def dipole_law(
-    operator: AlJanaideh | Ang | PrandtlIshlinskii, length: float, transducer: float
-) -> PrandtlIshlinskii | AngInverse:
-    """Return ``E = C_nl(p)`` that makes the free stack follow ``x = operator(V)`` at rest.
-
-    ``x = (T / l) p`` and ``E = V / l``, so ``C_nl(p) = operator^-1[(T / l) p] / l``: the
-    polarisation law is the inverse operator in other units.
-
-    Parameters
-    ----------
-    operator : AlJanaideh, Ang or PrandtlIshlinskii
-        Quasi-static free stack, V to m.
-    length : float
-        l, m.
-    transducer : float
-        T, m/C.
-
-    Returns
-    -------
-    PrandtlIshlinskii or AngInverse
-        Dipole (C m) to field (V/m).
-
-    Raises
-    ------
-    NotInvertible
-        If the operator has no inverse.
-    """
-    inverse, scale = operator.inverse(), transducer / length
-    if isinstance(inverse, AngInverse):
-        dead, play = inverse.dead_zone, inverse.play
-        widths, slopes = (d / scale for d in dead.thresholds), (w * scale for w in dead.weights)
-        after = PrandtlIshlinskii(play.thresholds, tuple(w / length for w in play.weights))
-        return AngInverse(DeadZones(tuple(widths), tuple(slopes)), after)
-    return PrandtlIshlinskii(
-        tuple(r / scale for r in inverse.thresholds),
-        tuple(w * scale / length for w in inverse.weights),
-    )
 
 
 def current_for(time: ArrayLike, charge: ArrayLike) -> FloatArray:
