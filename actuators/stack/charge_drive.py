@@ -50,6 +50,7 @@ def current_driven(
     source: str = "V_in",
     command: str = "i_in",
     leak: float | None = None,
+    name: str = "",
 ) -> BondGraph:
     """Return the graph with its voltage source replaced by a current source.
 
@@ -63,6 +64,8 @@ def current_driven(
         Name of the current source, the new input (A).
     leak : float, optional
         Resistance ``R_leak`` across the stack (its insulation, the cable's, the amplifier's), ohm.
+    name : str, optional
+        Of the new graph.
 
     Returns
     -------
@@ -79,9 +82,9 @@ def current_driven(
             f"{graph.name}: {source} is a {graph[source].kind}, not an effort source; name the "
             "voltage source that the current source replaces"
         )
-    new = BondGraph(f"{graph.name}_current_driven")
-    for name, element in graph.elements.items():
-        new.add(Sf(command, unit="A") if name == source else element)
+    new = BondGraph(name or f"{graph.name}_current_driven")
+    for place, element in graph.elements.items():
+        new.add(Sf(command, unit="A") if place == source else element)
     junction = graph.neighbour(source)
     moved: set[str] = set()
     if leak is not None and not leak > 0.0:
