@@ -42,7 +42,6 @@ from bondgraph.hysteresis.plays.dead_zone import dead_zone as dead_zone
 from bondgraph.hysteresis.plays.generalised import (
     GeneralisedPrandtlIshlinskii as GeneralisedPrandtlIshlinskii,
 )
-from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse as GeneralisedInverse
 from bondgraph.hysteresis.plays.kuhnen_modified import bent_line as bent_line
 from bondgraph.hysteresis.plays.kuhnen_modified import kuhnen_modified as kuhnen_modified
 from bondgraph.hysteresis.plays.maxwell import (

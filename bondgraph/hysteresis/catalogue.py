@@ -23,7 +23,6 @@ from bondgraph.hysteresis.plays.al_janaideh import AlJanaideh
 from bondgraph.hysteresis.plays.ang import Ang, AngInverse
 from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.generalised import GeneralisedPrandtlIshlinskii
-from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
 from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.hysteresis.preisach.krasnoselskii_pokrovskii import KrasnoselskiiPokrovskii
@@ -42,7 +41,6 @@ OPERATORS: Mapping[str, type[Operator]] = {
         AngInverse,
         AlJanaideh,
         GeneralisedPrandtlIshlinskii,
-        GeneralisedInverse,
         MaxwellResistiveCapacitor,
         Preisach,
         KrasnoselskiiPokrovskii,

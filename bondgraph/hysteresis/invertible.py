@@ -107,6 +107,16 @@ class SolvedInSteps(InvertibleOperator["Inverse"], ABC):
 
     kind = "operator that is solved step by step"
 
+    @property
+    def _inverse_slope(self) -> Expression:
+        """Slope of the inverse right after a reversal; input per output."""
+        return 1.0 / self.linear_slope
+
+    @property
+    def _inverse_congruent(self) -> bool:
+        """Whether minor loops of the inverse between the same outputs have the same shape."""
+        return not self.timed
+
     @abstractmethod
     def _solved(self, ops: Ops, y: Expression, memory: Memory, step: Expression) -> Expression:
         """Return the input that makes the output ``y``, ``step`` seconds after the memory."""
@@ -121,8 +131,11 @@ class SolvedInSteps(InvertibleOperator["Inverse"], ABC):
         rest = self.initial_memory(0.0, ops=ops)
         return self.initial_memory(self._solved(ops, y0, rest, 0.0), ops=ops)
 
-    def _check_solved(self, x: FloatArray, memory: Memory, step: float) -> None:
-        """Raise if the inputs found over a record, shape (N,), are beyond what can be inverted."""
+    def _check_solved(self, y: FloatArray, x: FloatArray, memory: Memory, step: float) -> None:
+        """Raise if outputs, or the inputs found for them, are beyond what can be inverted.
+
+        Both over a record, shape (N,); `memory` is that before it.
+        """
 
     def _inverse(self, ops: Ops) -> Inverse:
         return Inverse(self)
@@ -180,8 +193,13 @@ class Inverse(InvertibleOperator[SolvedInSteps]):
 
     @property
     def linear_slope(self) -> Expression:
-        """Slope right after a reversal, one over that of the forward operator."""
-        return 1.0 / self.forward.linear_slope
+        """Slope right after a reversal; input per output of the forward operator."""
+        return self.forward._inverse_slope
+
+    @property
+    def congruent(self) -> bool:
+        """As the forward operator says."""
+        return self.forward._inverse_congruent
 
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         return self.forward._memory_at(ops, x0, states)
@@ -194,7 +212,7 @@ class Inverse(InvertibleOperator[SolvedInSteps]):
 
     def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         found, after = InvertibleOperator._record(self, x, memory, step)
-        self.forward._check_solved(found, memory, step)
+        self.forward._check_solved(x, found, memory, step)
         return found, after
 
     def _inverse(self, ops: Ops) -> SolvedInSteps:

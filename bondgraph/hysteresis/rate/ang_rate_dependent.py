@@ -203,7 +203,7 @@ class AngRateDependent(RatedPlays):
         plays = self.at_rate(ops, memory[1])
         return plays.inverse().value(ops, y, plays.inverse_memory(memory[2:]))
 
-    def _check_solved(self, x: FloatArray, memory: Memory, step: float) -> None:
+    def _check_solved(self, y: FloatArray, x: FloatArray, memory: Memory, step: float) -> None:
         (smoothing,) = numbers("smoothing", (self.smoothing,))
         last, before = float(memory[0]), float(memory[1])
         rates = np.append(before, rate_record(x, last, before, step, smoothing)[:-1])

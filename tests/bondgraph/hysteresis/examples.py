@@ -56,7 +56,7 @@ UNTIMED: dict[str, Operator] = {
     "generalised": GeneralisedPrandtlIshlinskii(*_WEIGHTS, _BENT, _BENT),
     "generalised, two envelopes": GeneralisedPrandtlIshlinskii(*_WEIGHTS, _LEFT, _RIGHT),
     "generalised, tanh": GeneralisedPrandtlIshlinskii(*_WEIGHTS, _TANH, _TANH),
-    "generalised_inverse": GeneralisedPrandtlIshlinskii(*_WEIGHTS, _WIDE, _WIDE).inverse(),
+    "inverse of generalised": GeneralisedPrandtlIshlinskii(*_WEIGHTS, _WIDE, _WIDE).inverse(),
     "preisach": Preisach(
         (0.0, 0.5, 1.3),
         (-3.0, -0.4, 1.0, 2.5),
