@@ -22,7 +22,6 @@ from bondgraph.hysteresis.creep.hysteresis_with_creep import (
 )
 from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep as KelvinVoigtCreep
 from bondgraph.hysteresis.creep.log_creep import LogCreep as LogCreep
-from bondgraph.hysteresis.duhem.asymmetric_bouc_wen import AsymmetricBoucWen as AsymmetricBoucWen
 from bondgraph.hysteresis.duhem.bouc_wen import BoucWen as BoucWen
 from bondgraph.hysteresis.duhem.dahl import Dahl as Dahl
 from bondgraph.hysteresis.errors import BadInput as BadInput

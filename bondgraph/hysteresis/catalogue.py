@@ -13,7 +13,6 @@ from bondgraph.hysteresis.composed.parallel import Parallel
 from bondgraph.hysteresis.creep.hysteresis_with_creep import HysteresisWithCreep
 from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
 from bondgraph.hysteresis.creep.log_creep import LogCreep
-from bondgraph.hysteresis.duhem.asymmetric_bouc_wen import AsymmetricBoucWen
 from bondgraph.hysteresis.duhem.bouc_wen import BoucWen
 from bondgraph.hysteresis.duhem.dahl import Dahl
 from bondgraph.hysteresis.errors import BadParameter
@@ -45,7 +44,6 @@ OPERATORS: Mapping[str, type[Operator]] = {
         Preisach,
         KrasnoselskiiPokrovskii,
         BoucWen,
-        AsymmetricBoucWen,
         Dahl,
         LogCreep,
         KelvinVoigtCreep,
