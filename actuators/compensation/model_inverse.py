@@ -13,18 +13,11 @@ import numpy as np
 
 from actuators.compensation.motion import AnalyticMotion
 from actuators.stack.bond_graph import stack_bond_graph
-from actuators.stack.charge_drive import dipole_law
-from actuators.stack.conversions import Lumped
+from actuators.stack.conversions import Lumped, Polarised, Pure, polarisation_operator
 from actuators.stack.lumped import stack_lumped
 from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph import BondGraph
-from bondgraph.hysteresis import (
-    AlJanaideh,
-    Ang,
-    AngInverse,
-    Operator,
-    PrandtlIshlinskii,
-)
+from bondgraph.hysteresis import AngInverse, Operator, PrandtlIshlinskii
 from bondgraph.laws import Hysteretic
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import Expression, FloatArray
@@ -180,11 +173,11 @@ def bond_graph_feedforward(
 
 
 def field_law(
-    operator: AlJanaideh | Ang | PrandtlIshlinskii, stack: BondGraphStack | None = None
+    operator: Pure, stack: BondGraphStack | None = None
 ) -> PrandtlIshlinskii | AngInverse:
-    """Return ``E_C(p)`` for which the free stack at rest is `operator`, V to m; see `dipole_law`.
+    """Return ``E_C(p)`` for which the free stack at rest is `operator`: `polarisation_operator`.
 
     `stack` gives T and l.
     """
     s = stack or BondGraphStack()
-    return dipole_law(operator, s.length, s.transducer)
+    return polarisation_operator(operator, Polarised(s.transducer, s.length))

@@ -12,10 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from math import sqrt
-from typing import final
+from typing import Any, final
 
 from actuators.materials.ceramics import VACUUM_PERMITTIVITY
-from bondgraph import BondGraph, Df, Dq, I, One, R, Se, Sf
+from actuators.stack.charge_drive import current_driven
+from bondgraph import BondGraph, Df, Dq, I, One, R, Se
 from bondgraph.graph.elements import CField
 from bondgraph.graph.modulation import port_variables
 from bondgraph.support.errors import UnusableInput, require_positive
@@ -104,55 +105,30 @@ def moving_plate(
         States ``q_plate2`` (the displacement), ``p_m``, with a resistance ``q_plate1``.
     """
     with BondGraph("moving_plate") as g:
-        source = Se("V_in", unit="V")
-        _plate(g, source, stiffness, gap, area, permittivity, mass, damping, resistance, sensors)
+        q, x = port_variables("q", 2)
+        k = g.parameter("k", stiffness, "N/m", spread=2.0, source=SOURCE)
+        rest = g.parameter("gap", gap, "m", spread=1.5, source=SOURCE)
+        face = g.parameter("A", area, "m^2", spread=1.2, source=SOURCE)
+        eps = g.parameter("eps", permittivity, "F/m", fixed=True, source="CODATA 2018, vacuum")
+        energy = q**2 * (rest - x) / (2 * eps * face) + k * x**2 / 2
+        plate = CField("plate", energy=energy, units=("V", "N"))
+        loop, body = One("loop"), One("body")
+        Se("V_in", unit="V") >> loop >> plate
+        if resistance is not None:
+            loop >> R("R_e", resistance, unit="ohm", spread=3.0, source=SOURCE)
+        body >> plate
+        body >> I("m", mass, unit="kg", spread=2.0, source=SOURCE)
+        body >> R("b", damping, unit="N*s/m", spread=10.0, source=SOURCE)
+        if "i" in sensors:
+            loop >> Df("i", unit="A")
+        if "x" in sensors:
+            body >> Dq("x", unit="m")
     return g
 
 
-def moving_plate_charge(
-    *,
-    stiffness: float = 1.0,
-    gap: float = 2e-6,
-    area: float = 1.6e-7,
-    permittivity: float = VACUUM_PERMITTIVITY,
-    mass: float = 1e-9,
-    damping: float = 1e-5,
-    sensors: tuple[str, ...] = ("x",),
-) -> BondGraph:
-    """Moving-plate capacitor whose charge the current ``i_in`` imposes: no pull-in in the gap."""
-    with BondGraph("moving_plate_charge") as g:
-        source = Sf("i_in", unit="A")
-        _plate(g, source, stiffness, gap, area, permittivity, mass, damping, None, sensors)
-    return g
+def moving_plate_charge(**options: Any) -> BondGraph:
+    """Moving-plate capacitor whose charge the current ``i_in`` imposes: no pull-in in the gap.
 
-
-def _plate(
-    g: BondGraph,
-    source: Se | Sf,
-    stiffness: float,
-    gap: float,
-    area: float,
-    permittivity: float,
-    mass: float,
-    damping: float,
-    resistance: float | None,
-    sensors: tuple[str, ...],
-) -> None:
-    q, x = port_variables("q", 2)
-    k = g.parameter("k", stiffness, "N/m", spread=2.0, source=SOURCE)
-    rest = g.parameter("gap", gap, "m", spread=1.5, source=SOURCE)
-    face = g.parameter("A", area, "m^2", spread=1.2, source=SOURCE)
-    eps = g.parameter("eps", permittivity, "F/m", fixed=True, source="CODATA 2018, vacuum")
-    energy = q**2 * (rest - x) / (2 * eps * face) + k * x**2 / 2
-    plate = CField("plate", energy=energy, units=("V", "N"))
-    loop, body = One("loop"), One("body")
-    source >> loop >> plate
-    if resistance is not None:
-        loop >> R("R_e", resistance, unit="ohm", spread=3.0, source=SOURCE)
-    body >> plate
-    body >> I("m", mass, unit="kg", spread=2.0, source=SOURCE)
-    body >> R("b", damping, unit="N*s/m", spread=10.0, source=SOURCE)
-    if "i" in sensors:
-        loop >> Df("i", unit="A")
-    if "x" in sensors:
-        body >> Dq("x", unit="m")
+    Options of `moving_plate`.
+    """
+    return current_driven(moving_plate(**options), name="moving_plate_charge")

@@ -12,13 +12,10 @@ from types import ModuleType
 from typing import Any
 
 from actuators.models.catalogue import MODELS
-from actuators.stack.plus_linear import PlusLinear
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
-FURTHER_LAWS = (PlusLinear,)
-"""Laws of `actuators` that a model file may hold."""
 _HOME = Path(__file__).parents[2]
 _NOT_THE_MODEL = (
     *(_HOME / k for k in ("actuators", "bondgraph", "bondsight", "hardware", "identification")),
@@ -39,7 +36,7 @@ def load_model(text: str) -> BondGraph:
     if text in MODELS:
         factory: Callable[[], Any] = MODELS[text]
     elif text.endswith(".json"):
-        return from_json(Path(text), laws=FURTHER_LAWS)
+        return from_json(Path(text))
     elif text.endswith(".py"):
         factory = _from_file(Path(text))
     elif ":" in text:

@@ -31,7 +31,6 @@ from numpy.typing import ArrayLike, NDArray
 from bondgraph import BondGraph, C, One, R, Sf, Zero
 from bondgraph.graph.composing.renaming import declared_parameters
 from bondgraph.graph.elements import Element
-from bondgraph.hysteresis import AlJanaideh, Ang, AngInverse, DeadZones, PrandtlIshlinskii
 from bondgraph.support.errors import GraphError, UnusableInput
 
 __all__ = [
@@ -39,7 +38,6 @@ __all__ = [
     "corner_frequency",
     "current_driven",
     "current_for",
-    "dipole_law",
     "with_spring_load",
 ]
 
@@ -52,6 +50,7 @@ def current_driven(
     source: str = "V_in",
     command: str = "i_in",
     leak: float | None = None,
+    name: str = "",
 ) -> BondGraph:
     """Return the graph with its voltage source replaced by a current source.
 
@@ -65,6 +64,8 @@ def current_driven(
         Name of the current source, the new input (A).
     leak : float, optional
         Resistance ``R_leak`` across the stack (its insulation, the cable's, the amplifier's), ohm.
+    name : str, optional
+        Of the new graph.
 
     Returns
     -------
@@ -81,9 +82,9 @@ def current_driven(
             f"{graph.name}: {source} is a {graph[source].kind}, not an effort source; name the "
             "voltage source that the current source replaces"
         )
-    new = BondGraph(f"{graph.name}_current_driven")
-    for name, element in graph.elements.items():
-        new.add(Sf(command, unit="A") if name == source else element)
+    new = BondGraph(name or f"{graph.name}_current_driven")
+    for place, element in graph.elements.items():
+        new.add(Sf(command, unit="A") if place == source else element)
     junction = graph.neighbour(source)
     moved: set[str] = set()
     if leak is not None and not leak > 0.0:
@@ -126,45 +127,6 @@ def with_spring_load(graph: BondGraph, stiffness: float, body: str = "body") -> 
     """Return the graph with an external spring ``k_load`` (N/m) at the moved body."""
     spring = C("k_load", stiffness=stiffness, unit="N/m", source="external load")
     return graph.with_branch(body, (spring,))
-
-
-def dipole_law(
-    operator: AlJanaideh | Ang | PrandtlIshlinskii, length: float, transducer: float
-) -> PrandtlIshlinskii | AngInverse:
-    """Return ``E = C_nl(p)`` that makes the free stack follow ``x = operator(V)`` at rest.
-
-    ``x = (T / l) p`` and ``E = V / l``, so ``C_nl(p) = operator^-1[(T / l) p] / l``: the
-    polarisation law is the inverse operator in other units.
-
-    Parameters
-    ----------
-    operator : AlJanaideh, Ang or PrandtlIshlinskii
-        Quasi-static free stack, V to m.
-    length : float
-        l, m.
-    transducer : float
-        T, m/C.
-
-    Returns
-    -------
-    PrandtlIshlinskii or AngInverse
-        Dipole (C m) to field (V/m).
-
-    Raises
-    ------
-    NotInvertible
-        If the operator has no inverse.
-    """
-    inverse, scale = operator.inverse(), transducer / length
-    if isinstance(inverse, AngInverse):
-        dead, play = inverse.dead_zone, inverse.play
-        widths, slopes = (d / scale for d in dead.thresholds), (w * scale for w in dead.weights)
-        after = PrandtlIshlinskii(play.thresholds, tuple(w / length for w in play.weights))
-        return AngInverse(DeadZones(tuple(widths), tuple(slopes)), after)
-    return PrandtlIshlinskii(
-        tuple(r / scale for r in inverse.thresholds),
-        tuple(w * scale / length for w in inverse.weights),
-    )
 
 
 def current_for(time: ArrayLike, charge: ArrayLike) -> FloatArray:

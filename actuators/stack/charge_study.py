@@ -13,9 +13,9 @@ from actuators.stack.charge_drive import (
     corner_frequency,
     current_driven,
     current_for,
-    dipole_law,
     with_spring_load,
 )
+from actuators.stack.conversions import Polarised, polarisation_operator
 from actuators.stack.loop_width import HysteresisLoop, loop_of
 from actuators.stack.lumped import stack_lumped
 from bondgraph.equations.state_space import derive
@@ -41,8 +41,6 @@ __all__ = [
     "leak_table",
     "leaks",
 ]  # fmt: skip
-
-LENGTH, RATIO = 18e-3, 0.0327
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,7 +206,7 @@ def _even(samples: int, step: float) -> FloatArray:
 
 def _stacks() -> dict[str, BondGraph]:
     maxwell = Hysteretic(MaxwellResistiveCapacitor.stack_2hz())
-    ang = Hysteretic(dipole_law(Ang.stack_2hz(), LENGTH, RATIO))
+    ang = Hysteretic(polarisation_operator(Ang.stack_2hz()))
     return {
         "lumped, Maxwell": stack_lumped(maxwell, external_force=True),
         "bond graph, Ang": stack_bond_graph(ang, external_force=True),
@@ -241,7 +239,7 @@ def _from_rest(
 
 def _charge(graph: BondGraph) -> tuple[str, float]:
     """Return the signal that holds the charge of the stack, and its factor."""
-    return ("q_H", 1.0) if "H" in graph.elements else ("q_C_nl", 1.0 / LENGTH)
+    return ("q_H", 1.0) if "H" in graph.elements else ("q_C_nl", 1.0 / Polarised().length)
 
 
 def _gain(graph: BondGraph, leak: float, frequency: float, free: float) -> float:

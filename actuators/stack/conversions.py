@@ -7,7 +7,7 @@ A force-free stack that moves slowly is an operator ``x = H[V]`` whatever its st
 - lumped: ``V = V_h(q) + (k / T) x``, ``q = (T + C k / T) x``.
 
 The inverse of weighted plays is weighted plays, and the linear part only changes the first weight.
-Ang's inverse bends before its plays, so there the linear part stays beside it (`PlusLinear`).
+Ang's inverse bends before its plays, so there the linear part stays beside it (`Parallel`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from typing import TypeAlias, final
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_hysteresis
 from actuators.stack.lumped import stack_lumped
-from actuators.stack.plus_linear import PlusLinear
 from actuators.stack.scaling import scaled
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.hysteresis import (
@@ -28,6 +27,8 @@ from bondgraph.hysteresis import (
     AngInverse,
     BadParameter,
     MaxwellResistiveCapacitor,
+    Operator,
+    Parallel,
     PrandtlIshlinskii,
 )
 from bondgraph.laws import Hysteretic
@@ -106,7 +107,7 @@ def pure_from_polarisation(
     return scaled(operator, at.length / at.transducer, at.length).inverse()
 
 
-def lumped_law(pure: Pure, constants: Lumped | None = None) -> Hysteretic | PlusLinear:
+def lumped_law(pure: Pure, constants: Lumped | None = None) -> Hysteretic:
     """Return the law ``V_h(q) = H^-1[x] - (k / T) x``, ``x = q / (T + C k / T)``, C to V.
 
     Its full slope is what the end slope of H leaves of k/T; it may be negative, which the
@@ -120,8 +121,8 @@ def lumped_law(pure: Pure, constants: Lumped | None = None) -> Hysteretic | Plus
 
     Returns
     -------
-    Hysteretic or PlusLinear
-        Weighted plays, or for Ang's operator its inverse less the linear part.
+    Hysteretic
+        Weighted plays, or Ang's inverse with the linear part beside it.
 
     Raises
     ------
@@ -132,19 +133,18 @@ def lumped_law(pure: Pure, constants: Lumped | None = None) -> Hysteretic | Plus
     inverse = scaled(pure.inverse(), 1.0 / at.charge_per_metre)
     linear = -at.volts_per_metre / at.charge_per_metre
     if isinstance(inverse, AngInverse):
-        return PlusLinear(inverse, linear)
+        return Hysteretic(plus_linear(inverse, linear))
     return Hysteretic(_with_linear(inverse, linear))
 
 
-def pure_from_lumped(
-    law: Hysteretic | PlusLinear, constants: Lumped | None = None
-) -> PrandtlIshlinskii | Ang:
+def pure_from_lumped(law: Hysteretic, constants: Lumped | None = None) -> PrandtlIshlinskii | Ang:
     """Return H from ``V_h``: the reverse of `lumped_law`, and the way in for Maxwell elements.
 
     Parameters
     ----------
-    law : Hysteretic or PlusLinear
-        V_h, C to V: plays, Maxwell elements, or Ang's inverse less exactly k/T.
+    law : Hysteretic
+        V_h, C to V: plays, Maxwell elements or Ang's inverse, alone or as of `plus_linear`; with
+        Ang's inverse the linear part must be k/T.
     constants : Lumped, optional
 
     Raises
@@ -156,8 +156,9 @@ def pure_from_lumped(
     """
     at = constants or Lumped()
     back = at.volts_per_metre / at.charge_per_metre
-    linear = back + (law.linear if isinstance(law, PlusLinear) else 0.0)
-    operator = law.operator
+    linear, operator = back, law.operator
+    if isinstance(operator, Parallel) and isinstance(operator.second, PrandtlIshlinskii):
+        linear, operator = back + float(operator.second.linear_slope), operator.first
     if isinstance(operator, AngInverse):
         if abs(linear) > _RELATIVE_ZERO * back:
             raise BadParameter(
@@ -194,6 +195,11 @@ def maxwell_elements(operator: PrandtlIshlinskii) -> tuple[MaxwellResistiveCapac
     springs = tuple(-w for w in weights)
     slips = tuple(k * r for k, r in zip(springs, thresholds, strict=True))
     return MaxwellResistiveCapacitor(springs, slips), float(operator.slope_full)
+
+
+def plus_linear(operator: Operator, linear: float) -> Parallel:
+    """Return ``H[s] + linear s`` as one operator."""
+    return Parallel(operator, PrandtlIshlinskii((0.0,), (linear,)))
 
 
 def _with_linear(operator: PrandtlIshlinskii, linear: float) -> PrandtlIshlinskii:

@@ -14,6 +14,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bondgraph.hysteresis.checks import numbers
 from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
@@ -67,82 +68,41 @@ class LogarithmicCreep:
         return np.asarray(1 + self.gamma * np.log10(t / self.reference))
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class KelvinVoigt:
-    """``elastic + sum g_j (1 - exp(-t/tau_j))``: an elastic part and units of spring and damper.
+def chain_elements(
+    creep: KelvinVoigtCreep, stiffness: float
+) -> tuple[float, tuple[tuple[float, float], ...]]:
+    """Return the chain that creeps so under a force: a spring, then (spring, damper) pairs.
 
     Parameters
     ----------
+    creep : KelvinVoigtCreep
+        With a positive gain, and weights of 0 or more.
+    stiffness : float
+        Such that the displacement is ``F/stiffness`` times the answer of `creep`, N/m.
+
+    Returns
+    -------
     elastic : float
-        Output per input at once.
-    gains : tuple of float, shape (n,)
-        ``g_j >= 0``, output per input gained by each unit in the end.
-    times : tuple of float, shape (n,)
-        ``tau_j > 0``, s.
+        N/m.
+    units : tuple of (float, float)
+        Spring (N/m) and damper (N s/m), in parallel; units with weight 0 are left out.
     """
-
-    elastic: float
-    gains: tuple[float, ...]
-    times: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        """Store tuples of floats and refuse units that would give energy."""
-        for name in ("gains", "times"):
-            object.__setattr__(self, name, tuple(float(v) for v in getattr(self, name)))
-        if len(self.gains) != len(self.times):
-            raise UnusableInput(
-                f"Kelvin-Voigt: {len(self.gains)} gains and {len(self.times)} times; give pairs"
-            )
-        if not 0 < self.elastic < inf:
-            raise UnusableInput(
-                f"Kelvin-Voigt: elastic = {self.elastic:g} must be positive; creep this strong "
-                "needs a smaller gamma or fewer decades"
-            )
-        for j, (g, tau) in enumerate(zip(self.gains, self.times, strict=True)):
-            if not (0 <= g < inf and 0 < tau < inf):
-                raise UnusableInput(
-                    f"Kelvin-Voigt: unit {j} has gain {g:g} and time {tau:g} s; the gain must be "
-                    "0 or more, the time positive"
-                )
-
-    def factor(self, time: ArrayLike) -> FloatArray:
-        """Return the answer to a step of 1 at `time` (s after it, >= 0, any shape), same shape."""
-        t = np.asarray(time, dtype=np.float64)
-        if not (t >= 0).all():
-            raise UnusableInput("Kelvin-Voigt: times before the step are negative; leave them out")
-        growth = -np.expm1(-t[..., None] / np.array(self.times))
-        return np.asarray(self.elastic + growth @ np.array(self.gains))
-
-    def operator(self) -> KelvinVoigtCreep:
-        """Return the operator that answers any input, for records and for elements of a graph."""
-        return KelvinVoigtCreep(self.elastic, self.gains, self.times)
-
-    def elements(self, stiffness: float) -> tuple[float, tuple[tuple[float, float], ...]]:
-        """Return the chain that creeps so under a force: a spring, then (spring, damper) pairs.
-
-        Parameters
-        ----------
-        stiffness : float
-            Such that the displacement is ``F/stiffness`` times `factor`, N/m.
-
-        Returns
-        -------
-        elastic : float
-            N/m.
-        units : tuple of (float, float)
-            Spring (N/m) and damper (N s/m), in parallel; units with gain 0 are left out.
-        """
-        if not 0 < stiffness < inf:
-            raise UnusableInput(f"Kelvin-Voigt: stiffness = {stiffness:g} N/m must be positive")
-        pairs = zip(self.gains, self.times, strict=True)
-        units = tuple((stiffness / g, stiffness / g * tau) for g, tau in pairs if g > 0)
-        return stiffness / self.elastic, units
+    if not 0 < stiffness < inf:
+        raise UnusableInput(f"Kelvin-Voigt: stiffness = {stiffness:g} N/m must be positive")
+    gain, weights = numbers("gain", (creep.gain,))[0], numbers("weights", creep.weights)
+    if not (gain > 0 and min(weights) >= 0):
+        raise UnusableInput(
+            f"Kelvin-Voigt: no chain has the gain {gain:g} and weights {weights}, which would give "
+            "energy; creep this strong needs a smaller gamma or fewer decades"
+        )
+    pairs = zip(weights, numbers("times", creep.times), strict=True)
+    units = tuple((stiffness / g, stiffness / g * tau) for g, tau in pairs if g > 0)
+    return stiffness / gain, units
 
 
 def fit_kelvin_voigt(
     creep: LogarithmicCreep, decades: float = 5.0, units: int = 7
-) -> tuple[KelvinVoigt, float]:
+) -> tuple[KelvinVoigtCreep, float]:
     """Fit Kelvin-Voigt units to logarithmic creep from its reference over some decades.
 
     Parameters
@@ -156,7 +116,7 @@ def fit_kelvin_voigt(
 
     Returns
     -------
-    model : KelvinVoigt
+    model : KelvinVoigtCreep
     error : float
         Largest deviation in the interval, relative to the creep over it, ``gamma * decades``.
 
@@ -193,7 +153,7 @@ def fit_kelvin_voigt(
     gains, _ = nnls(np.hstack([growth, one, -one]), span)
     offset = gains[-2] - gains[-1]
     error = np.abs(growth @ gains[:-2] + offset - span).max() / decades
-    model = KelvinVoigt(
+    model = KelvinVoigtCreep(
         1 + creep.gamma * float(offset),
         tuple((creep.gamma * gains[:-2]).tolist()),
         tuple((creep.reference * 10.0**exponents).tolist()),

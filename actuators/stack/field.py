@@ -24,14 +24,14 @@ stiffness, and the models take it for different electrical conditions.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from typing import Any
 
 from actuators.materials.ceramics import material
 from actuators.materials.constitutive import Form
 from actuators.materials.piezo_field import LINEAR, Curvature, Layers, piezo_field
 from actuators.materials.uniaxial import Uniaxial
-from bondgraph import BondGraph, De, Df, Dq, GraphError, I, One, R, Se, Sf, Zero
-from bondgraph.graph.elements import Source
+from actuators.stack.charge_drive import current_driven
+from bondgraph import BondGraph, De, Df, Dq, GraphError, I, One, R, Se, Zero
 
 _PIC255 = material("PIC255")
 
@@ -106,11 +106,33 @@ def stack_field_voltage(
     BadConstant
         The coupling factor reaches 1.
     """
+    if mass is None and damping is None and not external_force:
+        raise GraphError(
+            "stack_field: nothing is bonded to the tip of the stack; give mass=, damping= or "
+            "external_force=True"
+        )
+    held = constants.to(form or constants.form)
     with BondGraph("stack_field_voltage") as g:
-        _stack(
-            g, Se("V_in", unit="V"), constants.to(form or constants.form), layers, curvature,
-            mass, damping, resistance, None, sensors, external_force,
-        )  # fmt: skip
+        stack = piezo_field("stack", *_declared(g, held, layers, curvature))
+        loop, terminal, body = One("loop"), Zero("terminal"), One("body")
+        Se("V_in", unit="V") >> loop >> terminal >> stack
+        if resistance is not None:
+            loop >> R(
+                "R_e", resistance, unit="ohm", spread=3.0, source="leads and amplifier output"
+            )
+        body >> stack
+        if external_force:
+            Se("F_e", unit="N") >> body
+        if mass is not None:
+            body >> I("m", mass, unit="kg", spread=2.0, source=_M)
+        if damping is not None:
+            body >> R("b", damping, unit="N*s/m", spread=10.0, source="P-840.1, thesis table 6.1")
+        if "i" in sensors:
+            loop >> Df("i", unit="A")
+        if "u" in sensors:
+            terminal >> De("u", unit="V")
+        if "x" in sensors:
+            body >> Dq("x", unit="m")
     return g
 
 
@@ -118,14 +140,8 @@ def stack_field_charge(
     constants: Uniaxial = CERAMIC,
     layers: Layers = LAYERS,
     *,
-    form: Form | None = None,
-    curvature: Curvature = LINEAR,
-    mass: float | None = 5.3e-3,
-    damping: float | None = 80.0,
-    resistance: float | None = None,
     leak: float | None = None,
-    sensors: tuple[str, ...] = ("x",),
-    external_force: bool = False,
+    **options: Any,
 ) -> BondGraph:
     """Piezo stack as a field, its charge imposed by the current ``i_in``.
 
@@ -133,60 +149,20 @@ def stack_field_charge(
     ----------
     leak : float, optional
         Resistance ``R_leak`` across the stack, ohm; without it the charge never comes back.
-
-    See `stack_field_voltage` for the others.
+    **options
+        Of `stack_field_voltage`.
     """
-    with BondGraph("stack_field_charge") as g:
-        _stack(
-            g, Sf("i_in", unit="A"), constants.to(form or constants.form), layers, curvature,
-            mass, damping, resistance, leak, sensors, external_force,
-        )  # fmt: skip
-    return g
+    driven = stack_field_voltage(constants, layers, **options)
+    graph = current_driven(driven, name="stack_field_charge")
+    if leak is None:
+        return graph
+    across = R("R_leak", leak, unit="ohm", spread=10.0, source="insulation of the stack")
+    return graph.with_branch("terminal", (across,))
 
 
 def stack_field_curved() -> BondGraph:
     """Return the voltage-driven stack with electrostriction and saturation, `CURVED`."""
     return stack_field_voltage(curvature=CURVED, sensors=("x", "i"))
-
-
-def _stack(
-    g: BondGraph,
-    source: Source,
-    constants: Uniaxial,
-    layers: Layers,
-    curvature: Curvature,
-    mass: float | None,
-    damping: float | None,
-    resistance: float | None,
-    leak: float | None,
-    sensors: Iterable[str],
-    external_force: bool,
-) -> None:
-    if mass is None and damping is None and not external_force:
-        raise GraphError(
-            f"{g.name}: nothing is bonded to the tip of the stack; give mass=, damping= or "
-            "external_force=True"
-        )
-    stack = piezo_field("stack", *_declared(g, constants, layers, curvature))
-    loop, terminal, body = One("loop"), Zero("terminal"), One("body")
-    source >> loop >> terminal >> stack
-    if resistance is not None:
-        loop >> R("R_e", resistance, unit="ohm", spread=3.0, source="leads and amplifier output")
-    if leak is not None:
-        terminal >> R("R_leak", leak, unit="ohm", spread=10.0, source="insulation of the stack")
-    body >> stack
-    if external_force:
-        Se("F_e", unit="N") >> body
-    if mass is not None:
-        body >> I("m", mass, unit="kg", spread=2.0, source=_M)
-    if damping is not None:
-        body >> R("b", damping, unit="N*s/m", spread=10.0, source="P-840.1, thesis table 6.1")
-    if "i" in sensors:
-        loop >> Df("i", unit="A")
-    if "u" in sensors:
-        terminal >> De("u", unit="V")
-    if "x" in sensors:
-        body >> Dq("x", unit="m")
 
 
 def _declared(

@@ -8,8 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 
-from actuators.stack.conversions import Pure, lumped_law, maxwell_elements, pure_from_lumped
-from actuators.stack.plus_linear import PlusLinear
+from actuators.stack.conversions import (
+    Pure,
+    lumped_law,
+    maxwell_elements,
+    plus_linear,
+    pure_from_lumped,
+)
 from actuators.thesis.operators import ang_with_spacing
 from actuators.thesis.refits import (
     bond_graph_operator,
@@ -25,6 +30,7 @@ from actuators.thesis.steady import SteadyLoop, misfit, sine, steady_loop, trian
 from actuators.thesis.tables import ERRORS, MEASURED_LOOP
 from actuators.thesis.values import named
 from bondgraph.hysteresis import Ang, PrandtlIshlinskii
+from bondgraph.laws import Hysteretic
 
 __all__ = ["converted_maxwell", "error_rows", "loop_rows", "spacing_rows"]
 
@@ -109,7 +115,7 @@ def converted_maxwell() -> PrandtlIshlinskii:
     plays = lumped_law(stand_in(), constants).operator
     assert isinstance(plays, PrandtlIshlinskii)  # the inverse of (6.2) is plays
     elements, rest = maxwell_elements(plays)
-    back = pure_from_lumped(PlusLinear(elements, rest), constants)
+    back = pure_from_lumped(Hysteretic(plus_linear(elements, rest)), constants)
     assert isinstance(back, PrandtlIshlinskii)
     return back
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import atan, degrees, exp, pi, radians, sqrt
+from math import degrees, exp, pi, sqrt
 
 import numpy as np
 
@@ -102,26 +102,6 @@ def designed(
     lead = w * derivative - 1 / integral
     gain = w * sqrt((mass * w) ** 2 + damping**2) / sqrt(1 + lead**2)
     return SampledLoop(PositionController(gain, integral / w, derivative), mass, damping, delay)
-
-
-def continuous_margin(loop: SampledLoop, crossover: float, rate: float) -> float:
-    """Phase margin (degrees) by the rule of thumb: the sampled loop is late by ``(1/2 + d) T``."""
-    w = 2 * pi * crossover
-    c = loop.controller
-    controller = atan(w * c.derivative - 1 / (w * c.integral))
-    late = w * (0.5 + loop.delay) / rate
-    return degrees(pi / 2 - atan(w * loop.time_constant) + controller - late)
-
-
-def continuous_rate(loop: SampledLoop, crossover: float, margin: float = MARGIN) -> float:
-    """Sample rate (Hz) at which the rule of thumb leaves `margin` degrees at the crossover."""
-    rest = continuous_margin(loop, crossover, float("inf")) - margin
-    if rest <= 0:
-        raise UnusableInput(
-            f"continuous_rate: without any delay the margin at {crossover:g} Hz is already "
-            f"{rest + margin:.1f} degrees; lower the crossover or add a derivative"
-        )
-    return 2 * pi * crossover * (0.5 + loop.delay) / radians(rest)
 
 
 def _held(loop: SampledLoop, period: float) -> tuple[Array, Array]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,6 +34,17 @@ class LinearModel:
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+
+    @property
+    def system(self) -> Any:
+        """The matrices as ``scipy.signal.StateSpace``, which keeps no names.
+
+        ``lsim`` works on the matrices; ``bode``, ``poles`` and ``zeros`` of SciPy go through
+        polynomials, which lose all digits when SI values are far apart: python-control does not.
+        """
+        from scipy import signal
+
+        return signal.StateSpace(self.a, self.b, self.c, self.d)
 
 
 def linear_model(program: Program) -> LinearModel:

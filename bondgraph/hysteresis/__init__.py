@@ -20,15 +20,8 @@ from bondgraph.hysteresis.composed.parallel import Parallel as Parallel
 from bondgraph.hysteresis.creep.hysteresis_with_creep import (
     HysteresisWithCreep as HysteresisWithCreep,
 )
-from bondgraph.hysteresis.creep.hysteresis_with_creep import (
-    HysteresisWithCreepInverse as HysteresisWithCreepInverse,
-)
 from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep as KelvinVoigtCreep
-from bondgraph.hysteresis.creep.kelvin_voigt_inverse import (
-    KelvinVoigtCreepInverse as KelvinVoigtCreepInverse,
-)
 from bondgraph.hysteresis.creep.log_creep import LogCreep as LogCreep
-from bondgraph.hysteresis.duhem.asymmetric_bouc_wen import AsymmetricBoucWen as AsymmetricBoucWen
 from bondgraph.hysteresis.duhem.bouc_wen import BoucWen as BoucWen
 from bondgraph.hysteresis.duhem.dahl import Dahl as Dahl
 from bondgraph.hysteresis.errors import BadInput as BadInput
@@ -36,6 +29,7 @@ from bondgraph.hysteresis.errors import BadMemory as BadMemory
 from bondgraph.hysteresis.errors import BadParameter as BadParameter
 from bondgraph.hysteresis.errors import HysteresisError as HysteresisError
 from bondgraph.hysteresis.errors import NotInvertible as NotInvertible
+from bondgraph.hysteresis.invertible import Inverse as Inverse
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse as numeric_inverse
 from bondgraph.hysteresis.operator import Memory as Memory
 from bondgraph.hysteresis.operator import Operator as Operator
@@ -47,7 +41,6 @@ from bondgraph.hysteresis.plays.dead_zone import dead_zone as dead_zone
 from bondgraph.hysteresis.plays.generalised import (
     GeneralisedPrandtlIshlinskii as GeneralisedPrandtlIshlinskii,
 )
-from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse as GeneralisedInverse
 from bondgraph.hysteresis.plays.kuhnen_modified import bent_line as bent_line
 from bondgraph.hysteresis.plays.kuhnen_modified import kuhnen_modified as kuhnen_modified
 from bondgraph.hysteresis.plays.maxwell import (
@@ -70,16 +63,7 @@ from bondgraph.hysteresis.preisach.preisach_grid import (
 )
 from bondgraph.hysteresis.preisach.preisach_grid import preisach_from_relays as preisach_from_relays
 from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent as AngRateDependent
-from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import (
-    AngRateDependentInverse as AngRateDependentInverse,
-)
 from bondgraph.hysteresis.rate.rate_dependent import (
     RateDependentPrandtlIshlinskii as RateDependentPrandtlIshlinskii,
-)
-from bondgraph.hysteresis.rate.rate_dependent_inverse import (
-    RateDependentClosedFormInverse as RateDependentClosedFormInverse,
-)
-from bondgraph.hysteresis.rate.rate_dependent_inverse import (
-    RateDependentInverse as RateDependentInverse,
 )
 from bondgraph.hysteresis.turning_points import turning_points as turning_points

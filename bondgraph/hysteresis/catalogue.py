@@ -10,34 +10,24 @@ from typing import Any
 
 from bondgraph.hysteresis.composed.cascade import Cascade
 from bondgraph.hysteresis.composed.parallel import Parallel
-from bondgraph.hysteresis.creep.hysteresis_with_creep import (
-    HysteresisWithCreep,
-    HysteresisWithCreepInverse,
-)
+from bondgraph.hysteresis.creep.hysteresis_with_creep import HysteresisWithCreep
 from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
-from bondgraph.hysteresis.creep.kelvin_voigt_inverse import KelvinVoigtCreepInverse
 from bondgraph.hysteresis.creep.log_creep import LogCreep
-from bondgraph.hysteresis.duhem.asymmetric_bouc_wen import AsymmetricBoucWen
 from bondgraph.hysteresis.duhem.bouc_wen import BoucWen
 from bondgraph.hysteresis.duhem.dahl import Dahl
 from bondgraph.hysteresis.errors import BadParameter
+from bondgraph.hysteresis.invertible import Inverse
 from bondgraph.hysteresis.operator import Operator
 from bondgraph.hysteresis.plays.al_janaideh import AlJanaideh
 from bondgraph.hysteresis.plays.ang import Ang, AngInverse
 from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.generalised import GeneralisedPrandtlIshlinskii
-from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
 from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.hysteresis.preisach.krasnoselskii_pokrovskii import KrasnoselskiiPokrovskii
 from bondgraph.hysteresis.preisach.preisach import Preisach
 from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent
-from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse
 from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
-from bondgraph.hysteresis.rate.rate_dependent_inverse import (
-    RateDependentClosedFormInverse,
-    RateDependentInverse,
-)
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import Rules, chosen, read, record, require_object
 
@@ -50,25 +40,19 @@ OPERATORS: Mapping[str, type[Operator]] = {
         AngInverse,
         AlJanaideh,
         GeneralisedPrandtlIshlinskii,
-        GeneralisedInverse,
         MaxwellResistiveCapacitor,
         Preisach,
         KrasnoselskiiPokrovskii,
         BoucWen,
-        AsymmetricBoucWen,
         Dahl,
         LogCreep,
         KelvinVoigtCreep,
-        KelvinVoigtCreepInverse,
         HysteresisWithCreep,
-        HysteresisWithCreepInverse,
         RateDependentPrandtlIshlinskii,
-        RateDependentInverse,
-        RateDependentClosedFormInverse,
         AngRateDependent,
-        AngRateDependentInverse,
         Cascade,
         Parallel,
+        Inverse,
     )
 }
 

@@ -1,4 +1,4 @@
-"""Operators that are linear in some of their numbers, which makes their identification convex."""
+"""Operators whose memory is plays, and those that are linear in their weights."""
 
 from __future__ import annotations
 
@@ -10,13 +10,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bondgraph.hysteresis.checks import finite_record, numbers
-from bondgraph.hysteresis.operator import Operator
-from bondgraph.hysteresis.plays.play import play_record
-from bondgraph.support.ops import NUMPY, Expression, FloatArray
+from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.plays.play import (
+    initial_play,
+    play,
+    play_record,
+    reachable_plays,
+)
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 
-class LinearInWeights(Operator, ABC):
-    """An operator of plays whose output is a matrix times its weights."""
+class OnPlays(Operator, ABC):
+    """An operator whose memory is the states of n plays of the input."""
 
     __slots__ = ()
 
@@ -24,6 +29,20 @@ class LinearInWeights(Operator, ABC):
     @abstractmethod
     def _half_widths(self) -> Sequence[Expression]:
         """Half widths of the plays that the memory holds, shape (n,)."""
+
+    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
+        if states is None:
+            return tuple(initial_play(ops, x0, r) for r in self._half_widths)
+        return reachable_plays(ops, x0, self._half_widths, states)
+
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
+        return tuple(play(ops, x, r, y) for r, y in zip(self._half_widths, memory, strict=True))
+
+
+class LinearInWeights(OnPlays, ABC):
+    """An operator of plays whose output is a matrix times its weights."""
+
+    __slots__ = ()
 
     @abstractmethod
     def _columns(self, plays: FloatArray) -> FloatArray:

@@ -36,14 +36,14 @@ def write_csv(recording: Recording, file: Path) -> Path:
 
 def to_pandas(recording: Recording) -> Any:
     """DataFrame with index `t_s` and columns `name[unit]`."""
-    pandas = optional("pandas", "to_pandas")
+    pandas = optional("pandas", "to_pandas", "tables")
     data = {f"{k}[{recording.units[k]}]": np.array(v) for k, v in recording.channels.items()}
     return pandas.DataFrame(data, index=pandas.Index(np.array(recording.time), name="t_s"))
 
 
 def to_xarray(recording: Recording) -> Any:
     """Dataset over `time` with units as attributes."""
-    xarray = optional("xarray", "to_xarray")
+    xarray = optional("xarray", "to_xarray", "tables")
     data = {
         k: ("time", np.array(v), {"units": recording.units[k]})
         for k, v in recording.channels.items()
@@ -60,7 +60,7 @@ def to_xarray(recording: Recording) -> Any:
 
 def dataset_arrays(data: Any, name: str | None) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Arrays of a Dataset by header, and what `to_xarray` stored beside them."""
-    xarray = optional("xarray", "from_xarray")
+    xarray = optional("xarray", "from_xarray", "tables")
     if isinstance(data, xarray.DataArray):
         data = data.to_dataset(name=data.name if data.name is not None else "x")
     attributes = dict(data.attrs)

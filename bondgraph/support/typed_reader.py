@@ -13,7 +13,6 @@ from types import NoneType, UnionType
 from typing import (
     Annotated,
     Any,
-    Generic,
     Literal,
     TypeVar,
     Union,
@@ -173,20 +172,7 @@ def hints_of(cls: Any, rules: Rules = _PLAIN) -> Mapping[str, Any]:
 @cache
 def _hints(cls: Any, names: tuple[type, ...]) -> Mapping[str, Any]:
     found = get_type_hints(cls, None, {c.__name__: c for c in names}, include_extras=True)
-    bound = _type_arguments(cls)
-    return {f.name: bound.get(found[f.name], found[f.name]) for f in fields(cls) if f.init}
-
-
-def _type_arguments(cls: Any) -> dict[Any, Any]:
-    """Return what stands for the type variables of the generic bases of a class."""
-    found: dict[Any, Any] = {}
-    for c in cls.__mro__:
-        for base in c.__dict__.get("__orig_bases__", ()):
-            origin = get_origin(base)
-            if origin is not None and origin is not Generic:
-                pairs = zip(origin.__parameters__, get_args(base), strict=True)
-                found.update({variable: found.get(given, given) for variable, given in pairs})
-    return found
+    return {f.name: found[f.name] for f in fields(cls) if f.init}
 
 
 @cache

@@ -17,8 +17,8 @@ def add_equations_command(verbs: Any) -> None:
 
 
 def _equations(options: argparse.Namespace) -> int:
-    from actuators.models.opening import FURTHER_LAWS, load_model
+    from actuators.models.opening import load_model
     from bondgraph.export.notations import equations
 
-    print(equations(load_model(options.model), options.format, laws=FURTHER_LAWS))
+    print(equations(load_model(options.model), options.format))
     return 0

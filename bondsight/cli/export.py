@@ -33,14 +33,14 @@ def _run(options: argparse.Namespace) -> int:
         raise UnusableInput(
             f"export needs {missing}: bondsight export MODEL --format {'|'.join(FORMATS)}"
         )
-    from actuators.models.opening import FURTHER_LAWS, load_model
+    from actuators.models.opening import load_model
 
     graph = load_model(options.model)
     graph.require_sound()
     target = target_of(graph, options.format, options.out)
     if target.resolve() == Path(options.model).resolve():
         raise UnusableInput(f"{target} is the model itself; give another --out")
-    for file in export(graph, options.format, options.out, laws=FURTHER_LAWS):
+    for file in export(graph, options.format, options.out):
         print(file)
     if options.format.startswith("fmu") and native.compiler() is None:
         print("no C compiler found: the archive has sources only", file=sys.stderr)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
 from typing import Any
 
-from bondgraph.support.errors import UnusableInput
+from bondgraph.signals.files.checks import optional
 
 
 def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
@@ -29,8 +28,4 @@ def library(name: str, method: str) -> Any:
     UnusableInput
         It is not installed.
     """
-    try:
-        return import_module(name)
-    except ImportError as error:
-        need = f"{method} needs {name}: pip install 'bondsight[tables]'"
-        raise UnusableInput(need) from error
+    return optional(name, method, "tables")

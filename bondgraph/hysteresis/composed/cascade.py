@@ -5,15 +5,18 @@ Sizes: the memory is the one of the first operator followed by the one of the se
 
 from __future__ import annotations
 
+from abc import ABC
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, cast, final
+from typing import ClassVar, Generic, TypeVar, cast, final
 
-from bondgraph.hysteresis.composed.pair import FirstAndSecond
+from bondgraph.hysteresis.composed.pair import FirstAndSecond, Pair
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.invertible import InvertibleOperator
 from bondgraph.hysteresis.operator import Memory, Operator
-from bondgraph.support.ops import NUMPY, Expression, Ops
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
+
+Other = TypeVar("Other", bound=Operator, covariant=True)
 
 
 def inverse_of(ops: Ops, operator: Operator) -> Operator:
@@ -73,9 +76,71 @@ def _invertible(operator: Operator) -> bool:
     return True
 
 
+class InSeries(Pair, InvertibleOperator[Other], ABC, Generic[Other]):
+    """One operator behind the other; the inverse is the two inverses in reversed order."""
+
+    __slots__ = ()
+
+    @property
+    def wipes_out(self) -> bool:
+        """If both do and the inner signal is known to follow the input monotonically."""
+        first, second = self._parts
+        monotone = second.n_memory == 0 or _invertible(first)
+        return monotone and first.wipes_out and second.wipes_out
+
+    @property
+    def congruent(self) -> bool:
+        """Known only of a bent input, or of an operator behind which nothing bends.
+
+        A second stage that bends reshapes a loop according to its height.
+        """
+        if self.timed:
+            return False
+        first, second = self._parts
+        if first.n_memory == 0:
+            return second.congruent and (second.n_memory == 0 or _invertible(first))
+        straight = getattr(second, "thresholds", None)
+        return straight is not None and len(straight) == 1 and first.congruent
+
+    @property
+    def linear_slope(self) -> Expression:
+        """Product of the two slopes."""
+        first, second = self._parts
+        return first.linear_slope * second.linear_slope
+
+    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
+        first, second = self._parts
+        one, two = (None, None) if states is None else self._split(states)
+        before = first.initial_memory(x0, one, ops=ops)
+        inner = first.value(ops, x0, before)
+        return (*before, *second.initial_memory(inner, two, ops=ops))
+
+    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
+        (first, second), (one, two) = self._parts, self._split(memory)
+        return second.value(ops, first.value(ops, x, one, step), two, step)
+
+    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
+        (first, second), (one, two) = self._parts, self._split(memory)
+        if two:
+            two = second.advance(ops, first.value(ops, x, one, step), two, step)
+        return (*first.advance(ops, x, one, step), *two)
+
+    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
+        (first, second), (one, two) = self._parts, self._split(memory)
+        if one and two:  # else rounding in the inner record would reach the memory behind it
+            return Operator._record(self, x, memory, step)
+        inner, one = first._record(x, one, step)
+        output, two = second._record(inner, two, step)
+        return output, (*one, *two)
+
+    def _inverse_memory(self, ops: Ops, memory: Memory) -> Memory:
+        (first, second), (one, two) = self._parts, self._split(memory)
+        return (*inverse_memory_of(ops, second, two), *inverse_memory_of(ops, first, one))
+
+
 @final
 @dataclass(frozen=True, slots=True)
-class Cascade(FirstAndSecond, InvertibleOperator["Cascade"]):
+class Cascade(FirstAndSecond, InSeries["Cascade"]):
     """One operator behind the other, ``y = second[first[x]]``.
 
     A second operator with memory assumes that its input moves monotonically within a step. The
@@ -113,54 +178,5 @@ class Cascade(FirstAndSecond, InvertibleOperator["Cascade"]):
 
     kind: ClassVar[str] = "cascade"
 
-    @property
-    def wipes_out(self) -> bool:
-        """If both do and the inner signal is known to follow the input monotonically."""
-        monotone = self.second.n_memory == 0 or _invertible(self.first)
-        return monotone and self.first.wipes_out and self.second.wipes_out
-
-    @property
-    def congruent(self) -> bool:
-        """Known only of a bent input, or of an operator behind which nothing bends.
-
-        A second stage that bends reshapes a loop according to its height.
-        """
-        if self.timed:
-            return False
-        if self.first.n_memory == 0:
-            return self.second.congruent and (self.second.n_memory == 0 or _invertible(self.first))
-        straight = getattr(self.second, "thresholds", None)
-        return straight is not None and len(straight) == 1 and self.first.congruent
-
-    @property
-    def linear_slope(self) -> Expression:
-        """Product of the two slopes."""
-        return self.first.linear_slope * self.second.linear_slope
-
-    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
-        one, two = (None, None) if states is None else self._split(states)
-        before = self.first.initial_memory(x0, one, ops=ops)
-        inner = self.first.value(ops, x0, before)
-        return (*before, *self.second.initial_memory(inner, two, ops=ops))
-
-    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
-        one, two = self._split(memory)
-        return self.second.value(ops, self.first.value(ops, x, one, step), two, step)
-
-    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        one, two = self._split(memory)
-        inner = self.first.value(ops, x, one, step)
-        return (
-            *self.first.advance(ops, x, one, step),
-            *self.second.advance(ops, inner, two, step),
-        )
-
     def _inverse(self, ops: Ops) -> Cascade:
         return Cascade(inverse_of(ops, self.second), inverse_of(ops, self.first))
-
-    def _inverse_memory(self, ops: Ops, memory: Memory) -> Memory:
-        one, two = self._split(memory)
-        return (
-            *inverse_memory_of(ops, self.second, two),
-            *inverse_memory_of(ops, self.first, one),
-        )

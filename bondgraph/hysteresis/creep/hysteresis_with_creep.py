@@ -12,15 +12,15 @@ from bondgraph.hysteresis.composed.cascade import inverse_memory_of, inverse_of
 from bondgraph.hysteresis.composed.pair import SideBySide, require_operators
 from bondgraph.hysteresis.creep.log_creep import LogCreep
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.invertible import ForwardInverse, InvertibleOperator
+from bondgraph.hysteresis.invertible import Inverse, SolvedInSteps
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import Expression, Ops
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class HysteresisWithCreep(SideBySide, InvertibleOperator["HysteresisWithCreepInverse"]):
-    """``y = H[x] + K[x]`` with creep K that does not see the present input.
+class HysteresisWithCreep(SideBySide, SolvedInSteps):
+    """``y = H[x] + K[x]`` with creep K that does not see the present input; ``x = H^-1[y - K[x]]``.
 
     Followed by dead zones in a `Cascade` it is the full model of a piezo actuator with hysteresis,
     creep and saturation.
@@ -76,47 +76,20 @@ class HysteresisWithCreep(SideBySide, InvertibleOperator["HysteresisWithCreepInv
         """Slope of the hysteresis; the creep adds nothing within a step."""
         return self.hysteresis.linear_slope
 
-    def _inverse(self, ops: Ops) -> HysteresisWithCreepInverse:
+    def _inverse(self, ops: Ops) -> Inverse:
         inverse_of(ops, self.hysteresis)  # raises if there is none
-        return HysteresisWithCreepInverse(self)
+        return Inverse(self)
 
-
-@final
-@dataclass(frozen=True, slots=True)
-class HysteresisWithCreepInverse(ForwardInverse[HysteresisWithCreep]):
-    """The input that makes a wanted output of `HysteresisWithCreep`, ``x = H^-1[y - K[x]]``.
-
-    K[x] at a sample is made by the inputs before it, so it is known before x is.
-
-    References
-    ----------
-    krejci2001
-
-    Examples
-    --------
-    >>> from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
-    >>> model = HysteresisWithCreep(PrandtlIshlinskii((0.0,), (2.0,)), LogCreep((1.0,), (0,), (1,)))
-    >>> HysteresisWithCreepInverse(model).run([2.0, 2.0], step=1.0)[0].round(3).tolist()
-    [0.684, 0.668]
-    """
-
-    kind: ClassVar[str] = "hysteresis_with_creep_inverse"
-
-    inverts = HysteresisWithCreep
-
-    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
-        hysteresis = self.forward.hysteresis
-        if states is None:
-            inverse = inverse_of(ops, hysteresis)
-            x = inverse.value(ops, x0, inverse.initial_memory(x0, ops=ops))
-            return self.forward.initial_memory(x, ops=ops)
-        return self.forward.initial_memory(states[hysteresis.n_memory], states, ops=ops)
+    def _memory_at(self, ops: Ops, y0: Expression, states: Memory | None) -> Memory:
+        if states is not None:
+            return self.initial_memory(states[self.hysteresis.n_memory], states, ops=ops)
+        inverse = inverse_of(ops, self.hysteresis)
+        x = inverse.value(ops, y0, inverse.initial_memory(y0, ops=ops))
+        return self.initial_memory(x, ops=ops)
 
     def _solved(self, ops: Ops, y: Expression, memory: Memory, step: Expression) -> Expression:
-        hysteresis = self.forward.hysteresis
-        inverse = inverse_of(ops, hysteresis)
-        return inverse.value(ops, y, inverse_memory_of(ops, hysteresis, memory), step)
-
-    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
-        first, second = self.forward._split(memory)
-        return self._solved(ops, x - self.forward.creep.value(ops, x, second, step), first, step)
+        first, second = self._split(memory)
+        # K[x] is made by the inputs before, so it is known before x is
+        rest = y - self.creep.value(ops, y, second, step)
+        inverse = inverse_of(ops, self.hysteresis)
+        return inverse.value(ops, rest, inverse_memory_of(ops, self.hysteresis, first), step)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal, final
+from typing import ClassVar, Literal, final
 
 from bondgraph.hysteresis.checks import (
     all_numbers,
@@ -19,17 +19,14 @@ from bondgraph.hysteresis.checks import (
 )
 from bondgraph.hysteresis.creep.first_order_lag import ramp_rate, ramp_share, relaxed_share
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.invertible import InvertibleOperator
+from bondgraph.hysteresis.invertible import Inverse, SolvedInSteps
 from bondgraph.hysteresis.operator import Memory
 from bondgraph.support.ops import NUMPY, Expression, Ops
-
-if TYPE_CHECKING:
-    from bondgraph.hysteresis.creep.kelvin_voigt_inverse import KelvinVoigtCreepInverse
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class KelvinVoigtCreep(InvertibleOperator["KelvinVoigtCreepInverse"]):
+class KelvinVoigtCreep(SolvedInSteps):
     """Linear creep ``y = w_0 x + sum_j c_j y_j`` with ``tau_j y_j' = x - y_j``.
 
     The input is linear between samples and the step is exact for that, so a step may be divided at
@@ -215,8 +212,8 @@ class KelvinVoigtCreep(InvertibleOperator["KelvinVoigtCreepInverse"]):
                 worst + 1,
             )
 
-    def inverse(self, step: float | None = None, *, ops: Ops = NUMPY) -> KelvinVoigtCreepInverse:
-        """Return the inverse for steps of one duration.
+    def inverse(self, step: float | None = None, *, ops: Ops = NUMPY) -> Inverse:
+        """Return the inverse for steps of one duration: a step is linear in the input at its end.
 
         Parameters
         ----------
@@ -228,8 +225,9 @@ class KelvinVoigtCreep(InvertibleOperator["KelvinVoigtCreepInverse"]):
         self.check_invertible(step)
         return self._inverse(ops)
 
-    def _inverse(self, ops: Ops) -> KelvinVoigtCreepInverse:
-        # The inverse is made of this class, so this module cannot import it at the top.
-        from bondgraph.hysteresis.creep.kelvin_voigt_inverse import KelvinVoigtCreepInverse
+    def _memory_at(self, ops: Ops, y0: Expression, states: Memory | None) -> Memory:
+        units = tuple(0.0 * y0 for _ in self.times) if states is None else states[1:]
+        return ((y0 - self._sum(0.0, units)) / self.gain, *units)
 
-        return KelvinVoigtCreepInverse(self)
+    def _solved(self, ops: Ops, y: Expression, memory: Memory, step: Expression) -> Expression:
+        return (y - self._value(ops, 0.0, memory, step)) / self.direct_gain(ops, step)

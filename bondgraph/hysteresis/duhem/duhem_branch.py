@@ -11,7 +11,6 @@ Sizes: two memory states, the last input and z.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Literal, final
 
 from bondgraph.hysteresis.checks import all_numbers, numbers, positive
@@ -178,40 +177,6 @@ class DuhemBranch(Operator, ABC):
         z = brentq(lambda z: cycle(z)[0], low - wide, high, xtol=1e-300, rtol=1e-15)
         (gain,) = numbers("state gain", (self.state_gain,))
         return abs(gain) * cycle(z)[1]
-
-
-@dataclass(frozen=True, slots=True)
-class BoucWenState(DuhemBranch, ABC):
-    """A branch whose three slopes are parameters of their own.
-
-    Parameters
-    ----------
-    slope : expression
-        c, output per input.
-    gain : expression
-        d, output per z.
-    growth : expression
-        A, z per input.
-    """
-
-    slope: Expression
-    gain: Expression
-    growth: Expression
-
-    @property
-    def straight_slope(self) -> Expression:
-        """Slope c of the part without memory; output per input."""
-        return self.slope
-
-    @property
-    def state_gain(self) -> Expression:
-        """Output d per unit of z."""
-        return self.gain
-
-    @property
-    def state_growth(self) -> Expression:
-        """Slope A of z where z = 0; z per input."""
-        return self.growth
 
 
 def check_rates(names: str, falling: Expression, rising: Expression) -> None:

@@ -7,17 +7,17 @@ from __future__ import annotations
 
 from abc import ABC
 from dataclasses import dataclass
-from typing import ClassVar, Self, final
+from typing import ClassVar, Generic, Self, final
 
+from bondgraph.hysteresis.composed.cascade import InSeries, Other
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.invertible import InvertibleOperator
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.operator import Operator
 from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
-from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
+from bondgraph.support.ops import Ops
 
 
-class _Stages(Operator, ABC):
+class _Stages(InSeries[Other], ABC, Generic[Other]):
     """Plays and dead zones, in one order or the other; the memory is the one of the plays."""
 
     __slots__ = ()
@@ -32,28 +32,15 @@ class _Stages(Operator, ABC):
         if not isinstance(self.dead_zone, DeadZones):
             raise BadParameter(f"dead_zone must be a DeadZone, not {type(self.dead_zone).__name__}")
 
-    @property
-    def n_memory(self) -> int:
-        """Number of plays with a width, n."""
-        return self.play.n_memory
-
-    @property
-    def linear_slope(self) -> Expression:
-        """Slope right after a reversal near 0, w_0 times the dead zones' slope at 0."""
-        return self.play.linear_slope * self.dead_zone.linear_slope
-
     def check_invertible(self) -> None:
         """Every slope of both stages must be positive."""
         self.play.check_invertible()
         self.dead_zone.check_invertible()
 
-    def _inverse_memory(self, ops: Ops, memory: Memory) -> Memory:
-        return self.play.inverse_memory(memory)
-
 
 @final
 @dataclass(frozen=True, slots=True)
-class Ang(_Stages, InvertibleOperator["AngInverse"]):
+class Ang(_Stages["AngInverse"]):
     """Plays followed by dead zones, ``z = S[P[x]]``.
 
     Thresholds of the plays are in units of the input, those of the dead zones in units of the
@@ -104,22 +91,8 @@ class Ang(_Stages, InvertibleOperator["AngInverse"]):
         )
 
     @property
-    def congruent(self) -> bool:
-        """Only without a bend: the output stage reshapes a loop according to its height."""
-        return len(self.dead_zone.thresholds) == 1
-
-    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
-        return self.play.initial_memory(x0, states, ops=ops)
-
-    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
-        return self.dead_zone.value(ops, self.play.value(ops, x, memory), ())
-
-    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        return self.play.advance(ops, x, memory)
-
-    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
-        inner, after = self.play.run(x, memory)
-        return self.dead_zone.run(inner, ())[0], after
+    def _parts(self) -> tuple[Operator, Operator]:
+        return self.play, self.dead_zone
 
     def _inverse(self, ops: Ops) -> AngInverse:
         return AngInverse(self.dead_zone.inverse(), self.play.inverse())
@@ -127,7 +100,7 @@ class Ang(_Stages, InvertibleOperator["AngInverse"]):
 
 @final
 @dataclass(frozen=True, slots=True)
-class AngInverse(_Stages, InvertibleOperator[Ang]):
+class AngInverse(_Stages[Ang]):
     """Dead zones followed by plays, ``x = P[S[z]]``: the inverse of `Ang`.
 
     Parameters
@@ -159,24 +132,8 @@ class AngInverse(_Stages, InvertibleOperator[Ang]):
     play: PrandtlIshlinskii
 
     @property
-    def congruent(self) -> bool:
-        """Always: between the same turning points the bent input moves the same."""
-        return True
-
-    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
-        return self.play.initial_memory(self._bent(ops, x0), states, ops=ops)
-
-    def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
-        return self.play.value(ops, self._bent(ops, x), memory)
-
-    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        return self.play.advance(ops, self._bent(ops, x), memory)
-
-    def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
-        return self.play.run(self._bent(NUMPY, x), memory)
-
-    def _bent(self, ops: Ops, x: Expression) -> Expression:
-        return self.dead_zone.value(ops, x, ())
+    def _parts(self) -> tuple[Operator, Operator]:
+        return self.dead_zone, self.play
 
     def _inverse(self, ops: Ops) -> Ang:
         return Ang(self.play.inverse(), self.dead_zone.inverse())

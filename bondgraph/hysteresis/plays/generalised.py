@@ -6,30 +6,31 @@ Sizes: n + 1 operators, number 0 being the part without memory, n memory states,
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, final
+from typing import ClassVar, final
+
+import numpy as np
 
 from bondgraph.hysteresis.checks import all_numbers
 from bondgraph.hysteresis.errors import BadParameter, NotInvertible
-from bondgraph.hysteresis.invertible import InvertibleOperator
+from bondgraph.hysteresis.invertible import SolvedInSteps
 from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.envelope import (
     Envelope,
     check_envelope,
     envelope,
+    envelope_range,
     envelope_slope,
+    inverse_envelope,
     largest_excess,
 )
 from bondgraph.hysteresis.plays.play import play
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
-from bondgraph.support.ops import Expression, Ops
-
-if TYPE_CHECKING:
-    from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class GeneralisedPrandtlIshlinskii(InvertibleOperator["GeneralisedInverse"]):
+class GeneralisedPrandtlIshlinskii(SolvedInSteps):
     """``y = w_0 (gamma_l(x) + gamma_r(x))/2 + sum_(i=1..n) w_i p_i`` with generalised plays p_i.
 
     ``p+ = max(gamma_l(x) - r, min(gamma_r(x) + r, p))``: the play rises along gamma_l - r and falls
@@ -158,15 +159,41 @@ class GeneralisedPrandtlIshlinskii(InvertibleOperator["GeneralisedInverse"]):
             )
         self.plays.check_invertible()
 
-    def _inverse(self, ops: Ops) -> GeneralisedInverse:
-        # The inverse knows this class, so it cannot be imported at the top.
-        from bondgraph.hysteresis.plays.generalised_inverse import GeneralisedInverse
+    @property
+    def _inverse_slope(self) -> Expression:
+        """At output 0 of the plays: the envelope need not be 0 at input 0."""
+        at = float(inverse_envelope(NUMPY, 0.0, self.left))
+        return 1.0 / (self.weights[0] * envelope_slope(self.left, at))
 
-        return GeneralisedInverse(self.plays.inverse(), self.left)
+    @property
+    def _inverse_congruent(self) -> bool:
+        """Only without a bend: the inverse envelope reshapes a loop according to its height."""
+        return all_numbers(self.left) and self.left[0] == 0.0
 
     def _inverse_memory(self, ops: Ops, memory: Memory) -> Memory:
         self.check_invertible()
-        return self.plays.inverse_memory(memory)
+        return memory
+
+    def _memory_at(self, ops: Ops, y0: Expression, states: Memory | None) -> Memory:
+        inverse = self.plays.inverse()
+        wanted = None if states is None else self.plays.inverse_memory(states)
+        return inverse.inverse_memory(inverse.initial_memory(y0, wanted, ops=ops))
+
+    def _solved(self, ops: Ops, y: Expression, memory: Memory, step: Expression) -> Expression:
+        inner = self.plays.inverse().value(ops, y, self.plays.inverse_memory(memory))
+        return inverse_envelope(ops, inner, self.left)
+
+    def _check_solved(self, y: FloatArray, x: FloatArray, memory: Memory, step: float) -> None:
+        inner, _ = self.plays.inverse().run(y, self.plays.inverse_memory(memory))
+        low, high = envelope_range(self.left)
+        outside = np.flatnonzero((inner < low) | (inner > high))
+        if outside.size:
+            k = int(outside[0])
+            raise NotInvertible(
+                f"no input gives y[{k}] = {y[k]:.6g}: it needs the envelope {inner[k]:.6g}, which "
+                f"saturates at {low:.6g} and {high:.6g}; keep the reference within",
+                k,
+            )
 
 
 def _bounded(

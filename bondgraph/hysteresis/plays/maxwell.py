@@ -20,8 +20,9 @@ from bondgraph.hysteresis.checks import (
     strictly_increasing,
 )
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.operator import Memory, Operator
-from bondgraph.hysteresis.plays.play import initial_play, play, play_chunks, reachable_plays
+from bondgraph.hysteresis.linear import OnPlays
+from bondgraph.hysteresis.operator import Memory
+from bondgraph.hysteresis.plays.play import play, play_chunks
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.hysteresis.plays.stop import stop
 from bondgraph.hysteresis.plays.swing import swing_record, worth_swinging
@@ -30,7 +31,7 @@ from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 @final
 @dataclass(frozen=True, slots=True)
-class MaxwellResistiveCapacitor(Operator):
+class MaxwellResistiveCapacitor(OnPlays):
     """Sum of stops ``f = sum_i k_i stop_(q_i)[q]`` with ``q_i = v_i / k_i``.
 
     Electrically k_i = 1/C_i in V/C, v_i in V, input charge in C, output voltage in V; mechanically
@@ -159,10 +160,9 @@ class MaxwellResistiveCapacitor(Operator):
             total = total + k
         return total
 
-    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
-        if states is None:
-            return tuple(initial_play(ops, x0, r) for r in self.thresholds)
-        return reachable_plays(ops, x0, self.thresholds, states)
+    @property
+    def _half_widths(self) -> Sequence[Expression]:
+        return self.thresholds
 
     def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         elements = zip(self.stiffnesses, self.thresholds, memory, strict=True)
@@ -171,9 +171,6 @@ class MaxwellResistiveCapacitor(Operator):
         for effort in others:
             output = output + effort
         return output
-
-    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        return tuple(play(ops, x, r, y) for r, y in zip(self.thresholds, memory, strict=True))
 
     def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         k = np.array(numbers("stiffnesses", self.stiffnesses))

@@ -30,12 +30,7 @@ from bondgraph.hysteresis.plays.kuhnen import (
     inverse_weights,
     slopes,
 )
-from bondgraph.hysteresis.plays.play import (
-    initial_play,
-    play,
-    reachable_plays,
-    weighted_plays,
-)
+from bondgraph.hysteresis.plays.play import weighted_plays
 from bondgraph.hysteresis.plays.swing import swing_record, worth_swinging
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
@@ -111,20 +106,11 @@ class PrandtlIshlinskii(LinearInWeights, InvertibleOperator["PrandtlIshlinskii"]
         """Slope when every play moves, sum of w_i; output per input."""
         return slopes(self.weights)[-1]
 
-    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
-        if states is None:
-            return tuple(initial_play(ops, x0, r) for r in self.thresholds[1:])
-        return reachable_plays(ops, x0, self.thresholds[1:], states)
-
     def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         output = self.weights[0] * x
         for w, state in zip(self.weights[1:], self._advance(ops, x, memory, step), strict=True):
             output = output + w * state
         return output
-
-    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        plays = zip(self.thresholds[1:], memory, strict=True)
-        return tuple(play(ops, x, r, y) for r, y in plays)
 
     def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         r = np.array(numbers("thresholds", self.thresholds))[1:]

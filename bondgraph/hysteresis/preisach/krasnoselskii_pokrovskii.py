@@ -13,13 +13,11 @@ import numpy as np
 
 from bondgraph.hysteresis.checks import (
     count_of,
-    numbers,
     parameter,
     parameters,
     positive,
 )
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.linear import LinearInWeights
 from bondgraph.hysteresis.plays.play import play
 from bondgraph.hysteresis.preisach.play_lines import Cell, PlayLine, PlayLines, cell_columns
 from bondgraph.support.bounds import whole
@@ -28,7 +26,7 @@ from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 @final
 @dataclass(frozen=True, slots=True)
-class KrasnoselskiiPokrovskii(PlayLines, LinearInWeights):
+class KrasnoselskiiPokrovskii(PlayLines):
     """Weighted sum of hysterons ``k+ = max(ridge(x - p_2), min(ridge(x - p_1), k))``.
 
     ``ridge`` is -1 below 0, rises linearly over the rise a, and is 1 above: a hysteron climbs from
@@ -193,11 +191,6 @@ class KrasnoselskiiPokrovskii(PlayLines, LinearInWeights):
             for line, p in zip((first, *others), states, strict=True)
             for cell in line.cells
         )
-
-    @property
-    def _half_widths(self) -> Sequence[Expression]:
-        numbers("low, spacing, rise", (self.low, self.spacing, self.rise))
-        return [line.threshold for line in self.lines[1:]]
 
     def _columns(self, plays: FloatArray) -> FloatArray:
         lines = zip(plays.T, self.lines, strict=True)

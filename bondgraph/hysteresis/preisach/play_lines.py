@@ -17,8 +17,9 @@ from typing import Literal, final
 import numpy as np
 
 from bondgraph.hysteresis.checks import is_number, numbers
-from bondgraph.hysteresis.operator import Memory, Operator
-from bondgraph.hysteresis.plays.play import initial_play, play, play_chunks, reachable_plays
+from bondgraph.hysteresis.linear import LinearInWeights
+from bondgraph.hysteresis.operator import Memory
+from bondgraph.hysteresis.plays.play import play, play_chunks
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 __all__ = ["Cell", "PlayLine", "PlayLines"]
@@ -113,7 +114,7 @@ def clipped(ops: Ops, p: Expression, low: Expression, high: Expression) -> Expre
     return ops.minimum(ops.maximum(p, low), high)
 
 
-class PlayLines(Operator, ABC):
+class PlayLines(LinearInWeights, ABC):
     """``y = c x + sum_i g_i(play_(r_i)[x])`` with piecewise linear g_i.
 
     The memory is one play per half width above 0. Minor loops close and loops between the same
@@ -166,11 +167,9 @@ class PlayLines(Operator, ABC):
             above = above + cell.value(ops, cell.high)
         return below, above
 
-    def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
-        widths = tuple(line.threshold for line in self.lines[1:])
-        if states is None:
-            return tuple(initial_play(ops, x0, r) for r in widths)
-        return reachable_plays(ops, x0, widths, states)
+    @property
+    def _half_widths(self) -> Sequence[Expression]:
+        return [line.threshold for line in self.lines[1:]]
 
     def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
         first, *others = self.lines
@@ -178,10 +177,6 @@ class PlayLines(Operator, ABC):
         for line, state in zip(others, memory, strict=True):
             output = output + line.value(ops, play(ops, x, line.threshold, state))
         return output
-
-    def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        plays = zip(self.lines[1:], memory, strict=True)
-        return tuple(play(ops, x, line.threshold, state) for line, state in plays)
 
     def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         first, *others = (_table(line) for line in self.lines)

@@ -19,14 +19,13 @@ from bondgraph.hysteresis.checks import (
     strictly_increasing,
 )
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.linear import LinearInWeights
 from bondgraph.hysteresis.preisach.play_lines import Cell, PlayLine, PlayLines, cell_columns
 from bondgraph.support.ops import Expression, FloatArray
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Preisach(PlayLines, LinearInWeights):
+class Preisach(PlayLines):
     """``y = c x + sum_i g_i(play_(r_i)[x])``, g_i' = w_ij between the knots v_j and v_(j+1).
 
     A relay that switches up at alpha and down at beta <= alpha sits at r = (alpha - beta)/2 and
@@ -127,10 +126,6 @@ class Preisach(PlayLines, LinearInWeights):
     def saturating_inputs(self) -> tuple[Expression, Expression]:
         """Inputs ``v_0 - r_n`` and ``v_m + r_n`` beyond which only the straight part moves."""
         return self.knots[0] - self.thresholds[-1], self.knots[-1] + self.thresholds[-1]
-
-    @property
-    def _half_widths(self) -> Sequence[Expression]:
-        return self.thresholds[1:]
 
     def _columns(self, plays: FloatArray) -> FloatArray:
         lines = zip(plays.T, self.lines, strict=True)

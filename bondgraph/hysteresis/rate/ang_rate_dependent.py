@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, ClassVar, final
+from typing import ClassVar, final
+
+import numpy as np
 
 from bondgraph.hysteresis.checks import (
     all_numbers,
+    is_number,
     numbers,
     parameter,
     parameters,
@@ -18,19 +21,18 @@ from bondgraph.hysteresis.checks import (
     same_length,
 )
 from bondgraph.hysteresis.errors import NotInvertible
+from bondgraph.hysteresis.invertible import Inverse
 from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.kuhnen import slopes
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.hysteresis.rate.rate import rate_record
 from bondgraph.hysteresis.rate.rated_plays import RatedPlays
-from bondgraph.support.ops import NUMPY, Expression, Ops
-
-if TYPE_CHECKING:
-    from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse
+from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class AngRateDependent(RatedPlays["AngRateDependentInverse"]):
+class AngRateDependent(RatedPlays):
     """Plays of fixed width whose slopes are affine in the rate, ``S_i(v) = S_i(0) + c_i |v|``.
 
     S_i = w_0 + ... + w_i is the slope while the plays up to i move. v is the rate of the input
@@ -65,6 +67,8 @@ class AngRateDependent(RatedPlays["AngRateDependentInverse"]):
     >>> operator = AngRateDependent((0.0, 1.0), (1.0, 1.0), (0.0, -0.25))
     >>> operator.run([0.0, 2.0, 4.0], step=1.0)[0].tolist()
     [0.0, 3.0, 5.5]
+    >>> operator.inverse().run([0.0, 3.0, 5.5], step=1.0)[0].tolist()
+    [0.0, 2.0, 4.0]
     >>> operator.rate_limit()
     (8.0, 1)
     """
@@ -176,8 +180,12 @@ class AngRateDependent(RatedPlays["AngRateDependentInverse"]):
         plays = PrandtlIshlinskii(self.thresholds, self.weights)
         return (x, rate, *plays.advance(ops, x, memory[2:]))
 
-    def inverse(self, rate: float = 0.0, *, ops: Ops = NUMPY) -> AngRateDependentInverse:
+    def inverse(self, rate: float = 0.0, *, ops: Ops = NUMPY) -> Inverse:
         """Return the inverse for motions up to a rate; it is checked once more on a record.
+
+        Only the weights change with the rate, so the plays stay nested and the recursion of Kuhnen,
+        applied anew in each step, is exact. The x found is fed back through the rate: where the
+        slopes depend strongly on the rate, short steps need ``smoothing`` or errors grow.
 
         Parameters
         ----------
@@ -189,8 +197,14 @@ class AngRateDependent(RatedPlays["AngRateDependentInverse"]):
         self.check_invertible(rate)
         return self._inverse(ops)
 
-    def _inverse(self, ops: Ops) -> AngRateDependentInverse:
-        # The inverse is made of this class, so this module cannot import it at the top.
-        from bondgraph.hysteresis.rate.ang_rate_dependent_inverse import AngRateDependentInverse
+    def _solved(self, ops: Ops, y: Expression, memory: Memory, step: Expression) -> Expression:
+        if ops is NUMPY and is_number(memory[1]):
+            self.check_invertible(memory[1])
+        plays = self.at_rate(ops, memory[1])
+        return plays.inverse().value(ops, y, plays.inverse_memory(memory[2:]))
 
-        return AngRateDependentInverse(self)
+    def _check_solved(self, y: FloatArray, x: FloatArray, memory: Memory, step: float) -> None:
+        (smoothing,) = numbers("smoothing", (self.smoothing,))
+        last, before = float(memory[0]), float(memory[1])
+        rates = np.append(before, rate_record(x, last, before, step, smoothing)[:-1])
+        self.check_invertible(float(np.max(np.abs(rates))))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, final
+from typing import ClassVar, final
 
 from bondgraph.hysteresis.checks import (
     from_zero,
@@ -22,21 +22,16 @@ from bondgraph.hysteresis.checks import (
 from bondgraph.hysteresis.creep.first_order_lag import relaxed_share
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.operator import Memory
-from bondgraph.hysteresis.plays.kuhnen import first_bad_slope, inverse_states, slopes
+from bondgraph.hysteresis.plays.kuhnen import first_bad_slope, slopes
 from bondgraph.hysteresis.plays.play import initial_play, play
 from bondgraph.hysteresis.rate.rated_plays import RatedPlays
+from bondgraph.hysteresis.rate.solve_plays import solve_plays
 from bondgraph.support.ops import NUMPY, Expression, Ops
-
-if TYPE_CHECKING:
-    from bondgraph.hysteresis.rate.rate_dependent_inverse import (
-        RateDependentClosedFormInverse,
-        RateDependentInverse,
-    )
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class RateDependentPrandtlIshlinskii(RatedPlays["RateDependentInverse"]):
+class RateDependentPrandtlIshlinskii(RatedPlays):
     """``y = w_0 x + sum_(i=1..n) w_i play_(r_i)[x]`` with ``r_i = a_i + b_i |v|``.
 
     v is the rate of the input over the last accepted step, so the widths are known before the
@@ -44,8 +39,9 @@ class RateDependentPrandtlIshlinskii(RatedPlays["RateDependentInverse"]):
     trial input: for steps h shorter than b_i the output would fall with a rising input, and no
     solver could invert it or close a loop around it.
 
-    The price is paid by an inverse: it feeds the input it found back through the rate, and an error
-    grows from step to step if `error_gain` exceeds 1. A smoothing of at least the largest rate gain
+    The inverse is exact to rounding for any widths, because each step is solved with those known in
+    it (`solve_plays`). It feeds the input it found back through the rate, and an error grows from
+    step to step if `error_gain` exceeds 1. A smoothing of at least the largest rate gain
     prevents that at any step; without smoothing, steps must be longer than the rate gains.
 
     The memory is the last input, the rate v and the n states of the plays. When v falls the plays
@@ -82,6 +78,8 @@ class RateDependentPrandtlIshlinskii(RatedPlays["RateDependentInverse"]):
     [0.0, 5.0, 5.0]
     >>> operator.run([0.0, 1.0, 4.0], step=1.0)[0].tolist()
     [0.0, 1.0, 6.5]
+    >>> operator.inverse().run([0.0, 1.0, 6.5], step=1.0)[0].tolist()
+    [0.0, 1.0, 4.0]
     """
 
     kind: ClassVar[str] = "rate_dependent_prandtl_ishlinskii"
@@ -188,55 +186,8 @@ class RateDependentPrandtlIshlinskii(RatedPlays["RateDependentInverse"]):
             found = max(ratio, sum(w_i * b_i for w_i, b_i in moving) / slope)
         return ratio * float(relaxed_share(NUMPY, step / max(smoothing, 1e-300))) / step
 
-    def _inverse(self, ops: Ops) -> RateDependentInverse:
-        # The inverses are made of this class, so this module cannot import them at the top.
-        from bondgraph.hysteresis.rate.rate_dependent_inverse import RateDependentInverse
-
-        return RateDependentInverse(self)
-
-    def closed_form_inverse(self) -> RateDependentClosedFormInverse:
-        """Return the inverse by the recursion of the weights; pair it with `closed_form_memory`.
-
-        Its cost is linear in n, that of `inverse` quadratic. It is exact only for motions that pass
-        `bondgraph.hysteresis.rate.closed_form_check`.
-
-        Raises
-        ------
-        NotInvertible
-            With the index of the first slope w_0 + ... + w_i that is not positive.
-
-        References
-        ----------
-        aljanaideh2013
-        """
-        from bondgraph.hysteresis.rate.rate_dependent_inverse import RateDependentClosedFormInverse
-
-        return RateDependentClosedFormInverse(self)
-
-    def closed_form_memory(self, memory: Sequence[Expression]) -> Memory:
-        """Return the memory of `closed_form_inverse` that belongs to a memory of this operator.
-
-        Parameters
-        ----------
-        memory : sequence of expression
-            Shape (n + 2,).
-
-        Returns
-        -------
-        tuple of expression
-            Last input, rate and the states of the inverse plays, the latter in output units.
-
-        Raises
-        ------
-        BadMemory
-            If the memory is not one of this operator.
-
-        References
-        ----------
-        kuhnen2003
-        """
-        last, rate, *plays = self._states(memory)
-        return (last, rate, *inverse_states(self.weights, plays))
+    def _solved(self, ops: Ops, y: Expression, memory: Memory, step: Expression) -> Expression:
+        return solve_plays(ops, y, self.weights, self.widths(ops, memory[1]), memory[2:])
 
 
 def _negative_parts(weights: Sequence[Expression]) -> tuple[Expression, ...]:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC
-from typing import TypeVar
 
-from bondgraph.hysteresis.invertible import InvertibleOperator
-from bondgraph.hysteresis.operator import Memory, Operator
+from bondgraph.hysteresis.invertible import SolvedInSteps
+from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.rate.rate import measured_rate
 from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["RatedPlays"]
 
-Other = TypeVar("Other", bound=Operator, covariant=True)
 
-
-class RatedPlays(InvertibleOperator[Other], ABC):
+class RatedPlays(SolvedInSteps, ABC):
     """Weighted plays and the rate of the input over the last accepted step.
 
     The memory is the last input, the rate and the n states of the plays.

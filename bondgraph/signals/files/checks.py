@@ -125,5 +125,5 @@ def optional(module: str, method: str, extra: str = "") -> Any:
     except ImportError as error:
         package = f"'bondsight[{extra}]'" if extra else module.split(".")[0]
         raise UnusableInput(
-            f"Recording.{method} needs {module}, which is not installed; pip install {package}"
+            f"{method} needs {module}, which is not installed; pip install {package}"
         ) from error

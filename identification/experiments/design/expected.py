@@ -87,7 +87,7 @@ class ExpectedTable:
 
     def to_pandas(self) -> Any:
         """Return a DataFrame, one row a parameter."""
-        pandas = optional("pandas", "to_pandas")
+        pandas = optional("pandas", "to_pandas", "tables")
         return pandas.DataFrame(
             [
                 {"value": r.value, "unit": r.unit, "sd": r.sd, "reference_sd": r.reference}

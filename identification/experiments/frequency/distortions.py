@@ -148,7 +148,7 @@ class Distortions:
 
     def to_pandas(self) -> Any:
         """Return a DataFrame: index `f_Hz`, kind of line, amplitude and deviations."""
-        pandas = optional("pandas", "to_pandas")
+        pandas = optional("pandas", "to_pandas", "tables")
         columns: dict[str, Any] = {"kind": self.kind}
         for c, n in enumerate(self.outputs):
             columns[n] = self.amplitude[:, c]

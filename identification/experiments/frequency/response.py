@@ -108,7 +108,7 @@ class FrequencyResponse:
 
     def to_pandas(self) -> Any:
         """Return a DataFrame: index `f_Hz`; response and standard deviations of every path."""
-        pandas = optional("pandas", "to_pandas")
+        pandas = optional("pandas", "to_pandas", "tables")
         columns: dict[str, Any] = {}
         for y in self.outputs:
             for u in self.inputs:
@@ -119,7 +119,7 @@ class FrequencyResponse:
 
     def to_xarray(self) -> Any:
         """Return a Dataset over `frequency`, `output`, `input`."""
-        xarray = optional("xarray", "to_xarray")
+        xarray = optional("xarray", "to_xarray", "tables")
         path, out = ("frequency", "output", "input"), ("frequency", "output")
         return xarray.Dataset(
             {

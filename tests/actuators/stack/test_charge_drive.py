@@ -14,9 +14,9 @@ from actuators.stack.charge_drive import (
     corner_frequency,
     current_driven,
     current_for,
-    dipole_law,
     with_spring_load,
 )
+from actuators.stack.conversions import Polarised, polarisation_operator
 from actuators.stack.loop_width import loop_of
 from bondgraph import BondGraph, C, GraphError, derive, simulate
 from bondgraph.hysteresis import Ang, MaxwellResistiveCapacitor
@@ -25,7 +25,7 @@ from bondgraph.support.errors import UnusableInput
 
 LENGTH, RATIO = 18e-3, 0.0327
 MAXWELL = Hysteretic(MaxwellResistiveCapacitor.stack_2hz())
-ANG = Hysteretic(dipole_law(Ang.stack_2hz(), LENGTH, RATIO))
+ANG = Hysteretic(polarisation_operator(Ang.stack_2hz(), Polarised(RATIO, LENGTH)))
 TIME = np.arange(1501) * 1e-3
 WAVE = 0.5 - 0.5 * np.cos(4 * np.pi * TIME)
 LAST = slice(1000, 1500)
@@ -77,7 +77,7 @@ def test_only_a_voltage_source_can_be_replaced() -> None:
         current_driven(stack_lumped(), source="clamp")
 
 
-def test_dipole_law_gives_the_loop_of_the_operator() -> None:
+def test_polarisation_operator_gives_the_loop_of_the_operator() -> None:
     volt = 100 * WAVE
     run = simulate(stack_bond_graph(ANG), TIME, {"V_in": volt})
     wanted, _ = Ang.stack_2hz().run(volt)

@@ -13,13 +13,13 @@ from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_ang, stack_hysteresis
 from bondgraph import BondGraph, C, De, One, R, Se, UnusableInput, Zero, simulate
 from bondgraph.equations.codegen import program
-from bondgraph.export.scipy_signal import to_scipy
+from bondgraph.export.linear import linear_model
 
 
 @pytest.mark.parametrize("name", ["stack_with_payload", "resonator", "mass_with_viscous_friction"])
 def test_lsim_is_the_simulation(name: str) -> None:
     graph = MODELS[name]()
-    found = to_scipy(program(graph))
+    found = linear_model(program(graph))
     poles = np.abs(np.linalg.eigvals(found.system.A))
     step = 0.2 / poles.max()
     time = np.arange(2001) * step
@@ -36,7 +36,7 @@ def test_lsim_is_the_simulation(name: str) -> None:
 
 def test_names_follow_the_matrices() -> None:
     p = program(stack_bond_graph(sensors=("x", "i"), external_force=True))
-    found = to_scipy(p)
+    found = linear_model(p)
     assert found.states == ("q_C_nl", "q_k", "p_m")
     assert found.inputs == ("V_in", "F_e")
     assert found.outputs == p.outputs
@@ -51,7 +51,7 @@ def test_names_follow_the_matrices() -> None:
 
 
 def test_gain_without_states() -> None:
-    found = to_scipy(program(stack_hysteresis()))
+    found = linear_model(program(stack_hysteresis()))
     _, y, _ = signal.lsim(found.system, [0.0, 100.0], [0.0, 1.0])
     assert y == pytest.approx([0.0, 100.0 * 3.52 / 65e6], rel=1e-14)
 
@@ -63,7 +63,7 @@ def test_bode_of_a_first_order_lag() -> None:
         _ = Se("V") >> loop >> R("R_1", 2.0)
         _ = loop >> node >> C("C_1", 0.5)
         _ = node >> De("y")
-    _, magnitude, phase = signal.bode(to_scipy(program(g)).system, w=[0.1, 1.0, 3.0])
+    _, magnitude, phase = signal.bode(linear_model(program(g)).system, w=[0.1, 1.0, 3.0])
     expected = 1 / (1 + 1j * np.array([0.1, 1.0, 3.0]))
     assert 10 ** (magnitude / 20) == pytest.approx(np.abs(expected), rel=1e-12)
     assert np.radians(phase) == pytest.approx(np.angle(expected), rel=1e-12)
@@ -72,4 +72,4 @@ def test_bode_of_a_first_order_lag() -> None:
 @pytest.mark.parametrize("make", [stack_ang])
 def test_memory_is_refused(make: Any) -> None:
     with pytest.raises(UnusableInput, match="has memory"):
-        to_scipy(program(make()))
+        linear_model(program(make()))

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bondgraph.hysteresis.duhem.asymmetric_bouc_wen import AsymmetricBoucWen
 from bondgraph.hysteresis.duhem.bouc_wen import BoucWen
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
@@ -29,17 +28,15 @@ RATES = [
 ]
 rated = pytest.mark.parametrize(("beta", "gamma", "skew"), RATES)
 PLAIN = BoucWen(0.5, 1.2, 1.5, 0.6, 0.3)
-SKEWED = AsymmetricBoucWen(0.5, 1.2, 1.5, 0.6, 0.3, 0.2)
+SKEWED = BoucWen(0.5, 1.2, 1.5, 0.6, 0.3, 0.2)
 PIEZO = BoucWen(2.5, -1.2, 1.5, 0.6, 0.3)
 OPERATORS = pytest.mark.parametrize(
     "operator", [PLAIN, SKEWED, PIEZO], ids=["plain", "skew", "piezo"]
 )
 
 
-def made(beta: float, gamma: float, skew: float) -> BoucWen | AsymmetricBoucWen:
-    if skew == 0.0:
-        return BoucWen(0.0, 1.0, A, beta, gamma)
-    return AsymmetricBoucWen(0.0, 1.0, A, beta, gamma, skew)
+def made(beta: float, gamma: float, skew: float) -> BoucWen:
+    return BoucWen(0.0, 1.0, A, beta, gamma, skew)
 
 
 def published(beta: float, gamma: float, skew: float) -> Any:
@@ -111,11 +108,11 @@ def test_limits_of_the_state(beta: float, gamma: float, skew: float) -> None:
 def test_derivatives_at_a_reversal(beta: float, gamma: float, skew: float) -> None:
     """Where a solver starts its step they are finite, and the slope is the published one."""
     operator, slope = (
-        AsymmetricBoucWen(0.0, 1.0, A, beta, gamma, skew),
+        BoucWen(0.0, 1.0, A, beta, gamma, skew),
         published(beta, gamma, skew),
     )
     x, memory, p = ca.SX.sym("x"), ca.SX.sym("m", 2), ca.SX.sym("p", 6)
-    y = AsymmetricBoucWen(*ca.vertsplit(p)).value(CASADI, x, ca.vertsplit(memory))
+    y = BoucWen(*ca.vertsplit(p)).value(CASADI, x, ca.vertsplit(memory))
     jacobian = ca.Function("j", [x, memory, p], [ca.jacobian(y, ca.vertcat(x, memory, p))])
     numbers = [0.0, 1.0, A, beta, gamma, skew]
     for z in (-0.5, 0.0, 0.7):
@@ -130,7 +127,7 @@ def test_derivatives_at_a_reversal(beta: float, gamma: float, skew: float) -> No
     for k in range(3, 6):
         up, down = list(numbers), list(numbers)
         up[k], down[k] = up[k] + h, down[k] - h
-        values = [float(AsymmetricBoucWen(*v).value(NUMPY, 1.5, memory_before)) for v in (up, down)]
+        values = [float(BoucWen(*v).value(NUMPY, 1.5, memory_before)) for v in (up, down)]
         assert found[3 + k] == pytest.approx((values[0] - values[1]) / (2 * h), rel=1e-6, abs=1e-9)
 
 
@@ -142,12 +139,6 @@ def test_moves_of_any_length_stay_finite(operator: Any) -> None:
     assert np.isfinite(memory).all()
     for end in (-1e9, 0.0, 1e9):
         assert np.isfinite(float(operator.value(NUMPY, end, memory)))
-
-
-def test_zero_skew_is_bouc_wen() -> None:
-    x = np.random.default_rng(0).uniform(-5, 5, 300)
-    same = AsymmetricBoucWen(0.5, 1.2, 1.5, 0.6, 0.3, 0.0)
-    np.testing.assert_allclose(same.run(x)[0], PLAIN.run(x)[0], rtol=1e-14, atol=1e-14)
 
 
 def test_skew_makes_the_loop_asymmetric() -> None:
@@ -251,6 +242,6 @@ def test_errors(change: Any, message: str) -> None:
 
 def test_errors_of_the_skew() -> None:
     with pytest.raises(BadParameter, match="gamma - 2 skew"):
-        AsymmetricBoucWen(0.0, 1.0, 1.0, 0.5, 0.4, 0.45)
+        BoucWen(0.0, 1.0, 1.0, 0.5, 0.4, 0.45)
     with pytest.raises(BadParameter, match=r"gamma \+ 2 skew"):
-        AsymmetricBoucWen(0.0, 1.0, 1.0, 0.5, 0.4, -0.45)
+        BoucWen(0.0, 1.0, 1.0, 0.5, 0.4, -0.45)

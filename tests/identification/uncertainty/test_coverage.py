@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from actuators.models.textbook import thermal_lag
 from bondgraph.support.errors import UnknownName, UnusableInput
 from bondsight.cli.identifiability import add_identifiability_command
-from identification.uncertainty.cases import case_of, demo_cases
+from identification.uncertainty.cases import case_of
 from identification.uncertainty.coverage import Coverage, coverage, trial, wilson
 from tests.proof.coverage.command import add_coverage_command
+from tests.proof.coverage.demo import demo_cases
 
 
 def run(*words: str) -> int:

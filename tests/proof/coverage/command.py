@@ -49,8 +49,9 @@ def _coverage(options: argparse.Namespace) -> int:
     from actuators.models.opening import load_model
     from bondgraph.support.errors import UnusableInput
     from bondsight.cli.progress import Bar
-    from identification.uncertainty.cases import SAMPLES, case_of, demo_cases
+    from identification.uncertainty.cases import SAMPLES, case_of
     from identification.uncertainty.coverage import coverage
+    from tests.proof.coverage.demo import demo_cases
 
     for name in ("noise", "amplitude"):
         if not getattr(options, name) > 0:
