@@ -14,13 +14,13 @@ from bondgraph import BondGraph, C, GraphError, I, One, R, Se, Trajectory, Unusa
 from bondgraph.energy.accounts import Ledger
 from bondgraph.energy.bond_power import motion, observables
 from bondgraph.energy.ledger import ledger
+from bondgraph.energy.power_balance import power_balance
 from bondgraph.equations.codegen import program
 from bondgraph.equations.derivation import system
 from bondgraph.graph.elements import RE, RS, Zero
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.laws import Coulomb, Hysteretic, Polynomial, Sliding, StopSum, TableLaw
 from tests.bondgraph.energy.energy_models import coupled, crank, plate, rlc
-from tests.bondgraph.energy.power_balance import power_balance
 from tests.properties.test_random_graphs import random_graph
 
 SLIPS = MaxwellResistiveCapacitor((1.3e9, 0.6e9), (0.4e3, 1.1e3))
