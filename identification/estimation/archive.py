@@ -274,9 +274,7 @@ def _put_filtered(f: Filtered | None, arrays: dict[str, Array]) -> dict[str, Any
     return {"log_likelihood": f.log_likelihood, "noises": noises, "count": len(f.reading)}
 
 
-def _take_filtered(
-    form: Mapping[str, Any] | None, arrays: Mapping[str, Array]
-) -> Filtered | None:
+def _take_filtered(form: Mapping[str, Any] | None, arrays: Mapping[str, Array]) -> Filtered | None:
     if form is None:
         return None
     parts = (

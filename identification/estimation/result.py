@@ -219,7 +219,9 @@ class Estimation:
         rows = [
             (e.name, e.value, e.unit, *e.ci95, e.at_bound, kind)
             for kind, group in (
-                ("parameter", self.estimates), ("nuisance", self.nuisances), ("noise", self.noises)
+                ("parameter", self.estimates),
+                ("nuisance", self.nuisances),
+                ("noise", self.noises),
             )
             for e in group
         ]

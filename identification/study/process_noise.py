@@ -80,8 +80,8 @@ def diffusion_at(engine: Engine, graph: BondGraph, place: str) -> Diffusion:
         raise unknown_name("place for process noise", place, graph.name, known)
     if f"d_{place}" in engine.input_names:
         raise UnusableInput(
-            f"process noise at {place}: {graph.name} needs the rate of {place}, and white noise has "
-            "none; name a state"
+            f"process noise at {place}: {graph.name} needs the rate of {place}, and white noise "
+            "has none; name a state"
         )
     unit = str(getattr(graph[place], "unit", "") or "1")
     return Diffusion(place, engine.input_names.index(place), True, f"{unit}*s^0.5")

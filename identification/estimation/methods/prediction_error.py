@@ -136,9 +136,7 @@ def _covariance(fit: FilterFit) -> Array:
 def _shown(fit: FilterFit) -> tuple[tuple[Array, ...], tuple[str, ...]]:
     """Return the free runs; the one-step predictions where a free run leaves its record."""
     found, left = [], []
-    for r, (p, predicted) in enumerate(
-        zip(fit.kalman.problems, fit.filtered.reading, strict=True)
-    ):
+    for r, (p, predicted) in enumerate(zip(fit.kalman.problems, fit.filtered.reading, strict=True)):
         with np.errstate(over="ignore", invalid="ignore"):
             simulated = fit.simulated(r)
             off = np.sqrt(np.mean((simulated - p.data.readings) ** 2, axis=0))

@@ -60,15 +60,14 @@ def assemble(kalman: KalmanFilter, theta: Array, record: int, derivatives: bool)
         pairs.append((m, dm[:, alive]))
     (m, dm), (still, dstill) = pairs
     z, dz = np.zeros(plant.steps.n_z), np.zeros((plant.steps.n_z, alive.size))
-    n, n_memory = plant.steps.n_x, plant.steps.n_memory
+    n, tail = plant.steps.n_x, plant.steps.tail
     z[:n] = kalman.initial(theta, record) / at.x
     first = where.size - kalman.slots.n_states[record]
     for column, i in enumerate(alive):
         if i >= first:
             dz[i - first, column] = 1.0
     numbers = still[plant.steps.body], dstill[plant.steps.body]
-    end = slice(z.size - n_memory, z.size)
-    z[end], dz[end] = plant.memory(at, problem.inputs[0], z[:n], dz[:n], numbers)
+    z[tail], dz[tail] = plant.tail(at, problem.inputs[0], z[:n], dz[:n], numbers)
     return Numbers(where[alive], m, dm, still, dstill, z, dz)
 
 

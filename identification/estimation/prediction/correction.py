@@ -23,7 +23,7 @@ def full(packed: Symbol, n: int) -> Symbol:
 
 def packed(matrix: Symbol) -> Symbol:
     """Return the lower triangle of a matrix by columns."""
-    n = matrix.shape[0]
+    n = matrix.size1()
     return ca.vec(matrix)[[i + j * n for j in range(n) for i in range(j, n)]]
 
 
@@ -32,9 +32,9 @@ def with_tangent(
 ) -> list[ca.Function]:
     """Return the function and one that carries a direction along the `moving` inputs."""
     seeds = [type(inputs[i]).sym(f"d{i}", inputs[i].numel()) for i in moving]
-    at, along = ca.vertcat(*(inputs[i] for i in moving)), ca.vertcat(*seeds)
-    tangents = [ca.densify(ca.jtimes(ca.vec(o), at, along)) for o in outputs]
     dense = [ca.densify(o) for o in outputs]
+    (found,) = ca.forward(dense, [inputs[i] for i in moving], [seeds])
+    tangents = [ca.densify(t) for t in found]
     options = {"cse": True}
     return [
         ca.Function(f"bondsight_{name}", inputs, dense, options),

@@ -57,9 +57,7 @@ class DeficiencyReport:
 
     def __str__(self) -> str:
         """Likelihood ratios and what they say."""
-        lines = [
-            f"process noise at one state at a time, against none ({self.count} readings)"
-        ]
+        lines = [f"process noise at one state at a time, against none ({self.count} readings)"]
         for d in self.places:
             lines.append(
                 f"  {d.place}: sigma = {d.sigma:.4g} {d.unit}, likelihood ratio {d.ratio:.4g}, "
@@ -109,17 +107,18 @@ def deficient_equations(
     places : sequence of str, optional
         States, elements or sources; all states when not given.
     """
-    fitted = study if isinstance(study, Estimation) else None
-    whole = kalman_filter(study) if fitted is None else kalman_filter(fitted.study, fitted.setting)
+    if isinstance(study, Estimation):
+        whole, point = kalman_filter(study.study, study.setting), study.point
+    else:
+        whole, point = kalman_filter(study), None
     plain = replace(whole, sigma={})
-    begin = plain.start(None if fitted is None else fitted.point)
-    without = fit_filter(plain, start=begin)
+    without = fit_filter(plain, start=plain.start(point))
     found = []
     for place in whole.first.engine.state_names if places is None else places:
         one = replace(whole, sigma={place: None})
         (d,) = one.diffusions()
         assert d is not None
-        usual, old = one.start(None if fitted is None else fitted.point), plain.slots
+        usual, old = one.start(point), plain.slots
         begin = usual.copy()
         begin[one.slots.joint] = without.theta[old.joint]
         begin[one.slots.noise.stop :] = without.theta[old.noise.stop :]

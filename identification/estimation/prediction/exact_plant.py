@@ -55,7 +55,7 @@ class ExactPlant(Plant):
         """Take every law: jumps act with the end value of a step."""
 
     def fine(self, u: Array, n_sub: int, step: float, hold: str) -> Array:
-        """Inputs at both ends of each sub-step."""
+        """Return the inputs at both ends of each sub-step."""
         return fine_inputs(u, n_sub, hold)
 
     def linear(self, p: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
@@ -113,14 +113,15 @@ class ExactPlant(Plant):
         m[self.places.added] = q.value[rows, columns]
         dm[self.places.added] = q.derivative[:, rows, columns].T
 
-    def memory(
+    def tail(
         self, at: Operating, u: Array, x: Array, dx: Array, numbers: tuple[Array, Array]
     ) -> tuple[Array, Array]:
-        """Return the memory of each law at rest at its argument."""
+        """Return no deviations, and the memory of each law at rest at its argument."""
         lay, (still, dstill) = self.places.lay, numbers
-        memory, moved = np.zeros(lay.n_m), np.zeros((lay.n_m, dx.shape[1]))
+        found = np.zeros(lay.n_w + lay.n_m)
+        moved = np.zeros((found.size, dx.shape[1]))
         if not lay.n_m:
-            return memory, moved
+            return found, moved
         cut = slice(self.places.piece(3).start, self.places.piece(4).stop)
         shape = (lay.n_w, lay.n_x + lay.n_u)
         c, known = still[cut].reshape(shape, order="F"), np.concatenate([x, u])
@@ -129,6 +130,7 @@ class ExactPlant(Plant):
             ds[:, d] += dstill[cut, d].reshape(shape, order="F") @ known
         for j, (port, ms, _) in enumerate(law_slices(self.compiled)):
             if port.law.n_memory:
-                memory[ms] = port.law.initial_memory(float(s[j]))
-                moved[ms] = np.outer(port.law.memory_sensitivity(float(s[j])), ds[j])
-        return memory, moved
+                rows = slice(lay.n_w + ms.start, lay.n_w + ms.stop)
+                found[rows] = port.law.initial_memory(float(s[j]))
+                moved[rows] = np.outer(port.law.memory_sensitivity(float(s[j])), ds[j])
+        return found, moved

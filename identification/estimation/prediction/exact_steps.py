@@ -59,7 +59,7 @@ class ExactPlaces:
     @property
     def size(self) -> int:
         """Length of all of it."""
-        return self.laws.stop
+        return int(self.laws.stop)
 
     def piece(self, i: int) -> slice:
         """Return where matrix `i` stands among those packed."""
@@ -90,7 +90,7 @@ def exact_steps(compiled: Compiled, feedthrough: bool) -> FilterSteps:
     made += [[_roots(compiled, at)]] if at.lay.n_w else [_drift(at), _correct(at)]
     lay = at.lay
     return FilterSteps(
-        lay.n_x, lay.n_u, lay.n_y, lay.n_w, 2 * lay.n_w, _n_z(at), _n_m(at), at.packed.stop - 1,
+        lay.n_x, lay.n_u, lay.n_y, 2 * lay.n_w, _n_z(at), _n_m(at), at.packed.stop - 1,
         {f.name(): f for group in made for f in group},
     )  # fmt: skip
 
@@ -119,7 +119,9 @@ def _cut(z: ca.SX, at: ExactPlaces) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
     return z[:n], z[n : n + p], z[n + p : n + p + w], z[n + p + w :]
 
 
-def _law_numbers(compiled: Compiled, m: ca.SX, at: ExactPlaces) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+def _law_numbers(
+    compiled: Compiled, m: ca.SX, at: ExactPlaces
+) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
     """Parameters of the laws, the vector `p` that holds them, direct gain and step."""
     q = m[at.laws]
     p = ca.SX.zeros(len(compiled.parameter_names))

@@ -66,14 +66,18 @@ class FilterFit:
         return Filtered(self.at.log_likelihood, self.noises(), reading, innovation, state)
 
     def simulated(self, record: int) -> Array:
-        """Readings of a free run from the fitted initial state, without process noise, SI."""
+        """Return the readings of a free run from the fitted initial state, SI, shape (N, n_y)."""
         problem = self.kalman.problems[record]
         local = self.kalman.local(self.theta, record)
         p, n_sub = parameters_at(problem, local), self.kalman.n_sub
         ready = problem.engine.prepare(p, problem.data.dt, n_sub, [], False)
         fine = problem.fine_inputs(slice(0, problem.data.n), n_sub)
-        run = problem.engine.run(ready, problem.inputs, self.kalman.initial(self.theta, record), fine)
-        return np.asarray(run.y[:, : len(problem.data.names)] + self.kalman.offsets(self.theta, record))
+        run = problem.engine.run(
+            ready, problem.inputs, self.kalman.initial(self.theta, record), fine
+        )
+        return np.asarray(
+            run.y[:, : len(problem.data.names)] + self.kalman.offsets(self.theta, record)
+        )
 
     def noises(self) -> tuple[Estimate, ...]:
         """Diffusions and noise of the readings; intervals are the wider of both covariances'."""

@@ -138,7 +138,9 @@ class KalmanFilter:
         """Spread of each reading by name; its noise where it is still."""
         spread = dict.fromkeys(self.names, 0.0)
         for p in self.problems:
-            for n, column in zip(p.data.names, p.data.readings[p.data.mask("train")].T, strict=True):
+            for n, column in zip(
+                p.data.names, p.data.readings[p.data.mask("train")].T, strict=True
+            ):
                 seen = column[np.isfinite(column)]
                 spread[n] = max(spread[n], float(np.std(seen)) if seen.size else 0.0)
         return {n: s or self.level(n) or 1.0 for n, s in spread.items()}
@@ -148,9 +150,9 @@ class KalmanFilter:
         return np.array([self.reading_spread[n] for n in self.problems[record].data.names])
 
     def offset_scale(self, record: int) -> Array:
-        """Unit of the offsets, as in the joint problem; readings may be missing."""
+        """Return the unit of the offsets, as in the joint problem; readings may be missing."""
         data = self.problems[record].data
-        return np.maximum(np.nanstd(data.readings, axis=0), data.floor)
+        return np.asarray(np.maximum(np.nanstd(data.readings, axis=0), data.floor))
 
     def offsets(self, theta: Array, record: int) -> Array:
         """Return what the sensors of a record add, SI, shape (n_y,)."""
@@ -198,7 +200,9 @@ class KalmanFilter:
         at, theta = self.slots, np.zeros(self.slots.size)
         begin = self.stack.start() if begin is None else begin
         theta[at.joint] = begin.theta
-        given = [s or usual for s, usual in zip(self.sigma.values(), self.sigma_reference, strict=True)]
+        given = [
+            s or usual for s, usual in zip(self.sigma.values(), self.sigma_reference, strict=True)
+        ]
         theta[at.sigma] = np.log(np.maximum(given, SMALLEST * self.sigma_reference))
         levels = [self.level(n) or 0.05 * self.reading_spread[n] for n in self.estimated]
         theta[at.noise] = np.log(levels)

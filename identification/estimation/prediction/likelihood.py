@@ -47,9 +47,7 @@ class LikelihoodEvaluation:
     count: int
 
 
-def evaluate(
-    kalman: KalmanFilter, theta: Array, derivatives: bool = True
-) -> LikelihoodEvaluation:
+def evaluate(kalman: KalmanFilter, theta: Array, derivatives: bool = True) -> LikelihoodEvaluation:
     """Filter all records; log-likelihoods of records add up."""
     n = theta.size
     gradient, information = np.zeros(n), np.zeros((n, n))

@@ -111,7 +111,7 @@ def _native(steps: FilterSteps, handle: ctypes.CDLL) -> Runner:
 
 def _passed(out: Array, tangents: Array, n_y: int, settled: int) -> Passed:
     return Passed(
-        *(out[:, i * n_y : (i + 1) * n_y] for i in range(3)), out[:, 3 * n_y :],
+        out[:, :n_y], out[:, n_y : 2 * n_y], out[:, 2 * n_y : 3 * n_y], out[:, 3 * n_y :],
         tangents[:, :, :n_y], tangents[:, :, n_y:], settled,
     )  # fmt: skip
 

@@ -30,8 +30,8 @@ class FilterSteps:
 
     Attributes
     ----------
-    n_x, n_u, n_y, n_w, n_roots, n_z, n_m : int
-        Lengths of states, inputs, readings, unknowns of the step carried in z, roots, z and m.
+    n_x, n_u, n_y, n_roots, n_z, n_m : int
+        Lengths of states, inputs, readings, roots, z and m.
     step_at : int
         Where the length of a sub-step (s) stands in m.
     """
@@ -39,7 +39,6 @@ class FilterSteps:
     n_x: int
     n_u: int
     n_y: int
-    n_w: int
     n_roots: int
     n_z: int
     n_m: int
@@ -57,9 +56,9 @@ class FilterSteps:
         return packed_size(self.n_x)
 
     @property
-    def n_memory(self) -> int:
-        """Carried numbers that are memory."""
-        return self.n_z - self.n_x - self.n_p - self.n_w
+    def tail(self) -> slice:
+        """Unknowns of the step and memory in z."""
+        return slice(self.n_x + self.n_p, self.n_z)
 
     @property
     def body(self) -> slice:
@@ -140,7 +139,7 @@ class Plant(ABC):
 
     @abstractmethod
     def fine(self, u: Array, n_sub: int, step: float, hold: str) -> Array:
-        """Inputs at both ends of each sub-step of ``step / n_sub``, shape ((N - 1) n_sub, 2, n_u)."""
+        """Return the inputs at both ends of each of ``(N - 1) n_sub`` sub-steps, (.., 2, n_u)."""
 
     @abstractmethod
     def linear(self, p: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
@@ -151,11 +150,12 @@ class Plant(ABC):
         """Return the model's numbers for a sub-step `h` (s) and their derivatives, (n, n_d)."""
 
     @abstractmethod
-    def memory(
+    def tail(
         self, at: Operating, u: Array, x: Array, dx: Array, numbers: tuple[Array, Array]
     ) -> tuple[Array, Array]:
-        """Return the memory at rest at a state `x` (scaled, with tangents) under inputs `u`.
+        """Return the unknowns of the step and the memory to begin with, and their tangents.
 
+        The memory is that at rest at a state `x` (scaled, with tangents) under inputs `u`;
         `numbers` are the body for a step of no length and its tangents, in the columns of `dx`.
         """
 

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from identification.estimation.prediction.fit import FilterFit
 
 LINEARISED = (
-    "is nonlinear: the filter linearises it along the estimate (extended Kalman filter), good while "
-    "the uncertainty spans little curvature"
+    "is nonlinear: the filter linearises it along the estimate (extended Kalman filter), good "
+    "while the uncertainty spans little curvature"
 )
 
 

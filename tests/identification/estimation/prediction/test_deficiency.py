@@ -87,8 +87,10 @@ def test_the_boundary_halves_the_p_value() -> None:
 @pytest.mark.parametrize(
     "module",
     [
-        "estimation.prediction.deficiency", "estimation.prediction.diffusion",
-        "statistics.whiteness", "study.process_noise",
+        "estimation.prediction.deficiency",
+        "estimation.prediction.diffusion",
+        "statistics.whiteness",
+        "study.process_noise",
     ],
 )
 def test_examples_in_the_docstrings(module: str) -> None:

@@ -68,7 +68,7 @@ def value(fit: FilterFit, name: str) -> float:
 def one_step_error(found: Estimation) -> Array:
     assert found.filtered is not None
     error = found.problem().data.readings - found.filtered.reading[0]
-    return np.sqrt(np.mean(error**2, axis=0))
+    return np.asarray(np.sqrt(np.mean(error**2, axis=0)))
 
 
 def test_intervals_cover_with_process_noise_and_fail_without(

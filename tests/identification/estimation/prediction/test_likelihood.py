@@ -202,9 +202,7 @@ def test_records_add_up() -> None:
 
 def test_settled_gain_solves_the_riccati_equation() -> None:
     u, y = measured(400)
-    model = filter_of(
-        spring(), recording_of(y, DT, u), {"m": 0.3, "k": 0.01}, noise={"x": 2e-3}
-    )
+    model = filter_of(spring(), recording_of(y, DT, u), {"m": 0.3, "k": 0.01}, noise={"x": 2e-3})
     theta = model.start()
     passed, _ = pass_over(model, theta, 0, np.ones((400, 1)), True)
     assert 0 < passed.settled_at < 380
