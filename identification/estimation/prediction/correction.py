@@ -23,7 +23,7 @@ def full(packed: Symbol, n: int) -> Symbol:
 
 def packed(matrix: Symbol) -> Symbol:
     """Return the lower triangle of a matrix by columns."""
-    n = matrix.size1()
+    n = int(matrix.size1())
     return ca.vec(matrix)[[i + j * n for j in range(n) for i in range(j, n)]]
 
 

@@ -13,10 +13,10 @@ from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.arrays import Array
 from identification.estimation.prediction.diffusion import added_covariance
 from identification.estimation.prediction.exact_steps import ExactPlaces, exact_steps
-from identification.estimation.prediction.plant import FilterSteps, Operating, Plant
+from identification.estimation.prediction.plant import FilterPlant, FilterSteps, Operating
 
 
-class ExactPlant(Plant):
+class ExactPlant(FilterPlant):
     """The exact step of `bondgraph.simulation.lure` with a covariance."""
 
     def __init__(self, compiled: Compiled) -> None:

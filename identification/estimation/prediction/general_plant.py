@@ -17,11 +17,11 @@ from identification.estimation.prediction.general_steps import (
     evaluation,
     general_steps,
 )
-from identification.estimation.prediction.plant import FilterSteps, Operating, Plant
+from identification.estimation.prediction.plant import FilterPlant, FilterSteps, Operating
 from identification.study.engine import GeneralEngine
 
 
-class GeneralPlant(Plant):
+class GeneralPlant(FilterPlant):
     """The step of `bondgraph.simulation.radau` with a covariance."""
 
     def __init__(self, engine: GeneralEngine) -> None:

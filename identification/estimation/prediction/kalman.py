@@ -10,7 +10,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnknownName
-from identification.estimation.prediction.plant import Plant, plant_of
+from identification.estimation.prediction.plant import FilterPlant, plant_of
 from identification.estimation.prediction.scaling import state_scale
 from identification.estimation.prediction.slots import FilterSlots
 from identification.study.engine import ExactEngine
@@ -58,7 +58,7 @@ class KalmanFilter:
         return self.problems[0]
 
     @cached_property
-    def plants(self) -> tuple[Plant, ...]:
+    def plants(self) -> tuple[FilterPlant, ...]:
         """What the filter needs to know of each record's model."""
         return tuple(plant_of(p.engine) for p in self.problems)
 

@@ -15,7 +15,7 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from bondgraph.support.native import build
 from identification.estimation.prediction.assembly import Numbers
-from identification.estimation.prediction.plant import FilterSteps, Plant
+from identification.estimation.prediction.plant import FilterPlant, FilterSteps
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ Runner = Callable[[Array, Array, Array, int, Numbers], Passed]
 
 
 @lru_cache(maxsize=64)
-def filter_runner(plant: Plant) -> Runner:
+def filter_runner(plant: FilterPlant) -> Runner:
     """Return what runs the filter of a model over a record."""
     steps = plant.steps
     library = build(_source(steps))

@@ -103,7 +103,7 @@ class Operating:
         return self.wanted.size + self.sigma.size if self.derivatives else 0
 
 
-class Plant(ABC):
+class FilterPlant(ABC):
     """A model behind a filter; abstract. Those of equal structure are equal and share functions."""
 
     @property
@@ -131,7 +131,7 @@ class Plant(ABC):
 
     def __eq__(self, other: object) -> bool:
         """By structure."""
-        return isinstance(other, Plant) and self.structure == other.structure
+        return isinstance(other, FilterPlant) and self.structure == other.structure
 
     @abstractmethod
     def check(self, p: Array, step: float) -> None:
@@ -161,11 +161,11 @@ class Plant(ABC):
 
 
 @lru_cache(maxsize=64)
-def _steps(plant: Plant) -> FilterSteps:
+def _steps(plant: FilterPlant) -> FilterSteps:
     return plant.build()
 
 
-def plant_of(engine: Engine) -> Plant:
+def plant_of(engine: Engine) -> FilterPlant:
     """Return what a filter needs of an engine."""
     if isinstance(engine, ExactEngine):
         from identification.estimation.prediction.exact_plant import ExactPlant

@@ -8,14 +8,14 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.prediction.plant import Plant
+from identification.estimation.prediction.plant import FilterPlant
 from identification.study.problem import Problem
 
 ESCAPED = 100.0
 """Simulated readings beyond this many measured spreads say that the simulation ran away."""
 
 
-def state_scale(problem: Problem, plant: Plant, reading: Array) -> Array:
+def state_scale(problem: Problem, plant: FilterPlant, reading: Array) -> Array:
     """Size of each state, shape (n_x,): its spread in a simulation, else by balancing.
 
     Parameters
@@ -36,7 +36,7 @@ def state_scale(problem: Problem, plant: Plant, reading: Array) -> Array:
     return np.where(spread > 1e-8 * balanced, spread, balanced)
 
 
-def _balanced(problem: Problem, plant: Plant, reading: Array) -> Array:
+def _balanced(problem: Problem, plant: FilterPlant, reading: Array) -> Array:
     """Units in which the way from the inputs through the states to the readings is balanced."""
     from scipy.linalg import matrix_balance
 
