@@ -88,7 +88,7 @@ def evaluation(at: GeneralPlaces) -> ca.Function:
     rates, readings = program.rhs(*given)
     value = ca.vertcat(rates / q[at.x], program.residual(*given), readings / q[at.y])
     slope = ca.jacobian(value, ca.vertcat(x, z, u[:n_u]))
-    out = [ca.densify(v) for v in (value, slope, program.advance(*given))]
+    out = [ca.densify(value), slope, ca.densify(program.advance(*given))]
     return ca.Function("bondsight_evaluation", [x, z, u, q, memory, h], out, {"cse": True})
 
 
@@ -111,7 +111,8 @@ class _Building:
         n_x, n_z, n_u, n_m = at.sizes
         self.n, self.n_y = n_x + n_z, len(at.program.outputs)
         self.n_before = n_z if n_m else 0
-        self.n_roots = self.n_before + 2 * self.n
+        self.n_stages = 2 * self.n
+        self.n_roots = self.n_before + self.n_stages * (1 + self.n_stages)
         self.n_c = n_x + packed_size(n_x) + n_z + n_m
         self.c = ca.MX.sym("c", self.n_c)
         self.m = ca.MX.sym("m", at.step + 1 + 2 * self.n_y)
@@ -153,18 +154,18 @@ class _Building:
             )
             residuals += [own[:n_x, 0] - self.x - moved, value[n_x : self.n, 0]]
             states = [
-                ca.MX(np.eye(n_x, self.n) * (s == j)) - self.h * float(a) * j_s[:n_x, : self.n]
+                ca.MX(ca.DM.eye(self.n)[:n_x, :] * (s == j)) - self.h * float(a) * j_s[:n_x, : self.n]
                 for j, (a, (_, _, j_s)) in enumerate(zip(BUTCHER[s], made, strict=True))
             ]
-            bound = [ca.MX.zeros(self.n - n_x, self.n)] * 2
+            bound = [ca.MX(self.n - n_x, self.n)] * 2
             bound[s] = slope[n_x : self.n, : self.n]
             rows += [ca.horzcat(*states), ca.horzcat(*bound)]
         return ca.vertcat(*residuals), ca.vertcat(*rows), [slope for _, _, slope in made]
 
     def roots(self) -> ca.Function:
-        """Return unknowns at the begin and stages, by Newton's method."""
+        """Return unknowns at the begin and stages, by Newton's method, and the inverse of J."""
         n_x = self.at.sizes[0]
-        roots = ca.MX.sym("roots", self.n_roots)
+        roots = ca.MX.sym("roots", self.n_before + self.n_stages)
         z, v = roots[: self.n_before], roots[self.n_before :]
         residual, _, _ = self._stages(v, self._accepted(z))
         if self.n_before:
@@ -178,33 +179,39 @@ class _Building:
         solver = ca.rootfinder("bondsight_newton", "fast_newton", problem, NEWTON)
         guess = [self.z] * (self.n_before > 0) + [self.x, self.z] * 2
         found = solver(ca.vertcat(*guess), ca.vertcat(*given))
-        return ca.Function("bondsight_roots", given, [found], {"cse": True})
+        memory = self._accepted(found[: self.n_before])
+        _, jacobian, _ = self._stages(found[self.n_before :], memory)
+        inverse = _solved(jacobian, ca.MX.eye(self.n_stages))
+        out = ca.vertcat(found, ca.vec(inverse))
+        return ca.Function("bondsight_roots", given, [ca.densify(out)], {"cse": True})
 
     def predict(self) -> list[ca.Function]:
         """Return the step of mean and covariance."""
-        n_x = self.at.sizes[0]
+        n_x, k = self.at.sizes[0], self.n_stages
         roots = ca.MX.sym("roots", self.n_roots)
         memory = self._accepted(self._polished(roots[: self.n_before]))
-        v = roots[self.n_before :]
-        residual, jacobian, _ = self._stages(v, memory)
-        last = _solved(jacobian, residual)
+        v = roots[self.n_before : self.n_before + k]
+        inverse = ca.reshape(roots[self.n_before + k :], k, k)
+        last = inverse @ self._stages(v, memory)[0]
         v = v - last
         _, jacobian, slopes = self._stages(v, memory)
-        rows = np.zeros((2 * self.n, 2 * n_x))
-        rows[:n_x, :n_x] = rows[self.n : self.n + n_x, n_x:] = np.eye(n_x)
-        response = _solved(jacobian, ca.MX(rows))[self.n : self.n + n_x, :]
-        parts = [response[:, :n_x], response[:, n_x:]]
+        # ``(2 - inverse J) inverse`` is the inverse, and so is its derivative
+        end = inverse[self.n : self.n + n_x, :]
+        turned = end @ jacobian
+        parts = []
+        for rows in (slice(0, n_x), slice(self.n, self.n + n_x)):
+            parts.append(2.0 * end[:, rows] - turned @ inverse[:, rows])
         f = parts[0] + parts[1]
         covariance = f @ full(self.p, n_x) @ f.T
         own = ca.diag(self.q[self.at.diffusion])
         forces = [self._by_inputs(s) @ ca.diag(self.q[self.at.force]) for s in slopes]
         shown = [ca.horzcat(r @ own, r @ b) for r, b in zip(parts, forces, strict=True)]
-        for i in range(2):
-            for j in range(2):
-                covariance += self.h * float(WIENER[i, j]) * shown[i] @ shown[j].T
+        for weights in np.linalg.cholesky(WIENER).T.tolist():
+            one = sum(w * r for w, r in zip(weights, shown, strict=True))
+            covariance += self.h * one @ one.T
         strayed = ca.logic_not(ca.norm_inf(last[self.n : self.n + n_x]) < STRAY)
-        end = v[self.n : self.n + n_x] + ca.if_else(strayed, np.nan, 0.0)
-        new = ca.vertcat(end, packed(covariance), v[self.n + n_x :], memory)
+        mean = v[self.n : self.n + n_x] + ca.if_else(strayed, np.nan, 0.0)
+        new = ca.vertcat(mean, packed(covariance), v[self.n + n_x :], memory)
         given = [self.c, roots, self.u0, self.u1, self.m, self.elapsed]
         return with_tangent("predict", given, [new], [0, 4])
 
