@@ -174,10 +174,7 @@ class Estimation:
     @property
     def free(self) -> tuple[Free, ...]:
         """Free parameters of all recordings, in the order they have in ``point.theta``."""
-        found: dict[int, Free] = {}
-        for p, at in zip(self.stack.problems, self.stack.columns, strict=True):
-            for f, i in zip(p.free, at, strict=False):
-                found.setdefault(int(i), f)
+        found = self.stack.free
         return tuple(found[i] for i in sorted(found))
 
     def graph(self) -> BondGraph:

@@ -16,7 +16,7 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from bondgraph.support.descent import bounded_step
 from bondgraph.support.tall import triangle
-from identification.study.problem import Problem
+from identification.study.problem import Free, Problem
 from identification.study.residual import (
     Point,
     ResidualEvaluation,
@@ -83,6 +83,15 @@ class JointProblem:
     def n(self) -> int:
         """Number of global unknowns."""
         return len(self.names)
+
+    @cached_property
+    def free(self) -> dict[int, Free]:
+        """Free parameters of all records by their position among the unknowns."""
+        found: dict[int, Free] = {}
+        for p, at in zip(self.problems, self.columns, strict=True):
+            for f, i in zip(p.free, at, strict=False):
+                found.setdefault(int(i), f)
+        return found
 
     def local(self, point: JointPoint, record: int) -> Point:
         """Unknowns of one record."""

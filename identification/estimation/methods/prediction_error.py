@@ -39,7 +39,7 @@ class PredictionError(Method):
     )
 
     def check(self, study: Study) -> None:
-        """Refuse dead times, clocks, windows, and laws that no filter of the model can follow."""
+        """Refuse dead times, clocks, windows, and laws that the step cannot follow."""
         for e in study.graph.elements.values():
             drive = getattr(e, "drive", None)
             if getattr(e, "delay", None) or (drive is not None and drive.delay):
@@ -57,9 +57,8 @@ class PredictionError(Method):
                 "prediction_error: the filter runs over whole recordings; leave out window, or use "
                 "method='single_shooting'"
             )
-        kalman = kalman_filter(study)
-        for p, plant in zip(kalman.problems, kalman.plants, strict=True):
-            plant.check(p.start_vector, p.data.dt)
+        for p in kalman_filter(study).problems:
+            p.engine.prepare(p.start_vector, p.data.dt, 1, [], False)
 
     def solve(self, task: FitTask) -> MethodSolution:
         """Climb from `start`."""

@@ -24,7 +24,8 @@ def full(packed: Symbol, n: int) -> Symbol:
 def packed(matrix: Symbol) -> Symbol:
     """Return the lower triangle of a matrix by columns."""
     n = int(matrix.size1())
-    return ca.vec(matrix)[[i + j * n for j in range(n) for i in range(j, n)]]
+    column: Symbol = ca.vec(matrix)
+    return column[[i + j * n for j in range(n) for i in range(j, n)]]
 
 
 def with_tangent(

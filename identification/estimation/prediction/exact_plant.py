@@ -51,9 +51,6 @@ class ExactPlant(FilterPlant):
         """Build the functions of the filter."""
         return exact_steps(self.compiled, self.feedthrough)
 
-    def check(self, p: Array, step: float) -> None:
-        """Take every law: jumps act with the end value of a step."""
-
     def fine(self, u: Array, n_sub: int, step: float, hold: str) -> Array:
         """Return the inputs at both ends of each sub-step."""
         return fine_inputs(u, n_sub, hold)

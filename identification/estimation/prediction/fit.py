@@ -14,7 +14,7 @@ from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, pass_over
-from identification.estimation.prediction.scoring import Maximum, maximise, prior
+from identification.estimation.prediction.scoring import Scored, maximise
 from identification.estimation.single_record import Estimate
 from identification.study.residual import parameters_at
 
@@ -118,20 +118,14 @@ def fit_filter(
     # tiny matrices: threads of the linear algebra only get in each other's way
     with threadpool_limits(1, user_api="blas"):
         begin = kalman.start() if start is None else np.asarray(start, float)
-        found = maximise(kalman, begin, max_iterations=max_iterations, progress=progress)
-        if _without_noise(kalman, found):
+        found, status = maximise(kalman, begin, max_iterations=max_iterations, progress=progress)
+        at, (lower, _) = kalman.slots.noise, kalman.bounds
+        if (found.theta[at] <= lower[at] + 1e-6).any():
             # process noise can imitate the noise of a sensor; begin from the other end as well
-            other = maximise(kalman, _quiet(kalman, begin), max_iterations=max_iterations)
-            if other.at.log_likelihood > found.at.log_likelihood:
-                found = other
-        covariances = _covariances(kalman, found)
-        return FilterFit(kalman, found.theta, found.at, found.status, *covariances)
-
-
-def _without_noise(kalman: KalmanFilter, found: Maximum) -> bool:
-    """Whether the noise of a sensor has vanished."""
-    at, (lower, _) = kalman.slots.noise, kalman.bounds
-    return bool((found.theta[at] <= lower[at] + 1e-6).any())
+            other, how = maximise(kalman, _quiet(kalman, begin), max_iterations=max_iterations)
+            if other.now.log_likelihood > found.now.log_likelihood:
+                found, status = other, how
+        return FilterFit(kalman, found.theta, found.now, status, *_covariances(kalman, found))
 
 
 def _quiet(kalman: KalmanFilter, begin: Array) -> Array:
@@ -143,10 +137,10 @@ def _quiet(kalman: KalmanFilter, begin: Array) -> Array:
     return np.asarray(np.clip(theta, lower, upper))
 
 
-def _covariances(kalman: KalmanFilter, found: Maximum) -> tuple[Array, Array]:
+def _covariances(kalman: KalmanFilter, found: Scored) -> tuple[Array, Array]:
     lower, upper = kalman.bounds
     inside = (found.theta > lower + 1e-9) & (found.theta < upper - 1e-9)
-    information = found.at.information + prior(kalman, found.theta).information
+    information = found.information
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
     inside &= size > 1e-9
     pick = np.ix_(inside, inside)
@@ -155,7 +149,7 @@ def _covariances(kalman: KalmanFilter, found: Maximum) -> tuple[Array, Array]:
     inverse = np.linalg.pinv(scaled, hermitian=True, rcond=1e-13) * np.outer(unit, unit)
     expected, robust = np.zeros_like(information), np.zeros_like(information)
     expected[pick] = inverse
-    g = found.at.scores[:, inside]
+    g = found.now.scores[:, inside]
     g = g - g.mean(axis=0) if g.shape[0] else g
     robust[pick] = inverse @ (g.T @ g) @ inverse
     return expected, robust

@@ -42,10 +42,6 @@ class GeneralPlant(FilterPlant):
         """Build the functions of the filter."""
         return general_steps(self.program)
 
-    def check(self, p: Array, step: float) -> None:
-        """Refuse laws that jump."""
-        prepare_general(self.program, p, step)
-
     def fine(self, u: Array, n_sub: int, step: float, hold: str) -> Array:
         """Return the inputs at both ends of each sub-step, behind them the time, s."""
         ready = prepare_general(self.program, np.array(self.program.nominal), step, n_sub)

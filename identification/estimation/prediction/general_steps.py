@@ -154,7 +154,8 @@ class _Building:
             )
             residuals += [own[:n_x, 0] - self.x - moved, value[n_x : self.n, 0]]
             states = [
-                ca.MX(ca.DM.eye(self.n)[:n_x, :] * (s == j)) - self.h * float(a) * j_s[:n_x, : self.n]
+                ca.MX(ca.DM.eye(self.n)[:n_x, :] * (s == j))
+                - self.h * float(a) * j_s[:n_x, : self.n]
                 for j, (a, (_, _, j_s)) in enumerate(zip(BUTCHER[s], made, strict=True))
             ]
             bound = [ca.MX(self.n - n_x, self.n)] * 2

@@ -15,7 +15,7 @@ from identification.estimation.prediction.scaling import state_scale
 from identification.estimation.prediction.slots import FilterSlots
 from identification.study.engine import ExactEngine
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.problem import Free, Problem
+from identification.study.problem import Problem
 from identification.study.process_noise import Diffusion, diffusion_at
 from identification.study.residual import slots, start_point
 from identification.study.study import SettledSetting, Study
@@ -98,14 +98,6 @@ class KalmanFilter:
         """Layout of theta."""
         states = tuple(0 if p.initial == "rest" else p.engine.n_x for p in self.problems)
         return FilterSlots(self.stack.n, len(self.sigma), len(self.estimated), states)
-
-    def free(self) -> dict[int, Free]:
-        """Fitted model parameters by their place in theta."""
-        found: dict[int, Free] = {}
-        for p, at in zip(self.problems, self.stack.columns, strict=True):
-            for f, i in zip(p.free, at, strict=False):
-                found.setdefault(int(i), f)
-        return found
 
     def local(self, theta: Array, record: int) -> Array:
         """Return the record's own unknowns of the joint problem."""

@@ -134,10 +134,6 @@ class FilterPlant(ABC):
         return isinstance(other, FilterPlant) and self.structure == other.structure
 
     @abstractmethod
-    def check(self, p: Array, step: float) -> None:
-        """Refuse what physics does not let a filter follow."""
-
-    @abstractmethod
     def fine(self, u: Array, n_sub: int, step: float, hold: str) -> Array:
         """Return the inputs at both ends of each of ``(N - 1) n_sub`` sub-steps, (.., 2, n_u)."""
 

@@ -22,33 +22,42 @@ LARGEST_STEP = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Maximum:
-    """Where scoring ended."""
+class Scored:
+    """A point of the climb.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (n_theta,)
+    now : LikelihoodEvaluation
+    cost : float
+        Minus the logarithm of the posterior.
+    gradient : ndarray, shape (n_theta,)
+        Of the logarithm of the posterior.
+    information : ndarray, shape (n_theta, n_theta)
+        Expected, that of the priors included.
+    expected : float
+        Gain that was expected of the step to there.
+    """
 
     theta: Array
-    at: LikelihoodEvaluation
-    status: FitStatus
-    iterations: int
-
-
-@dataclass(frozen=True, slots=True)
-class GaussianRows:
-    """Gaussian rows ``weight (theta - centre)``; value, gradient, curvature."""
-
-    log: float
+    now: LikelihoodEvaluation
+    cost: float
     gradient: Array
     information: Array
+    expected: float = 0.0
 
 
-def prior(kalman: KalmanFilter, theta: Array) -> GaussianRows:
-    """Priors: those of the joint problem, and ten spreads on initial states. Noise has none."""
-    at = kalman.slots
-    residual, slope = np.zeros(at.size), np.zeros(at.size)
-    slope[at.joint], centre = kalman.stack.prior
-    residual[at.joint] = slope[at.joint] * (theta[at.joint] - centre)
-    slope[at.noise.stop :] = STATE_WEIGHT
-    residual[at.noise.stop :] = STATE_WEIGHT * theta[at.noise.stop :]
-    return GaussianRows(-0.5 * float(residual @ residual), -slope * residual, np.diag(slope**2))
+def scored_at(kalman: KalmanFilter, theta: Array, expected: float = 0.0) -> Scored:
+    """Evaluate likelihood and priors: those of the joint problem, ten spreads on initial states."""
+    at, now = kalman.slots, evaluate(kalman, theta)
+    weight, centre = np.zeros(at.size), np.zeros(at.size)
+    weight[at.joint], centre[at.joint] = kalman.stack.prior
+    weight[at.noise.stop :] = STATE_WEIGHT
+    away = weight * (theta - centre)
+    return Scored(
+        theta, now, 0.5 * float(away @ away) - now.log_likelihood, now.gradient - weight * away,
+        now.information + np.diag(weight**2), expected,
+    )  # fmt: skip
 
 
 def maximise(
@@ -57,7 +66,7 @@ def maximise(
     *,
     max_iterations: int = 60,
     progress: Callable[[int, float], None] | None = None,
-) -> Maximum:
+) -> tuple[Scored, FitStatus]:
     """Climb from `start`; diffusions that do nothing end at their lower bound.
 
     Parameters
@@ -66,18 +75,18 @@ def maximise(
         Called with the iteration and the log-likelihood.
     """
     lower, upper = kalman.bounds
-    best = _at(kalman, np.clip(start, lower, upper))
+    best = scored_at(kalman, np.clip(start, lower, upper))
     if not np.isfinite(best.now.log_likelihood):
-        return Maximum(best.theta, best.now, FitStatus.BROKEN, 0)
+        return best, FitStatus.BROKEN
     count, zeroed = 0, False
 
-    def taken(at: _Stand) -> None:
+    def taken(at: Scored) -> None:
         nonlocal best, count
         best, count = at, count + 1
         if progress is not None:
             progress(count, at.now.log_likelihood)
 
-    def without(at: _Stand, why: Ended) -> _Stand | None:
+    def without(at: Scored, why: Ended) -> Scored | None:
         nonlocal zeroed
         if zeroed or why is not Ended.ARRIVED:
             return None
@@ -85,7 +94,7 @@ def maximise(
         made = _without(kalman, at, lower)
         return None if made is at else made
 
-    def trusted(before: _Stand, at: _Stand) -> bool:
+    def trusted(before: Scored, at: Scored) -> bool:
         return before.cost - at.cost > 0.5 * at.expected
 
     try:
@@ -96,50 +105,30 @@ def maximise(
         status = STATUS[made.ended]
     except KeyboardInterrupt:
         status = FitStatus.CANCELLED
-    return Maximum(best.theta, best.now, status, count)
+    return best, status
 
 
 DAMPING = Damping(start=1e-3, less=10.0, more=8.0, least=1e-8, again=1e-3, tries=12, rescued=1e-3)
 
 
-@dataclass(frozen=True, slots=True)
-class _Stand:
-    """Where the climb stands, and the gain that was expected of the step to there."""
-
-    theta: Array
-    now: LikelihoodEvaluation
-    prior: GaussianRows
-    expected: float = 0.0
-
-    @property
-    def cost(self) -> float:
-        """Minus the logarithm of the posterior."""
-        return -(self.now.log_likelihood + self.prior.log)
-
-
-def _at(kalman: KalmanFilter, theta: Array, expected: float = 0.0) -> _Stand:
-    return _Stand(theta, evaluate(kalman, theta), prior(kalman, theta), expected)
-
-
-def _steps(kalman: KalmanFilter, at: _Stand, lower: Array, upper: Array) -> Trial[_Stand]:
+def _steps(kalman: KalmanFilter, at: Scored, lower: Array, upper: Array) -> Trial[Scored]:
     """Return what makes the damped steps from a point."""
 
-    def trial(damping: float, number: int) -> _Stand | Ended | None:
+    def trial(damping: float, number: int) -> Scored | Ended | None:
         step, expected = _step(kalman, at, damping, lower, upper)
         if abs(expected) < ENOUGH:
             return Ended.ARRIVED
         # rounding may spoil the step where a free run has run away
-        return _at(kalman, at.theta + step, expected) if expected > 0 else None
+        return scored_at(kalman, at.theta + step, expected) if expected > 0 else None
 
     return trial
 
 
 def _step(
-    kalman: KalmanFilter, at: _Stand, damping: float, lower: Array, upper: Array
+    kalman: KalmanFilter, at: Scored, damping: float, lower: Array, upper: Array
 ) -> tuple[Array, float]:
     """Damped step within bounds and the gain that the quadratic model expects of it."""
-    theta, gradient = at.theta, at.now.gradient + at.prior.gradient
-    information = at.now.information + at.prior.information
+    theta, gradient, information = at.theta, at.gradient, at.information
     limit = np.where(_logarithmic(kalman), LARGEST_STEP, np.inf)
     low, high = np.maximum(lower - theta, -limit), np.minimum(upper - theta, limit)
     size = np.sqrt(np.diag(information))
@@ -166,7 +155,7 @@ def _logarithmic(kalman: KalmanFilter) -> Array:
     return found
 
 
-def _without(kalman: KalmanFilter, at: _Stand, lower: Array) -> _Stand:
+def _without(kalman: KalmanFilter, at: Scored, lower: Array) -> Scored:
     """Set diffusions to their lower bound where the likelihood loses nothing by it.
 
     On a logarithmic scale the way to zero has no end and no slope; one jump finds it.
@@ -177,7 +166,7 @@ def _without(kalman: KalmanFilter, at: _Stand, lower: Array) -> _Stand:
             continue
         trial = at.theta.copy()
         trial[i] = lower[i]
-        made = _at(kalman, trial)
+        made = scored_at(kalman, trial)
         if made.cost <= at.cost + 1e-2:
             at = made
     return at

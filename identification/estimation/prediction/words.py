@@ -76,7 +76,7 @@ def _about_the_rest(fit: FilterFit) -> list[str]:
                 "leaves something out"
             )
     expected, robust = np.diag(fit.covariance), np.diag(fit.sandwich)
-    for i, f in fit.kalman.free().items():
+    for i, f in fit.kalman.stack.free.items():
         if robust[i] > 2.25 * expected[i] > 0:
             times = np.sqrt(robust[i] / expected[i])
             found.append(

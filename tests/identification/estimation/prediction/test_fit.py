@@ -52,7 +52,7 @@ def hits(fit: FilterFit, truth: Mapping[str, float] = TRUTH) -> list[bool]:
     """Whether the 95 % intervals of a right noise model hold the truth."""
     sd = np.sqrt(np.diag(fit.covariance))
     inside = []
-    for i, f in fit.kalman.free().items():
+    for i, f in fit.kalman.stack.free.items():
         low, high = (f.value(fit.theta[i] + k * 1.96 * sd[i]) for k in (-1, 1))
         inside.append(low <= truth[f.parameter.name] <= high)
     return inside
@@ -60,7 +60,7 @@ def hits(fit: FilterFit, truth: Mapping[str, float] = TRUTH) -> list[bool]:
 
 def value(fit: FilterFit, name: str) -> float:
     (found,) = (
-        f.value(fit.theta[i]) for i, f in fit.kalman.free().items() if f.parameter.name == name
+        f.value(fit.theta[i]) for i, f in fit.kalman.stack.free.items() if f.parameter.name == name
     )
     return found
 

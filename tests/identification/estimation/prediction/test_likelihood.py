@@ -340,6 +340,6 @@ def test_bounds_and_starts_of_overrides_count() -> None:
         spring(), recording_of(y, DT, u), free=(Vary("k", start=155.0, lower=150.0, upper=160.0),)
     )
     lower, upper = model.bounds
-    ((i, free),) = model.free().items()
+    ((i, free),) = model.stack.free.items()
     assert free.value(lower[i]) == pytest.approx(150.0)
     assert free.value(upper[i]) == pytest.approx(160.0)
