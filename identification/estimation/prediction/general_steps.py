@@ -139,29 +139,29 @@ class _Building:
 
     def _stages(self, v: ca.MX, memory: ca.MX) -> tuple[ca.MX, ca.MX, list[ca.MX]]:
         """Residual of the stages, its Jacobian, and the slopes of the program in each."""
-        n_x = self.at.sizes[0]
-        made = []
-        for s, late in enumerate(NODES):
-            own = v[s * self.n : (s + 1) * self.n]
-            u = self.u0 + late * (self.u1 - self.u0)
-            given = (own[:n_x, 0], own[n_x:, 0], u, self.q, memory, late * self.h)
-            made.append((own, *self.evaluation(*given)[:2]))
-        residuals, rows = [], []
-        for s, (own, value, slope) in enumerate(made):
-            moved = sum(
-                self.h * float(a) * f[:n_x, 0]
-                for a, (_, f, _) in zip(BUTCHER[s], made, strict=True)
+        n_x, n, two = self.at.sizes[0], self.n, range(len(NODES))
+        stages = ca.reshape(v, n, 2)
+        values, slopes = [], []
+        for s in two:
+            u = self.u0 + NODES[s] * (self.u1 - self.u0)
+            given = (stages[:n_x, s], stages[n_x:, s], u, self.q, memory, NODES[s] * self.h)
+            value, slope, _ = self.evaluation(*given)
+            values.append(value)
+            slopes.append(slope)
+        both = ca.horzcat(*values)
+        states = stages[:n_x, :] - ca.repmat(self.x, 1, 2) - self.h * both[:n_x, :] @ BUTCHER.T
+        residual = ca.vec(ca.vertcat(states, both[n_x:n, :]))
+        one, none = ca.MX.eye(n)[:n_x, :], ca.MX(n - n_x, n)
+        blocks = [
+            ca.vertcat(
+                (one if i == j else 0.0) - self.h * float(BUTCHER[i, j]) * slopes[j][:n_x, :n],
+                slopes[j][n_x:n, :n] if i == j else none,
             )
-            residuals += [own[:n_x, 0] - self.x - moved, value[n_x : self.n, 0]]
-            states = [
-                ca.MX(ca.DM.eye(self.n)[:n_x, :] * (s == j))
-                - self.h * float(a) * j_s[:n_x, : self.n]
-                for j, (a, (_, _, j_s)) in enumerate(zip(BUTCHER[s], made, strict=True))
-            ]
-            bound = [ca.MX(self.n - n_x, self.n)] * 2
-            bound[s] = slope[n_x : self.n, : self.n]
-            rows += [ca.horzcat(*states), ca.horzcat(*bound)]
-        return ca.vertcat(*residuals), ca.vertcat(*rows), [slope for _, _, slope in made]
+            for j in two
+            for i in two
+        ]
+        jacobian = ca.horzcat(ca.vertcat(*blocks[:2]), ca.vertcat(*blocks[2:]))
+        return residual, jacobian, slopes
 
     def roots(self) -> ca.Function:
         """Return unknowns at the begin and stages, by Newton's method, and the inverse of J."""
