@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, Parameter, Recording, UnusableInput
+from bondgraph import BondGraph, Df, Dq, I, One, Parameter, R, Recording, Se, UnusableInput
 from bondgraph.graph.drives import Drive
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
@@ -17,6 +17,7 @@ from tests.identification.estimation.prediction.plants import (
     DAMPING,
     MASS,
     STIFFNESS,
+    UNITS,
     euler_maruyama,
     random_force,
     spring,
@@ -86,6 +87,41 @@ def test_a_recording_without_a_sensor_misses_it() -> None:
     assert found.status is FitStatus.CONVERGED
     assert found.values["k"] == pytest.approx(STIFFNESS, rel=0.1)
     assert [found.sensors(r) for r in (0, 1)] == [("x", "s"), ("x",)]
+
+
+def test_a_recording_without_an_integrating_sensor_lacks_its_state() -> None:
+    """Nothing but the sensor holds the position: without it there is no state to disturb."""
+    with BondGraph("slide") as g:
+        body = One("v")
+        Se("F", unit="N") >> body >> I("m", 0.7, unit="kg")
+        body >> R("d", 1.0, unit="N*s/m")
+        body >> Dq("x", unit="m")
+        body >> Df("s", unit="m/s")
+    records, h = [], DT / 20
+    for seed, channels in ((10, ("x", "s")), (11, ("s",))):
+        rng = np.random.default_rng(seed)
+        u, q, p = random_force(N, rng), 0.0, 0.0
+        seen = np.zeros((N, 2))
+        for i in range(N - 1):
+            for j in range(20):
+                force = u[i] + (u[i + 1] - u[i]) * j / 20
+                p += h * (force - DAMPING * p / MASS) + SIGMA * np.sqrt(h) * rng.standard_normal()
+                q += h * p / MASS
+            seen[i + 1] = q, p / MASS
+        noisy = dict(
+            zip(("x", "s"), (seen + 0.02 * rng.standard_normal(seen.shape)).T, strict=True)
+        )
+        values = {"F[N]": u, **{f"{n}[{UNITS[n]}]": noisy[n] for n in channels}}
+        records.append(Recording.from_arrays(f"r{seed}", values, fs=1 / DT))
+    study = Study(
+        g, records, nuisances=BARE, splits=[all_train(), all_train()], process_noise=("m", "q_x")
+    )
+    found = estimate(study, method="prediction_error")
+    assert found.filtered is not None
+    assert [s.shape[1] for s in found.filtered.state] == [2, 1]
+    for name, true in (("m", MASS), ("d", DAMPING), ("sigma m", SIGMA)):
+        e = found.estimate_of(name)
+        assert abs(e.value - true) < 1.6 * 0.5 * (e.ci95[1] - e.ci95[0])
 
 
 def test_priors_bounds_and_fixed_parameters_count() -> None:
