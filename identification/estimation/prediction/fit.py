@@ -14,7 +14,7 @@ from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, pass_over
-from identification.estimation.prediction.scoring import Scored, maximise
+from identification.estimation.prediction.scoring import ClimbPoint, maximise
 from identification.estimation.single_record import Estimate
 from identification.study.residual import parameters_at
 
@@ -137,7 +137,7 @@ def _quiet(kalman: KalmanFilter, begin: Array) -> Array:
     return np.asarray(np.clip(theta, lower, upper))
 
 
-def _covariances(kalman: KalmanFilter, found: Scored) -> tuple[Array, Array]:
+def _covariances(kalman: KalmanFilter, found: ClimbPoint) -> tuple[Array, Array]:
     lower, upper = kalman.bounds
     inside = (found.theta > lower + 1e-9) & (found.theta < upper - 1e-9)
     information = found.information

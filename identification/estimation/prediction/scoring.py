@@ -22,7 +22,7 @@ LARGEST_STEP = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Scored:
+class ClimbPoint:
     """A point of the climb.
 
     Attributes
@@ -47,14 +47,14 @@ class Scored:
     expected: float = 0.0
 
 
-def scored_at(kalman: KalmanFilter, theta: Array, expected: float = 0.0) -> Scored:
+def scored_at(kalman: KalmanFilter, theta: Array, expected: float = 0.0) -> ClimbPoint:
     """Evaluate likelihood and priors: those of the joint problem, ten spreads on initial states."""
     at, now = kalman.slots, evaluate(kalman, theta)
     weight, centre = np.zeros(at.size), np.zeros(at.size)
     weight[at.joint], centre[at.joint] = kalman.stack.prior
     weight[at.noise.stop :] = STATE_WEIGHT
     away = weight * (theta - centre)
-    return Scored(
+    return ClimbPoint(
         theta, now, 0.5 * float(away @ away) - now.log_likelihood, now.gradient - weight * away,
         now.information + np.diag(weight**2), expected,
     )  # fmt: skip
@@ -66,7 +66,7 @@ def maximise(
     *,
     max_iterations: int = 60,
     progress: Callable[[int, float], None] | None = None,
-) -> tuple[Scored, FitStatus]:
+) -> tuple[ClimbPoint, FitStatus]:
     """Climb from `start`; diffusions that do nothing end at their lower bound.
 
     Parameters
@@ -80,13 +80,13 @@ def maximise(
         return best, FitStatus.BROKEN
     count, zeroed = 0, False
 
-    def taken(at: Scored) -> None:
+    def taken(at: ClimbPoint) -> None:
         nonlocal best, count
         best, count = at, count + 1
         if progress is not None:
             progress(count, at.now.log_likelihood)
 
-    def without(at: Scored, why: Ended) -> Scored | None:
+    def without(at: ClimbPoint, why: Ended) -> ClimbPoint | None:
         nonlocal zeroed
         if zeroed or why is not Ended.ARRIVED:
             return None
@@ -94,7 +94,7 @@ def maximise(
         made = _without(kalman, at, lower)
         return None if made is at else made
 
-    def trusted(before: Scored, at: Scored) -> bool:
+    def trusted(before: ClimbPoint, at: ClimbPoint) -> bool:
         return before.cost - at.cost > 0.5 * at.expected
 
     try:
@@ -111,10 +111,10 @@ def maximise(
 DAMPING = Damping(start=1e-3, less=10.0, more=8.0, least=1e-8, again=1e-3, tries=12, rescued=1e-3)
 
 
-def _steps(kalman: KalmanFilter, at: Scored, lower: Array, upper: Array) -> Trial[Scored]:
+def _steps(kalman: KalmanFilter, at: ClimbPoint, lower: Array, upper: Array) -> Trial[ClimbPoint]:
     """Return what makes the damped steps from a point."""
 
-    def trial(damping: float, number: int) -> Scored | Ended | None:
+    def trial(damping: float, number: int) -> ClimbPoint | Ended | None:
         step, expected = _step(kalman, at, damping, lower, upper)
         if abs(expected) < ENOUGH:
             return Ended.ARRIVED
@@ -125,7 +125,7 @@ def _steps(kalman: KalmanFilter, at: Scored, lower: Array, upper: Array) -> Tria
 
 
 def _step(
-    kalman: KalmanFilter, at: Scored, damping: float, lower: Array, upper: Array
+    kalman: KalmanFilter, at: ClimbPoint, damping: float, lower: Array, upper: Array
 ) -> tuple[Array, float]:
     """Damped step within bounds and the gain that the quadratic model expects of it."""
     theta, gradient, information = at.theta, at.gradient, at.information
@@ -155,7 +155,7 @@ def _logarithmic(kalman: KalmanFilter) -> Array:
     return found
 
 
-def _without(kalman: KalmanFilter, at: Scored, lower: Array) -> Scored:
+def _without(kalman: KalmanFilter, at: ClimbPoint, lower: Array) -> ClimbPoint:
     """Set diffusions to their lower bound where the likelihood loses nothing by it.
 
     On a logarithmic scale the way to zero has no end and no slope; one jump finds it.
