@@ -22,6 +22,7 @@ from bondgraph.graph.elements import X0 as X0
 from bondgraph.graph.elements import X1 as X1
 from bondgraph.graph.elements import C as C
 from bondgraph.graph.elements import CField as CField
+from bondgraph.graph.elements import Da as Da
 from bondgraph.graph.elements import De as De
 from bondgraph.graph.elements import Df as Df
 from bondgraph.graph.elements import Dq as Dq

@@ -31,8 +31,8 @@ from identification.estimation.archive import save_fit as save_fit
 from identification.estimation.estimate import estimate as estimate
 from identification.estimation.guess import guess as guess
 from identification.estimation.starts import many_starts as many_starts
-from identification.study.specification import LogNormal as LogNormal
-from identification.study.specification import Normal as Normal
+from identification.study.priors import LogNormal as LogNormal
+from identification.study.priors import Normal as Normal
 from identification.study.specification import Vary as Vary
 from identification.study.study import Study as Study
 from identification.uncertainty.profiles import profiles as profiles

@@ -9,9 +9,9 @@ from identification.diagnosis.verdict.document import write_verdict as write_ver
 from identification.estimation.archive import open_fit as open_fit
 from identification.estimation.archive import save_fit as save_fit
 from identification.estimation.estimate import estimate as estimate
+from identification.estimation.estimates import Estimate as Estimate
 from identification.estimation.guess import guess as guess
 from identification.estimation.result import Estimation as Estimation
-from identification.estimation.single_record import Estimate as Estimate
 from identification.estimation.starts import Starts as Starts
 from identification.estimation.starts import many_starts as many_starts
 from identification.experiments.design import Signal as Signal
@@ -24,10 +24,10 @@ from identification.experiments.frequency import (
 )
 from identification.experiments.frequency import distortions as distortions
 from identification.study.calibration import Known as Known
-from identification.study.specification import LogNormal as LogNormal
-from identification.study.specification import Normal as Normal
+from identification.study.priors import LogNormal as LogNormal
+from identification.study.priors import Normal as Normal
+from identification.study.priors import Prior as Prior
 from identification.study.specification import Nuisances as Nuisances
-from identification.study.specification import Prior as Prior
 from identification.study.specification import Vary as Vary
 from identification.study.study import Study as Study
 from identification.uncertainty.coverage import Coverage as Coverage

@@ -24,6 +24,7 @@ from bondgraph.graph.elements import (
     MTF,
     TF,
     C,
+    Da,
     De,
     Df,
     Dq,
@@ -37,6 +38,7 @@ from bondgraph.graph.elements import (
     Sensor,
     Source,
     Zero,
+    common_variable,
     symbol,
 )
 from bondgraph.graph.modulation import port_variables
@@ -319,6 +321,10 @@ class _Equations:
         at = self.graph.neighbour(e.name)
         if isinstance(e, De | Df):
             value = self.names.at("e" if isinstance(e, De) else "f", at)
+        elif isinstance(e, Da):
+            value = f"a_{e.name}"
+            shared = self.names.at(common_variable(self.graph[at]), at)
+            self.put(e.name, "rate", [(1, value), (-LAPLACE, shared)])
         else:
             value = f"x_{e.name}"
             if e.name in places:

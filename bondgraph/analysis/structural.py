@@ -31,7 +31,7 @@ from bondgraph.equations.derivation import system
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.rewriting import replace as replaced
-from bondgraph.graph.elements import De, Df, Dq, Field, Se, Sf
+from bondgraph.graph.elements import Da, De, Df, Dq, Field, Se, Sf
 from bondgraph.support.html import html_table
 
 if TYPE_CHECKING:
@@ -180,9 +180,9 @@ def _reach(graph: BondGraph, question: Question) -> Reach:
         paths,
         separate,
         *(held or ((), ())),
-        # the ports of a field are tied by its law, which causality does not see
+        # causality sees neither the law that ties the ports of a field, nor what rates tell
         None
-        if held is None or graph.of_type(Field)
+        if held is None or graph.of_type(Field, Da)
         else n - len(own) - len(held[0]) + len(form) - without,
         len(form),
         tied,

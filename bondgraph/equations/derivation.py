@@ -18,7 +18,7 @@ from bondgraph.equations.state_space import AlgebraicLoop, DerivativeCausality, 
 from bondgraph.equations.stored_displacements import stored_displacements
 from bondgraph.equations.system import Algebraic, System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Dq, Multiport, symbol
+from bondgraph.graph.elements import Da, Dq, Multiport, symbol
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
 
@@ -96,6 +96,7 @@ class _Solver:
     def solve(self) -> System:
         for e in self.made.displacements:
             self._displacement(e)
+        self.dependents |= {d.rate: d for d in self.made.rates}
         for rate in self.dependents:
             self.rate_reads[rate] = self._reads_of_derivative(self.dependents[rate])
         # a state of which nothing reads the rate still needs it
@@ -230,7 +231,8 @@ class _Solver:
         if r.implicit:
             return self._implicit_rate(r, d.stored, d.rate, d.element)
         terms = self._total(self.closed(d.stored), d.element, skip=None)
-        why = f"rate of {d.element} in derivative causality"
+        rated = isinstance(self.made.graph[d.element], Da)
+        why = f"rate read by {d.element}" if rated else f"rate of {d.element}, dependent"
         return Relation(d.rate, terms, why, reads=self._signals_in(terms))
 
     def _implicit_rate(self, r: Relation, name: str, rate: str, element: str) -> Relation:
@@ -239,7 +241,7 @@ class _Solver:
         own = residual.diff(symbol(name))
         if own == 0:
             raise self._too_deep(
-                next(d for d in self.made.dependents if d.element == element),
+                next(d for d in self.dependents.values() if d.element == element),
                 f"{name} does not show in its own equation",
             )
         terms = tuple((-c / own, s) for c, s in self._total(residual, element, skip=name))
@@ -255,7 +257,7 @@ class _Solver:
         def too_deep(why: str) -> DerivativeCausality:
             return self._too_deep(next(d for d in made if d.element == element), why)
 
-        made, stores = self.made.dependents, self.stores
+        made, stores = [*self.made.dependents, *self.made.rates], self.stores
         if any(f.func.__name__.endswith("_deviation") for f in expression.atoms(_applied())):
             raise too_deep("a law with memory or a jump decides what it stores")
         terms: list[tuple[Any, str]] = []
@@ -289,6 +291,11 @@ class _Solver:
         return tuple(terms)
 
     def _too_deep(self, d: Dependent, why: str) -> DerivativeCausality:
+        if isinstance(self.made.graph[d.element], Da):
+            return DerivativeCausality(
+                f"{self.name}: {d.element} reads the rate of a signal that jumps ({why}); put an "
+                "inertia (at a 0-junction a compliance) where it reads"
+            )
         return DerivativeCausality(
             f"{self.name}: {d.element} has derivative causality and cannot be solved ({why}); put "
             f"a small resistance in series with a C (in parallel with an I) {d.element} so that "

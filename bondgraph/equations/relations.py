@@ -29,6 +29,7 @@ from bondgraph.graph.elements import (
     TF,
     C,
     CField,
+    Da,
     De,
     Df,
     Dq,
@@ -42,6 +43,7 @@ from bondgraph.graph.elements import (
     Sensor,
     Source,
     Zero,
+    common_variable,
     symbol,
 )
 from bondgraph.graph.modulation import TIME, port_variables
@@ -127,6 +129,7 @@ class Relations:
     outputs: list[tuple[str, str, str]] = field(default_factory=list)
     laws: list[LawUse] = field(default_factory=list)
     displacements: list[Dq] = field(default_factory=list)
+    rates: list[Dependent] = field(default_factory=list)
     aliases: dict[str, str] = field(default_factory=dict)
 
 
@@ -544,6 +547,10 @@ class _Builder:
             value = self.names.at("e", junction)
         elif isinstance(e, Df):
             value = self.names.at("f", junction)
+        elif isinstance(e, Da):
+            value = f"a_{e.name}"
+            shared = self.names.at(common_variable(self.graph[junction]), junction)
+            self.made.rates.append(Dependent(shared, value, e.name))
         else:
             value = f"x_{e.name}"  # its relation follows when all rates are known
             assert isinstance(e, Dq)

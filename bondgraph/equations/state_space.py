@@ -16,7 +16,7 @@ import sympy as sp
 from bondgraph.causality.assignment import Causality, assign_causality
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.ordering import components, tear
-from bondgraph.equations.relations import Relation, collect
+from bondgraph.equations.relations import Dependent, Relation, collect
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Dq, Element, Parameter, Sensor, symbol
 from bondgraph.laws.law import Law
@@ -213,6 +213,8 @@ class _Derivation:
             flow = symbol(SignalNames(self.graph).at("f", self.graph.neighbour(e.name)))
             value = self._displacement(e, flow)
             self.assign(symbol(f"x_{e.name}"), value, f"displacement at {e.name}")
+        for d in self.made.rates:
+            self.assign(symbol(d.rate), self._rate(d), f"rate read by {d.element}")
         drop_derivatives(self)
         ordered = _ordered(self.graph.name, self.found)
         return StateSpace(
@@ -298,6 +300,24 @@ class _Derivation:
         state = symbol(f"q_{e.name}")
         self.states.append(State(state, flow, e.name, e.unit))
         return state
+
+    def _rate(self, d: Dependent) -> sp.Expr:
+        """Return the rate of a signal that states alone decide, linearly."""
+        closed: dict[sp.Symbol, sp.Expr] = {}
+        for a in _ordered(self.graph.name, self.found):
+            closed[a.target] = a.expression.xreplace(closed)
+        signal = symbol(d.stored)
+        value = sp.expand(closed.get(signal, signal))
+        rates = {s.symbol: s.rate for s in self.states}
+        known = self.graph.parameters
+        others = {v for v in value.free_symbols - rates.keys() if str(v) not in known}
+        if others:
+            raise NotLinearUpToLaws(
+                f"{self.graph.name}: {d.element} reads the rate of a signal that "
+                f"{', '.join(sorted(map(str, others)))} moves at once; system(graph) gives its "
+                "equations, and simulate runs it"
+            )
+        return sum((value.coeff(s) * rate for s, rate in rates.items()), sp.S.Zero)
 
 
 def _as_integral(

@@ -15,6 +15,7 @@ from bondgraph.graph.elements import (
     X0,
     X1,
     C,
+    Da,
     De,
     Df,
     Dq,
@@ -37,6 +38,7 @@ _TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
     De: ((Zero, X0), "a 0-junction (one effort)"),
     Df: ((One, X1), "a 1-junction (one flow)"),
     Dq: ((One, X1), "a 1-junction (one flow)"),
+    Da: ((One, X1, Zero, X0), "a junction (one flow, or one effort)"),
 }
 
 

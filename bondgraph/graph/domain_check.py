@@ -20,6 +20,7 @@ from bondgraph.graph.domains import DOMAINS
 from bondgraph.graph.elements import (
     RS,
     C,
+    Da,
     De,
     Df,
     Dq,
@@ -32,6 +33,7 @@ from bondgraph.graph.elements import (
     Se,
     Sensor,
     Source,
+    common_variable,
 )
 from bondgraph.signals.units import Dimension, parse_unit
 from bondgraph.support.errors import UnusableInput
@@ -188,7 +190,7 @@ def _of(graph: BondGraph, e: Element, lines: list[str]) -> Iterator[UnitStatemen
     gain = graph.parameters.get(getattr(e, "gain", None) or "")
     if gain is not None and gain.unit not in ("", "1"):
         return  # the unit is that of what is recorded, not of the bond
-    for i, (quantity, unit) in enumerate(_written(e)):
+    for i, (quantity, unit) in enumerate(_written(graph, e)):
         if not unit.strip() or unit.strip() == "1" or not quantity:
             continue
         at = 1 if isinstance(e, RS) and i else i if isinstance(e, Multiport) else 0
@@ -206,7 +208,7 @@ def _of(graph: BondGraph, e: Element, lines: list[str]) -> Iterator[UnitStatemen
         yield UnitStatement(e, ends[0], *_as_quotient(quantity, dims), unit)
 
 
-def _written(e: Element) -> tuple[tuple[str, str], ...]:
+def _written(graph: BondGraph, e: Element) -> tuple[tuple[str, str], ...]:
     """Return what the element's units measure, one entry a port (two for the heat port of RS)."""
     if isinstance(e, RS):
         heat = (("f", "W"), ("e", "K")) if e.heat == "energy" else (("e", "K"),)
@@ -222,6 +224,8 @@ def _written(e: Element) -> tuple[tuple[str, str], ...]:
         if e.law is not None:
             return ()
         table: dict[type[Element], str] = {De: "e", Df: "f", Dq: "q"}
+        if isinstance(e, Da):
+            return ((f"d{common_variable(graph[graph.neighbour(e.name)])}", unit),)
         return ((table.get(type(e), ""), unit),)
     if isinstance(e, R):
         return (("z", unit),)
@@ -235,9 +239,11 @@ def _written(e: Element) -> tuple[tuple[str, str], ...]:
 
 
 def _as_quotient(quantity: str, dims: Dimension) -> tuple[str, Dimension]:
-    """Express a displacement as a flow; a stiffness, compliance or inertia as effort over flow."""
+    """Express a displacement or a rate as its flow or effort; the coefficients as a quotient."""
     if quantity == "q":
         return "f", _minus(dims, SECOND)
+    if quantity in ("df", "de"):
+        return quantity[1:], _plus(dims, SECOND)
     if quantity == "k":  # effort / displacement
         return "z", _plus(dims, SECOND)
     if quantity == "c":  # displacement / effort

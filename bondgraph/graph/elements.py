@@ -410,6 +410,22 @@ class Dq(Sensor):
     kind: ClassVar[str] = "Dq"
 
 
+@dataclass(frozen=True)
+class Da(Sensor):
+    """Reads the rate of a junction's common variable.
+
+    The acceleration at a 1-junction, the rate of the effort at a 0-junction; derived from the
+    equations, never from differences.
+    """
+
+    kind: ClassVar[str] = "Da"
+
+
+def common_variable(junction: Element) -> str:
+    """Return ``"f"`` for a 1-junction, ``"e"`` for a 0-junction: what its bonds share."""
+    return "f" if isinstance(junction, One | X1) else "e"
+
+
 def names(elements: Iterable[Element]) -> tuple[str, ...]:
     """Return the names, in order."""
     return tuple(e.name for e in elements)

@@ -104,7 +104,8 @@ def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tu
 
 
 def _free(options: argparse.Namespace, graph: BondGraph) -> list[Vary] | None:
-    from identification.study.specification import LogNormal, Vary
+    from identification.study.priors import LogNormal
+    from identification.study.specification import Vary
 
     known = graph.parameters
     starts = {n: _number("--start", n, v) for n, v in _pairs("--start", options.start)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -12,15 +12,16 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
-from bondgraph.signals.recording import Recording, Split, default_split
-from bondgraph.signals.split import interleaved, kept_back
-from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.signals.split import kept_back
+from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import Latent, latent
 from identification.diagnosis.explanation.next_experiment import Experiment, next_experiments
+from identification.diagnosis.explanation.notes import notes_of
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.regions import Region, regions
 from identification.diagnosis.localisation.structural_classes import (
@@ -28,29 +29,30 @@ from identification.diagnosis.localisation.structural_classes import (
     excited_frequencies,
     structure,
 )
-from identification.diagnosis.screening.mixups import Mixup, mixups, moved, stuck
+from identification.diagnosis.screening.mixups import Mixup, mixups
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.screening.tangent_space import freedom
+from identification.diagnosis.search.asked import Asked, asked_of
 from identification.diagnosis.search.base import declared_fit, thinned, unthinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
 from identification.diagnosis.search.forward_selection import SelectionStage, steps
+from identification.diagnosis.search.material import Material, material_of
 from identification.diagnosis.search.nominal import (
     deeper,
     held_to_residual,
-    hold_margin,
     nominal_fit,
     seen_in_training,
     split_that_shows,
 )
-from identification.estimation.single_record import Fit, FitStatus
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
-from identification.study.joined import at_one_rate, joined, split_of
-from identification.study.noise_floor import measured, noise_floor
-from identification.study.problem import Data, Problem, data_for, drives
+from identification.study.problem import Data
 from identification.study.residual import windows
+from identification.study.study import Study
 
 Progress = Callable[[str, float], None]
 
@@ -86,6 +88,8 @@ class Diagnosis:
         What the last fit leaves of every reading.
     regions_left : tuple of Region
         Where in the recording it leaves it.
+    asked : Asked or None
+        The statement that was diagnosed.
     """
 
     kind: str
@@ -111,6 +115,7 @@ class Diagnosis:
     limits: Thresholds = field(default_factory=Thresholds)
     left: Remaining | None = None
     regions_left: tuple[Region, ...] = ()
+    asked: Asked | None = None
 
     @property
     def decision(self) -> Decision | None:
@@ -128,15 +133,28 @@ class Diagnosis:
     @property
     def repaired(self) -> Fit | None:
         """The fit with everything that was named, if anything was."""
-        named = [s for s in self.steps if s.kind == "missing_physics" and s.chosen]
-        if self.kind == "missing_physics" and named and named[-1].chosen:
-            return named[-1].chosen.fit
-        return None
+        return _last(self.steps, self.kind)
+
+    @property
+    def study(self) -> Study:
+        """The same study with the repaired model (as it is, where nothing was named).
+
+        It begins at the fitted values: `estimate`, `profiles` and `judge` go on from there.
+
+        Raises
+        ------
+        UnusableInput
+            Nothing was fitted.
+        """
+        last = self.repaired or self.nominal
+        if last is None or self.asked is None:
+            raise UnusableInput(f"{self.model}: nothing was fitted ({self.kind}), nothing to study")
+        return self.asked.about(last)
 
 
 def diagnose(
-    graph: BondGraph,
-    recording: Recording | Sequence[Recording],
+    graph: BondGraph | Study,
+    recording: Recording | Sequence[Recording] | None = None,
     split: Split | None = None,
     *,
     model: str = "",
@@ -152,9 +170,10 @@ def diagnose(
 
     Parameters
     ----------
-    graph : BondGraph
-        Model with sensors; sources and sensors name the channels of `recording`.
-    recording : Recording or sequence of Recording
+    graph : BondGraph or Study
+        Model with sensors; sources and sensors name the channels of `recording`. A study brings its
+        recordings, and says what is free, fixed, known before and added by the measuring chain.
+    recording : Recording or sequence of Recording, optional
         Several ones of the same system (other levels, other commands) are used together; the last
         third of them is held out.
     split : Split, optional
@@ -178,142 +197,162 @@ def diagnose(
         The model or the channels cannot be used; one line says why.
     """
     begin = time.perf_counter()
-    options, limits = options or DiagnosisOptions(), limits or Thresholds()
-    if hold:
-        options = replace(options, holds=(hold,))
     say = progress or _silent
-    graph.require_sound()
-    if not graph.of_type(Sensor):
+    options, limits = options or DiagnosisOptions(), limits or Thresholds()
+    asked = asked_of(graph, recording, split, hold, noise or {})
+    if asked.hold:
+        options = replace(options, holds=(asked.hold,))
+    asked.graph.require_sound()
+    if not asked.graph.of_type(Sensor):
         raise UnusableInput(
-            f"{graph.name} has no sensor: attach a De, Df or Dq whose name is the measured channel"
+            f"{asked.graph.name} has no sensor: attach a De, Df or Dq whose name is the measured "
+            "channel"
         )
-    parts = at_one_rate([recording] if isinstance(recording, Recording) else recording)
-    recording, breaks = joined(parts)
     say("reading the noise floor", 0.01)
-    sensors = tuple(s.name for s in graph.of_type(Sensor))
-    commands = [s.name for s in drives(graph)]
+    material = material_of(asked)
     result = Diagnosis(
-        "insufficient_data", model or graph.name, recording, graph, seed=seed, limits=limits
-    )
-    ours = split is None and not breaks
-    split = split or (split_of(parts) if breaks else _split(recording, commands))
-    data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
-    coarse = recording.meta.get("resolution") or {}
-    data = replace(data, breaks=breaks, resolution=coarse if isinstance(coarse, Mapping) else {})
-    if reason := _insufficient(graph, data) or "; ".join(stuck(data)):
-        return replace(
-            result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
-        )
-    noise = declared_noise(recording, sensors) | dict(noise or {})
-    read = noise_floor(recording, split, sensors, tuple(commands), breaks)
-    floor = read | given_noise(noise, sensors, graph.name)
-    open_ones = tuple(n for n in sensors if n not in noise)
-    sure = not open_ones or measured(recording, split, open_ones, tuple(commands), breaks)
-    data = replace(data, floor=np.array([floor[n] for n in sensors]), floor_measured=sure)
-    if reason := _nothing_moves(data):
-        return replace(
-            result, notes=(reason,), advice=(reason,), seconds=time.perf_counter() - begin
-        )
-    # tiny matrices: threads of the linear algebra only get in each other's way
-    with calm():
-        say("fitting the model as it is", 0.03)
-        template, nominal = nominal_fit(graph, data, hold)
-        if nominal.status is FitStatus.BROKEN or not np.isfinite(nominal.cost):
-            raise UnusableInput(
-                f"{graph.name} cannot be simulated on {recording.name}: the outputs are not "
-                "finite; check parameter values, signs and units"
-            )
-        nominal = held_to_residual(nominal, noise)
-        if ours and recording.n >= LEAST_TO_INTERLEAVE:
-            nominal = seen_in_training(graph, nominal, hold, limits.noise)
-        # what is shown as gained comes from samples that no choice has seen
-        whole, (seen, unseen) = nominal.problem.data.split, kept_back(nominal.problem.data.split)
-        nominal = judged_on(nominal, seen)
-        template, data = nominal.problem, nominal.problem.data
-        floor = dict(zip(sensors, map(float, data.floor), strict=True))
-        declared = declared_fit(template, nominal)
-        result = replace(result, data=data, declared=declared, nominal=nominal)
-        mistakes = mixups(graph, nominal, jobs=options.jobs)
-        if any(m.kind != "dead" for m in mistakes):
-            return replace(_mistaken(result, mistakes), seconds=time.perf_counter() - begin)
-        base = thinned(template, nominal, options)
-        frequencies = excited_frequencies(list(data.commands.values()), data.dt)
-        classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
-        made = steps(base, options, limits, classes, say, noise, known)
-        if (found := _deeper(nominal, made)) is not None:
-            # nothing may be called missing that better values of the same model explain
-            nominal = found
-            result = replace(result, nominal=nominal)
-            base = thinned(template, nominal, options)
-            made = steps(base, options, limits, classes, say, noise, known)
-        named = [d for d in made.decisions if d.kind == "missing_physics" and d.chosen]
-        finer = (
-            _hidden(named, recording.n, limits) if ours and len(named) < options.effects else None
-        )
-        if finer is not None:
-            with suppress(BondsightError):
-                again = diagnose(
-                    graph, parts, finer, model=model, options=options, limits=limits, hold=hold,
-                    noise=noise, progress=lambda text, part: say(text, 0.9 + 0.1 * part),
-                    seed=seed, known=named,
-                )  # fmt: skip
-                if again.kind == "missing_physics" and len(again.findings) >= len(named):
-                    return replace(again, seconds=time.perf_counter() - begin)
-        say("fitting the repaired model on all training samples", 0.95)
-        decisions = unthinned(made.decisions, template, options.holds)
-        declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
-        decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
-        data = nominal.problem.data
-        result = replace(result, data=data, declared=declared, nominal=nominal)
-        open_question = not any(d.kind == "missing_physics" for d in decisions)
-        unknown = open_question and decisions[0].kind == "unknown_physics"
-        experiments = _experiments(decisions[0]) if unknown else ()
+        "insufficient_data", model or asked.graph.name, material.recording, asked.graph,
+        seed=seed, limits=limits, asked=asked,
+    )  # fmt: skip
+    if material.reason:
+        made = replace(result, notes=(material.reason,), advice=(material.reason,))
+    else:
+        # tiny matrices: threads of the linear algebra only get in each other's way
+        with calm():
+            made = _diagnosed(result, material, options, say, tuple(known))
+    say("done", 1.0)
+    return replace(made, seconds=time.perf_counter() - begin)
+
+
+def _diagnosed(
+    result: Diagnosis,
+    material: Material,
+    options: DiagnosisOptions,
+    say: Progress,
+    known: tuple[Decision, ...],
+) -> Diagnosis:
+    """Fit the model as it is, search what is missing, and say what was found."""
+    say("fitting the model as it is", 0.03)
+    nominal, whole = _nominal(result, material)
+    # what is shown as gained comes from samples that no choice has seen
+    seen, unseen = kept_back(whole)
+    nominal = judged_on(nominal, seen)
+    template, data = nominal.problem, nominal.problem.data
+    declared = declared_fit(template, nominal)
+    result = replace(result, data=data, declared=declared, nominal=nominal)
+    mistakes = mixups(result.graph, nominal, jobs=options.jobs)
+    if any(m.kind != "dead" for m in mistakes):
+        return _mistaken(result, mistakes)
+    base = thinned(template, nominal, options)
+    frequencies = excited_frequencies(list(data.commands.values()), data.dt)
+    classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
+    made = steps(base, options, result.limits, classes, say, tuple(material.given), known)
+    if made.base is not base:  # the search has shown a better fit of the model as it is
+        base = made.base
+        same = base.fit.problem.data.n == data.n
+        nominal = base.fit if same else deeper(nominal, base.fit.values) or nominal
+    finer = _on_finer_stretches(result, material, options, say, made.decisions)
+    if finer is not None:
+        return finer
+    say("fitting the repaired model on all training samples", 0.95)
+    decisions = unthinned(made.decisions, template, options.holds)
+    declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
+    decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
     kind = _kind(made, declared, nominal)
+    result = replace(result, data=nominal.problem.data, declared=declared, nominal=nominal)
     if mistakes and kind != "missing_physics":
         # a reading that follows nothing may still follow a law; only then it is not dead
-        return replace(_mistaken(result, mistakes), seconds=time.perf_counter() - begin)
+        return _mistaken(result, mistakes)
     result = replace(
-        result, kind=kind, scene=made.scene,
-        steps=decisions, trials=made.decisions[0].trials if made.decisions else (),
+        result, kind=kind, scene=made.scene, steps=decisions, trials=decisions[0].trials,
         ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
-        relations=made.relations, experiments=experiments,
+        relations=made.relations, experiments=_experiments(decisions),
+        notes=notes_of(
+            material, nominal, _last(decisions, kind) or nominal, options.holds, known
+        ),
     )  # fmt: skip
-    last = result.repaired or nominal
-    with calm():
-        notes = (
-            *recording.notes, *_notes(template, options.holds, last),
-            *_noise_notes(read, floor, sure, noise), *moved(nominal), *_resumed_notes(known),
-        )  # fmt: skip
-    last = judged_on(last, whole)  # whether it is noise is no gain: all that is held out says it
-    left = remaining(last)
-    same = last.problem.data.n == made.scene.data.n  # else the search worked on thinned samples
-    where = regions(last, made.scene if same else None) if left.most > limits.noise else ()
-    if kind in ("explained", "parameters_only") and not left.is_noise(limits.noise):
-        result = replace(
-            result,
-            kind="unknown_physics",
-            steps=(*decisions[:-1], _unexplained(decisions[-1], left)),
-        )
-    result = replace(result, left=left, regions_left=where, notes=notes)
+    result = _with_rest(result, whole)
     from identification.diagnosis.explanation.advice import advice
 
-    result = replace(result, advice=advice(result, frequencies))
-    say("done", 1.0)
-    return replace(result, seconds=time.perf_counter() - begin)
+    return replace(result, advice=advice(result, frequencies))
 
 
-def _hidden(named: Sequence[Decision], n: int, limits: Thresholds) -> Split | None:
-    """Return finer stretches where another effect hides in held-out ones beside what was named."""
+def _nominal(result: Diagnosis, material: Material) -> tuple[Fit, Split]:
+    """Fit the model as it is; returns the samples too that the fit leaves out."""
+    assert result.asked is not None
+    asked = result.asked
+    problem = asked.problem(material.data)
+    nominal = nominal_fit(asked.graph, material.data, asked.hold, problem)[1]
+    if nominal.status is FitStatus.BROKEN or not np.isfinite(nominal.cost):
+        raise UnusableInput(
+            f"{asked.graph.name} cannot be simulated on {material.recording.name}: the outputs are "
+            "not finite; check parameter values, signs and units"
+        )
+    nominal = held_to_residual(nominal, material.given)
+    if material.usual:
+        nominal = seen_in_training(problem, nominal, asked.hold, result.limits.noise)
+    return nominal, nominal.problem.data.split
+
+
+def _on_finer_stretches(
+    result: Diagnosis,
+    material: Material,
+    options: DiagnosisOptions,
+    say: Progress,
+    decisions: Sequence[Decision],
+) -> Diagnosis | None:
+    """Diagnose again where another effect hides in held-out stretches beside what was named."""
+    named = [d for d in decisions if d.kind == "missing_physics" and d.chosen]
     last = named[-1].chosen if named else None
-    if last is None or last.fit.problem.data.n != n:
+    if not material.usual or last is None or len(named) >= options.effects:
         return None
-    return split_that_shows(last.fit, limits.noise)
+    if last.fit.problem.data.n != material.recording.n:
+        return None
+    finer, asked = split_that_shows(last.fit, result.limits.noise), result.asked
+    if finer is None or asked is None:
+        return None
+    with suppress(BondsightError):
+        again = diagnose(
+            asked.study or asked.graph, None if asked.study else asked.recordings, finer,
+            model=result.model, options=options, limits=result.limits, hold=asked.hold,
+            noise=material.given, seed=result.seed, known=named,
+            progress=lambda text, part: say(text, 0.9 + 0.1 * part),
+        )  # fmt: skip
+        if again.kind == "missing_physics" and len(again.findings) >= len(named):
+            return again
+    return None
+
+
+def _with_rest(result: Diagnosis, whole: Split) -> Diagnosis:
+    """Say what is left, and unsay that nothing is missing if that is no noise.
+
+    Whether it is noise is no gain: all that is held out says it.
+    """
+    last = result.repaired or result.nominal
+    assert last is not None
+    assert result.scene is not None
+    last = judged_on(last, whole)
+    left = remaining(last)
+    same = last.problem.data.n == result.scene.data.n  # else the search worked on thinned samples
+    loud = left.most > result.limits.noise
+    where = regions(last, result.scene if same else None) if loud else ()
+    quiet = result.kind in ("explained", "parameters_only")
+    if quiet and not left.is_noise(result.limits.noise):
+        steps = (*result.steps[:-1], _unexplained(result.steps[-1], left))
+        result = replace(result, kind="unknown_physics", steps=steps)
+    return replace(result, left=left, regions_left=where)
 
 
 def judged_on(f: Fit, split: Split) -> Fit:
     """Return a fit whose errors are counted on other held-out samples."""
     problem = replace(f.problem, data=replace(f.problem.data, split=split), built=f.problem.engine)
     return replace(f, problem=problem)
+
+
+def _last(decisions: Sequence[Decision], kind: str) -> Fit | None:
+    """Return the fit with everything that was named, if anything was."""
+    named = [d.chosen for d in decisions if d.kind == "missing_physics" and d.chosen is not None]
+    return named[-1].fit if named and kind == "missing_physics" else None
 
 
 def _shown(decision: Decision, split: Split, n: int) -> Decision:
@@ -328,14 +367,6 @@ def _unexplained(decision: Decision, left: Remaining) -> Decision:
     """Return a decision that found nothing, where samples that it has not seen say otherwise."""
     reason = f"nothing showed in what choices may look at, but {left.words}: that is no noise"
     return replace(decision, kind="unknown_physics", reasons=(reason,), remaining=left)
-
-
-def _deeper(nominal: Fit, made: SelectionStage) -> Fit | None:
-    """Fit the model as it is from the values of the best candidate."""
-    trials = made.decisions[0].trials if made.decisions else ()
-    if not trials:
-        return None
-    return deeper(nominal, min(trials, key=lambda t: t.train).fit.values)
 
 
 def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
@@ -357,8 +388,12 @@ WORTH = 0.5
 """Share of the excess that rivals must explain before telling them apart means anything."""
 
 
-def _experiments(decision: Decision) -> tuple[Experiment, ...]:
-    """Experiments that separate the best description from its rivals."""
+def _experiments(decisions: Sequence[Decision]) -> tuple[Experiment, ...]:
+    """Experiments that separate the best description from its rivals, where nothing is named."""
+    decision = decisions[0]
+    named = any(d.kind == "missing_physics" for d in decisions)
+    if named or decision.kind != "unknown_physics":
+        return ()
     rivals = [t for t in decision.rivals if t.effect != "unknown"]
     if decision.chosen is None or not rivals or decision.share < WORTH:
         return ()
@@ -409,124 +444,3 @@ def _own_values(f: Fit) -> dict[str, float]:
 
 def _silent(text: str, fraction: float) -> None:
     """No progress wanted."""
-
-
-def _split(recording: Recording, commands: list[str]) -> Split:
-    """Leading rest aside, every third of thirty stretches is held out.
-
-    Levels, bands and slow changes then show in both parts, whatever the excitation.
-    """
-    moving = [c for c in commands if c in recording.channels and np.ptp(recording[c]) > 0]
-    plain = default_split(recording, drive=moving[0] if moving else None)
-    begin = plain.rest.stop if plain.rest is not None else 0
-    if recording.n - begin < LEAST_TO_INTERLEAVE:
-        return plain
-    return replace(interleaved(begin, recording.n), rest=plain.rest)
-
-
-LEAST_TO_INTERLEAVE = 600
-"""Samples from which stretches of a thirtieth say something."""
-
-
-def _insufficient(graph: BondGraph, data: Data) -> str:
-    n_free = sum(not p.fixed for p in graph.parameters.values())
-    needed = max(30, 5 * n_free)
-    train = int(data.mask("train").sum())
-    if train < needed or data.mask("test").sum() < 8:
-        return (
-            f"{data.n} samples are too few for {n_free} parameters: record at least "
-            f"{2 * needed} samples"
-        )
-    still = [n for c, n in enumerate(data.names) if np.ptp(data.readings[:, c]) == 0]
-    if len(still) == len(data.names):
-        return f"the output {', '.join(still)} is constant: excite the system and check the sensor"
-    return ""
-
-
-def _nothing_moves(data: Data) -> str:
-    if any(np.ptp(u) > 0 for u in data.commands.values()):
-        return ""
-    if (data.readings.std(axis=0) > 1.5 * data.floor).any():
-        return ""
-    return "the commands are constant and the readings only noise: excite the system"
-
-
-def declared_noise(recording: Recording, sensors: Collection[str]) -> dict[str, float]:
-    """Return the noise that the recording itself declares for readings of the model."""
-    known = recording.meta.get("noise")
-    found = known if isinstance(known, Mapping) else {}
-    try:
-        return {n: float(found[n]) for n in sensors if n in found}
-    except (TypeError, ValueError):
-        raise UnusableInput(
-            f"{recording.name}: what it says of its noise is no number; give --noise SENSOR=VALUE"
-        ) from None
-
-
-def given_noise(noise: Mapping[str, float], sensors: Sequence[str], model: str) -> dict[str, float]:
-    """Return the noise that a user gives, checked.
-
-    Raises
-    ------
-    UnusableInput
-        A name is no sensor of the model, or a value is no positive number.
-    """
-    for name, value in noise.items():
-        if name not in sensors:
-            raise UnusableInput(str(unknown_name("sensor", name, model, sensors)))
-        if not (np.isfinite(value) and value > 0):
-            raise UnusableInput(
-                f"noise of {name}: {value:g} is no standard deviation; give a positive number in "
-                "the unit of the sensor (SI)"
-            )
-    return {n: float(v) for n, v in noise.items()}
-
-
-def _resumed_notes(known: Sequence[Decision]) -> tuple[str, ...]:
-    if not known:
-        return ()
-    names = ", ".join(d.chosen.label for d in known if d.chosen is not None)
-    return (
-        f"{names}: named on coarser stretches, whose training samples are among those that say "
-        "what is gained",
-    )
-
-
-FAR_OFF = 3.0
-"""Ratio of a given noise to the one read from the recording that is worth a word."""
-
-
-def _noise_notes(
-    read: Mapping[str, float], floor: Mapping[str, float], sure: bool, given: Collection[str] = ()
-) -> tuple[str, ...]:
-    notes = []
-    for n, level in floor.items():
-        if n not in given and level < read[n]:
-            notes.append(
-                f"the noise of {n} was read at {read[n]:.3g} (SI), but the model leaves no more "
-                f"than {level:.3g}, so that is taken"
-            )
-        elif level != read[n] and not 1 / FAR_OFF < level / read[n] < FAR_OFF:
-            notes.append(
-                f"the noise given for {n} is {level:.3g}, the recording itself looks like "
-                f"{read[n]:.3g} (SI): check it, the answer rests on it"
-            )
-    if not sure:
-        notes.append(
-            "the noise could only be estimated (no repetition and no rest in the recording): slow "
-            "noise may lie above it; state what you know with --noise SENSOR=VALUE"
-        )
-    return tuple(notes)
-
-
-def _notes(problem: Problem, holds: Sequence[str], last: Fit) -> tuple[str, ...]:
-    notes = [
-        f"commands between samples: {last.problem.data.hold} ({hold_margin(last, holds)})",
-        f"held out: {last.problem.data.split.rule}",
-    ]
-    if problem.data.breaks:
-        notes.append(
-            "each recording starts from a state of its own; that of a held-out one is fitted to "
-            "its samples, no parameter is"
-        )
-    return tuple(notes)

@@ -25,13 +25,14 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.archive import read_archive, software, write_archive
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
+from identification.estimation.estimates import Estimate
 from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
-from identification.estimation.single_record import Estimate
 from identification.study.calibration import Known
 from identification.study.joint import JointPoint
-from identification.study.specification import LogNormal, Normal, Nuisances, Prior, Vary
+from identification.study.priors import LogNormal, Normal, Prior
+from identification.study.specification import Nuisances, Vary
 from identification.study.study import SettledSetting, Study
 
 SCHEMA = "bondsight-fit/1"

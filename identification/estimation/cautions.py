@@ -8,10 +8,11 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root
+from identification.estimation.estimates import Estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.method import MethodSolution
-from identification.estimation.settling import BIAS, FINEST, Refined, corrected_steps, sizes
-from identification.estimation.single_record import Estimate
+from identification.estimation.settling import BIAS, Refined, corrected_steps, sizes
+from identification.estimation.sub_steps import FINEST
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import gain_name
 from identification.study.residual import ResidualEvaluation

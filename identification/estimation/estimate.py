@@ -20,12 +20,13 @@ from identification.estimation.cautions import (
     runs_away,
     widened,
 )
+from identification.estimation.estimates import estimates_of
 from identification.estimation.holds import clearly_better
 from identification.estimation.intervals import interval_covariance
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import METHODS
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
-from identification.estimation.result import Estimation, estimates_of, simulate_validation
+from identification.estimation.result import Estimation, simulate_validation
 from identification.estimation.settling import same_setting, settled_setting
 from identification.estimation.threads import calm
 from identification.study.joint import JointPoint, JointProblem, held_out_states

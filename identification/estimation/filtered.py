@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bondgraph.support.arrays import Array
-from identification.estimation.single_record import Estimate
+from identification.estimation.estimates import Estimate
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,18 +10,16 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root
 from identification.estimation.methods.method import MethodSolution
+from identification.estimation.sub_steps import FINEST, small_correction
 from identification.statistics.autoregression import innovations, whitening_filter
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import Point, ResidualEvaluation, evaluate
 from identification.study.study import SettledSetting, Study
 
-FINEST = 64
 AGAIN = 10.0
 NEAR = 1.0
 """A correction holds while no unknown has moved by more standard errors than this."""
-LARGEST_CORRECTION = 0.02
-"""Share of a reading's range that a correction may have; more sub-steps if it is larger."""
 WITHOUT_FREE_RUN = 8
 """Sub-steps where no free run can tell how many are enough."""
 BIAS = 0.2
@@ -110,7 +108,7 @@ def corrected_steps(
         if step(found.residual - e.residual) > BIAS:
             old = corrections[r]
             change = found.y - (e.y if old is None else e.y - old)
-            if _too_large(change, p):
+            if not small_correction(change, p):
                 few[r] = fine[r] = min(max(2 * few[r], WITHOUT_FREE_RUN), FINEST)
                 corrections[r] = None
                 moved = moved or few[r] > setting.n_sub[r]
@@ -156,13 +154,6 @@ class Refined:
             problem = replace(self._problem, n_sub=n)
             self._runs[n] = evaluate(problem, self._point, derivatives=False)
         return self._runs[n]
-
-
-def _too_large(change: Array, p: Problem) -> bool:
-    """Whether a correction is no small change any more: coarse steps, or an unstable plant."""
-    train = p.data.mask("train")
-    largest = np.abs(change[train]).max(axis=0)
-    return bool((largest > LARGEST_CORRECTION * np.ptp(p.data.readings[train], axis=0)).any())
 
 
 def _reweighted(

@@ -9,32 +9,19 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root, sandwich
-from identification.estimation.levenberg_marquardt import Descent, minimise
-from identification.estimation.levenberg_marquardt import FitStatus as FitStatus
+from identification.estimation.estimates import Estimate, estimates_of
+from identification.estimation.levenberg_marquardt import Descent, FitStatus, minimise
 from identification.estimation.threads import calm
-from identification.study.joint import NUISANCE_LAG as NUISANCE_LAG
-from identification.study.joint import JointPoint, JointProblem, held_out_states, stack_of
+from identification.study.joint import JointProblem, held_out_states, stack_of
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
     evaluate,
-    offset_scale,
     parameters_at,
     slots,
     start_point,
     windows,
 )
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A fitted number with its 95 % interval."""
-
-    name: str
-    value: float
-    unit: str
-    ci95: tuple[float, float]
-    at_bound: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,52 +155,18 @@ def start_cost(problem: Problem) -> float:
 
 
 def _intervals(made: Fit) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
-    """Values with intervals from the block sandwich: right for coloured residuals too."""
-    problem, point = made.problem, made.point
-    stack = stack_of((problem,))
-    (lower, upper), at = stack.bounds, slots(problem)
+    """Values with the larger of two intervals, information and block sandwich.
+
+    A misfit that has not been explained yet may have any colour.
+    """
+    stack = stack_of((made.problem,))
+    point = stack.gathered([made.point])
     with calm():
-        sd = np.sqrt(_variances(stack, stack.gathered([point])))
-    found: list[Estimate] = []
-    nuisances: list[Estimate] = []
-    for i, f in enumerate(problem.free):
-        t = float(point.theta[i])
-        ends = sorted((f.value(t - 1.96 * sd[i]), f.value(min(t + 1.96 * sd[i], 700.0))))
-        at_bound = bool(t <= lower[i] + 1e-9 or t >= upper[i] - 1e-9)
-        entry = Estimate(
-            f.parameter.name, f.value(t), f.parameter.unit, (ends[0], ends[1]), at_bound
-        )
-        (nuisances if f.parameter.name in problem.added else found).append(entry)
-    dt = problem.data.dt
-    for j, n in enumerate(problem.delays):
-        k = at.delays.start + j
-        v, s = point.theta[k] * dt, 1.96 * sd[k] * dt
-        unit = "1" if n in problem.skews else "s"
-        found.append(Estimate(n, float(v), unit, (float(v - s), float(v + s))))
-    lags = point.theta[at.lags]
-    scale = offset_scale(problem)
-    for c, n in enumerate(problem.data.names):
-        k, o = at.lags.start + c, at.offsets.start + c
-        if upper[k] > lower[k]:
-            v, s = lags[c] * dt, 1.96 * sd[k] * dt
-            hit = bool(abs(lags[c]) >= NUISANCE_LAG - 1e-9)
-            nuisances.append(
-                Estimate(f"delay {n}", float(v), "s", (float(v - s), float(v + s)), hit)
-            )
-        if upper[o] > lower[o]:
-            v, s = point.theta[o] * scale[c], 1.96 * sd[o] * scale[c]
-            unit = getattr(problem.graph[n], "unit", "")
-            nuisances.append(Estimate(f"offset {n}", float(v), unit, (float(v - s), float(v + s))))
-    return tuple(found), tuple(nuisances)
-
-
-def _variances(stack: JointProblem, point: JointPoint) -> Array:
-    """Return the variance of every unknown: the larger of information and block sandwich."""
-    now = stack.evaluate(point)
-    root = information_root(stack, stack.normal(now, point).factor)
-    inverse = root @ root.T
-    robust = sandwich(stack, now, point, inverse)
-    return np.asarray(np.maximum(np.diag(inverse), np.diag(robust)))
+        now = stack.evaluate(point)
+        root = information_root(stack, stack.normal(now, point).factor)
+        inverse = root @ root.T
+        robust = sandwich(stack, now, point, inverse)
+    return estimates_of(stack, point, np.diag(np.maximum(np.diag(inverse), np.diag(robust))))
 
 
 def best(fits: list[Fit]) -> Fit:

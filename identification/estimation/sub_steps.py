@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Problem
 from identification.study.residual import Point, ResidualEvaluation, evaluate
 
@@ -86,20 +87,27 @@ def with_few(problem: Problem, point: Point, there: ResidualEvaluation) -> Probl
     there : ResidualEvaluation
         Of `problem` at `point`.
     """
-    train = problem.data.mask("train")
-    most = np.maximum(LARGEST * np.ptp(problem.data.readings[train], axis=0), problem.data.floor)
     n_sub = replace(problem, n_sub=1).steps
     while n_sub < problem.n_sub:
         few = replace(problem, n_sub=n_sub, correction=None)
         change = there.y - evaluate(few, point, derivatives=False).y
-        if _small(change[train], most):
+        if small_correction(change, problem):
             return replace(few, correction=change)
         n_sub *= 2
     return None
 
 
-def _small(change: Array, most: Array) -> bool:
-    return bool(np.isfinite(change).all() and (np.abs(change).max(axis=0) <= most).all())
+def small_correction(change: Array, problem: Problem) -> bool:
+    """Whether readings change by little with more sub-steps: else derivatives are wrong, too.
+
+    Parameters
+    ----------
+    change : ndarray, shape (N, n_y), SI
+    """
+    train = problem.data.mask("train")
+    most = np.maximum(LARGEST * np.ptp(problem.data.readings[train], axis=0), problem.data.floor)
+    moved = change[train]
+    return bool(np.isfinite(moved).all() and (np.abs(moved).max(axis=0) <= most).all())
 
 
 def _cost(e: ResidualEvaluation) -> float:

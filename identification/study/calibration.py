@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter, Sensor
 from bondgraph.support.errors import UnusableInput, real_number, unknown_name
+from identification.study.priors import LogNormal, Prior
 from identification.study.problem import drives, gain_name
 
 
@@ -62,10 +63,10 @@ class Known:
         return Parameter(gain_name(channel), self.value, "1", lower=low, upper=high, scale=scale)
 
 
-def gain_weight(p: Parameter) -> float:
-    """Weight of the prior on the scaled unknown of a factor: its bound is two standard errors."""
+def gain_prior(p: Parameter) -> Prior:
+    """Prior on a factor: its bound is two standard errors away."""
     assert p.scale is not None
-    return 2.0 / math.log1p(p.scale / p.value)
+    return LogNormal(p.value, math.sqrt(1.0 + p.scale / p.value))
 
 
 def gains_of(graph: BondGraph, gains: Mapping[str, Known]) -> tuple[Parameter, ...]:

@@ -16,7 +16,7 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from bondgraph.support.descent import bounded_step
 from bondgraph.support.tall import triangle
-from identification.study.problem import Free, Problem
+from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
     ResidualEvaluation,
@@ -25,6 +25,7 @@ from identification.study.residual import (
     start_point,
     windows,
 )
+from identification.study.scaled import Free
 
 NUISANCE_LAG = 0.25
 # a quarter of a sample: filters and multiplexers; more is a finding
@@ -318,17 +319,17 @@ def _dead_time(problem: Problem, name: str) -> tuple[float, float]:
 
 
 def _prior(problem: Problem) -> tuple[Array, Array]:
-    at = slots(problem)
+    at, known = slots(problem), problem.scaled_priors
     weight, centre = np.zeros(at.size), np.zeros(at.size)
     weight[at.free] = [1.0 / 3.0 if f.log else 0.1 for f in problem.free]
     for i, f in enumerate(problem.free):
-        if f.parameter.name in problem.priors:
-            centre[i], weight[i] = problem.priors[f.parameter.name]
+        if f.parameter.name in known:
+            centre[i], weight[i] = known[f.parameter.name]
     weight[at.lags] = 1.0
     weight[at.delays] = 1e-3
     for j, name in enumerate(problem.delays, start=at.delays.start):
-        if name in problem.priors:
-            centre[j], weight[j] = problem.priors[name]
+        if name in known:
+            centre[j], weight[j] = known[name]
     weight[at.offsets] = 0.1
     weight[at.clocks] = 1.0
     return weight, centre

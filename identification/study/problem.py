@@ -18,6 +18,8 @@ from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.study.engine import Engine, ExactEngine, engine_of
+from identification.study.priors import Prior
+from identification.study.scaled import Free, free_parameter
 
 SAME_CLOCK = 1e-6
 """Relative difference of sampling rates that is none."""
@@ -204,54 +206,6 @@ def data_for(
 
 
 @dataclass(frozen=True)
-class Free:
-    """One fitted number: physical value = scale of theta, logarithmic or linear.
-
-    Attributes
-    ----------
-    parameter : Parameter
-    log : bool
-        ``value = start * exp(theta)`` instead of ``value = start + scale * theta``.
-    """
-
-    parameter: Parameter
-    start: float
-    log: bool
-    scale: float
-
-    def value(self, theta: float) -> float:
-        """Physical value."""
-        return self.start * float(np.exp(theta)) if self.log else self.start + self.scale * theta
-
-    def slope(self, theta: float) -> float:
-        """Return derivative of the value by theta."""
-        return self.value(theta) if self.log else self.scale
-
-    def bounds(self) -> tuple[float, float]:
-        """Bounds on theta."""
-        lo, hi = self.parameter.lower, self.parameter.upper
-        if self.log:
-            low = np.log(lo / self.start) if lo and lo > 0 else -12.0
-            high = np.log(hi / self.start) if hi and hi > 0 else 12.0
-            if self.parameter.spread is not None:
-                away = np.log(self.parameter.value / self.start)
-                low = max(low, away - np.log(self.parameter.spread))
-                high = min(high, away + np.log(self.parameter.spread))
-            return float(low), float(high)
-        low = -np.inf if lo is None else (lo - self.start) / self.scale
-        high = np.inf if hi is None else (hi - self.start) / self.scale
-        return float(low), float(high)
-
-
-def free_parameter(p: Parameter, start: float | None = None) -> Free:
-    """Logarithmic for positive parameters without a lower bound of zero, else linear."""
-    value = p.value if start is None else start
-    log = p.positive and value > 0 and not (p.lower is not None and p.lower <= 0)
-    scale = p.scale or (abs(value) if value else 1.0)
-    return Free(p, value, log, scale)
-
-
-@dataclass(frozen=True)
 class Problem:
     """Fit `graph` to `data`.
 
@@ -281,9 +235,8 @@ class Problem:
         (the others keep `known_states`, or the rest).
     whitening : tuple of ndarray
         Autoregressive polynomial of each reading's noise, 1 first; none for white noise.
-    priors : dict of str to (float, float)
-        Centre (as theta) and weight (one over its standard deviation) of parameters that have a
-        prior; a weak one holds the others.
+    priors : dict of str to Prior
+        Of parameters that have one; a weak one holds the others near their start.
     overrides : dict of str to Parameter
         Parameters with other bounds and scales than the graph declares.
     correction : ndarray, shape (N, n_y), SI, or None
@@ -314,7 +267,7 @@ class Problem:
     clock: float = 0.0
     initial: str | tuple[str, ...] = "free"
     whitening: tuple[Array, ...] = ()
-    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    priors: Mapping[str, Prior] = field(default_factory=dict)
     overrides: Mapping[str, Parameter] = field(default_factory=dict)
     correction: Array | None = None
     built: Engine | None = None
@@ -379,6 +332,16 @@ class Problem:
             if not p.fixed and n not in self.fixed and n not in self.delays:
                 found.append(free_parameter(p, self.starts.get(n)))
         return tuple(found)
+
+    @cached_property
+    def scaled_priors(self) -> dict[str, tuple[float, float]]:
+        """Centre and weight (one over the standard deviation) of each prior, as theta."""
+        if not self.priors:
+            return {}
+        late = {n: self.overrides.get(n, self.graph.parameters.get(n)) for n in self.delays}
+        every = [*self.free, *(Free(p, 0.0, False, self.data.dt) for p in late.values() if p)]
+        known = self.priors
+        return {n: known[n].on_theta(f) for f in every if (n := f.parameter.name) in known}
 
     @cached_property
     def directions(self) -> list[int]:

@@ -22,13 +22,14 @@ from identification.study.admission import (
     admit_split,
     distinct_names,
 )
-from identification.study.calibration import gain_weight, gains_of
+from identification.study.calibration import gain_prior, gains_of
 from identification.study.engine import Engine
-from identification.study.free_parameters import dead_times, varied
+from identification.study.free_parameters import varied
 from identification.study.joint import JointProblem, stack_of
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import Free, Problem, data_for, drives, free_parameter
+from identification.study.problem import Data, Problem, data_for, drives
 from identification.study.process_noise import ProcessNoise, admit_process_noise, diffusion_at
+from identification.study.scaled import free_parameter
 from identification.study.specification import Nuisances, Vary
 
 NOISES = ("white", "coloured")
@@ -190,7 +191,7 @@ class Study:
 
     def _splits(self, splits: Split | Sequence[Split] | None) -> tuple[Split, ...]:
         if splits is None:
-            return tuple(_default_split(self.graph, r) for r in self.recordings)
+            return default_splits(self.graph, self.recordings)
         found = (splits,) if isinstance(splits, Split) else tuple(splits)
         if len(found) != len(self.recordings):
             raise UnusableInput(
@@ -259,10 +260,10 @@ class Study:
         return gains_of(self.graph, self.nuisances.gains)
 
     @cached_property
-    def _freedom(self) -> tuple[dict[str, Parameter], dict[str, tuple[float, float]]]:
-        """Free parameters with the bounds of this study, and priors on theta."""
+    def _freedom(self) -> dict[str, Parameter]:
+        """Free parameters with the bounds of this study; starts and priors are checked."""
         known = self.graph.parameters
-        free, priors = {}, {}
+        free = {}
         for v in self.free:
             p = known[v.name]
             narrowed = v.lower is not None or v.upper is not None
@@ -284,8 +285,8 @@ class Study:
                 )
             free[v.name] = p
             if v.prior is not None:
-                priors[v.name] = v.prior.on_theta(free_parameter(p, start))
-        return free, priors
+                v.prior.on_theta(free_parameter(p, start))
+        return free
 
     @cached_property
     def starts(self) -> dict[str, float]:
@@ -361,38 +362,64 @@ class Study:
 
     def problem(self, i: int, setting: SettledSetting) -> Problem:
         """Problem of one of `records`."""
-        free, priors = self._freedom
-        priors = priors | {p.name: (0.0, gain_weight(p)) for p in self.gains if not p.fixed}
         graph = self._one(i, self.records[i])
         recording = self.with_silence(self.records[i])
         sensors = [s.name for s in graph.of_type(Sensor)]
         floor = dict(zip(sensors, setting.floors[i], strict=True))
         data = data_for(graph, recording, self.judged_splits[i], floor, setting.hold)
-        names = graph.parameters
-        known = self.initial if isinstance(self.initial, Mapping) else {}
-        for v in self.free:
-            if v.prior is not None and v.name in dead_times(graph):
-                delay = Free(self._freedom[0][v.name], 0.0, False, data.dt)
-                priors = {**priors, v.name: v.prior.on_theta(delay)}
-        made = Problem(
-            graph,
-            data,
-            starts={k: v for k, v in self.starts.items() if k in names},
+        made = replace(
+            self.posed(graph, data),
             window=self.window,
             n_sub=setting.n_sub[i],
             correction=setting.corrections[i],
+            window_offsets=True,
+            whitening=setting.whitening[i],
+        )
+        return self._with_states(self._scaled(self._built(made), i))
+
+    def posed(self, graph: BondGraph, data: Data) -> Problem:
+        """Ask what this study asks of a graph (its own, or one that adds to it) and of data."""
+        names = graph.parameters
+        priors = {v.name: v.prior for v in self.free if v.prior is not None}
+        priors |= {p.name: gain_prior(p) for p in self.gains if not p.fixed}
+        return Problem(
+            graph,
+            data,
+            starts={k: v for k, v in self.starts.items() if k in names},
             source_offsets=self.nuisances.commands,
             gains=self.gains,
             fixed=tuple(n for n in names if n not in self.free_names),
             lags=self.nuisances.lags,
             offsets=self.nuisances.offsets,
-            window_offsets=True,
             clock=self.nuisances.clock,
-            whitening=setting.whitening[i],
             priors=priors,
-            overrides=free,
+            overrides=self._freedom,
         )
-        return self._with_states(self._scaled(self._built(made), i), known)
+
+    def whole(self, data: Data) -> Problem:
+        """Ask what this study asks of all its recordings behind one another, see `Data.breaks`.
+
+        The values that a parameter starts from are those of the problem's graph.
+
+        Raises
+        ------
+        UnusableInput
+            Windows, sub-steps or parameters with a value in every recording are asked for.
+        """
+        for name, given in (("window", self.window), ("n_sub", self.n_sub)):
+            if given is not None:
+                raise UnusableInput(
+                    f"{name} = {given}: whole recordings are diagnosed, with as many sub-steps as "
+                    "their misfit asks for; leave it out"
+                )
+        if data.breaks and (own := sorted(v.name for v in self.free if v.own)):
+            raise UnusableInput(
+                f"{', '.join(own)} would have a value in every recording; a diagnosis takes one "
+                "for all: make it common, or diagnose the recordings one by one"
+            )
+        begun = {n: replace(p, value=self.starts[n]) for n, p in self._freedom.items()}
+        posed = self.posed(self.graph.with_values(self.starts), data)
+        return self._with_states(replace(posed, starts={}, overrides=begun))
 
     def _scaled(self, made: Problem, i: int) -> Problem:
         """Give the problem the scale of its states, simulated once for each way to run it."""
@@ -419,8 +446,9 @@ class Study:
     def _engines(self) -> dict[tuple[str, ...], Engine]:
         return {}
 
-    def _with_states(self, made: Problem, known: Mapping[str, float]) -> Problem:
+    def _with_states(self, made: Problem) -> Problem:
         states = made.engine.state_names
+        known = self.initial if isinstance(self.initial, Mapping) else {}
         for n in known:
             if n not in states:
                 raise unknown_name("state", n, self.graph.name, states)
@@ -428,7 +456,7 @@ class Study:
             return replace(made, initial="rest")
         if not known:
             return made
-        windows = 1
+        windows = 1 + len(made.data.breaks)
         return replace(
             made,
             initial=tuple(n for n in states if n not in known),
@@ -484,6 +512,11 @@ def _rebuilt(declared: Mapping[str, object]) -> Study:
 def _nth(levels: float | Sequence[float], i: int) -> float:
     found = np.asarray(levels, float)
     return float(found[i] if found.ndim else found)
+
+
+def default_splits(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[Split, ...]:
+    """Return the split of each recording by the usual rule."""
+    return tuple(_default_split(graph, r) for r in recordings)
 
 
 def _default_split(graph: BondGraph, recording: Recording) -> Split:

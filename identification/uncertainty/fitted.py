@@ -73,7 +73,7 @@ def unknowns(stack: JointProblem) -> tuple[Unknown, ...]:
             if f.log:
                 low = -np.inf if low < -EARLY else low
                 high = np.inf if high > EARLY else high
-            given = p.priors.get(f.parameter.name)
+            given = p.scaled_priors.get(f.parameter.name)
             scale = f.start if f.log else f.scale
             found[place] = Unknown(
                 stack.names[place], place, f.log, f.start, scale, f.parameter.unit,

@@ -13,10 +13,11 @@ from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.tall import triangle
 from identification.estimation.levenberg_marquardt import minimise
+from identification.estimation.result import Estimation
 from identification.estimation.threads import single_threaded
 from identification.study.joint import JointPoint, JointProblem, NormalEquations
 from identification.study.residual import ResidualEvaluation
-from identification.uncertainty.fitted import FitView, sum_of_squares
+from identification.uncertainty.fitted import FitView, from_estimation, sum_of_squares
 from identification.uncertainty.profile import Profile, profile, threshold_of
 
 Progress = Callable[[int, int, str], None]
@@ -185,7 +186,7 @@ def _powers(text: str, fit: FitView) -> dict[str, int]:
 
 
 def profiles(
-    fit: FitView,
+    fit: FitView | Estimation,
     names: Sequence[str] | None = None,
     *,
     jobs: int = 1,
@@ -197,7 +198,7 @@ def profiles(
 
     Parameters
     ----------
-    fit : FitView
+    fit : Estimation, or what `from_estimation` made of it
     names : sequence of str, optional
         All parameters when not given.
     jobs : int
@@ -205,6 +206,7 @@ def profiles(
     """
     from joblib import Parallel, delayed
 
+    fit = from_estimation(fit) if isinstance(fit, Estimation) else fit
     wanted = tuple(names) if names is not None else tuple(u.name for u in fit.parameters)
     done: list[Profile] = []
     try:

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from bondgraph.graph.elements import Sensor
+from identification.estimation.estimates import Estimate
 from identification.estimation.result import Estimation
-from identification.estimation.single_record import Estimate, Fit
+from identification.estimation.single_record import Fit
 from identification.study.problem import Problem
 from identification.study.residual import windows
 from identification.validation.validation_data import (

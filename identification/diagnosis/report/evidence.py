@@ -10,7 +10,7 @@ from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.report.rivals import Standing, nominal_misfit, standings, title
-from identification.estimation.single_record import Estimate
+from identification.estimation.estimates import Estimate
 from identification.report import html
 from identification.report.numbers import interval, quantity, short
 from identification.report.words import spaced

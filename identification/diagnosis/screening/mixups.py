@@ -22,7 +22,8 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.search.base import declared_fit
 from identification.diagnosis.search.nominal import nominal_fit
-from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem, drives
 
 Fitter = Callable[[BondGraph, Data], Fit]

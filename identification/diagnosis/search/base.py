@@ -16,7 +16,8 @@ from identification.diagnosis.search.candidates import (
     trial_of,
     with_best_hold,
 )
-from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Problem
 from identification.study.residual import Point, slots
 

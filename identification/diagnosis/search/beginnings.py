@@ -11,7 +11,8 @@ import numpy as np
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import Insertion
 from identification.estimation.brief import brief, carried
-from identification.estimation.single_record import Fit, FitStatus, fit, start_cost
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, fit, start_cost
 from identification.study.problem import Problem
 from identification.study.residual import Point, start_point
 
@@ -30,7 +31,7 @@ def promising(
     declared = {
         n: p.value
         for n, p in problem.graph.parameters.items()
-        if n in problem.starts and not p.fixed
+        if n in problem.starts and not p.fixed and n not in problem.fixed
     }
     fitted = dict(problem.starts)
     chosen: list[Problem] = []

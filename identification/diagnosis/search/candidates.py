@@ -26,7 +26,8 @@ from identification.diagnosis.search.beginnings import (
 )
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.holds import clearly_better
-from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, fit
 from identification.estimation.sub_steps import (
     finest_of,
     fit_from,

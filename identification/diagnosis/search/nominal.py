@@ -16,7 +16,8 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.diagnosis.search.windowed import through_windows
-from identification.estimation.single_record import Fit, FitStatus, best, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, best, fit
 from identification.estimation.sub_steps import FINEST, fit_from, settled_fit, tried_from
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
@@ -43,8 +44,12 @@ def integrates(graph: BondGraph) -> bool:
     return False
 
 
-def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[Problem, Fit]:
+def nominal_fit(
+    graph: BondGraph, data: Data, hold: str | None = None, asked: Problem | None = None
+) -> tuple[Problem, Fit]:
     """Fit the model as it is; returns the problem to start candidates from, and the fit.
+
+    `asked` says what is free, known and added by the measuring chain, where a study does.
 
     Every plant is judged on whole records, each from one initial state: short windows throw away
     what happens slowly. Those that integrate get an offset of each command, and start from windows;
@@ -52,7 +57,8 @@ def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[
     when a resonance starts at the wrong frequency.
     """
     runs_away = integrates(graph)
-    base = Problem(graph, data, source_offsets=runs_away)
+    base = replace(asked or Problem(graph, data), graph=graph, data=data)
+    base = replace(base, source_offsets=runs_away or base.source_offsets, built=None)
     base = replace(base, built=base.engine)
     result = _fine(_integrating(base) if runs_away else _first_fit(base))
     if hold and hold != data.hold:
@@ -73,7 +79,7 @@ def nominal_fit(graph: BondGraph, data: Data, hold: str | None = None) -> tuple[
     return result.problem, result
 
 
-def seen_in_training(graph: BondGraph, nominal: Fit, hold: str | None, noise: float) -> Fit:
+def seen_in_training(asked: Problem, nominal: Fit, hold: str | None, noise: float) -> Fit:
     """Divide the record into finer stretches if what the model misses is in held-out ones only.
 
     What happens rarely could not be fitted, and so not be named. The model as it is decides, before
@@ -88,7 +94,7 @@ def seen_in_training(graph: BondGraph, nominal: Fit, hold: str | None, noise: fl
     for split in _finer(data):
         if not _unseen(nominal, noise):
             break
-        finer = nominal_fit(graph, replace(data, split=split), hold)[1]
+        finer = nominal_fit(asked.graph, replace(data, split=split), hold, asked)[1]
         if finer.status is FitStatus.BROKEN or not np.isfinite(finer.cost):
             break
         nominal = finer
@@ -236,6 +242,7 @@ def _first_fit(base: Problem) -> Fit:
             base,
             data=data,
             window=length,
+            initial="free",
             starts=values,
             lags=False,
             offsets=False,
@@ -258,15 +265,16 @@ def _calmed(base: Problem, result: Fit) -> Fit:
     A law that pushes does that, and no step leads back: numbers of either sign, as coefficients
     are, begin near zero then. Another minimum has to be clearly the better one.
     """
+    known = {**base.graph.parameters, **base.overrides}
     declared = {
         n: replace(p, scale=p.scale or abs(p.value))
-        for n, p in base.graph.parameters.items()
-        if p.value and not (p.positive or p.fixed)
+        for n, p in known.items()
+        if p.value and not (p.positive or p.fixed or n in base.fixed)
     }
     if not declared or result.cost < NO_USE * _spread(base.data):
         return result
     weak = {n: WEAK * p.value for n, p in declared.items()}
-    calm = replace(base, starts={**base.starts, **weak}, overrides=declared)
+    calm = replace(base, starts={**base.starts, **weak}, overrides={**base.overrides, **declared})
     other = fit(calm, max_iterations=25)
     return other if other.cost < DEEPER * result.cost else result
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from identification.estimation.single_record import FitStatus, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import fit
 from identification.study.problem import Problem
 
 
@@ -16,7 +17,9 @@ def through_windows(problem: Problem, iterations: int) -> Problem:
     if problem.data.breaks:
         return problem
     train = int(problem.data.mask("train").sum())
-    short = replace(problem, window=max(100, min(500, train // 20)), known_states={})
+    short = replace(
+        problem, window=max(100, min(500, train // 20)), known_states={}, initial="free"
+    )
     begun = fit(short, max_iterations=iterations)
     if begun.status is FitStatus.BROKEN:
         return problem

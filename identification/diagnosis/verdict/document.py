@@ -20,7 +20,8 @@ from identification.diagnosis.evidence.kinds_told import open_kinds
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.search.candidates import Candidate
-from identification.estimation.single_record import Estimate, Fit
+from identification.estimation.estimates import Estimate
+from identification.estimation.single_record import Fit
 
 KINDS = (
     "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data"

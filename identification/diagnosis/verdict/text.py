@@ -14,7 +14,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
-from identification.diagnosis.evidence.kinds_told import open_kinds
+from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary
@@ -100,10 +100,7 @@ def _without_name(d: Diagnosis) -> str:
             sort = "an error of the measured input"
         text = f"{sort.capitalize()} is missing at {where}{also}"
         if step.chosen is not None and np.isfinite(step.law_fit):
-            text += (
-                f"; no law of the catalogue fits it ({_title(step.chosen)} explains "
-                f"{100 * step.law_fit:.0f} % of what can be explained so)"
-            )
+            text += f"; {_no_law(_title(step.chosen), step.law_fit)}"
         return f"{text}."
     if step is not None and step.answer == "look_alikes":
         names = ", ".join(_title(t) for t in step.possible)
@@ -118,6 +115,16 @@ def _without_name(d: Diagnosis) -> str:
         f"Something is missing in {d.model}{at} that the catalogue cannot name with "
         f"confidence{hint}."
     )
+
+
+def _no_law(law: str, fit: float) -> str:
+    """Say why no law is named where a kind of physics is told."""
+    much = f"{law} explains {100 * fit:.0f} % of what can be explained so"
+    return f"{much}{UNPROVED}" if fit >= EXACT else f"{NO_LAW} ({much})"
+
+
+NO_LAW = "no law of the catalogue fits it"
+UNPROVED = ", but does not predict held-out samples well enough to be named"
 
 
 def _title(t: Candidate) -> str:
@@ -310,14 +317,14 @@ def _place(f: Data) -> str:
 def _certainty(f: Data) -> str:
     if f.get("answer") == "kind" and f.get("kind"):
         fit = f.get("law_fit")
-        close = f["also_possible"]
-        law = (
-            f" The law that comes closest, {_trial(close[0])}, explains {_percent(fit)} of what "
-            "can be explained so."
-            if close and fit is not None
-            else ""
-        )
-        return f"It is {_sort(f['kind'])}; no law of the catalogue fits it.{law}"
+        near, close = fit is not None and fit >= EXACT, f["also_possible"]
+        law = ""
+        if close and fit is not None:
+            law = (
+                f" The law that comes closest, {_trial(close[0])}, explains {_percent(fit)} of "
+                f"what can be explained so{UNPROVED if near else ''}."
+            )
+        return f"It is {_sort(f['kind'])}{'' if near else f'; {NO_LAW}'}.{law}"
     explained = f"it accounts for {_percent(f['share_of_misfit_explained'])} of the misfit above "
     explained += "the noise floor"
     if f["effect"] == "unknown":
@@ -355,7 +362,9 @@ def _gains(v: Data) -> list[str]:
             text += f" before, {best:.3g} after the repair{_ratio(old, best)}"
         if floor:
             text += f"; the noise of the recording is {floor:.3g}"
-            text += ", so nothing is left to gain" if best < AT_FLOOR * floor else ""
+            rest = v.get("remaining", {}).get(n, {}).get("over_noise") or 0.0
+            at_floor = best < AT_FLOOR * floor and rest < AT_FLOOR
+            text += ", so nothing is left to gain" if at_floor else ""
         lines.append(text + " (rms, SI units).")
     return lines
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from identification.statistics.sobol import sobol
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.problem import Free
 from identification.study.residual import start_point
+from identification.study.scaled import Free
 
 Array = NDArray[np.float64]
 DECADES = 2.0

@@ -10,12 +10,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from bondgraph.support.arrays import Array
+from identification.estimation.estimates import Estimate
 from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, pass_over
 from identification.estimation.prediction.scoring import ClimbPoint, maximise
-from identification.estimation.single_record import Estimate
 from identification.study.residual import parameters_at
 
 QUIET = 0.05

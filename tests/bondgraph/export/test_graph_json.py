@@ -156,6 +156,7 @@ def every_element() -> BondGraph:
         )
         el.Df("current", unit="A")
         el.Dq("position", unit="m")
+        el.Da("shake", unit="m/s^2")
         for tail, head in (("V", "one_junction"), ("one_junction", "lever"), ("lever", "zero")):
             g.bond(g[tail], g[head])
         g.bond(g["zero"], g["plates"])

@@ -11,7 +11,7 @@ from bondgraph import BondGraph, Df, I, One, R, Se
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions, astray
-from identification.diagnosis.search.forward_selection import in_turn
+from identification.diagnosis.search.one_step import in_turn
 
 pytestmark = pytest.mark.slow
 

@@ -28,7 +28,7 @@ from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.evidence.shares import UNUSUAL
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
-from identification.diagnosis.search.forward_selection import as_good
+from identification.diagnosis.search.one_step import as_good
 from identification.study.problem import Data
 
 N, BLOCKS = 4000, 40

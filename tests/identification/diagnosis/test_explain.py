@@ -153,6 +153,25 @@ def test_a_kind_at_a_place_is_told_without_a_name() -> None:
     assert "comes closest" not in text
 
 
+def test_a_law_that_fits_what_training_shows_but_does_not_predict() -> None:
+    close = [{"effect": "stop", "element": "k", "evidence": ""}]
+    kind = unknown(answer="kind", kind="restoring", law_fit=0.99, also_possible=close)
+    text = said(verdict("unknown_physics", kind))
+    assert "no law of the catalogue fits" not in text
+    assert "explains 99 %" in text
+    assert "does not predict held-out samples" in text
+
+
+def test_nothing_left_to_gain_is_not_said_beside_a_misfit() -> None:
+    v = verdict()
+    (name, best), *_ = v["fit"]["repaired"]["test_rmse"].items()
+    v["fit"]["noise_floor"][name] = best
+    assert f"{name}: error" in said(v)
+    assert "nothing is left to gain" in said(v)
+    v["remaining"] = {name: {"over_noise": 1.6, "place": [], "kind": "", "regions": []}}
+    assert "nothing is left to gain" not in said(v)
+
+
 def test_what_remains_is_told_where_it_has_a_place() -> None:
     v = verdict()
     assert "What remains" not in said(v)

@@ -14,8 +14,9 @@ from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
-from identification.diagnosis.diagnose import Diagnosis, diagnose, given_noise
+from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.search.material import given_noise
 from identification.diagnosis.verdict import verdict
 from tests.identification.diagnosis.spring import spring
 

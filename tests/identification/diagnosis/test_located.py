@@ -11,7 +11,7 @@ from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.places_without_name import located
-from identification.diagnosis.search import forward_selection
+from identification.diagnosis.search import looks
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
 from tests.identification.diagnosis.spring import spring
@@ -56,7 +56,7 @@ def test_the_place_that_relations_leave_is_told_with_its_reason(monkeypatch: Any
         )
 
     options = DiagnosisOptions(jobs=1, keep=4, more=1, effects=1)
-    monkeypatch.setattr(forward_selection, "blind_relations", relations)
+    monkeypatch.setattr(looks, "blind_relations", relations)
     d = diagnose(spring(), pushed(), options=options)
     assert d.kind == "unknown_physics"
     assert d.decision is not None

@@ -13,8 +13,8 @@ from bondgraph import BondGraph, Df
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
-from identification.diagnosis import diagnose as module
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.search import material as module
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import held_to_residual, nominal_fit
 from identification.estimation.single_record import Fit

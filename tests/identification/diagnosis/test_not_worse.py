@@ -20,8 +20,8 @@ from identification.diagnosis.search.candidates import (
     not_worse,
     trial_of,
 )
-from identification.diagnosis.search.forward_selection import _idle
 from identification.diagnosis.search.nominal import nominal_fit
+from identification.diagnosis.search.one_step import _idle
 from identification.estimation.single_record import fit
 from identification.estimation.sub_steps import settled_fit
 from identification.study.problem import Data, Problem

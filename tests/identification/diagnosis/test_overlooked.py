@@ -15,7 +15,7 @@ from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.score_test import Screened
-from identification.diagnosis.search.forward_selection import (
+from identification.diagnosis.search.one_step import (
     LITTLE,
     by_merit,
     overlooked,

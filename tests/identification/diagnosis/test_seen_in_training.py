@@ -12,7 +12,8 @@ from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import split_that_shows
-from identification.estimation.single_record import Fit, FitStatus
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point
 from tests.identification.diagnosis.spring import spring

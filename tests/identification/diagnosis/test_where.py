@@ -19,7 +19,8 @@ from identification.diagnosis.localisation.recording.scan import contrast, dense
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.localisation.regions import Region, regions, summary
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-from identification.estimation.single_record import Fit, FitStatus
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point
 from tests.identification.diagnosis.spring import spring

@@ -14,7 +14,9 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.signals.fractional_delay import delayed
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
-from identification.estimation.single_record import NUISANCE_LAG, FitStatus, best, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import best, fit
+from identification.study.joint import NUISANCE_LAG
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, slots, start_point
 

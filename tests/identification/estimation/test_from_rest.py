@@ -12,7 +12,8 @@ from bondgraph.laws import Backlash
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
 from identification.estimation import single_record
-from identification.estimation.single_record import Fit, FitStatus, fit
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, start_point
 

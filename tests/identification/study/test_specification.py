@@ -22,7 +22,7 @@ from identification.estimation import (
     Vary,
     estimate,
 )
-from identification.study.problem import free_parameter
+from identification.study.scaled import free_parameter
 from tests.identification.estimation.plants import ohm
 
 SIGMA, N = 0.5, 60

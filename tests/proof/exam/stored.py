@@ -21,7 +21,7 @@ from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thres
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.leave_out import stretch_sums
 from identification.diagnosis.evidence.remaining import Remaining
-from identification.diagnosis.search import forward_selection
+from identification.diagnosis.search import one_step
 from identification.diagnosis.search.forward_selection import SelectionStage, steps
 
 __all__ = ["StoredScore", "evidence_of", "recorded", "stored"]
@@ -92,7 +92,7 @@ def recorded() -> Iterator[list[dict[str, Any]]]:
         return decide(evidence, limits)
 
     with (
-        patch(f"{forward_selection.__name__}.decide", noted),
+        patch(f"{one_step.__name__}.decide", noted),
         patch(f"{diagnose.__module__}.steps", begun),
     ):
         yield found

@@ -10,9 +10,9 @@ from bondgraph.graph.drives import Drive
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
 from identification.estimation import Normal, Nuisances, Study, Vary, estimate
+from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import FitOptions, FitTask
 from identification.estimation.methods.prediction_error import PredictionError
-from identification.estimation.single_record import FitStatus
 from tests.identification.estimation.prediction.plants import (
     DAMPING,
     MASS,

@@ -1,0 +1,141 @@
+"""What a diagnosis is asked: a graph with its recordings, or a study of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.errors import UnusableInput
+from identification.estimation.single_record import Fit
+from identification.study.joined import at_one_rate
+from identification.study.problem import Data, Problem
+from identification.study.specification import Nuisances, Vary
+from identification.study.study import ESTIMATED, Study, default_splits
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """One statement, however it was made.
+
+    Attributes
+    ----------
+    recordings : tuple of Recording
+        At one rate; those that are only judged come last.
+    split : Split or None
+        Of all recordings behind one another; None for the usual one.
+    hold : str or None
+        Behaviour of the commands between samples; None chooses it.
+    noise : dict of str to float
+        Known standard deviations of readings, SI.
+    study : Study or None
+        Who says what is free and known; without one the graph does.
+    """
+
+    graph: BondGraph
+    recordings: tuple[Recording, ...]
+    split: Split | None = None
+    hold: str | None = None
+    noise: Mapping[str, float] = field(default_factory=dict)
+    study: Study | None = None
+
+    def problem(self, data: Data) -> Problem:
+        """All of it as one problem: each recording from a state of its own."""
+        return Problem(self.graph, data) if self.study is None else self.study.whole(data)
+
+    @property
+    def n_free(self) -> int:
+        """How many parameters are fitted."""
+        if self.study is not None:
+            return len(self.study.free)
+        return sum(not p.fixed for p in self.graph.parameters.values())
+
+    def about(self, last: Fit) -> Study:
+        """Return the study of another model of the same recordings, to begin where a fit ended."""
+        values = {n: v for n, v in last.values.items() if n in last.problem.graph.parameters}
+        graph = last.problem.graph.with_values(values)
+        hold = last.problem.data.hold
+        if self.study is None:
+            moving = Nuisances(commands=last.problem.source_offsets)
+            return Study(graph, self.recordings, hold=hold, nuisances=moving)
+        old = self.study.graph.parameters
+        new = [Vary(n) for n, p in graph.parameters.items() if n not in old and not p.fixed]
+        return self.study.starting(values).changed(
+            graph=graph, hold=hold, free=(*self.study.starting(values).free, *new)
+        )
+
+
+def asked_of(
+    asked: BondGraph | Study,
+    recordings: Recording | Sequence[Recording] | None,
+    split: Split | None,
+    hold: str | None,
+    noise: Mapping[str, float],
+) -> Asked:
+    """Bring a graph with recordings, or a study, to one statement.
+
+    Raises
+    ------
+    UnusableInput
+        Recordings beside a study, none beside a graph, or what no diagnosis can take of a study.
+    """
+    if not isinstance(asked, Study):
+        if recordings is None:
+            raise UnusableInput(f"{asked.name}: there is no recording to diagnose; give one")
+        given = [recordings] if isinstance(recordings, Recording) else recordings
+        return Asked(asked, at_one_rate(given), split, hold, noise)
+    if recordings is not None:
+        raise UnusableInput(
+            "diagnose takes a graph with recordings or a study, which has its own; leave the "
+            "recordings out, or use study.changed(recordings=...)"
+        )
+    own = tuple(asked.with_silence(r) for r in asked.records)
+    found = at_one_rate(own)
+    same = [r.n for r in found] == [r.n for r in own]
+    known = None if asked.hold == ESTIMATED else asked.hold
+    return Asked(
+        asked.graph.with_values(asked.starts), found, split or _split(asked, same), hold or known,
+        {**_levels(asked), **noise}, asked,
+    )  # fmt: skip
+
+
+def _levels(study: Study) -> dict[str, float]:
+    found = {}
+    for name, level in study.noise.items() if isinstance(study.noise, Mapping) else ():
+        levels = {float(v) for v in ((level,) if isinstance(level, int | float) else level)}
+        if len(levels) > 1:
+            raise UnusableInput(
+                f"noise of {name}: a deviation for every recording; a diagnosis takes one for all"
+            )
+        found[name] = levels.pop()
+    return found
+
+
+def _split(study: Study, same: bool) -> Split | None:
+    """Return the samples that a study holds out; None where it leaves that to the usual rule."""
+    usual = study.splits == default_splits(study.graph, study.recordings)
+    if usual and not study.validation:
+        return None
+    if usual:
+        edge = sum(r.n for r in study.recordings)
+        whole = sum(r.n for r in study.records)
+        if same:
+            return Split(slice(0, edge), slice(edge, whole), "the recordings to judge held out")
+        raise UnusableInput(
+            "recordings to judge of another rate: bring all to one rate, see Recording.decimate"
+        )
+    if not same:
+        raise UnusableInput(
+            "splits of recordings of different rates: bring these to one rate, or leave splits out"
+        )
+    train: list[slice] = []
+    test: list[slice] = []
+    begin = 0
+    for r, s in zip(study.records, study.judged_splits, strict=True):
+        for part, into in ((s.train, train), (s.test, test)):
+            assert isinstance(part, slice)
+            if part.stop > part.start:
+                into.append(slice(begin + part.start, begin + part.stop))
+        begin += r.n
+    return Split(tuple(train), tuple(test), "; ".join(dict.fromkeys(s.rule for s in study.splits)))

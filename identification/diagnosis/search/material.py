@@ -1,0 +1,144 @@
+"""What a diagnosis works on: the recording as data, with its noise floor, or why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bondgraph.graph.elements import Sensor
+from bondgraph.signals.recording import Recording, Split, default_split
+from bondgraph.signals.split import interleaved
+from bondgraph.support.errors import UnusableInput, unknown_name
+from identification.diagnosis.screening.mixups import stuck
+from identification.diagnosis.search.asked import Asked
+from identification.study.joined import joined, split_of
+from identification.study.noise_floor import measured, noise_floor
+from identification.study.problem import Data, data_for, drives
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """Recordings of one question as data.
+
+    Attributes
+    ----------
+    recording : Recording
+        All of them behind one another.
+    read, given : dict of str to float
+        Noise of the readings as the recording shows it, and as it is known; SI.
+    sure : bool
+        The noise was read off the noise itself, or is known.
+    usual : bool
+        The division is the usual one of a single recording: a finer one may take its place.
+    reason : str
+        Why nothing can be said; empty where something can.
+    """
+
+    recording: Recording
+    data: Data
+    read: Mapping[str, float] = field(default_factory=dict)
+    given: Mapping[str, float] = field(default_factory=dict)
+    sure: bool = True
+    usual: bool = False
+    reason: str = ""
+
+
+def material_of(asked: Asked) -> Material:
+    """Match the recordings to the model, divide them, and read their noise.
+
+    Raises
+    ------
+    UnusableInput
+        Channels, units or given noises that do not fit.
+    """
+    graph = asked.graph
+    recording, breaks = joined(asked.recordings)
+    sensors = tuple(s.name for s in graph.of_type(Sensor))
+    commands = tuple(s.name for s in drives(graph))
+    usual = split_of(asked.recordings) if breaks else _split(recording, commands)
+    split = asked.split or usual
+    data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
+    coarse = recording.meta.get("resolution") or {}
+    data = replace(data, breaks=breaks, resolution=coarse if isinstance(coarse, Mapping) else {})
+    if reason := _insufficient(asked.n_free, data) or "; ".join(stuck(data)):
+        return Material(recording, data, reason=reason)
+    given = declared_noise(recording, sensors) | dict(asked.noise)
+    read = noise_floor(recording, split, sensors, commands, breaks)
+    floor = read | given_noise(given, sensors, graph.name)
+    open_ones = tuple(n for n in sensors if n not in given)
+    sure = not open_ones or measured(recording, split, open_ones, commands, breaks)
+    data = replace(data, floor=np.array([floor[n] for n in sensors]), floor_measured=sure)
+    ours = asked.split is None and not breaks and recording.n >= LEAST_TO_INTERLEAVE
+    return Material(recording, data, read, given, sure, ours, _nothing_moves(data))
+
+
+def _split(recording: Recording, commands: Sequence[str]) -> Split:
+    """Leading rest aside, every third of thirty stretches is held out.
+
+    Levels, bands and slow changes then show in both parts, whatever the excitation.
+    """
+    moving = [c for c in commands if c in recording.channels and np.ptp(recording[c]) > 0]
+    plain = default_split(recording, drive=moving[0] if moving else None)
+    begin = plain.rest.stop if plain.rest is not None else 0
+    if recording.n - begin < LEAST_TO_INTERLEAVE:
+        return plain
+    return replace(interleaved(begin, recording.n), rest=plain.rest)
+
+
+LEAST_TO_INTERLEAVE = 600
+"""Samples from which stretches of a thirtieth say something."""
+
+
+def _insufficient(n_free: int, data: Data) -> str:
+    needed = max(30, 5 * n_free)
+    train = int(data.mask("train").sum())
+    if train < needed or data.mask("test").sum() < 8:
+        return (
+            f"{data.n} samples are too few for {n_free} parameters: record at least "
+            f"{2 * needed} samples"
+        )
+    still = [n for c, n in enumerate(data.names) if np.ptp(data.readings[:, c]) == 0]
+    if len(still) == len(data.names):
+        return f"the output {', '.join(still)} is constant: excite the system and check the sensor"
+    return ""
+
+
+def _nothing_moves(data: Data) -> str:
+    if any(np.ptp(u) > 0 for u in data.commands.values()):
+        return ""
+    if (data.readings.std(axis=0) > 1.5 * data.floor).any():
+        return ""
+    return "the commands are constant and the readings only noise: excite the system"
+
+
+def declared_noise(recording: Recording, sensors: Collection[str]) -> dict[str, float]:
+    """Return the noise that the recording itself declares for readings of the model."""
+    known = recording.meta.get("noise")
+    found = known if isinstance(known, Mapping) else {}
+    try:
+        return {n: float(found[n]) for n in sensors if n in found}
+    except (TypeError, ValueError):
+        raise UnusableInput(
+            f"{recording.name}: what it says of its noise is no number; give --noise SENSOR=VALUE"
+        ) from None
+
+
+def given_noise(noise: Mapping[str, float], sensors: Sequence[str], model: str) -> dict[str, float]:
+    """Return the noise that a user gives, checked.
+
+    Raises
+    ------
+    UnusableInput
+        A name is no sensor of the model, or a value is no positive number.
+    """
+    for name, value in noise.items():
+        if name not in sensors:
+            raise UnusableInput(str(unknown_name("sensor", name, model, sensors)))
+        if not (np.isfinite(value) and value > 0):
+            raise UnusableInput(
+                f"noise of {name}: {value:g} is no standard deviation; give a positive number in "
+                "the unit of the sensor (SI)"
+            )
+    return {n: float(v) for n, v in noise.items()}

@@ -1,0 +1,371 @@
+"""One step of the search: look at what a fit leaves, fit what may be missing, decide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+
+from joblib import Parallel, delayed
+
+from identification.diagnosis.catalogue import UNNAMED
+from identification.diagnosis.catalogue.effect import kind_at
+from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.block_score import BlockScore, score
+from identification.diagnosis.evidence.decision import decide
+from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
+from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.kinds_told import CURVES, alike_kinds
+from identification.diagnosis.evidence.remaining import remaining
+from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.localisation.structural_classes import Isolability
+from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.screening.score_test import Screened
+from identification.diagnosis.search.base import Base
+from identification.diagnosis.search.candidates import (
+    Candidate,
+    DiagnosisOptions,
+    astray,
+    finished,
+    fitted,
+    not_worse,
+    rivals_of,
+    search,
+)
+from identification.diagnosis.search.looks import Looks
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, fit
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class SearchTask:
+    """What every step of one search shares."""
+
+    done: Looks
+    options: DiagnosisOptions
+    limits: Thresholds
+    classes: Isolability
+    say: Progress
+    given: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """What one step has looked at and fitted, before anything is decided.
+
+    Attributes
+    ----------
+    ranked : sequence of Screened
+        Effects at the places in question, the most promising first.
+    options : DiagnosisOptions
+        Of this step: a fit that follows nothing is searched more widely.
+    quiet : bool
+        Nothing shows, so that nothing was fitted.
+    """
+
+    base: Base
+    number: int
+    seen: FittedModel
+    ranked: Sequence[Screened]
+    options: DiagnosisOptions
+    evidence: Evidence
+    trials: tuple[Candidate, ...] = ()
+    quiet: bool = False
+
+
+def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] = ()) -> Searched:
+    """Screen every effect at every port of a fit, and fit the most promising ones."""
+    done, options, limits = task.done, task.options, task.limits
+    low = 0.12 + 0.8 * number / max(1, options.effects)
+    task.say("screening every effect at every port", low)
+    plain, before = score(base.fit), remaining(base.fit)
+    if number == 0 and not before.is_noise(limits.noise):
+        done.ask_where(base.fit, task.classes)
+    seen, ranked = done.of(base.fit)
+    kinds = done.kinds(base.fit, base.fit)
+    if number == 0 and astray(base.fit):
+        # its course says little of what would be at its ports; that of the declared values may
+        declared = fit(replace(base.fit.problem, starts={}), max_iterations=0)
+        if declared.status is not FitStatus.BROKEN:
+            kinds = _merged(kinds, done.kinds(base.fit, declared))
+            ranked = in_turn(ranked, done.of(declared)[1])
+            options = replace(options, keep=2 * options.keep)
+    evidence = Evidence(
+        plain, (), tuple(kinds), before, base.fit.chi2("test"), base.fit.chi2("train"),
+        task.classes, named=named,
+    )  # fmt: skip
+    # without a pattern there is nothing to explain, and noise is not searched
+    if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):
+        quiet = replace(evidence, kinds=())
+        return Searched(base, number, seen, ranked, options, quiet, quiet=True)
+    where = done.where(base.fit, task.classes) if number == 0 else ()
+    if where:
+        ranked = [s for s in ranked if s.element.name in where]
+        kinds = [k for k in kinds if k.element in where]
+    evidence = replace(evidence, kinds=tuple(kinds), located=where)
+    tell = _told_within(task, number)
+    trials = _finished(search(seen, base.template, ranked, options, tell), options)
+    return Searched(base, number, seen, ranked, options, evidence, tuple(trials))
+
+
+def _told_within(task: SearchTask, number: int) -> Progress:
+    """Tell the progress of one step as a part of all of them."""
+    span = 0.8 / max(1, task.options.effects)
+    low = 0.12 + span * number
+    return lambda text, fraction: task.say(text, min(low + span * fraction, 0.94))
+
+
+def decided(found: Searched, task: SearchTask) -> Decision:
+    """Decide what was found; laws that the evidence asks for are fitted first."""
+    if found.quiet:
+        return decide(found.evidence, task.limits)
+    base, ranked, limits, done = found.base, found.ranked, task.limits, task.done
+    where = found.evidence.located
+    trials = not_worse(found.trials, found.options)
+    laws = scored(trials, found.options.jobs)
+    best = laws[0].trial if laws and laws[0].score.loss < found.evidence.plain.loss else None
+    evidence = replace(found.evidence, laws=laws)
+    if best is not None:
+        evidence = _with_kinds(evidence, done.kinds(base.fit, best.fit, where or None))
+    decision = decide(evidence, limits)
+    alike = alike_kinds(evidence, limits)
+    first = overlooked(decision, alike, trials, ranked, task.classes)[: found.options.more]
+    noise = evidence.before.is_noise(limits.noise)
+    further = found.number == 0 and unexplained(decision, evidence) and not noise
+    if further:
+        first += by_merit(trials, ranked, first, limits)[: found.options.more]
+    if first and (best is not None or further):
+        evidence = _with_laws(found, task, evidence, first)
+        now = evidence.laws[0].trial if evidence.laws else best
+        if further and now is not None and now is not best:
+            # what was found late is held against its rivals and the forms along its own course
+            tried = {(s.trial.effect, s.element) for s in evidence.laws}
+            rivals = rivals_of(now, ranked, tried, found.options.more)
+            evidence = _with_laws(found, task, evidence, rivals)
+            best = evidence.laws[0].trial
+            evidence = _with_kinds(evidence, done.kinds(base.fit, best.fit, where or None))
+        decision = decide(evidence, limits)
+    if where and decision.kind == "unknown_physics":
+        decision = _decided_there(found, task, evidence, decision)
+    if where:
+        decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
+    return decision
+
+
+def _decided_there(
+    found: Searched, task: SearchTask, evidence: Evidence, decision: Decision
+) -> Decision:
+    """Decide with what is seen along the true histories of the only places in question."""
+    there = task.done.there(found.base, evidence.located)
+    if there is None:
+        return decision
+    for scene_there, wanted in there.likeliest(found.options.more):
+        at = replace(found, seen=scene_there, base=there.base)
+        evidence = _with_laws(at, task, evidence, wanted)
+    if as_good(there.kinds, evidence):
+        evidence = replace(_with_kinds(evidence, there.kinds), along=True)
+    return decide(evidence, task.limits)
+
+
+def _with_kinds(evidence: Evidence, more: Sequence[KindScore]) -> Evidence:
+    return replace(evidence, kinds=tuple(_merged(evidence.kinds, more)))
+
+
+def _with_laws(
+    found: Searched, task: SearchTask, evidence: Evidence, wanted: Sequence[Screened]
+) -> Evidence:
+    """Return the evidence with more laws fitted, and those that could not be."""
+    options, tell = found.options, _told_within(task, found.number)
+    beat = min((s.trial.train for s in evidence.laws), default=evidence.trained)
+    more = fitted(found.seen, found.base.template, wanted, options, tell, 0.9, 1.0, beat)
+    every = each_once([*(s.trial for s in evidence.laws), *finished(more, options)])
+    made = {(t.effect, t.element) for t in every}
+    names = [(s.effect.name, s.element.name) for s in wanted]
+    untried = (*evidence.untried, *(at for at in names if at not in made))
+    laws = scored(not_worse(every, options), options.jobs)
+    return replace(evidence, laws=laws, untried=untried)
+
+
+def unexplained(decision: Decision, evidence: Evidence) -> bool:
+    """Whether no law is named, and all that were fitted leave most of the misfit."""
+    least = min((s.trial.train for s in evidence.laws), default=evidence.trained)
+    return decision.kind == "unknown_physics" and least > LITTLE * evidence.trained
+
+
+LITTLE = 0.5
+"""Part of the misfit, as a mean square, that the best law leaves if it explains little."""
+
+
+def by_merit(
+    trials: Sequence[Candidate],
+    ranked: Sequence[Screened],
+    besides: Sequence[Screened],
+    limits: Thresholds,
+) -> list[Screened]:
+    """Return laws that were not fitted though the screening is sure of them, the surest first.
+
+    A large effect bends the nominal model, and with it the order of the screening.
+    """
+    done = {(t.effect, t.element) for t in trials}
+    done |= {(s.effect.name, s.element.name) for s in besides}
+    left = [
+        s for s in ranked
+        if (s.effect.name, s.element.name) not in done and s.effect.name != UNNAMED.name
+        and s.hint is not None and s.z > limits.z and not s.effect.costly
+    ]  # fmt: skip
+    return sorted(left, key=lambda s: -s.z)
+
+
+def each_once(trials: Sequence[Candidate]) -> list[Candidate]:
+    """Return the better fit of every law at every place."""
+    best: dict[tuple[str, str], Candidate] = {}
+    for t in trials:
+        at = (t.effect, t.element)
+        if at not in best or t.train < best[at].train:
+            best[at] = t
+    return list(best.values())
+
+
+def as_good(kinds: Sequence[KindScore], evidence: Evidence) -> bool:
+    """Whether forms along the true histories explain as much as those known before, or more."""
+    if not kinds:
+        return False
+    found = min((k.score for k in kinds), key=lambda x: x.loss)
+    best = min((k.score for k in (*kinds, *evidence.kinds)), key=lambda x: x.loss)
+    return found.excess(best) <= (1.0 - ENOUGH) * max(evidence.plain.excess(best), 1e-12)
+
+
+ENOUGH = 0.97
+"""Part of what the best form explains, from which those along the true histories are as good."""
+
+
+def why_there(relations: Sequence[BlindRelation], where: Collection[str]) -> str:
+    """Say in a sentence why a mismatch sits at some places, whatever its law."""
+    decided = [r for r in relations if r.decided]
+    here = min(r.train for r in decided if r.ports[0] in where)
+    beside = [r.train for r in decided if r.ports[0] not in where]
+    said = (
+        f"whatever its law, it sits at {', '.join(where)}: that leaves {here:.3g} times the floor"
+    )
+    return f"{said}, any other place {min(beside):.3g} at least" if beside else said
+
+
+def overlooked(
+    decision: Decision,
+    kinds: Sequence[KindScore],
+    trials: Sequence[Candidate],
+    ranked: Sequence[Screened],
+    classes: Isolability | None = None,
+) -> list[Screened]:
+    """Return laws that were not fitted though the evidence asks for them.
+
+    Simpler forms of the best law, and, where no law could be named, laws of the kinds and places
+    that the decision was left with; then any at places that the readings cannot tell from these.
+    """
+    done = {(t.effect, t.element) for t in trials}
+    left = [s for s in ranked if (s.effect.name, s.element.name) not in done]
+    chosen = decision.chosen
+    found = [
+        s for s in left
+        if chosen is not None
+        and s.element.name == chosen.element and s.effect.name in chosen.insertion.simpler
+    ]  # fmt: skip
+    if decision.kind == "unknown_physics" and decision.answer in ("kind", "unknown"):
+        for k in kinds:
+            found += [
+                s for s in left
+                if s.element.name == k.element and s.effect.name != UNNAMED.name
+                and k.kind in _kinds_of(s)
+            ]  # fmt: skip
+        same = {n for k in kinds if classes for n in classes.class_of(k.element)}
+        found += [
+            s for s in left if s.element.name in same and s.effect.name != UNNAMED.name
+        ]  # fmt: skip
+    return list(dict.fromkeys(found))
+
+
+def _kinds_of(s: Screened) -> tuple[str, ...]:
+    own = kind_at(s.effect.kind, s.element)
+    return (own, "surface") if own in CURVES else (own,)
+
+
+def in_turn(first: Sequence[Screened], second: Sequence[Screened]) -> list[Screened]:
+    """Return the best of both rankings alternately, each effect and place once."""
+    found: dict[tuple[str, str], Screened] = {}
+    for pair in zip_longest(first, second):
+        for s in pair:
+            if s is not None:
+                found.setdefault((s.effect.name, s.element.name), s)
+    return list(found.values())
+
+
+def _hopeful(plain: BlockScore, kind: KindScore, limits: Thresholds) -> bool:
+    """Whether a search is worth its time: half of what a name will need."""
+    gain = plain.excess(kind.score)
+    return plain.behind(kind.score) > 0.7 * limits.z and gain > 0.3 * limits.gain
+
+
+def scored(trials: Sequence[Candidate], jobs: int = 1) -> tuple[Scored, ...]:
+    """Score candidates in `jobs` threads, best first."""
+    made = Parallel(n_jobs=jobs, backend="threading")(delayed(_scored)(t) for t in trials)
+    laws = sorted(made, key=lambda s: s.score.loss)
+    return tuple(
+        replace(s, idle=s.score.behind(laws[0].score) < NEAR and _idle(s.trial, trials))
+        for s in laws
+    )
+
+
+NEAR = 3.0
+"""Standard errors behind the best up to which a law's own part is looked at."""
+
+
+def _idle(trial: Candidate, trials: Sequence[Candidate]) -> bool:
+    """Whether all strengths that a simpler law there does not have may be zero.
+
+    Where those of the simpler law may be zero as well, all numbers share a scale that the readings
+    do not tell: then their intervals say nothing of what is needed.
+    """
+    simpler = [
+        t for t in trials
+        if t.effect in trial.insertion.simpler and t.element == trial.element
+    ]  # fmt: skip
+    if not simpler:
+        return False
+    known = simpler[0].fit.problem.graph.parameters
+    own = [n for n in trial.insertion.strengths if n not in known]
+    return _may_vanish(trial.fit, own) and not _may_vanish(
+        simpler[0].fit, simpler[0].insertion.strengths
+    )
+
+
+def _may_vanish(fit: Fit, strengths: Collection[str]) -> bool:
+    """Whether zero lies in the interval of every one of some strengths."""
+    ends = [e.ci95 for e in fit.estimates if e.name in strengths]
+    return bool(ends) and all(low <= 0.0 <= high for low, high in ends)
+
+
+def _scored(trial: Candidate) -> Scored:
+    return Scored(trial, score(trial.fit), remaining(trial.fit))
+
+
+def _merged(first: Sequence[KindScore], second: Sequence[KindScore]) -> list[KindScore]:
+    """Keep the better score of every kind and place, best first."""
+    best: dict[tuple[str, str], KindScore] = {}
+    for k in (*first, *second):
+        at = (k.element, k.kind)
+        if at not in best or k.score.loss < best[at].score.loss:
+            best[at] = k
+    return sorted(best.values(), key=lambda k: k.score.loss)
+
+
+def _finished(trials: list[Candidate], options: DiagnosisOptions) -> list[Candidate]:
+    """Fit the best few to the end: those that the decision will compare."""
+    if not trials:
+        return trials
+    best = min(t.train for t in trials)
+    close = [t for t in trials if t.train < 1.5 * best][:4]
+    done = finished(close, options)
+    rest = [t for t in trials if not any(t is c for c in close)]
+    return sorted([*done, *rest], key=lambda t: t.test)

@@ -1,0 +1,150 @@
+"""A study is diagnosed as it stands: what it knows, fixes, adds and holds out."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from bondgraph.laws import Polynomial
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import UnusableInput
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.estimation.estimate import estimate
+from identification.study.calibration import Known
+from identification.study.priors import LogNormal
+from identification.study.specification import Nuisances, Vary
+from identification.study.study import ESTIMATED, Study
+from tests.identification.diagnosis.spring import spring
+
+N, DT, NOISE = 1500, 0.005, 2e-6
+OPTIONS = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
+
+
+def record(name: str = "run", seed: int = 3, cubic: float = 4e4, gain: float = 1.0) -> Recording:
+    t = np.asarray(DT * np.arange(N), np.float64)
+    rng = np.random.default_rng(seed)
+    phases = rng.uniform(0, 2 * np.pi, 3)
+    waves = np.sin(2 * np.pi * np.outer(t, (0.7, 1.9, 4.1)) + phases)
+    force = np.asarray(waves @ np.array([2.0, 1.0, 0.5]), float)
+    truth = spring().with_element("k", law=Polynomial(orders=(3,), size=1.0))
+    x = gain * np.asarray(simulate(truth, t, {"F": force}, {"a_3_k": cubic})["x"])
+    x = np.asarray(x + NOISE * rng.standard_normal(N), np.float64)
+    return Recording(name, t, {"F": force, "x": x}, {"F": "N", "x": "m"})
+
+
+def study(**more: object) -> Study:
+    given: dict[str, object] = {"fixed": {"m": 0.5}, "hold": "linear", "noise": {"x": NOISE}}
+    return Study(spring(m=0.7), record(), **(given | more))  # type: ignore[arg-type]
+
+
+@lru_cache
+def found() -> Diagnosis:
+    gains = Nuisances(gains={"x": Known(1.0, 0.02)})
+    free = ("d", Vary("k", start=150.0, prior=LogNormal(200.0, 1.05)))
+    return diagnose(study(free=free, nuisances=gains), options=OPTIONS)
+
+
+def test_what_a_study_fixes_and_knows_holds_in_every_fit() -> None:
+    d = found()
+    assert d.kind == "missing_physics"
+    assert d.repaired is not None
+    assert d.findings[0].chosen is not None
+    assert d.findings[0].chosen.element == "k"
+    for made in (d.declared, d.nominal, d.repaired):
+        assert made is not None
+        assert made.values["m"] == 0.5
+        assert made.problem.data.hold == "linear"
+        assert made.problem.data.floor == pytest.approx([NOISE])
+    assert {e.name for e in d.repaired.estimates} >= {"d", "k"}
+    assert "m" not in {e.name for e in d.repaired.estimates}
+    assert "gain_x" in {e.name for e in d.repaired.nuisances}
+    assert d.declared is not None
+    assert d.declared.values["k"] == 150.0
+
+
+def test_a_prior_keeps_its_centre_wherever_a_fit_begins() -> None:
+    d = found()
+    assert d.repaired is not None
+    assert d.nominal is not None
+    for made in (d.nominal, d.repaired):
+        (i,) = (i for i, f in enumerate(made.problem.free) if f.parameter.name == "k")
+        centre, weight = made.problem.scaled_priors["k"]
+        assert made.problem.free[i].value(centre) == pytest.approx(200.0)
+        assert weight == pytest.approx(1.0 / np.log(1.05))
+
+
+def test_the_same_study_with_the_repaired_model_is_fitted_on() -> None:
+    d = found()
+    again = d.study
+    assert again.fixed == {"m": 0.5}
+    assert set(again.free_names) >= {"d", "k"}
+    assert len(again.free_names) > 2
+    made = estimate(again)
+    assert made.rmse("train")["x"] == pytest.approx(NOISE, rel=0.1)
+    assert {e.name: e.value for e in made.estimates}["k"] == pytest.approx(200.0, rel=0.02)
+
+
+def test_recordings_to_judge_are_held_out() -> None:
+    asked = study(validation=(record("other", 5),))
+    d = diagnose(asked, options=OPTIONS)
+    assert d.data is not None
+    assert d.data.mask("train").sum() == N
+    assert not d.data.mask("train")[N:].any()
+    assert "to judge" in d.data.split.rule
+    assert d.kind == "missing_physics"
+
+
+def test_a_split_of_a_study_is_taken() -> None:
+    split = Split(slice(0, 900), slice(900, N), "the last 600")
+    d = diagnose(study(splits=split), options=OPTIONS)
+    assert d.data is not None
+    assert not d.data.mask("train")[900:].any()
+    assert not d.data.mask("test")[:900].any()
+
+
+@pytest.mark.parametrize("initial", ["rest", {"q_k": 0.0}])
+def test_known_initial_states_reach_every_fit(initial: object) -> None:
+    # the recording begins in the rest under its first force, a displacement of its own
+    r = record(cubic=0.0)
+    start = float(r["F"][0]) / 200.0
+    given = {"q_k": start} if isinstance(initial, dict) else initial
+    d = diagnose(Study(spring(), r, initial=given, hold="linear"), options=OPTIONS)  # type: ignore[arg-type]
+    assert d.nominal is not None
+    at = d.nominal.problem.engine.state_names.index("q_k")
+    assert d.nominal.point.states[0, at] == pytest.approx(start, rel=1e-3)
+    assert d.kind in ("explained", "parameters_only")
+    assert d.nominal.problem.free_states.size == (1 if isinstance(initial, dict) else 0)
+
+
+def test_a_study_that_leaves_the_hold_open_chooses_it() -> None:
+    assert diagnose(study(hold=ESTIMATED, splits=None), options=OPTIONS).data is not None
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"window": 100}, "window = 100: whole recordings"),
+        ({"n_sub": 2}, "n_sub = 2: whole recordings"),
+        ({"noise": {"x": (1e-6, 2e-6)}, "recordings": 2}, "one for all"),
+        ({"free": ("d", Vary("k", own=True)), "recordings": 2}, "k would have a value in every"),
+    ],
+)
+def test_what_a_diagnosis_cannot_take_is_one_line(change: dict[str, object], says: str) -> None:
+    change = dict(change)
+    several = change.pop("recordings", 1)
+    asked = study()
+    if several == 2:
+        asked = asked.changed(recordings=(record(), record("other", 5)), splits=None)
+    with pytest.raises(UnusableInput, match=says):
+        diagnose(asked.changed(**change), options=OPTIONS)
+
+
+def test_recordings_beside_a_study_and_none_beside_a_graph() -> None:
+    with pytest.raises(UnusableInput, match="a study, which has its own"):
+        diagnose(study(), record())
+    with pytest.raises(UnusableInput, match="no recording to diagnose"):
+        diagnose(spring())
