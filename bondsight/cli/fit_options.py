@@ -48,6 +48,10 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("--no-offsets", action="store_true", help="sensors have no offset")
     p.add_argument("--no-lags", action="store_true", help="sensors have no lag")
     p.add_argument("--command-offsets", action="store_true", help="commands may have an offset")
+    add_several(
+        p, "--process-noise", "PLACE", None,
+        "prediction_error: states, elements or sources that are disturbed; default: every state",
+    )  # fmt: skip
     p.add_argument("--window", type=int, default=None, help="samples of windows to score on")
     add_several(p, "--validate", "RECORDING", [], "recordings only judged")
     p.add_argument(
@@ -90,6 +94,7 @@ def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tu
         validation=judged,
         init=options.init,
         window=options.window,
+        process_noise=options.process_noise,
     )
     if any(splits) and None in splits:
         # the stated splits of known recordings, beside the default ones of files

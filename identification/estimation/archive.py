@@ -26,6 +26,7 @@ from bondgraph.support.archive import read_archive, software, write_archive
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.estimation.estimates import Estimate
+from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
 from identification.study.calibration import Known
@@ -37,7 +38,8 @@ from identification.study.study import SettledSetting, Study
 SCHEMA = "bondsight-fit/1"
 """Name and version of the document."""
 _PRIORS: Mapping[str, Callable[..., Prior]] = {"normal": Normal, "log-normal": LogNormal}
-_OPTIONS = ("initial", "hold", "noise", "init", "silent", "window", "n_sub")
+_OPTIONS = ("initial", "hold", "noise", "init", "silent", "window", "n_sub", "process_noise")
+_FILTERED = ("reading", "innovation", "state")
 
 
 def save_fit(
@@ -140,7 +142,7 @@ def open_fit(
             nuisances=_get_nuisances(form["nuisances"]),
             splits=[_take_split(s) for s in form["splits"]],
             validation=records[fitted:],
-            **{k: form[k] for k in _OPTIONS},
+            **{k: form[k] for k in _OPTIONS if k in form},
         )
         return _take_fit(document["fit"], study, arrays)
     except BondsightError:
@@ -260,7 +262,27 @@ def _put_fit(f: Estimation, arrays: dict[str, Array]) -> dict[str, Any]:
         "counts": {k: len(v) for k, v in lists.items()},
         "estimates": [_put_estimate(e) for e in f.estimates],
         "nuisances": [_put_estimate(e) for e in f.nuisances],
+        "filtered": _put_filtered(f.filtered, arrays),
     }  # fmt: skip
+
+
+def _put_filtered(f: Filtered | None, arrays: dict[str, Array]) -> dict[str, Any] | None:
+    if f is None:
+        return None
+    for name in _FILTERED:
+        arrays |= {f"filtered/{name}/{i}": v for i, v in enumerate(getattr(f, name))}
+    noises = [_put_estimate(e) for e in f.noises]
+    return {"log_likelihood": f.log_likelihood, "noises": noises, "count": len(f.reading)}
+
+
+def _take_filtered(form: Mapping[str, Any] | None, arrays: Mapping[str, Array]) -> Filtered | None:
+    if form is None:
+        return None
+    parts = (
+        tuple(arrays[f"filtered/{name}/{i}"] for i in range(form["count"])) for name in _FILTERED
+    )
+    noises = tuple(Estimate(**e) for e in form["noises"])
+    return Filtered(form["log_likelihood"], noises, *parts)
 
 
 def _get_nuisances(form: Mapping[str, Any]) -> Nuisances:
@@ -306,4 +328,5 @@ def _take_fit(form: Mapping[str, Any], study: Study, arrays: Mapping[str, Array]
         simulated=several("simulated"),
         notes=tuple(form["notes"]),
         seconds=form["seconds"],
+        filtered=_take_filtered(form.get("filtered"), arrays),
     )

@@ -252,6 +252,7 @@ def _finished(
             *miscalibrated(study, nuisances),
             *coarse_steps(study, setting, stack, point, found),
         ),
+        filtered=solution.filtered,
     )  # fmt: skip
     judged = [
         simulate_validation(result.problem(i), result, study.init)

@@ -15,6 +15,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import unknown_name
 from identification.estimation.estimates import Estimate
+from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.report.tables import library
 from identification.study.joint import JointPoint, JointProblem, refine_states
@@ -62,6 +63,8 @@ class Estimation:
     notes : tuple of str
         What the reader should know.
     seconds : float
+    filtered : Filtered or None
+        Process noise, innovations and filtered states, where the method has a Kalman filter.
     """
 
     study: Study
@@ -78,6 +81,12 @@ class Estimation:
     simulated: tuple[Array, ...]
     notes: tuple[str, ...] = ()
     seconds: float = 0.0
+    filtered: Filtered | None = None
+
+    @property
+    def noises(self) -> tuple[Estimate, ...]:
+        """Process noise and noise of the readings, where a filter was fitted."""
+        return () if self.filtered is None else self.filtered.noises
 
     @property
     def floors(self) -> tuple[Array, ...]:
@@ -157,8 +166,8 @@ class Estimation:
             return float(np.mean(every)) if every.size else float("nan")
 
     def estimate_of(self, name: str) -> Estimate:
-        """Estimate of one parameter or nuisance by name."""
-        known = {e.name: e for e in (*self.estimates, *self.nuisances)}
+        """Estimate of one parameter, nuisance or noise by name."""
+        known = {e.name: e for e in (*self.estimates, *self.nuisances, *self.noises)}
         if name not in known:
             raise unknown_name("estimate", name, self.study.graph.name, known)
         return known[name]
@@ -166,10 +175,7 @@ class Estimation:
     @property
     def free(self) -> tuple[Free, ...]:
         """Free parameters of all recordings, in the order they have in ``point.theta``."""
-        found: dict[int, Free] = {}
-        for p, at in zip(self.stack.problems, self.stack.columns, strict=True):
-            for f, i in zip(p.free, at, strict=False):
-                found.setdefault(int(i), f)
+        found = self.stack.free
         return tuple(found[i] for i in sorted(found))
 
     def graph(self) -> BondGraph:
@@ -206,11 +212,15 @@ class Estimation:
         return {n: float(np.mean(v)) for n, v in found.items()}
 
     def to_pandas(self) -> Any:
-        """Return estimates and nuisances as a data frame (needs pandas)."""
+        """Return estimates, nuisances and noises as a data frame (needs pandas)."""
         pd = library("pandas", "to_pandas")
         rows = [
             (e.name, e.value, e.unit, *e.ci95, e.at_bound, kind)
-            for kind, group in (("parameter", self.estimates), ("nuisance", self.nuisances))
+            for kind, group in (
+                ("parameter", self.estimates),
+                ("nuisance", self.nuisances),
+                ("noise", self.noises),
+            )
             for e in group
         ]
         columns = ["name", "value", "unit", "lower95", "upper95", "at_bound", "kind"]

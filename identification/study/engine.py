@@ -62,6 +62,11 @@ class Engine(ABC):
 
     @property
     @abstractmethod
+    def state_units(self) -> tuple[str, ...]:
+        """SI units of the states; empty where unknown."""
+
+    @property
+    @abstractmethod
     def has_memory(self) -> bool:
         """Whether a law carries memory."""
 
@@ -187,6 +192,11 @@ class ExactEngine(Engine):
         return tuple(str(s.symbol) for s in self.compiled.space.states)
 
     @property
+    def state_units(self) -> tuple[str, ...]:
+        """SI units of the states."""
+        return tuple(s.unit for s in self.compiled.space.states)
+
+    @property
     def has_memory(self) -> bool:
         """Whether a law carries memory."""
         return any(port.law.n_memory for port in self.compiled.space.laws)
@@ -287,6 +297,11 @@ class GeneralEngine(Engine):
     def state_names(self) -> tuple[str, ...]:
         """Names of the states."""
         return self.program.states
+
+    @property
+    def state_units(self) -> tuple[str, ...]:
+        """SI units of the states."""
+        return tuple(self.program.units.get(n, "") for n in self.program.states)
 
     @property
     def has_memory(self) -> bool:

@@ -25,6 +25,7 @@ from identification.study.residual import (
     start_point,
     windows,
 )
+from identification.study.scaled import Free
 
 NUISANCE_LAG = 0.25
 # a quarter of a sample: filters and multiplexers; more is a finding
@@ -83,6 +84,15 @@ class JointProblem:
     def n(self) -> int:
         """Number of global unknowns."""
         return len(self.names)
+
+    @cached_property
+    def free(self) -> dict[int, Free]:
+        """Free parameters of all records by their position among the unknowns."""
+        found: dict[int, Free] = {}
+        for p, at in zip(self.problems, self.columns, strict=True):
+            for f, i in zip(p.free, at, strict=False):
+                found.setdefault(int(i), f)
+        return found
 
     def local(self, point: JointPoint, record: int) -> Point:
         """Unknowns of one record."""

@@ -28,6 +28,7 @@ from identification.study.free_parameters import varied
 from identification.study.joint import JointProblem, stack_of
 from identification.study.noise_floor import noise_floor
 from identification.study.problem import Data, Problem, data_for, drives
+from identification.study.process_noise import ProcessNoise, admit_process_noise, diffusion_at
 from identification.study.scaled import free_parameter
 from identification.study.specification import Nuisances, Vary
 
@@ -107,6 +108,10 @@ class Study:
         place of a free run.
     n_sub : int, optional
         Sub-steps a sample; refined until the readings settle if left out.
+    process_noise : sequence of str or mapping of str to float, optional
+        Where the model is disturbed, for the methods with a filter: a state (``p_M``), the element
+        that holds it (``M``), or a source (``F``: a random command); with values to start from (SI
+        by the square root of time) if wanted. Every state, if left out.
 
     Raises
     ------
@@ -135,6 +140,7 @@ class Study:
     silent: tuple[str, ...] = ()
     window: int | None = None
     n_sub: int | None = None
+    process_noise: ProcessNoise = None
 
     def __init__(
         self,
@@ -153,6 +159,7 @@ class Study:
         silent: Sequence[str] = (),
         window: int | None = None,
         n_sub: int | None = None,
+        process_noise: Sequence[str] | Mapping[str, float] | None = None,
     ) -> None:
         """Check everything that can be checked before a simulation."""
         records = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
@@ -175,6 +182,7 @@ class Study:
             "silent": tuple(silent),
             "window": window,
             "n_sub": n_sub,
+            "process_noise": admit_process_noise(process_noise),
         }
         for name, value in given.items():
             object.__setattr__(self, name, value)
@@ -218,6 +226,10 @@ class Study:
             self._one(i, recording)
         admit_sign(self.starts, self.graph.parameters)
         self.gains, self._freedom  # names, bounds and starts are checked here
+        if self.process_noise:
+            engine = self.problem(0, self.first_setting).engine
+            for place in self.process_noise:
+                diffusion_at(engine, self.graph, place)
 
     @property
     def records(self) -> tuple[Recording, ...]:

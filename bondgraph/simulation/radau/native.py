@@ -29,7 +29,7 @@ from bondgraph.simulation.radau.recorder import Key, Order, functions_of, record
 from bondgraph.simulation.start import fine_inputs, initial_state
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["GeneralRun", "PreparedGeneral", "prepare_general", "run_general"]
+__all__ = ["GeneralRun", "PreparedGeneral", "inputs_between", "prepare_general", "run_general"]
 
 Array = np.ndarray
 
@@ -196,7 +196,7 @@ def run_general(
     q = ready.program
     n_x, n_z, n_m, n_y = len(q.states), len(q.algebraic), len(q.memory), len(q.outputs)
     x0 = initial_state(q.name, x0, q.states)
-    u, fine = _inputs(ready, u, hold, fine)
+    u, fine = inputs_between(ready, u, hold, fine)
     m, kept = q.start_memory(memory)
     tv, tm = np.zeros((n_x + n_z, ready.n_d)), np.zeros((n_m, ready.n_d))
     if memory_tangent is not None:
@@ -250,7 +250,9 @@ def run_general(
     )
 
 
-def _inputs(ready: PreparedGeneral, u: Array, hold: str, fine: Array | None) -> tuple[Array, Array]:
+def inputs_between(
+    ready: PreparedGeneral, u: Array, hold: str, fine: Array | None = None
+) -> tuple[Array, Array]:
     """Return the inputs at the samples and at the ends of the sub-steps, rates those of these."""
     q = ready.program
     u = np.asarray(u, float)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from bondgraph.support.arrays import Array
+from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import Descent, FitStatus, Report, minimise
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
@@ -52,6 +53,8 @@ class MethodSolution:
         The free run at the point with its derivatives, if it is at hand.
     cost : float or None
         Mean square of the residuals over their noise, where the trace is of something else.
+    filtered : Filtered or None
+        What a filter saw, of a method that has one.
     """
 
     point: JointPoint
@@ -62,6 +65,7 @@ class MethodSolution:
     readings: tuple[Array, ...] | None = None
     evaluations: tuple[ResidualEvaluation, ...] | None = None
     cost: float | None = None
+    filtered: Filtered | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from identification.estimation.prediction.model import PredictionModel
-from identification.estimation.prediction.result import PredictionFit, fit_prediction
+from identification.estimation.prediction.fit import fit_filter
+from identification.estimation.prediction.kalman import kalman_filter
+from identification.estimation.result import Estimation
+from identification.study.study import Study
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,14 +35,19 @@ class Deficiency:
     unit: str
     ratio: float
     p_value: float
-    fit: PredictionFit
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DeficiencyReport:
-    """All places, the most telling first."""
+    """All places, the most telling first.
 
-    without: PredictionFit
+    Attributes
+    ----------
+    count : int
+        Readings that were scored.
+    """
+
+    count: int
     places: tuple[Deficiency, ...]
 
     @property
@@ -50,9 +57,7 @@ class DeficiencyReport:
 
     def __str__(self) -> str:
         """Likelihood ratios and what they say."""
-        lines = [
-            f"process noise at one state at a time, against none ({self.without.count} readings)"
-        ]
+        lines = [f"process noise at one state at a time, against none ({self.count} readings)"]
         for d in self.places:
             lines.append(
                 f"  {d.place}: sigma = {d.sigma:.4g} {d.unit}, likelihood ratio {d.ratio:.4g}, "
@@ -91,28 +96,35 @@ def boundary_p_value(ratio: float) -> float:
 
 
 def deficient_equations(
-    model: PredictionModel, places: Sequence[str] | None = None
+    study: Study | Estimation, places: Sequence[str] | None = None
 ) -> DeficiencyReport:
     """Fit each place's diffusion in turn and compare with no process noise.
 
     Parameters
     ----------
+    study : Study or Estimation
+        A fit: from where it ended.
     places : sequence of str, optional
         States, elements or sources; all states when not given.
     """
-    without = fit_prediction(replace(model, diffusion=(), sigma={}))
+    if isinstance(study, Estimation):
+        whole, point = kalman_filter(study.study, study.setting), study.point
+    else:
+        whole, point = kalman_filter(study), None
+    plain = replace(whole, sigma={})
+    without = fit_filter(plain, start=plain.start(point))
     found = []
-    for place in model.state_names if places is None else places:
-        one = replace(model, diffusion=(place,), sigma={})
-        begin = one.start()
-        at, old = one.slots, without.model.slots
-        begin[at.free] = without.theta[old.free]
-        begin[at.noise.stop :] = without.theta[old.noise.stop :]
-        tried = [fit_prediction(one, start=begin), fit_prediction(one)]
-        fit = max(tried, key=lambda f: f.log_likelihood)
-        ratio = max(0.0, 2.0 * (fit.log_likelihood - without.log_likelihood))
-        (d,) = one.diffusions
-        sigma = fit.sigma[place]
-        found.append(Deficiency(place, sigma, d.unit, ratio, boundary_p_value(ratio), fit))
+    for place in whole.first.engine.state_names if places is None else places:
+        one = replace(whole, sigma={place: None})
+        (d,) = one.diffusions()
+        assert d is not None
+        usual, old = one.start(point), plain.slots
+        begin = usual.copy()
+        begin[one.slots.joint] = without.theta[old.joint]
+        begin[one.slots.noise.stop :] = without.theta[old.noise.stop :]
+        tried = [fit_filter(one, start=t) for t in (begin, usual)]
+        fit = max(tried, key=lambda f: f.at.log_likelihood)
+        ratio = max(0.0, 2.0 * (fit.at.log_likelihood - without.at.log_likelihood))
+        found.append(Deficiency(place, fit.sigma[place], d.unit, ratio, boundary_p_value(ratio)))
     found.sort(key=lambda d: -d.ratio)
-    return DeficiencyReport(without, tuple(found))
+    return DeficiencyReport(without.at.count, tuple(found))

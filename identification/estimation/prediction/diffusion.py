@@ -7,6 +7,9 @@
 (Van Loan, IEEE TAC 23 (1978) 395), so that the same diffusion serves every sampling rate. His block
 exponential holds ``exp(-A h)``, which overflows for stiff models; here a short step is expanded in
 a series and doubled, ``Q(2 h) = Q(h) + Phi(h) Q(h) Phi(h)'``, which only adds what is positive.
+
+A derivative is the covariance of a state with what a change of `A` and `G` makes of it, so it comes
+from the same sums over a system of twice the size.
 """
 
 from __future__ import annotations
@@ -62,42 +65,30 @@ def added_covariance(
     >>> print(random_walk.value)
     [[2.]]
     """
+    n, n_d = a.shape[0], da.shape[0]
     size = float(np.abs(a).sum(axis=1).max(initial=0.0)) * step
     doublings = max(0, int(np.ceil(np.log2(size / LONGEST)))) if size > 0 else 0
+    wide, both = np.zeros((2, n_d, 2 * n, 2 * n))
+    wide[:, :n, :n] = wide[:, n:, n:] = a
+    wide[:, n:, :n], both[:, :n, :n] = da, intensity
+    both[:, n:, :n] = both[:, :n, n:] = 0.5 * dintensity
+    half = _summed(wide, both, step, doublings)[:, n:, :n]
+    return AddedCovariance(_summed(a, intensity, step, doublings), half + half.swapaxes(-1, -2))
+
+
+def _summed(a: Array, s: Array, step: float, doublings: int) -> Array:
+    """Series of a short step, doubled: ``h sum L^k(S) h^k / (k + 1)!``, ``L(X) = A X + X A'``."""
     h = step / 2**doublings
-    phi, dphi = _exponential(a * h, da * h)
-    q, dq = _series(a * h, intensity * h, da * h, dintensity * h)
+    x, q = a * h, s * h
+    phi = power = np.broadcast_to(np.eye(a.shape[-1]), a.shape)
+    term = q
+    for i in range(1, TERMS + 1):
+        power = power @ x / i
+        phi = phi + power
+        half = x @ term
+        term = (half + half.swapaxes(-1, -2)) / (i + 1)
+        q = q + term
     for _ in range(doublings):
-        carried = phi @ q @ phi.T
-        half = dphi @ (q @ phi.T)
-        dq = dq + half + _transposed(half) + phi @ dq @ phi.T
-        q = q + carried
-        dphi = dphi @ phi + phi @ dphi
+        q = q + phi @ q @ phi.swapaxes(-1, -2)
         phi = phi @ phi
-    return AddedCovariance(0.5 * (q + q.T), 0.5 * (dq + _transposed(dq)))
-
-
-def _transposed(v: Array) -> Array:
-    return np.swapaxes(v, -1, -2)
-
-
-def _exponential(a: Array, da: Array) -> tuple[Array, Array]:
-    term, dterm = np.eye(a.shape[0]), np.zeros_like(da)
-    total, dtotal = term.copy(), dterm.copy()
-    for i in range(1, TERMS + 1):
-        dterm = (dterm @ a + term @ da) / i
-        term = term @ a / i
-        total, dtotal = total + term, dtotal + dterm
-    return total, dtotal
-
-
-def _series(a: Array, s: Array, da: Array, ds: Array) -> tuple[Array, Array]:
-    """Sum of ``L^i(S) / (i + 1)!`` with ``L(X) = A X + X A'``."""
-    term, dterm = s, ds
-    total, dtotal = term.copy(), dterm.copy()
-    for i in range(1, TERMS + 1):
-        half, dhalf = a @ term, da @ term + a @ dterm
-        term = (half + half.T) / (i + 1)
-        dterm = (dhalf + _transposed(dhalf)) / (i + 1)
-        total, dtotal = total + term, dtotal + dterm
-    return total, dtotal
+    return np.asarray(0.5 * (q + q.swapaxes(-1, -2)))

@@ -17,8 +17,8 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.estimation.prediction.assembly import assemble
+from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.loop import Passed, filter_runner
-from identification.estimation.prediction.model import PredictionModel
 
 BLOCKS = 40
 """Runs of samples over which scores are summed for the robust covariance."""
@@ -47,24 +47,21 @@ class LikelihoodEvaluation:
     count: int
 
 
-def evaluate(
-    model: PredictionModel, theta: Array, derivatives: bool = True
-) -> LikelihoodEvaluation:
+def evaluate(kalman: KalmanFilter, theta: Array, derivatives: bool = True) -> LikelihoodEvaluation:
     """Filter all records; log-likelihoods of records add up."""
     n = theta.size
     gradient, information = np.zeros(n), np.zeros((n, n))
     scores: list[Array] = []
     total, count = 0.0, 0
-    for record in range(len(model.records)):
-        mask = _mask(model, record)
+    for record in range(len(kalman.problems)):
+        mask = scored(kalman, record)
         with np.errstate(all="ignore"):
-            passed = pass_over(model, theta, record, mask, derivatives)
+            passed, where = pass_over(kalman, theta, record, mask, derivatives)
             value = _value(passed, mask)
         count += int(mask.sum())
-        total += value - float((mask * np.log(model.reading_scale)).sum())
+        total += value - float((mask * np.log(kalman.reading_scale(record))).sum())
         if not np.isfinite(value) or not derivatives:
             continue
-        where = model.slots.of_record(record)
         by_sample, expected = _derivatives(passed, mask)
         gradient[where] += by_sample.sum(axis=0)
         information[np.ix_(where, where)] += expected
@@ -80,20 +77,27 @@ def evaluate(
 
 
 def pass_over(
-    model: PredictionModel, theta: Array, record: int, mask: Array, derivatives: bool = False
-) -> Passed:
-    """Run the filter over the first ``len(mask)`` samples of a record; `mask` says what is seen."""
-    made = assemble(model, theta, record, derivatives)
-    run = filter_runner(model.compiled, model.feedthrough)
-    n = mask.shape[0]
-    y = np.where(mask > 0, model.records[record].readings[:n], 0.0) / model.reading_scale
-    u = model.fine[record][: n * model.n_sub]
-    return run(u, y, mask, model.n_sub, made.z, made.dz, made.m, made.dm, made.still, made.dstill)
+    kalman: KalmanFilter, theta: Array, record: int, mask: Array, derivatives: bool = False
+) -> tuple[Passed, Array]:
+    """Run the filter over the first ``len(mask)`` samples of a record; `mask` says what is seen.
+
+    Returns
+    -------
+    Passed
+    ndarray of int
+        Positions in theta of the directions of its derivatives.
+    """
+    made, n = assemble(kalman, theta, record, derivatives), mask.shape[0]
+    readings = kalman.problems[record].data.readings[:n]
+    y = np.where(mask > 0, readings, 0.0) / kalman.reading_scale(record)
+    u = kalman.fine[record][: n * kalman.n_sub]
+    run = filter_runner(kalman.plants[record])
+    return run(u, y, mask, kalman.n_sub, made), made.where
 
 
-def _mask(model: PredictionModel, record: int) -> Array:
+def scored(kalman: KalmanFilter, record: int) -> Array:
     """One where a reading is scored, up to the last such sample."""
-    data = model.records[record]
+    data = kalman.problems[record].data
     seen = np.isfinite(data.readings) & data.mask("train")[:, None]
     last = int(np.flatnonzero(seen.any(axis=1)).max(initial=0))
     return np.asarray(seen[: last + 1], float)

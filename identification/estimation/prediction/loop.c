@@ -7,7 +7,7 @@
 #include <string.h>
 
 typedef struct {
-  long long n_samples, n_sub, n_u, n_y, n_x, n_p, n_w, n_z, n_m, n_d, linear;
+  long long n_samples, n_sub, n_u, n_y, n_x, n_p, n_roots, n_z, n_m, n_d;
 } Sizes;
 
 /* how far the gain has settled: quiet samples so far, settled now, settled first */
@@ -40,7 +40,7 @@ long long filter_record(const Sizes* s, const double* u, const double* y, const 
                         double** res) {
   const long long n_x = s->n_x, n_y = s->n_y, n_z = s->n_z, n_d = s->n_d, n_g = n_x * n_y;
   const double h = m[BONDSIGHT_STEP_AT];
-  double *roots = room, *last = roots + 2 * s->n_w, *dlast = last + s->n_p,
+  double *roots = room, *last = roots + s->n_roots, *dlast = last + s->n_p,
          *gain = dlast + n_d * s->n_p, *dgain = gain + n_g, *part = dgain + n_d * n_g,
          *variance = part + 3 * n_y, *dvariance = variance + n_y;
   double *new = z + n_z, *dnew = dz + n_d * n_z;
@@ -123,7 +123,8 @@ long long filter_record(const Sizes* s, const double* u, const double* y, const 
     memcpy(o + 3 * n_y, new, n_x * sizeof(double));
     memcpy(z, new, n_z * sizeof(double));
     memcpy(dz, dnew, n_d * n_z * sizeof(double));
-    if (s->linear) {
+#if BONDSIGHT_LINEAR
+    {
       const double* p = z + n_x;
       int quiet = k > 0 && still(p, last, p, n_x, 0.0);
       for (i = 0; i < n_y; ++i) quiet = quiet && mm[i] == 1.0;
@@ -136,6 +137,7 @@ long long filter_record(const Sizes* s, const double* u, const double* y, const 
       for (d = 0; d < n_d; ++d)
         memcpy(dlast + d * s->n_p, dz + d * n_z + n_x, s->n_p * sizeof(double));
     }
+#endif
   }
   return progress.settled_at;
 }

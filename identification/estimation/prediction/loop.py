@@ -12,11 +12,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import Array
 from bondgraph.support.native import build
-from identification.estimation.prediction.machine import run_in_machine
-from identification.estimation.prediction.steps import Steps, make_steps
+from identification.estimation.prediction.assembly import Numbers
+from identification.estimation.prediction.plant import FilterPlant, FilterSteps
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +31,6 @@ class Passed:
     dinnovation, dvariance : ndarray, shape (N, n_d, n_y)
     settled_at : int
         Sample from which the gain of a linear model stands still; -1 if never.
-    last : ndarray, shape (n_z,)
-        Carried numbers after the last sample.
     """
 
     reading: Array
@@ -43,44 +40,23 @@ class Passed:
     dinnovation: Array
     dvariance: Array
     settled_at: int
-    last: Array
 
 
-Runner = Callable[..., Passed]
-"""``run(u, y, mask, n_sub, z, dz, m, dm, m0, dm0)``; shapes in `loop.c`, directions last."""
-
-
-def filter_runner(compiled: Compiled, feedthrough: bool) -> Runner:
-    """Return the filter for a model; models of equal structure share one."""
-    return _runner(_Key(compiled, feedthrough))
-
-
-class _Key:
-    """Structure of a filter; equal keys share one compiled loop."""
-
-    def __init__(self, compiled: Compiled, feedthrough: bool) -> None:
-        self.compiled, self.feedthrough = compiled, feedthrough
-        laws = tuple((port.law, len(port.parameters)) for port in compiled.space.laws)
-        sizes = (compiled.n_x, compiled.n_u, compiled.n_w, compiled.n_y)
-        self.id = (sizes, laws, compiled.law_parameters, len(compiled.parameter_names), feedthrough)
-
-    def __hash__(self) -> int:
-        return hash(self.id)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Key) and self.id == other.id
+Runner = Callable[[Array, Array, Array, int, Numbers], Passed]
+"""``run(u, y, mask, n_sub, numbers)``; shapes in `loop.c`."""
 
 
 @lru_cache(maxsize=64)
-def _runner(key: _Key) -> Runner:
-    steps = make_steps(key.compiled, key.feedthrough)
+def filter_runner(plant: FilterPlant) -> Runner:
+    """Return what runs the filter of a model over a record."""
+    steps = plant.steps
     library = build(_source(steps))
     if library is None:
-        return lambda *a: Passed(*run_in_machine(steps, *a))
+        return lambda *given: _interpreted(steps, *given)
     return _native(steps, ctypes.CDLL(str(library)))
 
 
-def _source(steps: Steps) -> str:
+def _source(steps: FilterSteps) -> str:
     generator = ca.CodeGenerator("code.c", {"with_header": False, "main": False})
     for f in steps.functions.values():
         generator.add(f)
@@ -89,12 +65,13 @@ def _source(steps: Steps) -> str:
     text = text.replace("return fmax(x, y);", "return x > y ? x : y;")
     text = text.replace("return fmin(x, y);", "return x < y ? x : y;")
     loop = files("identification.estimation.prediction").joinpath("loop.c").read_text()
-    step_at = steps.places.packed.stop - 1
-    head = f"#define BONDSIGHT_LINEAR {int(steps.linear)}\n#define BONDSIGHT_STEP_AT {step_at}\n"
-    return text + head + loop
+    return (
+        f"{text}#define BONDSIGHT_LINEAR {int(steps.linear)}\n"
+        f"#define BONDSIGHT_STEP_AT {steps.step_at}\n{loop}"
+    )
 
 
-def _native(steps: Steps, handle: ctypes.CDLL) -> Runner:
+def _native(steps: FilterSteps, handle: ctypes.CDLL) -> Runner:
     loop = handle.filter_record
     loop.restype = ctypes.c_longlong
     pointer = ctypes.POINTER(ctypes.c_double)
@@ -103,38 +80,64 @@ def _native(steps: Steps, handle: ctypes.CDLL) -> Runner:
     n_res = max(f.sz_res() for f in functions)
     n_iw = max(max(f.sz_iw() for f in functions), 1)
     n_w = max(max(f.sz_w() for f in functions), 1)
-    at, lay = steps.places, steps.places.lay
 
-    def run(
-        u: Array, y: Array, mask: Array, n_sub: int,
-        z: Array, dz: Array, m: Array, dm: Array, m0: Array, dm0: Array,
-    ) -> Passed:  # fmt: skip
-        n, n_d = y.shape[0], dm.shape[1]
-        sizes = (n, n_sub, lay.n_u, lay.n_y, lay.n_x, at.n_p, lay.n_w, at.n_z, at.n_m, n_d)
-        packed = (ctypes.c_longlong * 11)(*sizes, int(steps.linear))
-        carried, dcarried = np.zeros((2, at.n_z)), np.zeros((2, n_d, at.n_z))
-        carried[0], dcarried[0] = z, dz.T
-        wide = 1 + n_d
-        gains = lay.n_x * lay.n_y
-        room = np.zeros(2 * lay.n_w + wide * (at.n_p + gains + lay.n_y) + 3 * lay.n_y)
-        out = np.empty((n, 3 * lay.n_y + lay.n_x))
-        tangents = np.empty((n, n_d, 2 * lay.n_y))
+    def run(u: Array, y: Array, mask: Array, n_sub: int, numbers: Numbers) -> Passed:
+        (n, n_y), n_d, n_x = y.shape, numbers.where.size, steps.n_x
+        sizes = (
+            n, n_sub, steps.n_u, n_y, n_x, steps.n_p, steps.n_roots, steps.n_z, steps.n_m, n_d
+        )  # fmt: skip
+        carried, dcarried = np.zeros((2, steps.n_z)), np.zeros((2, n_d, steps.n_z))
+        carried[0], dcarried[0] = numbers.z, numbers.dz.T
+        room = np.zeros(steps.n_roots + (1 + n_d) * (steps.n_p + n_x * n_y + n_y) + 3 * n_y)
+        out, tangents = np.empty((n, 3 * n_y + n_x)), np.empty((n, n_d, 2 * n_y))
         work, integers = np.zeros(n_w), (ctypes.c_longlong * n_iw)()
+        given = (numbers.m, numbers.dm.T, numbers.still, numbers.dstill.T)
         inputs = [np.ascontiguousarray(v, float) for v in (u, y, mask)]
-        numbers = [np.ascontiguousarray(v, float) for v in (m, dm.T, m0, dm0.T)]
+        vectors = [np.ascontiguousarray(v, float) for v in given]
 
         def address(v: Array) -> Any:
             return v.ctypes.data_as(pointer)
 
         settled = loop(
-            ctypes.byref(packed), *map(address, inputs), address(carried), address(dcarried),
-            *map(address, numbers), address(room), address(out), address(tangents),
-            integers, address(work), (pointer * n_arg)(), (pointer * n_res)(),
+            ctypes.byref((ctypes.c_longlong * 10)(*sizes)), *map(address, inputs),
+            address(carried), address(dcarried), *map(address, vectors), address(room),
+            address(out), address(tangents), integers, address(work), (pointer * n_arg)(),
+            (pointer * n_res)(),
         )  # fmt: skip
-        k = lay.n_y
-        return Passed(
-            out[:, :k], out[:, k : 2 * k], out[:, 2 * k : 3 * k], out[:, 3 * k :],
-            tangents[:, :, :k], tangents[:, :, k:], int(settled), carried[0].copy(),
-        )  # fmt: skip
+        return _passed(out, tangents, n_y, int(settled))
 
     return run
+
+
+def _passed(out: Array, tangents: Array, n_y: int, settled: int) -> Passed:
+    return Passed(
+        out[:, :n_y], out[:, n_y : 2 * n_y], out[:, 2 * n_y : 3 * n_y], out[:, 3 * n_y :],
+        tangents[:, :, :n_y], tangents[:, :, n_y:], settled,
+    )  # fmt: skip
+
+
+def _interpreted(
+    steps: FilterSteps, u: Array, y: Array, mask: Array, n_sub: int, numbers: Numbers
+) -> Passed:
+    """Call the same functions one after the other: slower, and no gain settles."""
+    (n, n_y), n_d, n_x = y.shape, numbers.where.size, steps.n_x
+    call = {name.removeprefix("bondsight_"): f for name, f in steps.functions.items()}
+    out, tangents = np.empty((n, 3 * n_y + n_x)), np.empty((n, n_d, 2 * n_y))
+    z, dz, roots, end = ca.DM(numbers.z), ca.DM(numbers.dz), ca.DM(0, 1), u[n_sub - 1, 1]
+    for k in range(n):
+        m, dm = (numbers.m, numbers.dm) if k else (numbers.still, numbers.dstill)
+        for j in range(n_sub if k else 1):
+            # the memory given belongs to the first sample: no time has passed
+            elapsed = m[steps.step_at] if k > 1 or j else 0.0
+            a, end = u[k * n_sub + j] if k else (end, end)
+            if steps.n_roots:
+                roots = call["roots"](z, a, end, m, elapsed)
+            if n_d:
+                dz = call["predict_t"](z, roots, a, end, m, elapsed, dz, dm)
+            z = call["predict"](z, roots, a, end, m, elapsed)
+        if n_d:
+            dz, t, _ = call["update_t"](z, y[k], mask[k], end, numbers.m, dz, numbers.dm)
+            tangents[k] = np.asarray(t.full())[n_y:].T
+        z, seen, _ = call["update"](z, y[k], mask[k], end, numbers.m)
+        out[k] = np.concatenate([seen.full().ravel(), z.full().ravel()[:n_x]])
+    return _passed(out, tangents, n_y, -1)

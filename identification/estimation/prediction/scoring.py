@@ -10,8 +10,9 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from bondgraph.support.descent import Damping, Ended, Trial, bounded_step, descend
 from identification.estimation.levenberg_marquardt import STATUS, FitStatus
+from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, evaluate
-from identification.estimation.prediction.model import PredictionModel
+from identification.study.joint import STATE_WEIGHT
 
 ENOUGH = 1e-5
 """Expected gain of the log-likelihood below which a step is not worth taking."""
@@ -21,47 +22,51 @@ LARGEST_STEP = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Maximum:
-    """Where scoring ended."""
+class ClimbPoint:
+    """A point of the climb.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (n_theta,)
+    now : LikelihoodEvaluation
+    cost : float
+        Minus the logarithm of the posterior.
+    gradient : ndarray, shape (n_theta,)
+        Of the logarithm of the posterior.
+    information : ndarray, shape (n_theta, n_theta)
+        Expected, that of the priors included.
+    expected : float
+        Gain that was expected of the step to there.
+    """
 
     theta: Array
-    at: LikelihoodEvaluation
-    status: FitStatus
-    iterations: int
-
-
-@dataclass(frozen=True, slots=True)
-class GaussianRows:
-    """Gaussian rows ``weight (theta - centre)``; value, gradient, curvature."""
-
-    log: float
+    now: LikelihoodEvaluation
+    cost: float
     gradient: Array
     information: Array
+    expected: float = 0.0
 
 
-def prior(model: PredictionModel, theta: Array) -> GaussianRows:
-    """Priors: those given, and weak ones that hold what the data do not determine.
-
-    The weak ones are those of the output-error fit: a factor 20 on logarithmic parameters, ten
-    scales on others, ten spreads on offsets and initial states. Noise has none.
-    """
-    at = model.slots
-    residual, slope = np.zeros(at.size), np.zeros(at.size)
-    for i, f in enumerate(model.free):
-        centre, slope[i] = model.priors.get(f.parameter.name, (0.0, 1.0 / 3.0 if f.log else 0.1))
-        residual[i] = slope[i] * (theta[i] - centre)
-    slope[at.noise.stop :] = 0.1
-    residual[at.noise.stop :] = 0.1 * theta[at.noise.stop :]
-    return GaussianRows(-0.5 * float(residual @ residual), -slope * residual, np.diag(slope**2))
+def scored_at(kalman: KalmanFilter, theta: Array, expected: float = 0.0) -> ClimbPoint:
+    """Evaluate likelihood and priors: those of the joint problem, ten spreads on initial states."""
+    at, now = kalman.slots, evaluate(kalman, theta)
+    weight, centre = np.zeros(at.size), np.zeros(at.size)
+    weight[at.joint], centre[at.joint] = kalman.stack.prior
+    weight[at.noise.stop :] = STATE_WEIGHT
+    away = weight * (theta - centre)
+    return ClimbPoint(
+        theta, now, 0.5 * float(away @ away) - now.log_likelihood, now.gradient - weight * away,
+        now.information + np.diag(weight**2), expected,
+    )  # fmt: skip
 
 
 def maximise(
-    model: PredictionModel,
+    kalman: KalmanFilter,
     start: Array,
     *,
     max_iterations: int = 60,
     progress: Callable[[int, float], None] | None = None,
-) -> Maximum:
+) -> tuple[ClimbPoint, FitStatus]:
     """Climb from `start`; diffusions that do nothing end at their lower bound.
 
     Parameters
@@ -69,82 +74,62 @@ def maximise(
     progress : callable, optional
         Called with the iteration and the log-likelihood.
     """
-    lower, upper = model.bounds()
-    best = _at(model, np.clip(start, lower, upper))
+    lower, upper = kalman.bounds
+    best = scored_at(kalman, np.clip(start, lower, upper))
     if not np.isfinite(best.now.log_likelihood):
-        return Maximum(best.theta, best.now, FitStatus.BROKEN, 0)
+        return best, FitStatus.BROKEN
     count, zeroed = 0, False
 
-    def taken(at: _Stand) -> None:
+    def taken(at: ClimbPoint) -> None:
         nonlocal best, count
         best, count = at, count + 1
         if progress is not None:
             progress(count, at.now.log_likelihood)
 
-    def without(at: _Stand, why: Ended) -> _Stand | None:
+    def without(at: ClimbPoint, why: Ended) -> ClimbPoint | None:
         nonlocal zeroed
         if zeroed or why is not Ended.ARRIVED:
             return None
         zeroed = True
-        made = _without(model, at, lower)
+        made = _without(kalman, at, lower)
         return None if made is at else made
 
-    def trusted(before: _Stand, at: _Stand) -> bool:
+    def trusted(before: ClimbPoint, at: ClimbPoint) -> bool:
         return before.cost - at.cost > 0.5 * at.expected
 
     try:
         made = descend(
-            best, lambda at: _steps(model, at, lower, upper), DAMPING, max_iterations,
+            best, lambda at: _steps(kalman, at, lower, upper), DAMPING, max_iterations,
             lambda before, at: False, rescue=without, trusted=trusted, taken=taken,
         )  # fmt: skip
         status = STATUS[made.ended]
     except KeyboardInterrupt:
         status = FitStatus.CANCELLED
-    return Maximum(best.theta, best.now, status, count)
+    return best, status
 
 
 DAMPING = Damping(start=1e-3, less=10.0, more=8.0, least=1e-8, again=1e-3, tries=12, rescued=1e-3)
 
 
-@dataclass(frozen=True, slots=True)
-class _Stand:
-    """Where the climb stands, and the gain that was expected of the step to there."""
-
-    theta: Array
-    now: LikelihoodEvaluation
-    prior: GaussianRows
-    expected: float = 0.0
-
-    @property
-    def cost(self) -> float:
-        """Minus the logarithm of the posterior."""
-        return -(self.now.log_likelihood + self.prior.log)
-
-
-def _at(model: PredictionModel, theta: Array, expected: float = 0.0) -> _Stand:
-    return _Stand(theta, evaluate(model, theta), prior(model, theta), expected)
-
-
-def _steps(model: PredictionModel, at: _Stand, lower: Array, upper: Array) -> Trial[_Stand]:
+def _steps(kalman: KalmanFilter, at: ClimbPoint, lower: Array, upper: Array) -> Trial[ClimbPoint]:
     """Return what makes the damped steps from a point."""
 
-    def trial(damping: float, number: int) -> _Stand | Ended | None:
-        step, expected = _step(model, at, damping, lower, upper)
+    def trial(damping: float, number: int) -> ClimbPoint | Ended | None:
+        step, expected = _step(kalman, at, damping, lower, upper)
         if abs(expected) < ENOUGH:
             return Ended.ARRIVED
         # rounding may spoil the step where a free run has run away
-        return _at(model, at.theta + step, expected) if expected > 0 else None
+        return scored_at(kalman, at.theta + step, expected) if expected > 0 else None
 
     return trial
 
 
 def _step(
-    model: PredictionModel, at: _Stand, damping: float, lower: Array, upper: Array
+    kalman: KalmanFilter, at: ClimbPoint, damping: float, lower: Array, upper: Array
 ) -> tuple[Array, float]:
     """Damped step within bounds and the gain that the quadratic model expects of it."""
-    theta, gradient = at.theta, at.now.gradient + at.prior.gradient
-    information = at.now.information + at.prior.information
-    limit = np.where(_logarithmic(model), LARGEST_STEP, np.inf)
+    theta, gradient, information = at.theta, at.gradient, at.information
+    limit = np.where(_logarithmic(kalman), LARGEST_STEP, np.inf)
     low, high = np.maximum(lower - theta, -limit), np.minimum(upper - theta, limit)
     size = np.sqrt(np.diag(information))
     alive = (size > 1e-9) & (high > low)
@@ -163,25 +148,25 @@ def _step(
     return np.clip(step, low, high), expected
 
 
-def _logarithmic(model: PredictionModel) -> Array:
-    at, found = model.slots, np.zeros(model.slots.size, bool)
-    found[at.free] = [f.log for f in model.free]
+def _logarithmic(kalman: KalmanFilter) -> Array:
+    at, found = kalman.slots, np.zeros(kalman.slots.size, bool)
+    found[at.joint] = np.isfinite(kalman.stack.lowest)
     found[at.sigma] = found[at.noise] = True
     return found
 
 
-def _without(model: PredictionModel, at: _Stand, lower: Array) -> _Stand:
+def _without(kalman: KalmanFilter, at: ClimbPoint, lower: Array) -> ClimbPoint:
     """Set diffusions to their lower bound where the likelihood loses nothing by it.
 
     On a logarithmic scale the way to zero has no end and no slope; one jump finds it.
     """
-    sigma = model.slots.sigma
+    sigma = kalman.slots.sigma
     for i in range(sigma.start, sigma.stop):
         if at.theta[i] <= lower[i] or at.now.information[i, i] > 4.0:
             continue
         trial = at.theta.copy()
         trial[i] = lower[i]
-        made = _at(model, trial)
+        made = scored_at(kalman, trial)
         if made.cost <= at.cost + 1e-2:
             at = made
     return at

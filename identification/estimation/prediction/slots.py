@@ -1,4 +1,8 @@
-"""What is unknown in a model with process noise, and where it stands in theta."""
+"""What is unknown in a study with process noise, and where it stands in theta.
+
+First the unknowns of the joint problem, then the logarithms of the diffusions and of the readings'
+noise, then where each record starts.
+"""
 
 from __future__ import annotations
 
@@ -10,69 +14,42 @@ from bondgraph.support.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)
-class Diffusion:
-    """White noise of unknown intensity that enters the rate of a state.
-
-    Attributes
-    ----------
-    place : str
-        As it was named: a state, an element with a state, or a source.
-    index : int
-        Position among the states, or among the inputs.
-    at_source : bool
-        The noise is added to a command and acts where the command acts.
-    unit : str
-        Of the intensity: the state's (or the command's, times seconds) by square root of time.
-    """
-
-    place: str
-    index: int
-    at_source: bool
-    unit: str
-
-
-@dataclass(frozen=True, slots=True)
 class FilterSlots:
-    """Where each kind of unknown stands in theta."""
+    """Where each kind of unknown stands in theta; `n_states` has an entry for each record."""
 
-    n_free: int
+    n_joint: int
     n_sigma: int
     n_noise: int
-    n_offset: int
-    n_state: int
-    n_records: int
+    n_states: tuple[int, ...]
 
     @property
-    def free(self) -> slice:
-        """Model parameters."""
-        return slice(0, self.n_free)
+    def joint(self) -> slice:
+        """Unknowns of the joint problem."""
+        return slice(0, self.n_joint)
 
     @property
     def sigma(self) -> slice:
         """Logarithms of the diffusions."""
-        return slice(self.n_free, self.n_free + self.n_sigma)
+        return slice(self.n_joint, self.n_joint + self.n_sigma)
 
     @property
     def noise(self) -> slice:
         """Logarithms of the readings' noise."""
         return slice(self.sigma.stop, self.sigma.stop + self.n_noise)
 
-    def offsets(self, record: int) -> slice:
-        """Offsets of a record's readings, over the readings' scale."""
-        start = self.noise.stop + record * (self.n_offset + self.n_state)
-        return slice(start, start + self.n_offset)
-
     def states(self, record: int) -> slice:
         """Return where a record starts, less its rest, over the states' scale."""
-        start = self.offsets(record).stop
-        return slice(start, start + self.n_state)
+        start = self.noise.stop + sum(self.n_states[:record])
+        return slice(start, start + self.n_states[record])
 
-    def of_record(self, record: int) -> Array:
-        """Positions of everything a record depends on."""
-        own = slice(self.offsets(record).start, self.states(record).stop)
-        return np.concatenate([np.arange(self.noise.stop), np.arange(own.start, own.stop)])
+    def of_record(self, columns: Array, record: int) -> Array:
+        """Return what a record depends on: its `columns` of the joint unknowns and all others."""
+        own = self.states(record)
+        return np.concatenate(
+            [columns, np.arange(self.n_joint, self.noise.stop), np.arange(own.start, own.stop)]
+        )
 
     @property
     def size(self) -> int:
         """Length of theta."""
-        return int(self.noise.stop) + self.n_records * (self.n_offset + self.n_state)
+        return int(self.noise.stop) + sum(self.n_states)

@@ -128,6 +128,7 @@ def test_all_fields_of_a_fit_are_stored() -> None:
     assert {f.name for f in fields(Estimation)} == {
         "study", "setting", "method", "optimiser", "status", "point", "covariance", "cost",
         "trace", "estimates", "nuisances", "simulated", "notes", "seconds",
+        "filtered",
     }  # fmt: skip
     assert {f.name for f in fields(SettledSetting)} == {
         "hold", "n_sub", "floors", "whitening", "n_fine", "corrections",
@@ -135,7 +136,7 @@ def test_all_fields_of_a_fit_are_stored() -> None:
     }  # fmt: skip
     assert {f.name for f in fields(Study)} == {
         "graph", "recordings", "free", "fixed", "initial", "hold", "noise", "nuisances", "splits",
-        "validation", "init", "silent", "window", "n_sub",
+        "validation", "init", "silent", "window", "n_sub", "process_noise",
     }  # fmt: skip
     assert {f.name for f in fields(Nuisances)} == {
         "offsets", "lags", "commands", "clock", "gains",
@@ -143,6 +144,35 @@ def test_all_fields_of_a_fit_are_stored() -> None:
     assert {f.name for f in fields(Vary)} == {
         "name", "start", "lower", "upper", "prior", "scale", "own",
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("noise", [("m", "F"), {"m": 0.1}, ()])
+def test_what_a_filter_saw_is_stored(
+    noise: tuple[str, ...] | dict[str, float], tmp_path: Path
+) -> None:
+    study = Study(spring(), recording("one", 1), process_noise=noise)
+    made = estimate(study, method="prediction_error", max_iterations=5)
+    save_fit(made, tmp_path / "fit.npz")
+    again = open_fit(tmp_path / "fit.npz")
+    assert again.study.process_noise == study.process_noise
+    assert made.filtered is not None
+    assert again.filtered is not None
+    assert again.filtered.log_likelihood == made.filtered.log_likelihood
+    assert [(e.name, e.value) for e in again.noises] == [(e.name, e.value) for e in made.noises]
+    for name in ("reading", "innovation", "state"):
+        (one,), (other,) = (getattr(f.filtered, name) for f in (made, again))
+        assert np.array_equal(one, other, equal_nan=True)
+    assert str(again) == str(made)
+
+
+def test_a_file_from_before_there_was_process_noise_opens(
+    fitted: Estimation, file: Path, tmp_path: Path
+) -> None:
+    document, arrays = read_archive(file, SCHEMA)
+    older = {**document, "study": dict(document["study"]), "fit": dict(document["fit"])}
+    del older["study"]["process_noise"], older["fit"]["filtered"]
+    write_archive(tmp_path / "old.npz", SCHEMA, older, arrays)
+    same(fitted, open_fit(tmp_path / "old.npz"))
 
 
 def test_recordings_may_stay_outside_and_are_then_checked(

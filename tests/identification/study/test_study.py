@@ -179,10 +179,12 @@ def test_study_travels_with_all_it_was_given() -> None:
         record(60), free=("m", Vary("k", own=True)), fixed={"d": 2.5}, initial={"q_k": 0.0},
         hold="hold", noise={"x": 1e-4}, nuisances=Nuisances(clock=1e-4),
         validation=record(80, name="v"), init=3, n_sub=2,
+        process_noise={"m": 0.1},
     )  # fmt: skip
     other = pickle.loads(pickle.dumps(made))
     for name in ("free", "fixed", "initial", "hold", "noise", "nuisances", "splits", "init"):
         assert getattr(other, name) == getattr(made, name), name
+    assert other.process_noise == made.changed(init=4).process_noise == {"m": 0.1}
     assert other.n_sub == 2
     assert other.record_names == made.record_names
     assert np.array_equal(other.validation[0]["x"], made.validation[0]["x"])

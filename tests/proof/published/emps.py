@@ -8,9 +8,7 @@ from collections.abc import Mapping
 
 from bondgraph.signals.recording import Recording, Split
 from identification.datasets import protocol
-from identification.estimation import Estimation
-from identification.estimation.prediction import PredictionFit, PredictionModel, fit_prediction
-from identification.study.problem import data_for
+from identification.estimation import NO_NUISANCES, Estimation, Study, estimate
 from tests.proof.published.models.positioning_axis import positioning_axis
 from tests.proof.published.outcome import Compared, Outcome, Reached, split_hash
 from tests.proof.published.staging import (
@@ -34,28 +32,21 @@ PUBLISHED = {
 """Names of the model -> name, value and unit of the benchmark (Janot, Gautier, Brunot, 2019)."""
 
 TOLERANCE = 0.03
-FLOOR = 1e-6  # m; start value of the position's noise, which is estimated
 
 
-def fit(recording: Recording, *, progress: Progress | None = None) -> PredictionFit:
+def fit(recording: Recording, *, progress: Progress | None = None) -> Estimation:
     """Fit mass, friction and offset by prediction errors, with process noise on the momentum.
 
     The loop is closed and friction is not exactly Coulomb's: errors of the simulated position
     would weight the slow part of what the model leaves out, errors of a Kalman filter's prediction
     take it as a random force. The drive holds its command between samples.
     """
-    most = 60
-
-    def say(iteration: int, likelihood: float) -> None:
-        if progress is not None:
-            progress(f"log-likelihood {likelihood:.6g}", iteration / most)
-
-    graph, n = positioning_axis(), recording.n
-    split = Split(slice(0, n), slice(n, n), "all samples train")
-    data = data_for(graph, recording, split, {"x": FLOOR}, "hold")
-    return fit_prediction(
-        PredictionModel(graph, (data,), ("M",)), max_iterations=most, progress=say
-    )
+    n = recording.n
+    study = Study(
+        positioning_axis(), recording, splits=Split(slice(0, n), slice(n, n), "all samples train"),
+        hold="hold", nuisances=NO_NUISANCES, process_noise=("M",),
+    )  # fmt: skip
+    return estimate(study, method="prediction_error", progress=progress)
 
 
 def refit(

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
-from bondgraph import TF, BondGraph, C, Df, Dq, I, One, R, Se, Zero
+from bondgraph import TF, BondGraph, C, Df, Dq, I, One, R, Recording, Se, Zero
 from bondgraph.signals.recording import Split
-from identification.study.problem import Data
+from identification.estimation.prediction.kalman import KalmanFilter, kalman_filter
+from identification.study.specification import NO_NUISANCES
+from identification.study.study import Study
 
 Array = np.ndarray
 MASS, DAMPING, STIFFNESS = 0.5, 2.0, 200.0
+UNITS = {"F": "N", "V": "V", "x": "m", "s": "m/s", "Q": "C", "f": "N", "phi": "rad", "T": "N*m"}
 
 
 def spring(both: bool = False, stiffness: float = STIFFNESS) -> BondGraph:
@@ -63,19 +70,42 @@ def euler_maruyama(
     return out
 
 
-def data_of(
+def recording_of(
     readings: Array,
     dt: float,
     u: Array,
     names: tuple[str, ...] = ("x",),
-    floor: float = 1e-3,
     source: str = "F",
-) -> Data:
-    """Wrap arrays: all samples train."""
+    name: str = "run",
+) -> Recording:
+    """Wrap arrays in SI."""
     y = readings if readings.ndim == 2 else readings[:, None]
-    n = y.shape[0]
-    split = Split(slice(0, n), slice(n, n), "all")
-    return Data("run", dt * np.arange(n), {source: u}, y, names, np.full(y.shape[1], floor), split)
+    values = {source: u, **dict(zip(names, y.T, strict=True))}
+    channels = {f"{n}[{UNITS[n]}]": v for n, v in values.items()}
+    return Recording.from_arrays(name, channels, fs=1 / dt)
+
+
+def study_of(
+    graph: BondGraph,
+    recordings: Recording | Sequence[Recording],
+    process_noise: Sequence[str] | Mapping[str, float] | None = (),
+    **more: Any,
+) -> Study:
+    """Return a study of whole recordings, taken as they are, with one step a sample."""
+    records = [recordings] if isinstance(recordings, Recording) else recordings
+    splits = [Split(slice(0, r.n), slice(r.n, r.n), "all") for r in records]
+    usual = {"splits": splits, "nuisances": NO_NUISANCES, "n_sub": 1}
+    return Study(graph, records, process_noise=process_noise, **{**usual, **more})
+
+
+def filter_of(*given: Any, readings: Array | None = None, **more: Any) -> KalmanFilter:
+    """Return the filter of `study_of`, `readings` of its first record replaced: NaN is missing."""
+    made = kalman_filter(study_of(*given, **more))
+    if readings is None:
+        return made
+    first, *others = made.stack.problems
+    first = replace(first, data=replace(first.data, readings=readings))
+    return replace(made, stack=replace(made.stack, problems=(first, *others)))
 
 
 def random_force(n: int, rng: np.random.Generator, hold: int = 10, size: float = 4.0) -> Array:

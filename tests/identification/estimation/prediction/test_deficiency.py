@@ -10,13 +10,15 @@ import pytest
 
 from bondgraph.laws import Polynomial
 from bondgraph.simulation.simulate import simulate
-from identification.estimation.prediction import PredictionModel, deficient_equations
+from identification.estimation import estimate
+from identification.estimation.prediction import deficient_equations
 from identification.estimation.prediction.deficiency import boundary_p_value
 from tests.identification.estimation.prediction.plants import (
-    data_of,
     euler_maruyama,
     random_force,
+    recording_of,
     spring,
+    study_of,
 )
 
 DT, N = 0.02, 600
@@ -26,11 +28,16 @@ def test_random_momentum_points_at_the_momentum() -> None:
     rng = np.random.default_rng(2)
     u = random_force(N, rng)[:, None]
     x = euler_maruyama(u, DT, 0.3, rng) + 5e-4 * rng.standard_normal((N, 1))
-    report = deficient_equations(PredictionModel(spring(), (data_of(x, DT, u[:, 0]),)))
+    report = deficient_equations(study_of(spring(), recording_of(x, DT, u[:, 0])))
     assert report.places[0].place == "p_m"
     assert report.places[0].p_value < 1e-10
     assert report.places[0].sigma == pytest.approx(0.3, rel=0.15)
     assert "the equation of p_m is deficient" in str(report)
+    # from a fit: the same, from where that one ended
+    fitted = estimate(study_of(spring(), recording_of(x, DT, u[:, 0])))
+    again = deficient_equations(fitted, ("q_k", "p_m")).places[0]
+    assert again.place == "p_m"
+    assert again.sigma == pytest.approx(report.places[0].sigma, rel=1e-3)
 
 
 def test_missing_cubic_spring_points_at_the_momentum() -> None:
@@ -39,7 +46,7 @@ def test_missing_cubic_spring_points_at_the_momentum() -> None:
     law = Polynomial(half=0.05, size=5.0, orders=(3,), unit="N")
     g = spring().with_element("k", law=law).with_values({"a_3_k": 4.0})
     x = simulate(g, DT * np.arange(N), {"F": u})["x"] + 5e-4 * rng.standard_normal(N)
-    report = deficient_equations(PredictionModel(spring(), (data_of(x, DT, u),)))
+    report = deficient_equations(study_of(spring(), recording_of(x, DT, u)))
     # the force of the spring stands in the balance of forces, not in that of speeds
     assert report.places[0].place == "p_m"
     assert report.places[0].ratio > report.places[1].ratio + 10
@@ -50,7 +57,7 @@ def test_a_right_model_needs_no_noise() -> None:
     rng = np.random.default_rng(4)
     u = random_force(N, rng)
     x = simulate(spring(), DT * np.arange(N), {"F": u})["x"] + 5e-4 * rng.standard_normal(N)
-    report = deficient_equations(PredictionModel(spring(), (data_of(x, DT, u),)))
+    report = deficient_equations(study_of(spring(), recording_of(x, DT, u)))
     assert not report.significant
     assert "the equations suffice" in str(report)
     assert {d.place for d in report.places} == {"p_m", "q_k"}
@@ -68,8 +75,8 @@ def test_the_boundary_halves_the_p_value() -> None:
     x = np.asarray(simulate(spring(), DT * np.arange(n), {"F": u})["x"])
     p = []
     for _ in range(runs):
-        data = data_of(x + 5e-4 * rng.standard_normal(n), DT, u, floor=5e-4)
-        (only,) = deficient_equations(PredictionModel(spring(), (data,)), ["p_m"]).places
+        record = recording_of(x + 5e-4 * rng.standard_normal(n), DT, u)
+        (only,) = deficient_equations(study_of(spring(), record), ["p_m"]).places
         p.append(only.p_value)
     assert 18 <= sum(v > 0.49 for v in p) <= 36
     assert sum(v < 0.05 for v in p) <= 6
@@ -79,7 +86,12 @@ def test_the_boundary_halves_the_p_value() -> None:
 
 @pytest.mark.parametrize(
     "module",
-    ["estimation.prediction.deficiency", "estimation.prediction.diffusion", "statistics.whiteness"],
+    [
+        "estimation.prediction.deficiency",
+        "estimation.prediction.diffusion",
+        "statistics.whiteness",
+        "study.process_noise",
+    ],
 )
 def test_examples_in_the_docstrings(module: str) -> None:
     result = doctest.testmod(import_module(f"identification.{module}"))

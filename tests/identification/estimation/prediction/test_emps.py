@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from actuators.models.textbook import mass_with_viscous_friction
-from bondgraph import BondGraph, Parameter
+from bondgraph import BondGraph, Parameter, Recording
 from bondgraph.laws import Coulomb
+from bondgraph.signals.recording import Split
 from identification import datasets as data
-from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.prediction import (
-    PredictionModel,
-    deficient_equations,
-    fit_prediction,
-)
-from identification.study.problem import Data, data_for
+from identification.estimation import NO_NUISANCES, Estimation, FitStatus, Study, estimate
+from identification.estimation.prediction import deficient_equations
 
 pytestmark = pytest.mark.recordings
 
@@ -23,12 +22,16 @@ PUBLISHED = {"M": 95.1, "F_v": 203.5, "F_c_F_v": 20.4}
 
 
 @pytest.fixture(scope="module")
-def record() -> Data:
+def record() -> tuple[Recording, Split]:
     if not data.available("emps"):
         pytest.skip(f"emps: set {data.FOLDER_VARIABLE} to the folder of the recordings")
-    recording, split = data.load("emps")
+    return data.load("emps")
+
+
+def study(dry: bool, record: tuple[Recording, Split], *process_noise: str, **more: Any) -> Study:
     # the controller's output is held between samples
-    return data_for(carriage(False), recording, split, {"x": 1e-6}, "hold")
+    usual = {"hold": "hold", "nuisances": NO_NUISANCES, "splits": record[1]}
+    return Study(carriage(dry), record[0], process_noise=process_noise, **{**usual, **more})
 
 
 def carriage(dry: bool) -> BondGraph:
@@ -38,33 +41,45 @@ def carriage(dry: bool) -> BondGraph:
     return g.with_element("F_v", law=Coulomb(15.0)) if dry else g
 
 
+def fitted(record: tuple[Recording, Split], *process_noise: str) -> Estimation:
+    return estimate(study(True, record, *process_noise), method="prediction_error")
+
+
 @pytest.mark.long
-def test_published_parameters_in_closed_loop(record: Data) -> None:
-    found = fit_prediction(PredictionModel(carriage(True), (record,), ("M",)))
+def test_published_parameters_in_closed_loop(record: tuple[Recording, Split]) -> None:
+    found = fitted(record, "M")
     assert found.status is FitStatus.CONVERGED
     for name, value in PUBLISHED.items():
         assert found.values[name] == pytest.approx(value, rel=0.03)
-        low, high = found[name].ci95
+        low, high = found.estimate_of(name).ci95
         assert low < value < high
-    assert found.rmse("test")["x"] < 2e-7
-    assert any("jumps" in r for r in found.remarks)
+    assert found.filtered is not None
+    data = found.problem().data
+    error = (data.readings - found.filtered.reading[0])[data.mask("test")]
+    assert np.sqrt(np.mean(error**2)) < 2e-7
+    assert any("jumps" in n for n in found.notes)
 
 
 @pytest.mark.long
-def test_output_errors_are_further_off(record: Data) -> None:
-    dry = PredictionModel(carriage(True), (record,))
-    with_noise = fit_prediction(PredictionModel(carriage(True), (record,), ("M",)))
-    without = fit_prediction(dry)
+def test_output_errors_are_further_off(record: tuple[Recording, Split]) -> None:
+    with_noise, without = fitted(record, "M"), fitted(record)
     off = [
         np.max([abs(f.values[n] / v - 1) for n, v in PUBLISHED.items()])
         for f in (with_noise, without)
     ]
     assert off[0] < off[1]
-    assert with_noise.log_likelihood > without.log_likelihood + 1e4
+    assert with_noise.filtered is not None
+    assert without.filtered is not None
+    assert with_noise.filtered.log_likelihood > without.filtered.log_likelihood + 1e4
 
 
-def test_the_deficient_equation_of_the_viscous_model(record: Data) -> None:
-    short = data_for(carriage(False), *data.load("emps"), {"x": 1e-6}, "hold").thinned(4)
-    report = deficient_equations(PredictionModel(carriage(False), (short,), noise={"x": 1e-6}))
+def test_the_deficient_equation_of_the_viscous_model(record: tuple[Recording, Split]) -> None:
+    whole, split = record
+    every = {n: v[::4] for n, v in whole.channels.items()}
+    short = replace(whole, time=whole.time[::4], channels=every)
+    parts = [split.train, split.test]
+    train, test = (slice(-(-s.start // 4), -(-s.stop // 4)) for s in parts if isinstance(s, slice))
+    thinned = short, Split(train, test, "every fourth sample")
+    report = deficient_equations(study(False, thinned, noise={"x": 1e-6}))
     assert report.places[0].place == "p_M"
     assert "p_M is deficient" in str(report)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,23 +11,22 @@ import pytest
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Coulomb, Polynomial, StopSum
 from bondgraph.simulation.simulate import simulate
-from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.prediction import (
-    PredictionFit,
-    PredictionModel,
-    evaluate,
-    fit_prediction,
-)
+from identification.estimation import Estimation, FitStatus, Vary, estimate
+from identification.estimation.prediction.fit import FilterFit, fit_filter
+from identification.estimation.prediction.likelihood import evaluate
+from identification.estimation.prediction.words import remarks
 from identification.estimation.single_record import fit
 from identification.study.problem import Problem
 from tests.identification.estimation.prediction.plants import (
     DAMPING,
     MASS,
     STIFFNESS,
-    data_of,
     euler_maruyama,
+    filter_of,
     random_force,
+    recording_of,
     spring,
+    study_of,
 )
 
 Array = np.ndarray
@@ -36,31 +36,43 @@ RUNS = 24
 
 
 @pytest.fixture(scope="module")
-def fits() -> list[tuple[PredictionFit, PredictionFit]]:
+def fits() -> list[tuple[FilterFit, FilterFit]]:
     """With process noise at the momentum, and without (single shooting), on the same data."""
     rng = np.random.default_rng(11)
     u = np.stack([random_force(N, rng) for _ in range(RUNS)], axis=1)
     x = euler_maruyama(u, DT, SIGMA, rng, runs=RUNS) + NOISE * rng.standard_normal((N, RUNS))
-    found = []
-    for i in range(RUNS):
-        data = data_of(x[:, i], DT, u[:, i], floor=NOISE)
-        with_noise = fit_prediction(PredictionModel(spring(), (data,), ("m",)))
-        found.append((with_noise, fit_prediction(PredictionModel(spring(), (data,)))))
-    return found
+    records = [recording_of(x[:, i], DT, u[:, i]) for i in range(RUNS)]
+    return [
+        (fit_filter(filter_of(spring(), r, ("m",))), fit_filter(filter_of(spring(), r)))
+        for r in records
+    ]
 
 
-def hits(fit: PredictionFit) -> list[bool]:
+def hits(fit: FilterFit, truth: Mapping[str, float] = TRUTH) -> list[bool]:
     """Whether the 95 % intervals of a right noise model hold the truth."""
     sd = np.sqrt(np.diag(fit.covariance))
     inside = []
-    for i, f in enumerate(fit.model.free):
+    for i, f in fit.kalman.stack.free.items():
         low, high = (f.value(fit.theta[i] + k * 1.96 * sd[i]) for k in (-1, 1))
-        inside.append(low <= TRUTH[f.parameter.name] <= high)
+        inside.append(low <= truth[f.parameter.name] <= high)
     return inside
 
 
+def value(fit: FilterFit, name: str) -> float:
+    (found,) = (
+        f.value(fit.theta[i]) for i, f in fit.kalman.stack.free.items() if f.parameter.name == name
+    )
+    return found
+
+
+def one_step_error(found: Estimation) -> Array:
+    assert found.filtered is not None
+    error = found.problem().data.readings - found.filtered.reading[0]
+    return np.asarray(np.sqrt(np.mean(error**2, axis=0)))
+
+
 def test_intervals_cover_with_process_noise_and_fail_without(
-    fits: list[tuple[PredictionFit, PredictionFit]],
+    fits: list[tuple[FilterFit, FilterFit]],
 ) -> None:
     assert all(a.status is FitStatus.CONVERGED for a, _ in fits)
     right = np.array([hits(a) for a, _ in fits])
@@ -68,44 +80,46 @@ def test_intervals_cover_with_process_noise_and_fail_without(
     # 72 intervals: 68.4 expected at 95 %, below 63 with a probability of one in a hundred
     assert right.sum() >= 63
     assert wrong.sum() <= 50
-    spread = [np.std([f.values["k"] for f in column]) for column in zip(*fits, strict=True)]
+    spread = [np.std([value(f, "k") for f in column]) for column in zip(*fits, strict=True)]
     assert spread[0] < 0.8 * spread[1]
 
 
-def test_noise_levels_are_found(fits: list[tuple[PredictionFit, PredictionFit]]) -> None:
-    sigma = np.array([a.sigma["m"] for a, _ in fits])
-    noise = np.array([a.noise["x"] for a, _ in fits])
-    assert np.mean(sigma) == pytest.approx(SIGMA, rel=0.03)
-    assert np.mean(noise) == pytest.approx(NOISE, rel=0.03)
-    covered = [a["sigma m"].ci95[0] <= SIGMA <= a["sigma m"].ci95[1] for a, _ in fits]
+def test_noise_levels_are_found(fits: list[tuple[FilterFit, FilterFit]]) -> None:
+    found = [{e.name: e for e in a.noises()} for a, _ in fits]
+    assert np.mean([f["sigma m"].value for f in found]) == pytest.approx(SIGMA, rel=0.03)
+    assert np.mean([f["noise x"].value for f in found]) == pytest.approx(NOISE, rel=0.03)
+    covered = [f["sigma m"].ci95[0] <= SIGMA <= f["sigma m"].ci95[1] for f in found]
     assert sum(covered) >= 20
 
 
 def test_innovations_are_white_only_with_process_noise(
-    fits: list[tuple[PredictionFit, PredictionFit]],
+    fits: list[tuple[FilterFit, FilterFit]],
 ) -> None:
-    good, poor = fits[0]
-    e = good.predicted[0].innovation[:, 0]
+    studies = [f.kalman.study for f in fits[0]]
+    good, poor = (estimate(s, method="prediction_error") for s in studies)
+    assert good.filtered is not None
+    assert poor.filtered is not None
+    e = good.filtered.innovation[0][:, 0]
     assert np.std(e) == pytest.approx(1.0, abs=0.1)
-    assert not any("white" in r for r in good.remarks)
-    assert any("not white" in r for r in poor.remarks)
-    assert any("fit of output errors" in r for r in poor.remarks)
-    assert good.rmse("train")["x"] < 0.5 * good.rmse("train", "simulated")["x"]
-    assert poor.rmse("train")["x"] == pytest.approx(poor.rmse("train", "simulated")["x"], rel=1e-6)
-    assert good.log_likelihood > poor.log_likelihood + 100
+    assert not any("not white" in n for n in good.notes)
+    assert any("not white" in n for n in poor.notes)
+    assert any("fit of output errors" in n for n in poor.notes)
+    assert one_step_error(good)[0] < 0.5 * good.rmse("train")["x"]
+    assert one_step_error(poor)[0] == pytest.approx(poor.rmse("train")["x"], rel=1e-6)
+    assert good.filtered.log_likelihood > poor.filtered.log_likelihood + 100
 
 
 def test_filtered_states_are_nearer_than_a_free_run() -> None:
     rng = np.random.default_rng(3)
     u = random_force(N, rng)[:, None]
     x = euler_maruyama(u, DT, SIGMA, rng)
-    data = data_of(x + 2e-3 * rng.standard_normal(x.shape), DT, u[:, 0])
-    found = fit_prediction(PredictionModel(spring(), (data,), ("m",)))
-    seen = found.predicted[0]
-    i = found.model.state_names.index("q_k")
-    filtered = np.std(seen.state[:, i] - x[:, 0])
+    record = recording_of(x + 2e-3 * rng.standard_normal(x.shape), DT, u[:, 0])
+    found = estimate(study_of(spring(), record, ("m",)), method="prediction_error")
+    assert found.filtered is not None
+    i = found.problem().engine.state_names.index("q_k")
+    filtered = np.std(found.filtered.state[0][:, i] - x[:, 0])
     assert filtered < 0.8 * 2e-3
-    assert filtered < 0.3 * np.std(seen.simulated - x)
+    assert filtered < 0.3 * np.std(found.simulated[0] - x)
 
 
 def test_without_process_noise_it_is_the_fit_of_output_errors() -> None:
@@ -113,24 +127,29 @@ def test_without_process_noise_it_is_the_fit_of_output_errors() -> None:
     rng = np.random.default_rng(7)
     u = random_force(N, rng)
     x = np.asarray(simulate(spring(), DT * np.arange(N), {"F": u})["x"])
-    data = data_of(x + NOISE * rng.standard_normal(N), DT, u, floor=NOISE)
     start = {"m": 0.65, "d": 1.2, "k": 260.0}
+    study = study_of(
+        spring(), recording_of(x + NOISE * rng.standard_normal(N), DT, u), ("m",),
+        free=[Vary(n, start=v) for n, v in start.items()],
+    )  # fmt: skip
+    data = replace(study.stack().problems[0].data, floor=np.array([NOISE]))
     other = fit(Problem(spring(), data, starts=start, lags=False, offsets=False))
-    found = fit_prediction(PredictionModel(spring(), (data,), ("m",), starts=start))
+    found = estimate(study, method="prediction_error")
     assert found.status is FitStatus.CONVERGED
-    assert found.sigma == {"m": 0.0}
-    assert any("ask for no process noise at m" in r for r in found.remarks)
-    at_bound = found["sigma m"]
+    at_bound = found.estimate_of("sigma m")
+    assert at_bound.value == 0.0
+    assert any("ask for no process noise at m" in n for n in found.notes)
     assert at_bound.at_bound
     for e in other.estimates:
-        mine = found[e.name]
+        mine = found.estimate_of(e.name)
         wide = 0.5 * (mine.ci95[1] - mine.ci95[0])
         assert abs(mine.value - e.value) < 0.05 * wide
         assert 0.5 * (e.ci95[1] - e.ci95[0]) == pytest.approx(wide, rel=0.25)
     # the largest diffusion that 95 % leave: a loss of 1.92 of the log-likelihood
-    theta = found.theta.copy()
-    theta[found.model.slots.sigma] = np.log(at_bound.ci95[1])
-    loss = found.log_likelihood - evaluate(found.model, theta, False).log_likelihood
+    best = fit_filter(filter_of(spring(), study.recordings, ("m",), free=study.free))
+    theta = best.theta.copy()
+    theta[best.kalman.slots.sigma] = np.log(at_bound.ci95[1])
+    loss = best.at.log_likelihood - evaluate(best.kalman, theta, False).log_likelihood
     assert 1.0 < loss < 4.0
 
 
@@ -157,20 +176,20 @@ def test_an_unstable_plant_in_closed_loop() -> None:
         body >> C("k", stiffness=1.0, unit="N/m", law=tip, fixed=True)
         body >> Dq("x", unit="m")
     g = g.with_values({"a_1_k": -10.0})
-    data = replace(data_of(y, dt, u, floor=1e-3), hold="hold")
-    found = fit_prediction(PredictionModel(g, (data,), ("m",), n_sub=2))
+    study = study_of(g, recording_of(y, dt, u), ("m",), n_sub=2, hold="hold")
+    found = estimate(study, method="prediction_error")
     assert found.status is FitStatus.CONVERGED
     for name, true in (("m", MASS), ("d", 0.5), ("a_1_k", stiffness - 1.0)):
-        low, high = found[name].ci95
+        low, high = found.estimate_of(name).ci95
         assert low < true < high
         assert high - low < 0.4 * abs(true) + 0.4
-    assert found.sigma["m"] == pytest.approx(0.05, rel=0.25)
+    assert found.estimate_of("sigma m").value == pytest.approx(0.05, rel=0.25)
     # single shooting from the same start: 30 s are many times the time the pendulum takes to fall
-    free_run = fit_prediction(PredictionModel(g, (data,), n_sub=2))
+    free_run = estimate(study.changed(process_noise=()), method="prediction_error")
     assert free_run.status is not FitStatus.CONVERGED
     assert abs(free_run.values["a_1_k"] - stiffness + 1.0) > 2.0
     assert not free_run.rmse("train")["x"] < 10 * np.std(y)
-    assert any("intervals are not to be trusted" in r for r in free_run.remarks)
+    assert any("intervals are not to be trusted" in n for n in free_run.notes)
 
 
 def test_what_a_filter_neglects_is_said() -> None:
@@ -183,17 +202,18 @@ def test_what_a_filter_neglects_is_said() -> None:
     for element, law, words in laws:
         g = spring().with_element(element, law=law)
         x = simulate(g, DT * np.arange(200), {"F": u})["x"]
-        data = data_of(x + NOISE * rng.standard_normal(200), DT, u)
-        found = fit_prediction(PredictionModel(g, (data,), ("m",)), max_iterations=8)
-        assert any(words in r for r in found.remarks)
-        assert np.isfinite(found.log_likelihood)
+        record = recording_of(x + NOISE * rng.standard_normal(200), DT, u)
+        found = fit_filter(filter_of(g, record, ("m",)), max_iterations=8)
+        assert any(words in r for r in remarks(found))
+        assert np.isfinite(found.at.log_likelihood)
 
 
 def test_interrupt_keeps_the_best_so_far() -> None:
     rng = np.random.default_rng(5)
     u = random_force(200, rng)[:, None]
     x = euler_maruyama(u, DT, SIGMA, rng)
-    model = PredictionModel(spring(), (data_of(x, DT, u[:, 0]),), ("m",), starts={"k": 300.0})
+    free = ("m", "d", Vary("k", start=300.0))
+    model = filter_of(spring(), recording_of(x, DT, u[:, 0]), ("m",), free=free)
     heard: list[float] = []
 
     def stop(iteration: int, value: float) -> None:
@@ -201,9 +221,9 @@ def test_interrupt_keeps_the_best_so_far() -> None:
         if iteration == 3:
             raise KeyboardInterrupt
 
-    found = fit_prediction(model, progress=stop)
+    found = fit_filter(model, progress=stop)
     assert found.status is FitStatus.CANCELLED
-    assert found.log_likelihood == heard[-1]
+    assert found.at.log_likelihood == heard[-1]
 
 
 def test_extended_filter_covers_with_a_nonlinear_spring() -> None:
@@ -223,13 +243,10 @@ def test_extended_filter_covers_with_a_nonlinear_spring() -> None:
     x = x + NOISE * rng.standard_normal(x.shape)
     law = Polynomial(half=0.05, size=5.0, orders=(3,), unit="N")
     g = spring().with_element("k", law=law).with_values({"a_3_k": 2.0})
-    inside = []
+    inside: list[bool] = []
     for i in range(runs):
-        data = data_of(x[:, i], DT, u[:, i], floor=NOISE)
-        found = fit_prediction(PredictionModel(g, (data,), ("m",), n_sub=2))
-        sd = np.sqrt(np.diag(found.covariance))
-        for k, f in enumerate(found.model.free):
-            low, high = (f.value(found.theta[k] + s * 1.96 * sd[k]) for s in (-1, 1))
-            inside.append(low <= {**TRUTH, "a_3_k": cubic}[f.parameter.name] <= high)
+        record = recording_of(x[:, i], DT, u[:, i])
+        found = fit_filter(filter_of(g, record, ("m",), n_sub=2))
+        inside += hits(found, {**TRUTH, "a_3_k": cubic})
     # 64 intervals: 60.8 expected at 95 %
     assert sum(inside) >= 56

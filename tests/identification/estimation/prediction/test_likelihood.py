@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.linalg import expm, solve_discrete_are
 from scipy.stats import multivariate_normal
 
-from bondgraph import BondGraph, C, De, I, One, Parameter, R, Se, Zero
+from bondgraph import BondGraph, C, De, I, One, R, Se, Zero
 from bondgraph.laws import Coulomb, Polynomial, QuadraticDrag, StopSum
 from bondgraph.simulation.simulate import simulate
-from identification.estimation.prediction import PredictionModel, evaluate
-from identification.estimation.prediction.likelihood import pass_over
-from identification.estimation.prediction.loop import _runner
+from bondgraph.support.errors import BondsightError
+from identification.estimation.prediction.exact_plant import ExactPlant
+from identification.estimation.prediction.kalman import KalmanFilter
+from identification.estimation.prediction.likelihood import evaluate, pass_over
+from identification.estimation.prediction.loop import filter_runner
+from identification.study.specification import Nuisances, Vary
 from tests.identification.estimation.prediction.plants import (
     DAMPING,
     MASS,
     STIFFNESS,
-    data_of,
+    filter_of,
     random_force,
+    recording_of,
     spring,
+    study_of,
     transducer,
 )
 
@@ -38,14 +41,14 @@ def measured(n: int, seed: int = 1, both: bool = False, size: float = 4.0) -> tu
     return u, y * (1 + 0.1 * rng.standard_normal(y.shape)) + 1e-3 * rng.standard_normal(y.shape)
 
 
-def moved(model: PredictionModel, seed: int = 2, by: float = 0.1) -> Array:
+def moved(model: KalmanFilter, seed: int = 2, by: float = 0.1) -> Array:
     start = model.start()
     rng = np.random.default_rng(seed)
-    lower, upper = model.bounds()
+    lower, upper = model.bounds
     return np.clip(start + by * rng.standard_normal(start.size), lower, upper)
 
 
-def differences(model: PredictionModel, theta: Array, e: float = 2e-6) -> Array:
+def differences(model: KalmanFilter, theta: Array, e: float = 2e-6) -> Array:
     found = np.empty(theta.size)
     for i in range(theta.size):
         step = np.zeros(theta.size)
@@ -55,9 +58,11 @@ def differences(model: PredictionModel, theta: Array, e: float = 2e-6) -> Array:
     return found
 
 
-def assert_gradient(model: PredictionModel, tolerance: float = 1e-6, by: float = 0.1) -> None:
+def assert_gradient(model: KalmanFilter, tolerance: float = 1e-6, by: float = 0.1) -> None:
     theta = moved(model, by=by)
-    exact, wanted = evaluate(model, theta).gradient, differences(model, theta)
+    lower, upper = model.bounds
+    moving = upper > lower  # a study's offsets and lags that are not fitted stand still
+    exact, wanted = evaluate(model, theta).gradient[moving], differences(model, theta)[moving]
     assert np.isfinite(exact).all()
     assert np.abs(exact).min() > 0
     assert np.abs(exact - wanted).max() < tolerance * np.abs(wanted).max()
@@ -108,33 +113,29 @@ B = np.array([[1.0], [0.0]])
 READ = np.array([[0.0, 1.0], [1 / MASS, 0.0]])
 
 
-@pytest.mark.parametrize("initial", ["wide", "free", "rest"])
+@pytest.mark.parametrize("initial", ["free", "rest"])
 def test_equals_a_dense_gaussian(initial: str) -> None:
     u, y = measured(30, both=True)
-    y[4, 0] = y[9, 1] = y[12] = np.nan
-    data = data_of(y, DT, u, ("x", "s"))
-    model = PredictionModel(
-        spring(True), (data,), ("m", "q_k"), sigma={"m": 0.3, "q_k": 0.02},
-        noise={"x": 2e-3, "s": 0.05}, initial=initial,
+    seen = y.copy()
+    seen[4, 0] = seen[9, 1] = seen[12] = np.nan
+    model = filter_of(
+        spring(True), recording_of(y, DT, u, ("x", "s")), {"m": 0.3, "q_k": 0.02},
+        noise={"x": 2e-3, "s": 0.05}, initial=initial, readings=seen,
     )  # fmt: skip
-    assert model.state_names == ("p_m", "q_k")
+    assert model.first.engine.state_names == ("p_m", "q_k")
     theta = model.start()
     found = evaluate(model, theta, False)
-    p0 = np.diag((10 * model.state_scale) ** 2) if initial == "wide" else np.zeros((2, 2))
-    x0 = model.rest[0]
     s, r = np.diag([0.3**2, 0.02**2]), np.array([2e-3, 0.05]) ** 2
-    wanted = dense(A, B, READ, s, r, p0, x0, u, y)
+    wanted = dense(A, B, READ, s, r, np.zeros((2, 2)), model.rest[0], u, seen)
     assert found.count == 60 - 4
     assert abs(found.log_likelihood - wanted) < 1e-9 * abs(wanted)
 
 
 def test_noise_at_a_source_acts_where_the_command_acts() -> None:
     u, y = measured(25)
-    model = PredictionModel(
-        spring(), (data_of(y, DT, u),), ("F",), sigma={"F": 0.3}, noise={"x": 2e-3}
-    )
-    same = PredictionModel(
-        spring(), (data_of(y, DT, u),), ("p_m",), sigma={"p_m": 0.3}, noise={"x": 2e-3}
+    model, same = (
+        filter_of(spring(), recording_of(y, DT, u), {place: 0.3}, noise={"x": 2e-3})
+        for place in ("F", "p_m")
     )
     values = [evaluate(m, m.start(), False).log_likelihood for m in (model, same)]
     assert values[0] == pytest.approx(values[1], rel=1e-12)
@@ -161,18 +162,20 @@ def test_charges_beside_momenta() -> None:
     y = np.stack([run["Q"], run["s"]], axis=1)
     y = y + rng.standard_normal(y.shape) * y.std(axis=0) * 0.05
     level = 0.05 * y.std(axis=0)
-    model = PredictionModel(
-        transducer(), (data_of(y, DT, u, ("Q", "s"), source="V"),), ("m", "C0"),
+    model = filter_of(
+        transducer(), recording_of(y, DT, u, ("Q", "s"), source="V"), ("m", "C0"),
         noise={"Q": float(level[0]), "s": float(level[1])}, initial="rest",
     )  # fmt: skip
-    assert model.state_scale.max() / model.state_scale.min() > 1e3
+    (scale,) = model.state_scale
+    assert scale.max() / scale.min() > 1e3
     theta = model.start()
-    block = np.asarray(model.compiled.matrices(model.vector(theta)).full())
-    order = model.compiled.n_x
+    compiled = model.first.compiled
+    block = np.asarray(compiled.matrices(model.first.start_vector).full())
+    order = compiled.n_x
     sigma = np.zeros(order)
-    for d, t in zip(model.diffusions, theta[model.slots.sigma], strict=True):
+    for d, t in zip(model.diffusions(), theta[model.slots.sigma], strict=True):
+        assert d is not None
         sigma[d.index] = np.exp(t)
-    scale = model.state_scale
     a = block[:order, :order] * scale / scale[:, None]
     b = block[:order, order:] / scale[:, None]
     # readings in units of their noise, or the dense covariance is singular to SciPy
@@ -186,46 +189,47 @@ def test_charges_beside_momenta() -> None:
 
 
 def test_records_add_up() -> None:
-    parts = [data_of(y, DT, u) for u, y in (measured(40, 1), measured(60, 2))]
-    kept = {"sigma": {"m": 0.3}, "noise": {"x": 2e-3}, "initial": "rest"}
+    parts = [
+        recording_of(y, DT, u, name=name)
+        for name, (u, y) in (("a", measured(40, 1)), ("b", measured(60, 2)))
+    ]
     values = []
-    for records in (tuple(parts), (parts[0],), (parts[1],)):
-        model = PredictionModel(spring(), records, ("m",), **kept)  # type: ignore[arg-type]
+    for records in (parts, parts[:1], parts[1:]):
+        model = filter_of(spring(), records, {"m": 0.3}, noise={"x": 2e-3}, initial="rest")
         values.append(evaluate(model, model.start(), False).log_likelihood)
     assert values[0] == pytest.approx(values[1] + values[2], rel=1e-12)
 
 
 def test_settled_gain_solves_the_riccati_equation() -> None:
     u, y = measured(400)
-    model = PredictionModel(
-        spring(), (data_of(y, DT, u),), ("m", "k"), sigma={"m": 0.3, "k": 0.01}, noise={"x": 2e-3}
-    )
+    model = filter_of(spring(), recording_of(y, DT, u), {"m": 0.3, "k": 0.01}, noise={"x": 2e-3})
     theta = model.start()
-    passed = pass_over(model, theta, 0, np.ones((400, 1)), True)
+    passed, _ = pass_over(model, theta, 0, np.ones((400, 1)), True)
     assert 0 < passed.settled_at < 380
     e = expm(np.block([[-A, np.diag([0.09, 1e-4])], [np.zeros((2, 2)), A.T]]) * DT)
     q = e[2:, 2:].T @ e[:2, 2:]
     phi, c = expm(A * DT), READ[:1]
     p = solve_discrete_are(phi.T, c.T, q, np.array([[4e-6]]))
     wanted = float((c @ p @ c.T)[0, 0]) + 4e-6
-    found = passed.variance[-1, 0] * model.reading_scale[0] ** 2
+    found = passed.variance[-1, 0] * model.reading_scale(0)[0] ** 2
     assert found == pytest.approx(wanted, rel=1e-9)
 
 
 def test_a_missing_sample_after_settling_takes_the_long_way() -> None:
     """The settled gain is a short cut, not another filter: a dense Gaussian with a late gap."""
     u, y = measured(220)
-    y[200] = np.nan
-    model = PredictionModel(
-        spring(), (data_of(y, DT, u),), ("m", "k"), sigma={"m": 0.3, "k": 0.01},
-        noise={"x": 2e-3}, initial="rest",
+    seen = y.copy()
+    seen[200] = np.nan
+    model = filter_of(
+        spring(), recording_of(y, DT, u), {"m": 0.3, "k": 0.01}, noise={"x": 2e-3},
+        initial="rest", readings=seen,
     )  # fmt: skip
     theta = model.start()
-    passed = pass_over(model, theta, 0, np.isfinite(y).astype(float), True)
+    passed, _ = pass_over(model, theta, 0, np.isfinite(seen).astype(float), True)
     assert 0 < passed.settled_at < 200
     wanted = dense(
         A, B, READ[:1], np.diag([0.09, 1e-4]), np.array([4e-6]), np.zeros((2, 2)),
-        model.rest[0], u, y,
+        model.rest[0], u, seen,
     )  # fmt: skip
     assert evaluate(model, theta).log_likelihood == pytest.approx(wanted, rel=1e-9)
 
@@ -235,12 +239,18 @@ def test_a_missing_sample_after_settling_takes_the_long_way() -> None:
 
 def test_gradient_of_a_linear_model() -> None:
     u, y = measured(300, both=True)
-    y[4, 0] = y[250] = np.nan
-    data = data_of(y, DT, u, ("x", "s"))
-    other = data_of(*reversed_readings(80), ("x", "s"))
-    model = PredictionModel(spring(True), (data, other), ("m", "q_k", "F"), offsets=True)
+    seen = y.copy()
+    seen[4, 0] = seen[250] = np.nan
+    records = [
+        recording_of(y, DT, u, ("x", "s")),
+        recording_of(*reversed_readings(80), ("x", "s"), name="other"),
+    ]
+    model = filter_of(
+        spring(True), records, ("m", "q_k", "F"), nuisances=Nuisances(lags=False), readings=seen
+    )
+    lower, upper = model.bounds
     # three diffusions, two noises, three parameters, and four own numbers of each record
-    assert model.slots.size == 3 + 3 + 2 + 2 * 4
+    assert (upper > lower).sum() == 3 + 3 + 2 + 2 * 4
     assert_gradient(model)
 
 
@@ -273,8 +283,8 @@ def hysteretic() -> BondGraph:
 def test_gradient_with_laws(graph: object, n_sub: int) -> None:
     assert callable(graph)
     u, y = measured(120)
-    data = data_of(y, DT, u)
-    assert_gradient(PredictionModel(graph(), (data,), ("m", "F"), n_sub=n_sub), 1e-5, 0.02)
+    model = filter_of(graph(), recording_of(y, DT, u), ("m", "F"), n_sub=n_sub)
+    assert_gradient(model, 1e-5, 0.02)
 
 
 def test_gradient_where_a_reading_contains_a_law() -> None:
@@ -286,22 +296,23 @@ def test_gradient_where_a_reading_contains_a_law() -> None:
         body >> foot >> R("d", DAMPING, unit="N*s/m", law=QuadraticDrag(1.0))
         foot >> De("f", unit="N")
     u, y = measured(100, both=True)
-    model = PredictionModel(g, (data_of(DAMPING * y[:, 1:], DT, u, ("f",)),), ("m",))
-    assert model.feedthrough
+    model = filter_of(g, recording_of(DAMPING * y[:, 1:], DT, u, ("f",)), ("m",))
+    assert isinstance(model.plants[0], ExactPlant)
+    assert model.plants[0].feedthrough
     assert_gradient(model, 1e-5, 0.02)
 
 
 def test_without_a_compiler_all_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     u, y = measured(60)
     for graph in (spring(), duffing(), hysteretic()):
-        model = PredictionModel(graph, (data_of(y, DT, u),), ("m",), n_sub=2)
+        model = filter_of(graph, recording_of(y, DT, u), ("m",), n_sub=2)
         theta = moved(model, by=0.02)
         compiled = evaluate(model, theta)
-        _runner.cache_clear()
+        filter_runner.cache_clear()
         monkeypatch.setenv("BONDSIGHT_NO_COMPILER", "1")
         plain = evaluate(model, theta)
         monkeypatch.delenv("BONDSIGHT_NO_COMPILER")
-        _runner.cache_clear()
+        filter_runner.cache_clear()
         assert plain.log_likelihood == pytest.approx(compiled.log_likelihood, rel=1e-11)
         assert np.allclose(plain.gradient, compiled.gradient, rtol=1e-8)
         assert np.allclose(plain.information, compiled.information, rtol=1e-8)
@@ -309,25 +320,26 @@ def test_without_a_compiler_all_is_the_same(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_bad_names_are_said_in_one_line() -> None:
     u, y = measured(30)
-    data = data_of(y, DT, u)
-    with pytest.raises(Exception, match="no place for process noise 'mass' in spring"):
-        PredictionModel(spring(), (data,), ("mass",))
-    with pytest.raises(Exception, match="no reading 'z'"):
-        PredictionModel(spring(), (data,), noise={"z": 1.0})
-    with pytest.raises(Exception, match="no initial state 'fre'"):
-        PredictionModel(spring(), (data,), initial="fre")
-    silent = replace(data, readings=np.full_like(y, np.nan))
-    with pytest.raises(Exception, match="no finite sample"):
-        PredictionModel(spring(), (silent,))
+    record = recording_of(y, DT, u)
+    cases: list[tuple[dict[str, object], str]] = [
+        ({"process_noise": ("mass",)}, "no place for process noise 'mass' in spring"),
+        ({"process_noise": "m"}, r"give a sequence, such as \('m',\)"),
+        ({"process_noise": {"m": 0.0}}, "process noise at m = 0: give a positive intensity"),
+        ({"process_noise": ("m", "m")}, "names a place twice"),
+        ({"noise": {"z": 1.0}}, "no sensor 'z'"),
+        ({"initial": "fre"}, "no initial state 'fre'"),
+    ]
+    for given, words in cases:
+        with pytest.raises(BondsightError, match=words):
+            study_of(spring(), record, **given)  # type: ignore[arg-type]
 
 
 def test_bounds_and_starts_of_overrides_count() -> None:
     u, y = measured(30)
-    narrow = Parameter("k", STIFFNESS, "N/m", lower=150.0, upper=160.0)
-    model = PredictionModel(
-        spring(), (data_of(y, DT, u),), overrides={"k": narrow}, starts={"k": 155.0}
+    model = filter_of(
+        spring(), recording_of(y, DT, u), free=(Vary("k", start=155.0, lower=150.0, upper=160.0),)
     )
-    lower, upper = model.bounds()
-    i = [f.parameter.name for f in model.free].index("k")
-    assert model.free[i].value(lower[i]) == pytest.approx(150.0)
-    assert model.free[i].value(upper[i]) == pytest.approx(160.0)
+    lower, upper = model.bounds
+    ((i, free),) = model.stack.free.items()
+    assert free.value(lower[i]) == pytest.approx(150.0)
+    assert free.value(upper[i]) == pytest.approx(160.0)

@@ -1,9 +1,7 @@
-"""The filter's steps as CasADi functions: predict, correct, and both for a settled gain.
+"""The filter's steps for models linear up to scalar laws: predict, correct, both settled.
 
-Carried numbers ``z``: mean (n_x), covariance (lower triangle by columns), deviations (n_w) and
-memory (n_m) of the laws, all in scaled units. The memory is the one *before* the arguments of the
-present state: it advances at the next prediction, with the filtered argument, and is taken as known
-exactly. Numbers that depend on the parameters stand in one vector ``m`` (`Places`).
+The memory carried is the one *before* the arguments of the present state: it advances at the next
+prediction, with the filtered argument, and is taken as known exactly.
 
 The covariance follows the exact Jacobian of the step (extended Kalman filter; Jazwinski, Stochastic
 Processes and Filtering Theory, 1970); readings are taken in one after the other (white noise,
@@ -13,45 +11,102 @@ independent between sensors), in Joseph's form, so that it stays positive.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from bondgraph.laws.law import split
 from bondgraph.simulation.lure import Compiled, advance_laws, law_arguments, law_slices, solve_laws
+from bondgraph.simulation.lure_layout import KernelLayout, layout
+from bondgraph.support.arrays import Array
 from bondgraph.support.ops import CASADI
-from identification.estimation.prediction.places import Places, places
+from identification.estimation.prediction.correction import corrected, full, packed, with_tangent
+from identification.estimation.prediction.plant import FilterSteps, packed_size
 
 
-@dataclass(frozen=True)
-class Steps:
-    """Functions of the filter; those ending in ``_t`` carry one direction of differentiation.
+@dataclass(frozen=True, slots=True)
+class ExactPlaces:
+    """Where each piece stands in the vector ``m``.
 
-    ``roots(z, u0, u1, m, elapsed) -> w``, ``predict(z, w, u0, u1, m, elapsed) -> z``,
-    ``update(z, y, mask, u, m) -> (z, out, gain)`` with ``out = (reading, innovation, variance)``;
-    ``drift(x, u0, u1, m) -> x`` and ``correct(x, gain, y, u, m) -> (x, out)`` for a settled gain.
+    Attributes
+    ----------
+    packed : slice
+        Matrices of a step as `discretise` packs them, its length behind them.
+    direct : slice
+        How deviations act on the laws' arguments at once, (n_w, n_w).
+    added : slice
+        Covariance added over a step, packed.
+    laws : slice
+        Parameters of the laws.
     """
 
-    places: Places
-    linear: bool
-    functions: dict[str, ca.Function]
+    lay: KernelLayout
+    packed: slice
+    direct: slice
+    added: slice
+    laws: slice
+
+    @classmethod
+    def of(cls, compiled: Compiled) -> ExactPlaces:
+        """Places for `compiled`."""
+        lay = layout(compiled, 0)
+        lengths = (lay.n_packed, lay.n_w**2, packed_size(lay.n_x), lay.n_q)
+        ends = accumulate(lengths)
+        return cls(lay, *(slice(end - n, end) for end, n in zip(ends, lengths, strict=True)))
+
+    @property
+    def size(self) -> int:
+        """Length of all of it."""
+        return int(self.laws.stop)
+
+    def piece(self, i: int) -> slice:
+        """Return where matrix `i` stands among those packed."""
+        ends = [0, *accumulate(r * c for r, c in self.lay.pieces)]
+        return slice(ends[i], ends[i + 1])
+
+    def factors(self, x: Array, y: Array) -> Array:
+        """Change of units of the packed matrices to those of states `x` and readings `y`."""
+        v, n_w = self.lay.n_u + self.lay.n_w, self.lay.n_w
+        grids = (
+            x[None, :] / x[:, None],
+            np.repeat(1 / x[:, None], v, axis=1),
+            np.repeat(1 / x[:, None], v, axis=1),
+            np.repeat(x[None, :], n_w, axis=0),
+            np.ones((n_w, self.lay.n_u)),
+            np.ones((n_w, n_w)),
+            x[None, :] / y[:, None],
+            np.repeat(1 / y[:, None], v, axis=1),
+            np.ones((1, 1)),
+        )
+        return np.concatenate([g.ravel(order="F") for g in grids])
 
 
-def make_steps(compiled: Compiled, feedthrough: bool) -> Steps:
+def exact_steps(compiled: Compiled, feedthrough: bool) -> FilterSteps:
     """Build the functions; `feedthrough` where a reading contains a law's deviation."""
-    at = places(compiled)
+    at = ExactPlaces.of(compiled)
     made = [_predict(compiled, at), _update(compiled, at, feedthrough)]
-    if at.lay.n_w:
-        made.append([_roots(compiled, at)])
-    else:
-        made.extend([_drift(at), _correct(at)])
-    return Steps(at, not at.lay.n_w, {f.name(): f for group in made for f in group})
+    made += [[_roots(compiled, at)]] if at.lay.n_w else [_drift(at), _correct(at)]
+    lay = at.lay
+    return FilterSteps(
+        lay.n_x, lay.n_u, lay.n_y, 2 * lay.n_w, _n_z(at), _n_m(at), at.packed.stop - 1,
+        {f.name(): f for group in made for f in group},
+    )  # fmt: skip
+
+
+def _n_z(at: ExactPlaces) -> int:
+    return at.lay.n_x + packed_size(at.lay.n_x) + at.lay.n_w + at.lay.n_m
+
+
+def _n_m(at: ExactPlaces) -> int:
+    return at.size + 2 * at.lay.n_y
 
 
 # -- pieces ----------------------------------------------------------------------------------
 
 
-def _matrices(m: ca.SX, at: Places) -> list[ca.SX]:
+def _matrices(m: ca.SX, at: ExactPlaces) -> list[ca.SX]:
     out, start = [], 0
     for r, c in at.lay.pieces:
         out.append(ca.reshape(m[start : start + r * c], r, c))
@@ -59,43 +114,14 @@ def _matrices(m: ca.SX, at: Places) -> list[ca.SX]:
     return out
 
 
-def _full(packed: ca.SX, n: int) -> ca.SX:
-    matrix, k = ca.SX.zeros(n, n), 0
-    for j in range(n):
-        for i in range(j, n):
-            matrix[i, j] = matrix[j, i] = packed[k]
-            k += 1
-    return matrix
-
-
-def _packed(matrix: ca.SX) -> ca.SX:
-    n = matrix.shape[0]
-    entries = [matrix[i, j] for j in range(n) for i in range(j, n)]
-    return ca.vertcat(*entries) if entries else ca.SX(0, 1)
-
-
-def _cut(z: ca.SX, at: Places) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-    n, p, w = at.lay.n_x, at.n_p, at.lay.n_w
+def _cut(z: ca.SX, at: ExactPlaces) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    n, p, w = at.lay.n_x, packed_size(at.lay.n_x), at.lay.n_w
     return z[:n], z[n : n + p], z[n + p : n + p + w], z[n + p + w :]
 
 
-def _with_tangent(
-    name: str, inputs: list[ca.SX], outputs: list[ca.SX], moving: list[int]
-) -> list[ca.Function]:
-    """Return the function and one that carries a direction along the `moving` inputs."""
-    at = ca.vertcat(*(inputs[i] for i in moving))
-    seeds = [ca.SX.sym(f"d{i}", inputs[i].numel()) for i in moving]
-    along = ca.vertcat(*seeds)
-    tangents = [ca.densify(ca.jtimes(ca.vec(o), at, along)) for o in outputs]
-    dense = [ca.densify(o) for o in outputs]
-    options = {"cse": True}
-    return [
-        ca.Function(f"bondsight_{name}", inputs, dense, options),
-        ca.Function(f"bondsight_{name}_t", [*inputs, *seeds], tangents, options),
-    ]
-
-
-def _law_numbers(compiled: Compiled, m: ca.SX, at: Places) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+def _law_numbers(
+    compiled: Compiled, m: ca.SX, at: ExactPlaces
+) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
     """Parameters of the laws, the vector `p` that holds them, direct gain and step."""
     q = m[at.laws]
     p = ca.SX.zeros(len(compiled.parameter_names))
@@ -149,14 +175,14 @@ def _kept(compiled: Compiled, made: ca.SX, carried: ca.SX) -> ca.SX:
 # -- the steps -------------------------------------------------------------------------------
 
 
-def _symbols(at: Places) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
-    z, m = ca.SX.sym("z", at.n_z), ca.SX.sym("m", at.n_m)
+def _symbols(at: ExactPlaces) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
+    z, m = ca.SX.sym("z", _n_z(at)), ca.SX.sym("m", _n_m(at))
     u0, u1 = ca.SX.sym("u0", at.lay.n_u), ca.SX.sym("u1", at.lay.n_u)
     return z, m, u0, u1, ca.SX.sym("elapsed")
 
 
 def _accepted(
-    compiled: Compiled, z: ca.SX, u0: ca.SX, m: ca.SX, elapsed: ca.SX, at: Places
+    compiled: Compiled, z: ca.SX, u0: ca.SX, m: ca.SX, elapsed: ca.SX, at: ExactPlaces
 ) -> ca.SX:
     x, _, w, memory = _cut(z, at)
     q, _, direct, _ = _law_numbers(compiled, m, at)
@@ -164,7 +190,7 @@ def _accepted(
     return advance_laws(compiled, cs @ x + ds @ u0 + direct @ w, memory, q, elapsed)
 
 
-def _roots(compiled: Compiled, at: Places) -> ca.Function:
+def _roots(compiled: Compiled, at: ExactPlaces) -> ca.Function:
     z, m, u0, u1, elapsed = _symbols(at)
     x, _, w, _ = _cut(z, at)
     _, p, direct, h = _law_numbers(compiled, m, at)
@@ -177,11 +203,11 @@ def _roots(compiled: Compiled, at: Places) -> ca.Function:
     return ca.Function("bondsight_roots", [z, u0, u1, m, elapsed], [both], {"cse": True})
 
 
-def _predict(compiled: Compiled, at: Places) -> list[ca.Function]:
+def _predict(compiled: Compiled, at: ExactPlaces) -> list[ca.Function]:
     z, m, u0, u1, elapsed = _symbols(at)
     n_w, n_x = at.lay.n_w, at.lay.n_x
     roots = ca.SX.sym("w", 2 * n_w)
-    x, packed, w, _ = _cut(z, at)
+    x, covariance, w, _ = _cut(z, at)
     phi, g0, g1, cs, ds, gain, _, _ = _matrices(m, at)
     q, _, direct, h = _law_numbers(compiled, m, at)
     memory = _accepted(compiled, z, u0, m, elapsed, at)
@@ -198,40 +224,21 @@ def _predict(compiled: Compiled, at: Places) -> list[ca.Function]:
     f = ca.jacobian(x1, xs) if n_w else phi
     before, after = ca.vertcat(xs, ms), ca.vertcat(x, memory)
     x1, w1, f = ca.substitute([x1, w1, f], [before], [after])
-    covariance = f @ _full(packed, n_x) @ f.T + _full(m[at.added], n_x)
-    new = ca.vertcat(x1, _packed(covariance), w1, memory)
-    return _with_tangent("predict", [z, roots, u0, u1, m, elapsed], [new], [0, 4])
+    added = f @ full(covariance, n_x) @ f.T + full(m[at.added], n_x)
+    new = ca.vertcat(x1, packed(added), w1, memory)
+    return with_tangent("predict", [z, roots, u0, u1, m, elapsed], [new], [0, 4])
 
 
-def _update(compiled: Compiled, at: Places, feedthrough: bool) -> list[ca.Function]:
+def _update(compiled: Compiled, at: ExactPlaces, feedthrough: bool) -> list[ca.Function]:
     z, m, _, u, _ = _symbols(at)
-    n_y = at.lay.n_y
-    y, mask = ca.SX.sym("y", n_y), ca.SX.sym("mask", n_y)
-    x0, packed, w, memory = _cut(z, at)
+    x, covariance, w, memory = _cut(z, at)
     cy, dy = _matrices(m, at)[6:]
-    reading = cy @ x0 + dy @ ca.vertcat(u, w) + m[at.offset]
+    reading = cy @ x + dy @ ca.vertcat(u, w)
     c = cy + _through_laws(compiled, at, z, u, m) if feedthrough else cy
-    x, p = x0, _full(packed, at.lay.n_x)
-    innovations, variances, gains = [], [], []
-    for j in range(n_y):
-        row, r = c[j, :], m[at.noise][j]
-        ph = p @ row.T
-        s = row @ ph + r
-        e = y[j] - reading[j] - row @ (x - x0)
-        k = mask[j] * ph / s
-        x = x + k * e
-        a = p - k @ ph.T
-        p = a - (a @ row.T) @ k.T + r * (k @ k.T)
-        innovations.append(e)
-        variances.append(s)
-        gains.append(k)
-    out = ca.vertcat(reading, *innovations, *variances)
-    gain = ca.vertcat(*gains) if gains else ca.SX(0, 1)
-    new = ca.vertcat(x, _packed(p), w, memory)
-    return _with_tangent("update", [z, y, mask, u, m], [new, out, gain], [0, 4])
+    return corrected(z, u, m, x, full(covariance, at.lay.n_x), reading, c, ca.vertcat(w, memory))
 
 
-def _through_laws(compiled: Compiled, at: Places, z: ca.SX, u: ca.SX, m: ca.SX) -> ca.SX:
+def _through_laws(compiled: Compiled, at: ExactPlaces, z: ca.SX, u: ca.SX, m: ca.SX) -> ca.SX:
     """How readings follow the state through the slopes of the laws; a jump has none."""
     x, _, w, memory = _cut(z, at)
     q, _, direct, h = _law_numbers(compiled, m, at)
@@ -247,23 +254,23 @@ def _through_laws(compiled: Compiled, at: Places, z: ca.SX, u: ca.SX, m: ca.SX) 
     return dyw @ slope @ ca.solve(ca.SX.eye(at.lay.n_w) - direct @ slope, cs)
 
 
-def _drift(at: Places) -> list[ca.Function]:
+def _drift(at: ExactPlaces) -> list[ca.Function]:
     _, m, u0, u1, _ = _symbols(at)
     x = ca.SX.sym("x", at.lay.n_x)
     phi, g0, g1 = _matrices(m, at)[:3]
-    return _with_tangent("drift", [x, u0, u1, m], [phi @ x + g0 @ u0 + g1 @ u1], [0, 3])
+    return with_tangent("drift", [x, u0, u1, m], [phi @ x + g0 @ u0 + g1 @ u1], [0, 3])
 
 
-def _correct(at: Places) -> list[ca.Function]:
+def _correct(at: ExactPlaces) -> list[ca.Function]:
     _, m, _, u, _ = _symbols(at)
     n, n_y = at.lay.n_x, at.lay.n_y
     x0, gain, y = ca.SX.sym("x", n), ca.SX.sym("gain", n * n_y), ca.SX.sym("y", n_y)
     cy, dy = _matrices(m, at)[6:]
-    reading = cy @ x0 + dy @ u + m[at.offset]
+    reading = cy @ x0 + dy @ u + m[at.size + n_y :]
     x, innovations = x0, []
     for j in range(n_y):
         e = y[j] - reading[j] - cy[j, :] @ (x - x0)
         x = x + gain[j * n : (j + 1) * n] * e
         innovations.append(e)
     out = ca.vertcat(reading, *innovations)
-    return _with_tangent("correct", [x0, gain, y, u, m], [x, out], [0, 1, 4])
+    return with_tangent("correct", [x0, gain, y, u, m], [x, out], [0, 1, 4])
