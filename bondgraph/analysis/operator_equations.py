@@ -239,9 +239,10 @@ class _Equations:
     def _source(self, e: Source) -> None:
         (b,) = self.graph.bonds_of(e.name)
         target = self.names.effort(b) if isinstance(e, Se) else self.names.flow(b)
-        known: list[tuple[Any, str]] = [(-self._factor(e.gain), e.name)]
+        times = {"rate": 1 / LAPLACE, "integral": LAPLACE}.get(e.given, sp.S.One)
+        known: list[tuple[Any, str]] = [(-self._factor(e.gain) * times, e.name)]
         if e.offset:
-            known.append((-symbol(e.offset), "one"))
+            known.append((-symbol(e.offset) * times, "one"))
         lag = 1
         argument = ""
         if e.drive is not None:

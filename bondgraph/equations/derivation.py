@@ -18,7 +18,7 @@ from bondgraph.equations.state_space import AlgebraicLoop, DerivativeCausality, 
 from bondgraph.equations.stored_displacements import stored_displacements
 from bondgraph.equations.system import Algebraic, System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Da, Dq, Multiport, symbol
+from bondgraph.graph.elements import Da, Dq, Multiport, Source, symbol
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
 
@@ -231,8 +231,10 @@ class _Solver:
         if r.implicit:
             return self._implicit_rate(r, d.stored, d.rate, d.element)
         terms = self._total(self.closed(d.stored), d.element, skip=None)
-        rated = isinstance(self.made.graph[d.element], Da)
-        why = f"rate read by {d.element}" if rated else f"rate of {d.element}, dependent"
+        why = f"rate of {d.element}, dependent"
+        if d in self.made.rates:
+            source = isinstance(self.made.graph[d.element], Source)
+            why = f"value of {d.element}" if source else f"rate read by {d.element}"
         return Relation(d.rate, terms, why, reads=self._signals_in(terms))
 
     def _implicit_rate(self, r: Relation, name: str, rate: str, element: str) -> Relation:

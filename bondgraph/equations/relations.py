@@ -397,6 +397,7 @@ class _Builder:
         law = None
         if e.offset:
             terms.append((symbol(e.offset), self._pseudo("one")))
+        terms = self._as_value(e, terms)
         if e.drive and (e.drive.law or e.drive.lag):
             command = f"c_{e.name}"
             self.put(command, terms, f"command of {e.name}")
@@ -411,6 +412,20 @@ class _Builder:
             self.made.states.append(StoredState(lagged, rate, e.name, e.unit))
             terms, law = [(1, lagged)], None
         self.put(target, terms, why, law=law)
+
+    def _as_value(self, e: Source, terms: list[tuple[Any, str]]) -> list[tuple[Any, str]]:
+        """Make the value of a source from what is recorded of it."""
+        if e.given == "rate":
+            value, rate = f"u_{e.name}", f"rate_u_{e.name}"
+            self.put(rate, terms, f"recorded rate of {e.name}")
+            self.made.states.append(StoredState(value, rate, e.name))
+            return [(1, value)]
+        if e.given == "integral":
+            given, value = f"g_{e.name}", f"v_{e.name}"
+            self.put(given, terms, f"recorded integral of {e.name}")
+            self.made.rates.append(Dependent(given, value, e.name))
+            return [(1, value)]
+        return terms
 
     def _pseudo(self, name: str) -> str:
         if name not in self.made.inputs:

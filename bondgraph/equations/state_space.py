@@ -18,7 +18,7 @@ from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.ordering import components, tear
 from bondgraph.equations.relations import Dependent, Relation, collect
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Dq, Element, Parameter, Sensor, symbol
+from bondgraph.graph.elements import Dq, Element, Parameter, Sensor, Source, symbol
 from bondgraph.laws.law import Law
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError, unknown_name
@@ -202,19 +202,23 @@ class _Derivation:
 
     # -- assembly ---------------------------------------------------------------------------
     def result(self) -> StateSpace:
-        from bondgraph.equations.dependent_storage import drop_derivatives
+        from bondgraph.equations.dependent_storage import drop_derivatives, shift_recorded
 
         dependent = {d.stored for d in self.made.dependents}
         for r in self.made.found.values():
             if r.target not in dependent:
                 self._take(r)
+        for d in self.made.rates:
+            if isinstance(self.graph[d.element], Source):
+                shift_recorded(self, d)
         _resolve_dependent_storages(self)
         for e in self.made.displacements:
             flow = symbol(SignalNames(self.graph).at("f", self.graph.neighbour(e.name)))
             value = self._displacement(e, flow)
             self.assign(symbol(f"x_{e.name}"), value, f"displacement at {e.name}")
         for d in self.made.rates:
-            self.assign(symbol(d.rate), self._rate(d), f"rate read by {d.element}")
+            if not isinstance(self.graph[d.element], Source):
+                self.assign(symbol(d.rate), self._rate(d), f"rate read by {d.element}")
         drop_derivatives(self)
         ordered = _ordered(self.graph.name, self.found)
         return StateSpace(

@@ -203,6 +203,18 @@ def _measured_problems(e: Source) -> list[str]:
     return []
 
 
+def _given_problems(e: Source) -> list[str]:
+    """Return what cannot be recorded of a source."""
+    if e.given not in GIVEN:
+        return [str(unknown_name("quantity that is given", e.given, e.name, GIVEN))]
+    if isinstance(e, Modulated) and e.given != "value":
+        return [f"{e.name}: a modulated source has a value of its own; leave out given"]
+    return []
+
+
+GIVEN = ("value", "rate", "integral")
+
+
 def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parameter]) -> list[str]:
     """Parameters that a source or a sensor names: they must exist, and times must not run back."""
     if isinstance(e, Source):
@@ -214,7 +226,7 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
         uses += [("drift", n) for n in e.drift]
     else:
         return []
-    lines = _measured_problems(e) if isinstance(e, Source) else []
+    lines = [*_measured_problems(e), *_given_problems(e)] if isinstance(e, Source) else []
     if isinstance(e, Modulated) and e.gain is not None:
         lines.append(f"{e.name}: a modulated source has no gain; write {e.gain} into its value")
     for what, name in uses:

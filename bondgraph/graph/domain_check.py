@@ -219,7 +219,9 @@ def _written(graph: BondGraph, e: Element) -> tuple[tuple[str, str], ...]:
     if isinstance(e, Source):
         effort = isinstance(e, Se | MSe)
         command = e.drive is not None and e.drive.law is not None
-        return () if command else (("e" if effort else "f", unit),)
+        letter = "e" if effort else "f"
+        quantity = {"rate": f"d{letter}", "integral": "p" if effort else "q"}.get(e.given, letter)
+        return () if command else ((quantity, unit),)
     if isinstance(e, Sensor):
         if e.law is not None:
             return ()
@@ -242,6 +244,8 @@ def _as_quotient(quantity: str, dims: Dimension) -> tuple[str, Dimension]:
     """Express a displacement or a rate as its flow or effort; the coefficients as a quotient."""
     if quantity == "q":
         return "f", _minus(dims, SECOND)
+    if quantity == "p":
+        return "e", _minus(dims, SECOND)
     if quantity in ("df", "de"):
         return quantity[1:], _plus(dims, SECOND)
     if quantity == "k":  # effort / displacement

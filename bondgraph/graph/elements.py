@@ -140,13 +140,17 @@ class Source(Element):
     `drive` describes what lies between the recorded command and the port (a lag, a limit); `gain`
     names a factor on the command, `offset` a constant added to it. `measured` says that the
     recorded values are no command but a measurement of what acts at the port: nothing lies between
-    them and the plant.
+    them and the plant. `given` says what is recorded of it: its ``"value"``, its ``"rate"`` (the
+    acceleration of a base that moves) or its ``"integral"`` (the displacement of it).
     """
 
     unit: str = ""
     drive: Drive | None = field(default=None, kw_only=True)
     offset: Name | None = field(default=None, kw_only=True)
     measured: bool = field(default=False, kw_only=True)
+    given: Annotated[str, one_of("value", "rate", "integral")] = field(
+        default="value", kw_only=True
+    )
     gain: Name | None = field(default=None, kw_only=True)
 
 

@@ -128,7 +128,7 @@ def every_element() -> BondGraph:
         el.X0("switched", on=False)
         el.X1("switched_too")
         el.Se("V", unit="V", drive=Drive(Saturation(), "tau", "tau"), offset="b", gain="a")
-        el.Sf("Q", unit="m3/s", drive=Drive(lag="tau"), measured=True)
+        el.Sf("Q", unit="m3/s", drive=Drive(lag="tau"), measured=True, given="rate")
         el.MSe("gravity", value=a * sp.cos(x) + external("command") ** 2 * TIME)
         el.MSf("pump", unit="m3/s", value=sp.Max(effort("V"), 0, b) / sp.pi)
         el.R("R_1", 5, unit="ohm", fixed=True, spread=1.5, source="line\nbreak")
