@@ -19,6 +19,7 @@ from identification.diagnosis.catalogue.friction.stribeck import StribeckFrictio
 from identification.diagnosis.catalogue.measurement.periodic_error import PeriodicError
 from identification.diagnosis.catalogue.measurement.quantisation import Quantisation
 from identification.diagnosis.catalogue.measurement.sensor_drift import SensorDrift
+from identification.diagnosis.catalogue.measurement.sensor_gain import SensorGainEffect
 from identification.diagnosis.catalogue.measurement.sensor_lag import SensorLag
 from identification.diagnosis.catalogue.measurement.sensor_nonlinearity import SensorNonlinearity
 from identification.diagnosis.catalogue.measurement.sensor_offset import SensorOffset
@@ -79,6 +80,7 @@ CATALOGUE: tuple[Effect, ...] = (
     # measurement
     SensorLag(),
     SensorOffset(),
+    SensorGainEffect(),
     SensorDrift(),
     SensorNonlinearity(),
     SensorRectification(),

@@ -176,6 +176,10 @@ def definition(trial: Candidate) -> tuple[str, str]:
             r"w(s) = a_2\,z^2 + a_3\,z^3,\quad z = (s - s_0)/s_1",
             "s is the displacement, s_0 and s_1 the centre and half-width of its range",
         ),
+        "sensor_gain": (
+            r"w(s) = g\,(s - s_0)",
+            "s is the true value, g the error of the factor, s_0 the centre of the range of s",
+        ),
         "sensor_nonlinearity": (
             r"w(s) = a_2\,z^2 + a_3\,z^3,\quad z = (s - s_0)/s_1",
             "s is the true value, s_0 and s_1 the centre and half-width of its range",

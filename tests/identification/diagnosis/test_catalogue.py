@@ -36,7 +36,7 @@ VOCABULARY = {
     "storage": ("leakage", "overflow", "added_mode", "self_heating"),
     "flow": ("square_root_flow", "nonlinear_resistance"),
     "measurement": (
-        "sensor_lag", "sensor_offset", "sensor_drift", "sensor_nonlinearity",
+        "sensor_lag", "sensor_offset", "sensor_gain", "sensor_drift", "sensor_nonlinearity",
         "sensor_rectification", "periodic_error", "quantisation",
     ),
     "time": ("delay", "clock_skew"),

@@ -27,6 +27,7 @@ from identification.diagnosis.catalogue.measurement.periodic_error import (
 )
 from identification.diagnosis.catalogue.measurement.quantisation import Quantisation
 from identification.diagnosis.catalogue.measurement.sensor_drift import SensorDrift
+from identification.diagnosis.catalogue.measurement.sensor_gain import SensorGainEffect
 from identification.diagnosis.catalogue.measurement.sensor_lag import SensorLag
 from identification.diagnosis.catalogue.measurement.sensor_nonlinearity import SensorNonlinearity
 from identification.diagnosis.catalogue.measurement.sensor_offset import SensorOffset
@@ -42,8 +43,8 @@ N, DT = 600, 1e-3
 STEP = 2e-5
 EFFECTS: tuple[Effect, ...] = (
     SaturationEffect(), SlewLimitEffect(), LowPass(), DeadZoneEffect(),
-    SensorLag(), SensorOffset(), SensorDrift(), SensorNonlinearity(), SensorRectification(),
-    PeriodicError(), Quantisation(), Delay(), ClockSkewEffect(),
+    SensorLag(), SensorOffset(), SensorGainEffect(), SensorDrift(), SensorNonlinearity(),
+    SensorRectification(), PeriodicError(), Quantisation(), Delay(), ClockSkewEffect(),
 )  # fmt: skip
 EXACT = {
     "low_pass": 2e-2, "slew_limit": 5e-3, "saturation": 5e-3, "dead_zone": 3e-2,
@@ -166,6 +167,8 @@ def test_signatures_are_what_the_inserted_effect_does(effect: Effect, scene: Fit
                 "periodic_error",
             ):
                 weights *= 0.02 * scene.of(place).half
+            if effect.name == "sensor_gain":
+                weights *= 0.02
             i = effect.insert(scene, place, Hint(s.shape or {}, weights))
             known = {*exact_form(i.graph).parameter_names, *Problem(i.graph, scene.data).delays}  # type: ignore[union-attr]
             assert 1 <= len(i.starts) <= 3

@@ -185,6 +185,7 @@ _KINDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "square_root_flow": ("dissipative",),
         "nonlinear_resistance": ("dissipative",),
         "sensor_lag": ("sensing",),
+        "sensor_gain": ("sensing",),
         "sensor_drift": ("sensing",),
         "sensor_nonlinearity": ("sensing",),
         "sensor_rectification": ("sensing",),

@@ -30,6 +30,7 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
         "measurement": (
             "sensor_lag",
             "sensor_offset",
+            "sensor_gain",
             "sensor_drift",
             "sensor_nonlinearity",
             "sensor_rectification",

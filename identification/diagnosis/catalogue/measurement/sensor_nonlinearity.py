@@ -20,6 +20,7 @@ class SensorNonlinearity(Effect):
     sentence = "its reading bends away from the true value"
     looks = "the error is one curve over the reading, at every speed"
     confused_with = ("nonlinear_stiffness", "saturation", "nonlinear_ratio")
+    simpler = ("sensor_gain",)
     separated_by = (
         "a second sensor, or a free decay: a bent scale leaves the frequency alone, a bent spring "
         "moves it with the amplitude"

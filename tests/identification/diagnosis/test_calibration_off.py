@@ -1,0 +1,67 @@
+"""A calibration that is off is found at its sensor, not at another one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, De, One, R, Sf, Zero
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.search.candidates import DiagnosisOptions
+
+pytestmark = pytest.mark.slow
+
+N, DT, NOISE = 3000, 0.02, 0.2
+
+
+def tanks() -> BondGraph:
+    """Three tanks in a row, the pressure of each read."""
+    with BondGraph("tanks") as g:
+        nodes = [Zero(f"n{i}") for i in (1, 2, 3)]
+        Sf("q", unit="m3/s") >> nodes[0]
+        for i, node in enumerate(nodes, 1):
+            node >> C(f"c{i}", i * 1e-6, unit="m3/Pa")
+            node >> De(f"p{i}", unit="Pa")
+        for i in (0, 1):
+            pipe = One(f"l{i + 1}")
+            nodes[i] >> pipe >> nodes[i + 1]
+            pipe >> R(f"r{i + 1}", 2e5 * (i + 1), unit="Pa*s/m3")
+        nodes[2] >> R("out", 3e5, unit="Pa*s/m3")
+    return g
+
+
+def found(wrong: str, factor: float) -> Diagnosis:
+    rng = np.random.default_rng(3)
+    t = np.asarray(DT * np.arange(N), np.float64)
+    q = np.asarray(1e-3 * (1 + np.repeat(rng.uniform(-1, 1, N // 50), 50)), np.float64)
+    truth = tanks().with_values({"c2": 2.3e-6, "r1": 1.7e5})
+    run = simulate(truth, t, {"q": q}, hold="hold")
+    read = {
+        n: np.asarray((factor if n == wrong else 1.0) * np.asarray(run[n]), np.float64)
+        + np.asarray(NOISE * rng.standard_normal(N), np.float64)
+        for n in ("p1", "p2", "p3")
+    }
+    units = {"q": "m3/s", **dict.fromkeys(read, "Pa")}
+    recording = Recording("run", t, {"q": q, **read}, units)
+    options = DiagnosisOptions(jobs=1, effects=1, keep=4, more=2)
+    return diagnose(
+        tanks(), recording, hold="hold", noise=dict.fromkeys(read, NOISE), options=options
+    )
+
+
+@pytest.mark.parametrize("wrong", ["p1", "p2"])
+def test_a_sensor_that_is_four_per_cent_off(wrong: str) -> None:
+    d = found(wrong, 1.04)
+    assert d.kind == "missing_physics"
+    (first, *_) = d.findings
+    assert first.chosen is not None
+    assert (first.chosen.effect, first.chosen.element) == ("sensor_gain", wrong)
+    assert d.repaired is not None
+    (error,) = (e for e in d.repaired.estimates if e.name == f"a_1_{wrong}")
+    assert error.value == pytest.approx(0.04, abs=2e-3)
+
+
+def test_a_right_calibration_is_no_finding() -> None:
+    assert found("p2", 1.0).kind in ("explained", "parameters_only")
