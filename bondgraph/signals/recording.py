@@ -25,6 +25,7 @@ from bondgraph.signals.interop import dataset_arrays, to_html, to_pandas, to_xar
 from bondgraph.signals.recording_file import is_saved, open_fields, save_recording, sha256_of
 from bondgraph.signals.split import Split, default_split
 from bondgraph.signals.units import parse_unit
+from bondgraph.signals.wrapping import unwrapped
 from bondgraph.support.errors import UnusableInput, unknown_name
 
 __all__ = ["Channel", "Recording", "Split", "default_split"]
@@ -367,6 +368,28 @@ class Recording:
             raise UnusableInput(f"{self.name}: slice {start}:{stop} of {self.n} samples is empty")
         channels = {k: v[part] for k, v in self.channels.items()}
         return replace(self, time=self.time[part], channels=channels)
+
+    def unwrap(self, name: str, period: float) -> Recording:
+        """Return the recording with a channel that does not begin anew after each turn.
+
+        Parameters
+        ----------
+        name : str
+            Channel of an encoder that wraps.
+        period : float
+            One turn, in the unit of the channel (SI once read).
+
+        Raises
+        ------
+        UnusableInput
+            There is no such channel, or the period is no positive number.
+        """
+        if not (np.isfinite(period) and period > 0):
+            raise UnusableInput(f"{self.name}: period {period!r} of {name}; give one turn, above 0")
+        straight = unwrapped(self[name], period)
+        note = f"{name}: jumps by {period:g} undone"
+        meta = {**self.meta, "notes": (*self.notes, note)}
+        return replace(self, channels={**self.channels, name: straight}, meta=meta)
 
     def decimate(self, factor: int, unfiltered: Collection[str] = ()) -> Recording:
         """Keep every `factor`-th sample after a zero-phase low-pass that prevents aliasing.

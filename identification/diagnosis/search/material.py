@@ -10,6 +10,7 @@ import numpy as np
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import interleaved
+from bondgraph.signals.wrapping import wrap_period
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.diagnosis.screening.mixups import stuck
 from identification.diagnosis.search.asked import Asked
@@ -62,7 +63,7 @@ def material_of(asked: Asked) -> Material:
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     coarse = recording.meta.get("resolution") or {}
     data = replace(data, breaks=breaks, resolution=coarse if isinstance(coarse, Mapping) else {})
-    if reason := _insufficient(asked.n_free, data) or "; ".join(stuck(data)):
+    if reason := _insufficient(asked.n_free, data) or "; ".join((*stuck(data), *_turns(data))):
         return Material(recording, data, reason=reason)
     given = declared_noise(recording, sensors) | dict(asked.noise)
     read = noise_floor(recording, split, sensors, commands, breaks)
@@ -103,6 +104,17 @@ def _insufficient(n_free: int, data: Data) -> str:
     if len(still) == len(data.names):
         return f"the output {', '.join(still)} is constant: excite the system and check the sensor"
     return ""
+
+
+def _turns(data: Data) -> tuple[str, ...]:
+    """Return a sentence for every reading that begins anew after each turn."""
+    periods = {n: wrap_period(data.readings[:, c]) for c, n in enumerate(data.names)}
+    return tuple(
+        f"the reading {n} jumps by about {p:.4g} whenever it has passed a turn: an encoder that "
+        f"wraps; give recording.unwrap({n!r}, period) with the exact period"
+        for n, p in periods.items()
+        if p is not None
+    )
 
 
 def _nothing_moves(data: Data) -> str:
