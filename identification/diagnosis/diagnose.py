@@ -377,10 +377,11 @@ def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
         "unknown_physics", None, (), (), 0.0, 0.0, reasons, nominal=result.nominal.chi2("test")
     )
     either = " or ".join(m.claim for m in mistakes)
+    wrong = "recording, or the model's sensor," if mistakes[0].kind == "quantity" else "recording"
     return replace(
         result, kind="unknown_physics", scene=scene(result.nominal), steps=(step,),
         regions=regions(result.nominal), notes=(*result.recording.notes, *reasons),
-        advice=(f"{either}: correct the recording and diagnose again",),
+        advice=(f"{either}: correct the {wrong} and diagnose again",),
     )  # fmt: skip
 
 

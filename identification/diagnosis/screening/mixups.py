@@ -1,4 +1,4 @@
-"""Before physics is blamed: channels exchanged, signs turned round, other units, dead sensors.
+"""Before physics is blamed: channels exchanged, other signs, units or quantities, dead sensors.
 
 A name for such a mistake would be an invention, and parameters bend far to hide it. So where the
 model fails grossly, it is fitted once more to the recording with each mistake undone; a mistake is
@@ -15,7 +15,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.elements import Da, Df, Dq, Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array
@@ -63,11 +63,13 @@ class Mixup:
 
     Attributes
     ----------
-    kind : {"sign", "exchange", "scale", "dead"}
+    kind : {"sign", "exchange", "scale", "quantity", "dead"}
     channels : tuple of str
         One channel; two for an exchange.
     factor : float
         How many times too large the channel is, for a scale.
+    sensor : str
+        What reads such a channel (``Da``), for a quantity.
     before, after : float
         Held-out mean square over the floor as recorded, and with the mistake undone.
     """
@@ -75,6 +77,7 @@ class Mixup:
     kind: str
     channels: tuple[str, ...]
     factor: float = 1.0
+    sensor: str = ""
     before: float = float("nan")
     after: float = float("nan")
 
@@ -88,6 +91,8 @@ class Mixup:
             return f"{first} looks recorded with the wrong sign"
         if self.kind == "dead":
             return f"{first} does not follow the model at all: a dead or a foreign sensor"
+        if self.kind == "quantity":
+            return f"{first} looks like {QUANTITIES[self.sensor]} (read by {self.sensor})"
         many, size = max(self.factor, 1 / self.factor), "large" if self.factor > 1 else "small"
         return f"{first} looks about {many:.3g} times too {size} (its unit?)"
 
@@ -99,6 +104,10 @@ class Mixup:
             f"{self.claim}: {how} the held-out misfit falls from {self.before:.3g} to "
             f"{self.after:.3g} times the floor"
         )
+
+
+QUANTITIES = {"Dq": "a displacement", "Df": "a velocity or a flow", "Da": "an acceleration"}
+SENSORS: dict[str, type[Sensor]] = {"Dq": Dq, "Df": Df, "Da": Da}
 
 
 def relative_errors(fit: Fit, part: str = "test") -> dict[str, float]:
@@ -150,6 +159,8 @@ def undone(data: Data, mixup: Mixup) -> Data:
     if mixup.kind == "exchange":
         return _exchanged(data, *mixup.channels)
     (name,) = mixup.channels
+    if mixup.kind == "quantity":
+        return data
     factor = -1.0 if mixup.kind == "sign" else 1.0 / mixup.factor
     if name in data.commands:
         return replace(data, commands={**data.commands, name: factor * data.commands[name]})
@@ -162,6 +173,15 @@ def undone(data: Data, mixup: Mixup) -> Data:
     return replace(
         data, readings=readings, floor=_with(data.floor, c, abs(factor) * float(data.floor[c]))
     )
+
+
+def as_read(graph: BondGraph, mixup: Mixup) -> BondGraph:
+    """Return the model with the sensor that reads what a channel seems to hold."""
+    if mixup.kind != "quantity":
+        return graph
+    (name,) = mixup.channels
+    # without its unit: what it reads is another quantity now
+    return graph.replace(name, SENSORS[mixup.sensor](name))
 
 
 def _with(values: Array, place: int, value: float) -> Array:
@@ -206,7 +226,10 @@ def mixups(
     brief, share = _brief(data), Parallel(n_jobs=jobs)
     possible = list(_candidates(graph, nominal))
     apart, *each = share(
-        delayed(_in_windows)(graph, d) for d in (brief, *(undone(brief, m) for m in possible))
+        [
+            delayed(_in_windows)(graph, brief),
+            *(delayed(_in_windows)(as_read(graph, m), undone(brief, m)) for m in possible),
+        ]
     )
     # what fits short stretches worse, each with a state of its own, is no mistake undone
     most = ALIKE * max(apart, ENOUGH)
@@ -214,7 +237,7 @@ def mixups(
     before, *costs = share(
         [
             delayed(_cost)(fitted, graph, brief),
-            *(delayed(_cost)(fitted, graph, undone(brief, m), m) for m in likely),
+            *(delayed(_cost)(fitted, as_read(graph, m), undone(brief, m), m) for m in likely),
         ]
     )
     tried = list(zip(likely, costs, strict=True))
@@ -257,6 +280,9 @@ def _candidates(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
             if _alike(units[one], units[other]):
                 yield Mixup("exchange", (one, other))
     yield from _scales(graph, nominal, commands)
+    for name in data.names:
+        if (kind := graph[name].kind) in SENSORS:
+            yield from (Mixup("quantity", (name,), sensor=k) for k in SENSORS if k != kind)
     if len(data.names) > 1:
         errors = relative_errors(nominal)
         yield from (Mixup("dead", (n,)) for n in data.names if errors[n] > 1 - DEAF)
@@ -332,7 +358,7 @@ def _follows(fit: Fit, sensor: str) -> bool:
 def _judged(fitter: Fitter, graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
     """Fit all training samples with the mistake undone; None if that explains nothing after all."""
     try:
-        found = fitter(graph, undone(nominal.problem.data, mixup))
+        found = fitter(as_read(graph, mixup), undone(nominal.problem.data, mixup))
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return None
     before, after = nominal.chi2("test"), found.chi2("test")
