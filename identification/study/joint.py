@@ -384,7 +384,7 @@ def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
             a = local * scale[free]
             size = np.sqrt(damping[k]) * np.diag(np.linalg.norm(a, axis=0) + 1e-9)
             right = np.concatenate([now.residual[rows], np.zeros(free.size)])
-            if not (np.isfinite(a).all() and np.isfinite(right).all()):
+            if not (np.isfinite(size).all() and np.isfinite(right).all()):
                 continue  # a run that ran away says nothing; LAPACK would print it
             moved = np.linalg.lstsq(np.vstack([a, size]), right, rcond=1e-12)[0]
             trial[i, free] += moved * scale[free]
