@@ -84,7 +84,7 @@ def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
     bonds = graph.bonds_of(e.name)
     n = len(bonds)
     if isinstance(e, Reading):
-        return _reading_problems(e, n)
+        return _reading_problems(graph, e, n)
     if n == 0 and len(graph.elements) > 1:
         return [f"{e.name} ({e.kind}) has no bond: connect it with >> or remove it"]
     if isinstance(e, Junction):
@@ -109,7 +109,7 @@ def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
     return []
 
 
-def _reading_problems(e: Reading, bonds: int) -> list[str]:
+def _reading_problems(graph: BondGraph, e: Reading, bonds: int) -> list[str]:
     if bonds:
         return [f"{e.name} (Reading) reads signals by their names: take its bond out"]
     if not getattr(e.value, "free_symbols", ()):
@@ -117,7 +117,12 @@ def _reading_problems(e: Reading, bonds: int) -> list[str]:
             f"{e.name} (Reading) reads nothing: give it an expression of signals, such as "
             f"Reading({e.name!r}, effort('k'))"
         ]
-    return []
+    taken = [str(s).partition("_")[2] for s in e.value.free_symbols]  # type: ignore[union-attr]
+    return [
+        f"{e.name} (Reading) reads the sensor {n}, which has no signal: read what that one reads"
+        for n in taken
+        if isinstance(graph.elements.get(n), Sensor)
+    ]
 
 
 def _two_port_problems(e: TwoPort, n: int, into: list[bool]) -> list[str]:

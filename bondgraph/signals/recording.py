@@ -384,7 +384,7 @@ class Recording:
         UnusableInput
             There is no such channel, or the period is no positive number.
         """
-        if not (np.isfinite(period) and period > 0):
+        if not (isinstance(period, int | float) and np.isfinite(period) and period > 0):
             raise UnusableInput(f"{self.name}: period {period!r} of {name}; give one turn, above 0")
         straight = unwrapped(self[name], period)
         note = f"{name}: jumps by {period:g} undone"

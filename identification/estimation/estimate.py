@@ -21,7 +21,7 @@ from identification.estimation.cautions import (
     widened,
 )
 from identification.estimation.estimates import estimates_of
-from identification.estimation.holds import clearly_better
+from identification.estimation.holds import clearly_better, possible
 from identification.estimation.intervals import interval_covariance
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import METHODS
@@ -205,7 +205,8 @@ def _best_hold(
 ) -> Made:
     """Fit with each behaviour between samples; linear unless another is clearly better."""
     made: dict[str, Made] = {}
-    for hold in HOLDS:
+    rates = [n for p in study.stack(setting).problems for n in p.engine.input_rates]
+    for hold in possible(HOLDS, rates):
         steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_sub)
         trial = replace(setting, hold=hold, n_sub=steps, n_fine=steps)
         made[hold] = _solve(study, method, options, trial, point)

@@ -99,6 +99,8 @@ def rests(
     held : int
         So many of the first states stay as they start, and their rates are not asked for.
     """
+    # where nothing moves, no input does: not even one of which the recording begins with a slope
+    u = np.where([n in program.input_rates for n in program.inputs], 0.0, u)
     m = np.array(program.virgin, float) if memory is None else memory
     begin = np.concatenate([np.array(program.start, float), np.array(program.guess, float)])
     v = np.tile(begin, (p.shape[0], 1))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
@@ -81,9 +83,18 @@ def asked_of(
         Recordings beside a study, none beside a graph, or what no diagnosis can take of a study.
     """
     if not isinstance(asked, Study):
+        if not isinstance(asked, BondGraph):
+            raise UnusableInput(
+                f"diagnose takes a BondGraph or a Study, not {type(asked).__name__}"
+            )
         if recordings is None:
             raise UnusableInput(f"{asked.name}: there is no recording to diagnose; give one")
         given = [recordings] if isinstance(recordings, Recording) else recordings
+        if not isinstance(given, Sequence) or any(not isinstance(r, Recording) for r in given):
+            raise UnusableInput(
+                f"{asked.name}: what is to be diagnosed is no recording; make one with "
+                "Recording.read or Recording.from_arrays"
+            )
         return Asked(asked, at_one_rate(given), split, hold, noise)
     if recordings is not None:
         raise UnusableInput(
@@ -103,7 +114,7 @@ def asked_of(
 def _levels(study: Study) -> dict[str, float]:
     found = {}
     for name, level in study.noise.items() if isinstance(study.noise, Mapping) else ():
-        levels = {float(v) for v in ((level,) if isinstance(level, int | float) else level)}
+        levels = {float(v) for v in np.ravel(level)}
         if len(levels) > 1:
             raise UnusableInput(
                 f"noise of {name}: a deviation for every recording; a diagnosis takes one for all"
@@ -118,10 +129,13 @@ def _split(study: Study, same: bool) -> Split | None:
     if usual and not study.validation:
         return None
     if usual:
-        edge = sum(r.n for r in study.recordings)
-        whole = sum(r.n for r in study.records)
+        edge = begin = sum(r.n for r in study.recordings)
+        judged: list[slice] = []
+        for r in study.validation:
+            judged.append(slice(begin + study.init, begin + r.n))
+            begin += r.n
         if same:
-            return Split(slice(0, edge), slice(edge, whole), "the recordings to judge held out")
+            return Split(slice(0, edge), tuple(judged), "the recordings to judge held out")
         raise UnusableInput(
             "recordings to judge of another rate: bring all to one rate, see Recording.decimate"
         )

@@ -25,7 +25,7 @@ from identification.diagnosis.search.beginnings import (
     tells_early,
 )
 from identification.diagnosis.search.windowed import through_windows
-from identification.estimation.holds import clearly_better
+from identification.estimation.holds import clearly_better, possible
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
 from identification.estimation.sub_steps import (
@@ -456,7 +456,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
     candidate chooses again; where the behaviour does not show, nothing is refitted.
     """
     best = result
-    for hold in holds:
+    for hold in possible(holds, result.problem.engine.input_rates):
         if hold == result.problem.data.hold:
             continue
         n_sub = best.problem.n_sub

@@ -95,7 +95,9 @@ LEAST_TO_INTERLEAVE = 600
 def _insufficient(n_free: int, data: Data) -> str:
     needed = max(30, 5 * n_free)
     train = int(data.mask("train").sum())
-    if train < needed or data.mask("test").sum() < 8:
+    if train >= needed and data.mask("test").sum() < 8:
+        return "nothing is held out: give at least 8 samples to judge by"
+    if train < needed:
         return (
             f"{data.n} samples are too few for {n_free} parameters: record at least "
             f"{2 * needed} samples"

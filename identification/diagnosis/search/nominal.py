@@ -16,6 +16,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.diagnosis.search.windowed import through_windows
+from identification.estimation.holds import possible
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, best, fit
 from identification.estimation.sub_steps import FINEST, fit_from, settled_fit, tried_from
@@ -66,7 +67,7 @@ def nominal_fit(
     if hold:
         return result.problem, result
     fits = {data.hold: result}
-    for h in HOLDS:
+    for h in possible(HOLDS, base.engine.input_rates):
         if h not in fits and _shows(result, h):
             fits[h] = _held(result, h)[1]
     chosen = _likeliest(fits)
@@ -160,7 +161,8 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
     holds : collection of str
         Behaviours that were possible.
     """
-    own, others = result.problem.data.hold, [h for h in holds if h != result.problem.data.hold]
+    own, holds = result.problem.data.hold, possible(holds, result.problem.engine.input_rates)
+    others = [h for h in holds if h != own]
     if not others:
         return "as given"
     own_score: BlockScore | None = None

@@ -91,6 +91,16 @@ def test_what_needs_the_rate_itself_takes_the_general_engine() -> None:
     assert np.abs(a - wanted)[10:].max() < 5e-3 * np.ptp(wanted)
 
 
+def test_a_sensor_that_only_reads_changes_no_motion() -> None:
+    t = np.linspace(0, 1, 2001)
+    moving = np.sin(OMEGA * t) / OMEGA
+    plain = shaken("integral", Df("v", unit="m/s"))
+    both = shaken("integral", Df("v", unit="m/s"), Da("a", unit="m/s^2"))
+    v, again = (np.asarray(simulate(g, t, {"b": moving})["v"]) for g in (plain, both))
+    assert v[0] == again[0] == 0.0
+    assert np.abs(v - again).max() < 2e-2 * np.ptp(v)
+
+
 def test_an_accelerometer_on_a_shaken_base_reads_exactly() -> None:
     t = np.linspace(0, 2, 4001)
     graph = shaken("rate", Da("a", unit="m/s^2"), Df("v", unit="m/s"))

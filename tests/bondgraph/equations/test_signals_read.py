@@ -123,6 +123,11 @@ def test_what_it_cannot_read_is_one_line(value: object, says: str) -> None:
         derive(chain(("r", value, "N")))
 
 
+def test_a_sensor_has_no_signal_to_read() -> None:
+    graph = chain(("force", effort("k"), "N"), ("again", effort("force"), "N"))
+    assert any("reads the sensor force" in line for line in graph.check())
+
+
 def test_it_has_no_bond() -> None:
     with BondGraph("b") as g:
         v = One("v")

@@ -7,11 +7,13 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from bondgraph import BondGraph, C, Da, Dq, I, One, R, Sf, Zero
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.estimate import estimate
 from identification.study.calibration import Known
@@ -142,6 +144,58 @@ def test_what_a_diagnosis_cannot_take_is_one_line(change: dict[str, object], say
         asked = asked.changed(recordings=(record(), record("other", 5)), splits=None)
     with pytest.raises(UnusableInput, match=says):
         diagnose(asked.changed(**change), options=OPTIONS)
+
+
+def test_samples_that_a_state_is_found_by_are_not_judged() -> None:
+    asked = study(validation=(record("other", 5),), init=100)
+    d = diagnose(asked, options=OPTIONS)
+    assert d.data is not None
+    assert not d.data.mask("held-out")[: N + 100].any()
+
+
+@pytest.mark.parametrize("level", [np.float32(NOISE), np.array(NOISE), [NOISE]])
+def test_a_known_noise_may_be_any_number(level: object) -> None:
+    assert asked_of(study(noise={"x": level}), None, None, None, {}).noise["x"] == pytest.approx(
+        NOISE
+    )
+
+
+@pytest.mark.parametrize(
+    ("asked", "recording", "says"),
+    [
+        (None, None, "BondGraph or a Study"),
+        (spring(), 3, "no recording"),
+        (spring(), [3], "no rec"),
+    ],
+)
+def test_what_is_no_question_is_one_line(asked: object, recording: object, says: str) -> None:
+    with pytest.raises(UnusableInput, match=says):
+        diagnose(asked, recording)  # type: ignore[arg-type]
+
+
+def test_a_model_that_needs_the_rate_of_its_input_never_holds_it() -> None:
+    with BondGraph("shaken") as g:
+        base, s, body = Sf("b", unit="m", given="integral"), Zero("s"), One("body")
+        base >> s >> body >> I("m", 0.3, unit="kg")
+        gap = One("gap")
+        s >> gap >> C("k", stiffness=200.0, unit="N/m")
+        gap >> R("d", 0.8, unit="N*s/m")
+        body >> Da("a", unit="m/s^2")
+        body >> Dq("x", unit="m")
+    t = np.asarray(DT * np.arange(N), np.float64)
+    b = np.asarray(0.01 * (1 - np.cos(9 * t)) * np.sin(3 * t), np.float64)
+    run = simulate(g, t, {"b": b})
+    rng = np.random.default_rng(0)
+    read = {
+        n: np.asarray(
+            np.asarray(run[n]) + 1e-3 * np.std(run[n]) * rng.standard_normal(N), np.float64
+        )
+        for n in ("a", "x")
+    }
+    r = Recording("run", t, {"b": b, **read}, {"b": "m", "a": "m/s^2", "x": "m"})
+    made = estimate(Study(g, r, fixed={"m": 0.3}, hold=ESTIMATED))
+    assert made.setting.hold != "hold"
+    assert diagnose(g, r, options=OPTIONS).kind in ("explained", "parameters_only")
 
 
 def test_recordings_beside_a_study_and_none_beside_a_graph() -> None:
