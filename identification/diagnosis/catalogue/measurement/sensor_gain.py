@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from bondgraph.graph.elements import Element
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element, Sensor
 from bondgraph.laws import Polynomial
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import sensors
@@ -13,8 +14,7 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 class SensorGainEffect(Effect):
     """The reading is too large or too small by one factor.
 
-    Shows only where the parameters of the model cannot make up for it: beside other sensors, or
-    where a number of the model is known.
+    Shows only beside other sensors, where the parameters of the model cannot make up for it.
     """
 
     name = "sensor_gain"
@@ -26,7 +26,10 @@ class SensorGainEffect(Effect):
     confused_with = ("sensor_nonlinearity", "nonlinear_ratio")
     separated_by = "a known step of what the sensor measures, or a second sensor beside it"
     source = "calibration line"
-    where = staticmethod(sensors)
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Return sensors beside others: one alone cannot be told from what drives the plant."""
+        return sensors(graph) if len(graph.of_type(Sensor)) > 1 else ()
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return the reading about its centre: what an error of one adds."""
