@@ -63,6 +63,10 @@ from bondgraph.hysteresis.preisach.preisach_grid import (
 )
 from bondgraph.hysteresis.preisach.preisach_grid import preisach_from_relays as preisach_from_relays
 from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent as AngRateDependent
+from bondgraph.hysteresis.rate.closed_form_check import closed_form_check as closed_form_check
+from bondgraph.hysteresis.rate.closed_form_inverse import (
+    RateDependentClosedFormInverse as RateDependentClosedFormInverse,
+)
 from bondgraph.hysteresis.rate.rate_dependent import (
     RateDependentPrandtlIshlinskii as RateDependentPrandtlIshlinskii,
 )

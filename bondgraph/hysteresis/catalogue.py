@@ -27,6 +27,7 @@ from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.hysteresis.preisach.krasnoselskii_pokrovskii import KrasnoselskiiPokrovskii
 from bondgraph.hysteresis.preisach.preisach import Preisach
 from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent
+from bondgraph.hysteresis.rate.closed_form_inverse import RateDependentClosedFormInverse
 from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import Rules, chosen, read, record, require_object
@@ -49,6 +50,7 @@ OPERATORS: Mapping[str, type[Operator]] = {
         KelvinVoigtCreep,
         HysteresisWithCreep,
         RateDependentPrandtlIshlinskii,
+        RateDependentClosedFormInverse,
         AngRateDependent,
         Cascade,
         Parallel,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import TYPE_CHECKING, ClassVar, final
 
 from bondgraph.hysteresis.checks import (
     from_zero,
@@ -22,11 +22,14 @@ from bondgraph.hysteresis.checks import (
 from bondgraph.hysteresis.creep.first_order_lag import relaxed_share
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.operator import Memory
-from bondgraph.hysteresis.plays.kuhnen import first_bad_slope, slopes
+from bondgraph.hysteresis.plays.kuhnen import first_bad_slope, inverse_states, slopes
 from bondgraph.hysteresis.plays.play import initial_play, play
 from bondgraph.hysteresis.rate.rated_plays import RatedPlays
 from bondgraph.hysteresis.rate.solve_plays import solve_plays
 from bondgraph.support.ops import NUMPY, Expression, Ops
+
+if TYPE_CHECKING:
+    from bondgraph.hysteresis.rate.closed_form_inverse import RateDependentClosedFormInverse
 
 
 @final
@@ -188,6 +191,51 @@ class RateDependentPrandtlIshlinskii(RatedPlays):
 
     def _solved(self, ops: Ops, y: Expression, memory: Memory, step: Expression) -> Expression:
         return solve_plays(ops, y, self.weights, self.widths(ops, memory[1]), memory[2:])
+
+    def closed_form_inverse(self) -> RateDependentClosedFormInverse:
+        """Return the inverse by the recursion of the weights; pair it with `closed_form_memory`.
+
+        Its cost is linear in n, that of `inverse` quadratic. It is exact only for motions that pass
+        `bondgraph.hysteresis.rate.closed_form_check`.
+
+        Raises
+        ------
+        NotInvertible
+            With the index of the first slope w_0 + ... + w_i that is not positive.
+
+        References
+        ----------
+        aljanaideh2013
+        """
+        # the inverse is made of this class, so this module cannot import it at the top
+        from bondgraph.hysteresis.rate.closed_form_inverse import RateDependentClosedFormInverse
+
+        return RateDependentClosedFormInverse(self)
+
+    def closed_form_memory(self, memory: Sequence[Expression]) -> Memory:
+        """Return the memory of `closed_form_inverse` that belongs to a memory of this operator.
+
+        Parameters
+        ----------
+        memory : sequence of expression
+            Shape (n + 2,).
+
+        Returns
+        -------
+        tuple of expression
+            Last input, rate and the states of the inverse plays, the latter in output units.
+
+        Raises
+        ------
+        BadMemory
+            If the memory is not one of this operator.
+
+        References
+        ----------
+        kuhnen2003
+        """
+        last, rate, *plays = self._states(memory)
+        return (last, rate, *inverse_states(self.weights, plays))
 
 
 def _negative_parts(weights: Sequence[Expression]) -> tuple[Expression, ...]:

@@ -87,6 +87,7 @@ TIMED: dict[str, Operator] = {
     "rate_dependent": RATE,
     "rate_dependent, linear": RateDependentPrandtlIshlinskii((0,), (0,), (2.0,)),
     "inverse of rate_dependent": RATE.inverse(),
+    "rate_dependent_closed_form_inverse": RATE.closed_form_inverse(),
     "ang_rate_dependent": AngRateDependent((0, 0.3, 1), (1.2, 0.6, -0.4), (0.001, 0.002, 0.0005)),
     "inverse of ang_rate_dependent": AngRateDependent(
         (0, 0.3, 1), (1.2, 0.6, -0.4), (0.001, 0.002, 0.0005)

@@ -1,14 +1,23 @@
-"""Rate-dependent plays: causality, and the inverse that is exact for any widths."""
+"""Rate-dependent plays: causality, the always exact inverse, the fast one and its condition."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from bondgraph.hysteresis import BadParameter, Inverse, NotInvertible, PrandtlIshlinskii
+from bondgraph.hysteresis import (
+    BadInput,
+    BadParameter,
+    Inverse,
+    NotInvertible,
+    PrandtlIshlinskii,
+)
 from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent
+from bondgraph.hysteresis.rate.closed_form_check import closed_form_check
+from bondgraph.hysteresis.rate.closed_form_inverse import RateDependentClosedFormInverse
 from bondgraph.hysteresis.rate.rate import measured_rate, rate_record
 from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
 from bondgraph.hysteresis.rate.solve_plays import solve_plays
@@ -126,6 +135,94 @@ def test_general_inverse_is_always_exact(gains: str, smoothing: float) -> None:
         np.testing.assert_allclose(after_back, after, rtol=1e-9, atol=1e-9)
 
 
+def faster_and_faster(seed: int, n: int = 500) -> np.ndarray:
+    """Speed never falls, direction changes at random."""
+    rng = np.random.default_rng(seed)
+    speed = np.cumsum(rng.uniform(0, 4e-3, n))
+    x, direction = np.zeros(n), 1.0
+    for k in range(1, n):
+        if abs(x[k - 1]) > 9.0:
+            direction = -np.sign(x[k - 1])
+        elif rng.random() < 0.05:
+            direction = -direction
+        x[k] = x[k - 1] + direction * speed[k]
+    return x
+
+
+def closed_form_error(operator: Any, x: Any, seed: int) -> float:
+    """Largest error over the range of the input, from a memory with a past and at rest."""
+    past = np.append(0.5 * motion(seed + 50), x[0])
+    _, memory = operator.run(past, step=1e9)
+    y, _ = operator.run(x, memory, step=STEP)
+    back, _ = operator.closed_form_inverse().run(y, operator.closed_form_memory(memory), step=STEP)
+    exact, _ = operator.inverse().run(y, memory, step=STEP)
+    assert np.max(np.abs(exact - x)) < 2e-14 * np.ptp(x)
+    return float(np.max(np.abs(back - x)) / np.ptp(x))
+
+
+def test_closed_form_is_exact_for_a_common_rate_term() -> None:
+    errors = []
+    for seed in TRIALS:
+        operator = random_operator(seed, "common")
+        assert closed_form_check(operator)
+        errors.append(closed_form_error(operator, motion(seed), seed))
+    exact = sum(error < 1e-13 for error in errors)
+    print(f"common rate term: {exact} of {len(TRIALS)} exact, largest error {max(errors):.1e}")
+    assert exact == len(TRIALS)
+
+
+@pytest.mark.parametrize("gains", ["growing", "proportional"])
+def test_closed_form_is_exact_while_no_gap_shrinks(gains: str) -> None:
+    for seed in TRIALS:
+        operator, x = random_operator(seed, gains), faster_and_faster(seed)
+        check = closed_form_check(operator, x, step=STEP)
+        assert check, check.reason
+        assert closed_form_error(operator, x, seed) < 1e-13
+
+
+@pytest.mark.parametrize("gains", ["falling", "proportional", "any"])
+def test_closed_form_is_wrong_where_gaps_shrink(gains: str) -> None:
+    errors = []
+    for seed in TRIALS:
+        operator, x = random_operator(seed, gains), motion(seed)
+        check = closed_form_check(operator, x, step=STEP)
+        assert not check
+        assert check.gap is not None
+        assert f"gap {check.gap}, " in check.reason
+        errors.append(closed_form_error(operator, x, seed))
+    wrong = sum(error > 1e-6 for error in errors)
+    print(
+        f"{gains}: {wrong} of {len(TRIALS)} wrong, largest error {100 * max(errors):.2f} % of range"
+    )
+    assert wrong >= 11
+    assert max(errors) > 1e-3
+
+
+def test_first_gap_is_free() -> None:
+    """r_1 may shrink: with one rate gain for all plays it does whenever the motion slows down."""
+    operator, x = random_operator(2, "common"), motion(2)
+    rates = rate_record(x, float(x[0]), 0.0, STEP, 0.0)
+    first = [operator.widths(NUMPY, rate)[0] for rate in rates]
+    assert np.min(np.diff(first)) < -1e-3
+    assert closed_form_check(operator, x, step=STEP)
+
+
+def test_check_names_the_gap() -> None:
+    operator = RateDependentPrandtlIshlinskii((0, 1, 2, 3), (0, 0.1, 0.1, 0.3), (1, 1, 1, 1))
+    check = closed_form_check(operator)
+    assert (check.exact, check.gap, check.sample) == (False, 2, None)
+    assert "gap 2, r_3 - r_2, shrinks whenever the speed falls" in check.reason
+    along = closed_form_check(operator, [0.0, 1.0, 3.0, 3.5, 3.5], step=1.0)
+    # the rate 2 known after sample 2 is followed by 0.5, which acts at sample 4
+    assert (along.exact, along.gap, along.sample) == (False, 2, 4)
+    assert closed_form_check(operator, [0.0, 1.0, 3.0, 6.0], step=1.0)
+    crossed = RateDependentPrandtlIshlinskii((0, 1, 2), (0, 0.5, 0.1), (1, 1, 1))
+    memory = (0.0, 10.0, 0.0, 0.0)
+    assert closed_form_check(crossed, [0.0, 1.0], memory, step=0.01).sample == 0
+    with pytest.raises(BadInput, match="give step"):
+        closed_form_check(operator, [0.0, 1.0])
+
+
 def test_error_gain_tells_whether_errors_die_out() -> None:
     for scale, smoothing, dies in ((0.8, 0.0, True), (2.0, 0.0, False), (20.0, 0.05, True)):
         operator = RateDependentPrandtlIshlinskii(
@@ -176,6 +273,12 @@ def test_errors_name_the_entry() -> None:
     tricky = build((0, 1, 2), (0, 1, 0.1), (1.0, 0.8, -1.5))
     with pytest.raises(NotInvertible, match=r"weights\[2\] = -1.5") as caught:
         tricky.inverse()
+    # the fast inverse asks for less; whether it is right is another question
+    assert isinstance(tricky.closed_form_inverse(), RateDependentClosedFormInverse)
+    with pytest.raises(NotInvertible, match=r"weights\[1\] = -2"):
+        build((0, 1), (0, 1), (1, -2)).closed_form_inverse()
+    with pytest.raises(BadParameter, match="forward must be"):
+        RateDependentClosedFormInverse(PrandtlIshlinskii((0,), (1,)))  # type: ignore[arg-type]
     assert caught.value.index == 2
     with pytest.raises(BadParameter, match="forward must be"):
         Inverse(PrandtlIshlinskii((0,), (1,)))  # type: ignore[arg-type]

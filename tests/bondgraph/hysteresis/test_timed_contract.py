@@ -59,6 +59,7 @@ INVERTIBLE = {name: f for name, f in FORWARD.items() if hasattr(f, "inverse")}
 EVERY = {
     **FORWARD,
     **{f"inverse of {name}": f.inverse() for name, f in INVERTIBLE.items()},
+    "closed form": RATE.closed_form_inverse(),
 }
 every = pytest.mark.parametrize("operator", EVERY.values(), ids=EVERY.keys())
 invertible = pytest.mark.parametrize("operator", INVERTIBLE.values(), ids=INVERTIBLE.keys())
