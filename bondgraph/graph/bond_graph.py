@@ -422,12 +422,15 @@ class BondGraph:
         """Return the graph with `junction` put into the middle of a bond."""
         if bond not in self.bonds:
             raise GraphError(f"{self.name}: there is no bond {bond.name}")
+        from bondgraph.graph.composing.renaming import reading_other_bond
+
         i = self.bonds.index(bond)
         halves = Bond(bond.tail, junction.name), Bond(junction.name, bond.head)
         g = BondGraph(self.name)
         g._parameters = dict(self._parameters)
         for e in (*self.elements.values(), junction):
-            g.add(e)
+            # what was read off the bond is read where its tail is
+            g.add(reading_other_bond(e, bond.name, halves[0].name))
         for b in (*self.bonds[:i], *halves, *self.bonds[i + 1 :]):
             g._draw(b)
         return g

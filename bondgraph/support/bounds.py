@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated, Any
 
-__all__ = ["MAX_NAME", "Bound", "Name", "NonNegative", "NonZero", "Positive", "Rising"]
+__all__ = ["MAX_NAME", "Bound", "Name", "NonNegative", "NonZero", "Positive", "Rising", "Signal"]
 
 MAX_NAME = 200
 
@@ -75,6 +75,14 @@ Name = Annotated[
         f"a name: letters, digits and underscores, a letter first, at most {MAX_NAME}",
         _is_name,
         {"pattern": r"^[^\W\d_]\w*$", "maxLength": MAX_NAME},
+    ),
+]
+Signal = Annotated[
+    str,
+    Bound(
+        f"a name, or that of a signal of a bond such as e_a>b, at most {MAX_NAME}",
+        lambda text: _is_name(text.replace(">", "_", 1)) and text.strip(">") == text,
+        {"pattern": r"^[^\W\d_]\w*(>\w+)?$", "maxLength": MAX_NAME},
     ),
 ]
 Rising = Annotated[

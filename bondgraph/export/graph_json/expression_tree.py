@@ -22,7 +22,7 @@ from bondgraph.export.graph_json.expression_table import (
     Symbols,
 )
 from bondgraph.graph.elements import symbol
-from bondgraph.support.bounds import Name
+from bondgraph.support.bounds import Name, Signal
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import bad, hint, read, shown
 
@@ -110,7 +110,7 @@ def _number(value: float | int) -> _Node:
 def _named(rest: list[Any], place: str, symbols: Symbols) -> _Node:
     if len(rest) != 2 or rest[1] not in ("positive", "real"):
         raise UnusableInput(f'{place}: write ["symbol", name, "positive" or "real"]')
-    name = read(Name, rest[0], place)
+    name = read(Signal, rest[0], place)
     return _Node(symbol(name, positive=rest[1] == "positive"), symbols.nominal(name), 1)
 
 
@@ -183,7 +183,7 @@ def write_expression(value: sp.Basic, place: str, symbols: Symbols) -> list[Any]
 
 
 def _explicit(node: sp.Symbol, place: str) -> list[Any]:
-    name = read(Name, str(node), place)
+    name = read(Signal, str(node), place)
     for assumption in ("positive", "real"):
         if node == symbol(name, positive=assumption == "positive"):
             return ["symbol", name, assumption]

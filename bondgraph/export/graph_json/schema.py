@@ -14,7 +14,7 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.hysteresis import Operator
 from bondgraph.hysteresis.catalogue import OPERATORS
 from bondgraph.laws import Law
-from bondgraph.support.bounds import Name
+from bondgraph.support.bounds import Name, Signal
 from bondgraph.support.typed_reader import MAX_TEXT, Rules, hints_of, needed
 
 __all__ = ["graph_schema"]
@@ -137,6 +137,6 @@ def _operation(name: Schema) -> Schema:
         "oneOf": [
             {"prefixItems": [{"enum": list(OPERATIONS)}], "items": operand, "minItems": 2},
             _tuple([{"enum": list(CONSTANTS)}]),
-            _tuple([{"const": "symbol"}, name, {"enum": ["positive", "real"]}]),
+            _tuple([{"const": "symbol"}, _of(Signal, "value"), {"enum": ["positive", "real"]}]),
         ],
     }

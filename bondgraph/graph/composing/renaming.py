@@ -21,6 +21,7 @@ __all__ = [
     "declared_parameters",
     "mentioned_names",
     "own_parameters",
+    "reading_other_bond",
 ]
 
 Replacement: TypeAlias = str | sp.Expr
@@ -181,6 +182,26 @@ class Renaming:
             lag=self._references(e, "lag", drive.lag),
             delay=self._references(e, "delay", drive.delay),
         )
+
+
+def reading_other_bond(e: Element, old: str, new: str) -> Element:
+    """Return an element whose expressions read the signals of another bond.
+
+    Parameters
+    ----------
+    old, new : str
+        Names such as ``a>b``.
+    """
+    signals = {symbol(f"{letter}_{old}"): symbol(f"{letter}_{new}") for letter in "ef"}
+
+    def turned(value: Any) -> Any:
+        if isinstance(value, tuple):
+            return tuple(map(turned, value))
+        return value.xreplace(signals) if isinstance(value, sp.Basic) else value
+
+    changed = {n: turned(v) for n, v in _parts(e) if n in _VALUES}
+    changed = {n: v for n, v in changed.items() if v != getattr(e, n)}
+    return replace(e, **changed) if changed else e
 
 
 def _parts(e: Element) -> Iterator[tuple[str, Any]]:

@@ -17,6 +17,7 @@ from bondgraph.graph.composing.renaming import (
     declared_parameters,
     mentioned_names,
     own_parameters,
+    reading_other_bond,
 )
 from bondgraph.graph.composing.simplification import (
     bridged,
@@ -108,7 +109,12 @@ def insert(graph: BondGraph, place: Place, chain: Element | Iterable[Element]) -
         at = graph.bonds.index(bond)
         pairs[at : at + 1] = list(pairwise(path))
         where = bond.name
-    elements = [*graph.elements.values(), *items]
+    old = [*graph.elements.values()]
+    if not single:
+        # what was read off the bond is read where its tail is
+        first = names[0] if forward else names[-1]
+        old = [reading_other_bond(e, bond.name, f"{bond.tail}>{first}") for e in old]
+    elements = [*old, *items]
     result = assemble(graph.name, elements, pairs, declared_parameters(graph))
     return _no_worse(graph, result, f"{', '.join(names)} cannot be inserted at {where}")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from bondgraph import BondGraph, C, I, MSe, One, R, Reading, Se, Zero, derive, system
+from bondgraph import TF, BondGraph, C, I, MSe, One, R, Reading, Se, Zero, derive, system
 from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.operator_equations import operator_equations
 from bondgraph.drawing.readings import readings
@@ -94,11 +94,31 @@ def test_operator_equations_know_it() -> None:
 
 
 def test_a_file_and_a_drawing_keep_it() -> None:
-    graph = chain(*ALL[:-1])
+    graph = chain(*ALL)
     again = from_json(to_json(graph))
     assert derive(again).y == derive(graph).y
     arrows = {(r.source, r.target) for r in readings(graph)}
     assert {("k", "force"), ("a", "dv"), ("b", "dv"), ("m2", "p")} <= arrows
+
+
+@pytest.mark.parametrize("way", ["insert", "with_inserted"])
+def test_what_is_put_into_a_bond_leaves_its_signal(way: str) -> None:
+    graph = chain(("through", effort("a>s"), "N"), ("v", flow("a>s"), "m/s"))
+    if way == "insert":
+        after = graph.insert(("a", "s"), TF("lever", ratio=2.0))
+        found = "e_a>lever"
+    else:
+        (bond,) = (b for b in graph.bonds if b.name == "a>s")
+        after = graph.with_inserted(bond, One("between"))
+        found = "e_a>between"
+    assert str(after["through"].value) == found  # type: ignore[attr-defined]
+    t = np.linspace(0, 1, 501)
+    force = np.sin(9 * t)
+    run = simulate(after, t, {"F": force})
+    # what the first mass is left with: F - e = m v'
+    v, e = np.asarray(run["v"]), np.asarray(run["through"])
+    rest = force[1:-1] - e[1:-1] - 0.5 * (v[2:] - v[:-2]) / (2 * t[1])
+    assert np.abs(rest).max() < 1e-3 * np.ptp(e)
 
 
 def test_a_part_used_twice_reads_its_own_signals() -> None:
