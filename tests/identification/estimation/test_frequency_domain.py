@@ -285,10 +285,8 @@ def test_memory_runs_to_its_closed_course() -> None:
         assert np.ptp(e.ci95) < 1.2 * np.ptp(other.ci95), e.name
 
 
-def test_jacobian_of_the_closed_course_is_exact() -> None:
-    """Against differences, memory and lag included."""
-    record = recorded(worn(), 1000.0, 300, 4, (4.0, 150.0))
-    study = study_of(worn(), record)
+def assert_exact_jacobian(study: Study, h: float) -> None:
+    """The derivative of the settled course of one recording, against differences of step `h`."""
     problem = replace(study.problem(0, study.first_setting), initial=())
     lines = lines_of(problem)
     theta = np.random.default_rng(0).uniform(-0.1, 0.1, slots(problem).size)
@@ -301,10 +299,15 @@ def test_jacobian_of_the_closed_course_is_exact() -> None:
                 problem, lines, course, replace(start, theta=theta + s * np.eye(theta.size)[j]),
                 derivatives=False,
             ).residual
-            for s in (1e-6, -1e-6)
+            for s in (h, -h)
         ]  # fmt: skip
-        slope = -(ends[0] - ends[1]) / 2e-6
+        slope = -(ends[0] - ends[1]) / (2 * h)
         assert np.allclose(found.jacobian[:, j], slope, atol=1e-4 * (1 + np.abs(slope).max())), j
+
+
+def test_jacobian_of_the_closed_course_is_exact() -> None:
+    """Against differences, memory and lag included."""
+    assert_exact_jacobian(study_of(worn(), recorded(worn(), 1000.0, 300, 4, (4.0, 150.0))), 1e-6)
 
 
 def test_says_when_the_model_lacks_something() -> None:

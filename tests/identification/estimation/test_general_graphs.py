@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,10 +13,8 @@ from bondgraph.support.errors import UnusableInput
 from identification.estimation import FitStatus, Study, Vary, estimate
 from identification.estimation.guess import explained_guess
 from identification.estimation.guessing.measured import measured_response
-from identification.estimation.methods.periodic_lines import lines_of
-from identification.estimation.methods.steady_response import settled_course, steady_evaluation
 from identification.estimation.starts import many_starts
-from identification.study.residual import Point, slots
+from tests.identification.estimation.test_frequency_domain import assert_exact_jacobian
 from tests.identification.study.general_plants import (
     driven,
     filled,
@@ -105,22 +102,7 @@ def test_jacobian_of_the_lines_is_exact() -> None:
     """Distortion and all: against differences, with a lag."""
     graph, record, _ = case("tank")
     study = Study(graph, record, splits=Split(slice(0, record.n), slice(0, 0), "all of it"))
-    problem = replace(study.problem(0, study.first_setting), initial=())
-    lines = lines_of(problem)
-    theta = np.random.default_rng(0).uniform(-0.1, 0.1, slots(problem).size)
-    start = Point(theta, problem.rest_state[None])
-    course = settled_course(problem, lines, start)
-    found = steady_evaluation(problem, lines, course, start)
-    for j in range(theta.size):
-        ends = [
-            steady_evaluation(
-                problem, lines, course, replace(start, theta=theta + h * np.eye(theta.size)[j]),
-                derivatives=False,
-            ).residual
-            for h in (1e-5, -1e-5)
-        ]  # fmt: skip
-        slope = -(ends[0] - ends[1]) / 2e-5
-        assert np.allclose(found.jacobian[:, j], slope, atol=1e-4 * (1 + np.abs(slope).max())), j
+    assert_exact_jacobian(study, 1e-5)
 
 
 def test_lines_want_settled_periods() -> None:

@@ -20,7 +20,6 @@ from identification.estimation import FitStatus, Vary, estimate
 from identification.estimation.prediction import deficient_equations
 from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.likelihood import evaluate, pass_over
-from identification.estimation.prediction.loop import filter_runner
 from identification.study.engine import GeneralEngine
 from identification.study.free_parameters import idle
 from identification.study.joint import stack_of
@@ -33,7 +32,10 @@ from tests.identification.estimation.prediction.plants import (
     spring,
     study_of,
 )
-from tests.identification.estimation.prediction.test_likelihood import assert_gradient, moved
+from tests.identification.estimation.prediction.test_likelihood import (
+    assert_gradient,
+    assert_the_same_without_a_compiler,
+)
 
 Array = np.ndarray
 DT = 0.02
@@ -100,16 +102,7 @@ def test_without_process_noise_it_predicts_the_free_run(name: str) -> None:
 def test_without_a_compiler_all_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("silverbox", "LuGre"):
         made = driven(name, 20, process_noise=None, n_sub=2)
-        theta = moved(made, by=0.02)
-        compiled = evaluate(made, theta)
-        filter_runner.cache_clear()
-        monkeypatch.setenv("BONDSIGHT_NO_COMPILER", "1")
-        plain = evaluate(made, theta)
-        monkeypatch.delenv("BONDSIGHT_NO_COMPILER")
-        filter_runner.cache_clear()
-        assert plain.log_likelihood == pytest.approx(compiled.log_likelihood, rel=1e-10)
-        assert np.allclose(plain.gradient, compiled.gradient, rtol=1e-7, atol=1e-8)
-        assert np.allclose(plain.information, compiled.information, rtol=1e-7, atol=1e-8)
+        assert_the_same_without_a_compiler(made, monkeypatch, 1e-7)
 
 
 # -- a pendulum in noise ---------------------------------------------------------------------
