@@ -19,7 +19,7 @@ from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.casadi_printer import to_casadi
 from bondgraph.equations.codegen import law_functions
 from bondgraph.equations.derivation import system
-from bondgraph.equations.relations import Relation
+from bondgraph.equations.relation import Relation
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import symbol

@@ -10,7 +10,8 @@ from bondgraph.causality.assignment import Causality, assign_causality
 from bondgraph.energy.bond_values import power_bonds
 from bondgraph.energy.definiteness import vanishes
 from bondgraph.equations.bond_signals import SignalNames
-from bondgraph.equations.relations import Relations, collect
+from bondgraph.equations.relation import Relations
+from bondgraph.equations.relations import collect
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import GY, RE, RS, TF, Element, Junction, TwoPort, Zero, symbol
 from bondgraph.simulation.modes.resolve import in_mode

@@ -15,7 +15,7 @@ import sympy as sp
 from bondgraph.energy.definiteness import vanishes
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.field_laws import field_laws
-from bondgraph.equations.relations import Relation
+from bondgraph.equations.relation import Relation
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import (

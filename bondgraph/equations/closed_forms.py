@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from bondgraph.equations.relations import LawUse, Relation
+from bondgraph.equations.relation import LawUse, Relation
 from bondgraph.graph.elements import Parameter, symbol
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import SYMPY

@@ -13,7 +13,7 @@ import sympy as sp
 from bondgraph.equations.casadi_printer import to_casadi
 from bondgraph.equations.derivation import system
 from bondgraph.equations.program import LawCall, Program, ProgramStep
-from bondgraph.equations.relations import Relation
+from bondgraph.equations.relation import Relation
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source, symbol

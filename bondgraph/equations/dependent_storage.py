@@ -9,7 +9,7 @@ import sympy as sp
 from bondgraph.graph.elements import C, Da, I, symbol
 
 if TYPE_CHECKING:
-    from bondgraph.equations.relations import Dependent
+    from bondgraph.equations.relation import Dependent
     from bondgraph.equations.state_space import _Derivation
 
 

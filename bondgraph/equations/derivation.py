@@ -13,7 +13,8 @@ from bondgraph.equations.closed_forms import Closing
 from bondgraph.equations.displacement_coordinates import relations_of
 from bondgraph.equations.elimination import eliminate_named
 from bondgraph.equations.ordering import components, tear
-from bondgraph.equations.relations import Dependent, Relation, Relations, StoredState, collect
+from bondgraph.equations.relation import Dependent, Relation, Relations, StoredState
+from bondgraph.equations.relations import collect
 from bondgraph.equations.state_space import AlgebraicLoop, DerivativeCausality, derive
 from bondgraph.equations.stored_displacements import stored_displacements
 from bondgraph.equations.system import Algebraic, System

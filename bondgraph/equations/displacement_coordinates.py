@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from bondgraph.equations.relations import LawUse, Relation, Relations, StoredState
+from bondgraph.equations.relation import LawUse, Relation, Relations, StoredState
 from bondgraph.equations.state_space import StateSpace
 from bondgraph.graph.elements import symbol
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from bondgraph.equations.relations import Relation
+from bondgraph.equations.relation import Relation
 from bondgraph.graph.elements import symbol
 from bondgraph.support.errors import UnusableInput
 

@@ -16,7 +16,8 @@ import sympy as sp
 from bondgraph.causality.assignment import Causality, assign_causality
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.ordering import components, tear
-from bondgraph.equations.relations import Dependent, Relation, collect
+from bondgraph.equations.relation import Dependent, Relation
+from bondgraph.equations.relations import collect
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Dq, Element, Parameter, Sensor, Source, symbol
 from bondgraph.laws.law import Law

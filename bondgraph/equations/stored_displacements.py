@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from bondgraph.equations.relations import Relations
+from bondgraph.equations.relation import Relations
 
 __all__ = ["stored_displacements"]
 

@@ -16,7 +16,7 @@ import sympy as sp
 
 from bondgraph.causality.assignment import Causality
 from bondgraph.equations.closed_forms import Closing
-from bondgraph.equations.relations import LawUse, Relation, StoredState
+from bondgraph.equations.relation import LawUse, Relation, StoredState
 from bondgraph.graph.elements import Parameter, symbol
 from bondgraph.support.errors import unknown_name
 

@@ -11,7 +11,7 @@ import sympy as sp
 from matplotlib.figure import Figure
 
 from bondgraph.equations.derivation import system
-from bondgraph.equations.relations import Relation
+from bondgraph.equations.relation import Relation
 from bondgraph.equations.state_space import StateSpace, derive
 from bondgraph.equations.system import System
 from bondgraph.export.latex import latex, ordered_latex, pretty, rate_of, system_latex, tex
