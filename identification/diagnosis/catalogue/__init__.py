@@ -117,19 +117,3 @@ def by_name(name: str) -> Effect:
     if name not in _BY_NAME:
         raise unknown_name("effect", name, "the catalogue", (e.name for e in CATALOGUE))
     return _BY_NAME[name]
-
-
-def family_of(name: str) -> str:
-    """Return the family of an effect by its name.
-
-    Raises
-    ------
-    UnknownName
-        If the vocabulary does not have it.
-
-    Examples
-    --------
-    >>> family_of("stribeck_friction")
-    'friction'
-    """
-    return by_name(name).family
