@@ -33,7 +33,7 @@ from tests.proof.real.steering_mirror import BAND, PERIOD, below_resonance
 UNSEEN = {
     "steering_mirror", "pnzt_creep", "mr_damper", "pendulum", "rack_and_pinion",
     "pneumatic_cylinder", "coupled_drives", "wiener_hammerstein", "f16", "ball_and_beam",
-    "friction_damper", "motoshield", "tclab", "hobby_servo", "piezo_beam",
+    "flexible_arm", "friction_damper", "motoshield", "tclab", "hobby_servo", "piezo_beam",
 }  # fmt: skip
 SEEN = {"piezo_actuator", "emps", "silverbox", "hair_dryer"}
 NAMES = tuple(REAL_CASES)
