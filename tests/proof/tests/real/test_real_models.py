@@ -259,6 +259,23 @@ def said(effect: str, element: str, *same: str, **more: Any) -> dict[str, Any]:
         ),
         (
             said(
+                "unknown", "c", family="outside", answer="unknown",
+                also_possible=[
+                    {"effect": "unknown", "element": "c", "kind": "memory"},
+                    {"effect": "unknown", "element": "c", "kind": "dissipative"},
+                ],
+            ),
+            "set of the kind",
+        ),
+        (
+            said(
+                "unknown", "c", family="outside", answer="look_alikes",
+                also_possible=[{"effect": "presliding_friction"}, {"effect": "coulomb_friction"}],
+            ),
+            "set of the kind",
+        ),
+        (
+            said(
                 "unknown", "F", family="outside", answer="unknown",
                 also_possible=[{"effect": "unknown", "element": "F", "kind": "memory"}],
             ),
