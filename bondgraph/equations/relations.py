@@ -317,10 +317,8 @@ class _Builder:
             self.made.states.append(StoredState(value, rate, e.name))
             return [(1, value)]
         if e.given == "integral":
-            given, value = f"g_{e.name}", f"v_{e.name}"
-            self.put(given, terms, f"recorded integral of {e.name}")
-            self.made.rates.append(Dependent(given, value, e.name))
-            return [(1, value)]
+            self.made.recorded.append(f"d_{e.name}")
+            return [(self._factor(e.gain), f"d_{e.name}")]  # a constant offset has no rate
         return terms
 
     def _pseudo(self, name: str) -> str:
