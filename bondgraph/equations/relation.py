@@ -101,4 +101,5 @@ class Relations:
     laws: list[LawUse] = field(default_factory=list)
     displacements: list[Dq] = field(default_factory=list)
     rates: list[Dependent] = field(default_factory=list)
+    recorded: list[str] = field(default_factory=list)  # rates of inputs known by their integral
     aliases: dict[str, str] = field(default_factory=dict)

@@ -11,7 +11,7 @@ from typing import Any
 import sympy as sp
 
 from bondgraph.causality.assignment import Causality
-from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.equations.bond_signals import SignalNames, signal_called
 from bondgraph.equations.field_laws import crossed_ports, exact, field_laws
 from bondgraph.equations.relation import (
     FINE,
@@ -30,7 +30,6 @@ from bondgraph.graph.elements import (
     RS,
     TF,
     C,
-    CField,
     Da,
     De,
     Df,
@@ -38,7 +37,6 @@ from bondgraph.graph.elements import (
     Element,
     Field,
     I,
-    IField,
     Junction,
     Modulated,
     R,
@@ -161,33 +159,12 @@ class _Builder:
         for s in sorted(value.free_symbols, key=str):
             if s in self._symbols:
                 continue
-            name = self._signal(e, str(s))
-            if name is None:
-                known = [*self._parameters, "e_.., f_.., q_.., p_.. of an element", str(TIME)]
-                raise unknown_name("signal", s, f"{self.graph.name}.{e.name}", known)
+            name = signal_called(self.names, str(s), self.graph, e.name)
+            if name.startswith("in_") and name not in self.made.inputs:
+                self.made.inputs.append(name)
             table[s] = symbol(name)
             reads.append(name)
         return value.xreplace(table), tuple(reads)
-
-    def _signal(self, e: Element, text: str) -> str | None:
-        if text == str(TIME):
-            return text
-        letter, _, name = text.partition("_")
-        if letter in ("e", "f") and name:
-            return self.names.at(letter, name)
-        if letter in ("q", "p") and name:
-            from bondgraph.causality.assignment import storage_ports
-
-            kinds = C | CField if letter == "q" else I | IField
-            stores = [n for n, _, s in storage_ports(self.graph) if isinstance(s, kinds)]
-            if name not in stores:
-                raise unknown_name("storage", name, f"{self.graph.name}.{e.name}", stores)
-            return text
-        if letter == "in" and name:
-            if text not in self.made.inputs:
-                self.made.inputs.append(text)
-            return text
-        return None
 
     def law_use(self, e: Element, role: str, law: Law, argument: str, slope: Any) -> int:
         names = tuple(p.name for p in law.parameters(e.name))
@@ -345,10 +322,10 @@ class _Builder:
             self.put(rate, terms, f"recorded rate of {e.name}", expression=offset)
             self.made.states.append(StoredState(value, rate, e.name))
             return [(1, value)]
-        given, value = f"g_{e.name}", f"v_{e.name}"
-        self.put(given, terms, f"recorded integral of {e.name}", expression=offset)
-        self.made.rates.append(Dependent(given, value, e.name))
-        return [(1, value)]
+        if e.given == "integral":
+            self.made.recorded.append(f"d_{e.name}")
+            return [(self._factor(e), f"d_{e.name}")]  # a constant offset has no rate
+        return terms
 
     def _pseudo(self, name: str) -> str:
         if name not in self.made.inputs:

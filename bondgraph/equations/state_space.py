@@ -19,7 +19,7 @@ from bondgraph.equations.ordering import components, tear
 from bondgraph.equations.relation import Dependent, LawUse, Relation
 from bondgraph.equations.relations import collect
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Dq, Parameter, Sensor, Source, symbol
+from bondgraph.graph.elements import Dq, Parameter, Sensor, symbol
 from bondgraph.laws.law import Law
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError, unknown_name
@@ -91,6 +91,9 @@ class StateSpace:
         Nonlinear laws.
     parameters : dict of str to Parameter
         Nominal values.
+    recorded : tuple of str
+        The inputs ``d_NAME`` that are rates of sources recorded by their integral NAME, see
+        `bondgraph.signals.recorded_rates`.
     """
 
     name: str
@@ -101,6 +104,7 @@ class StateSpace:
     laws: tuple[LawPort, ...]
     parameters: dict[str, Parameter]
     causality: Causality
+    recorded: tuple[str, ...] = ()
 
     @cached_property
     def signals(self) -> dict[sp.Symbol, sp.Expr]:
@@ -196,30 +200,26 @@ class _Derivation:
         self.found: dict[sp.Symbol, Assignment] = {}
         self.states = [State(symbol(s.name), symbol(s.rate), s.element, s.unit)
                        for s in self.made.states]  # fmt: skip
-        self.inputs = [symbol(u) for u in self.made.inputs]
+        self.inputs = [symbol(u) for u in (*self.made.inputs, *self.made.recorded)]
         self.outputs = [(n, symbol(y), unit) for n, y, unit in self.made.outputs]
         self.laws: list[LawPort] = []
         self.derivatives: dict[sp.Symbol, str] = {}
 
     # -- assembly ---------------------------------------------------------------------------
     def result(self) -> StateSpace:
-        from bondgraph.equations.dependent_storage import drop_derivatives, shift_recorded
+        from bondgraph.equations.dependent_storage import drop_derivatives
 
         dependent = {d.stored for d in self.made.dependents}
         for r in self.made.found.values():
             if r.target not in dependent:
                 self._take(r)
-        for d in self.made.rates:
-            if isinstance(self.graph[d.element], Source):
-                shift_recorded(self, d)
         _resolve_dependent_storages(self)
         for e in self.made.displacements:
             flow = symbol(SignalNames(self.graph).at("f", self.graph.neighbour(e.name)))
             value = self._displacement(e, flow)
             self.assign(symbol(f"x_{e.name}"), value, f"displacement at {e.name}")
         for d in self.made.rates:
-            if not isinstance(self.graph[d.element], Source):
-                self.assign(symbol(d.rate), self._rate(d), f"rate read by {d.element}")
+            self.assign(symbol(d.rate), self._rate(d), f"rate read by {d.element}")
         drop_derivatives(self)
         ordered = _ordered(self.graph.name, self.found)
         return StateSpace(
@@ -231,6 +231,7 @@ class _Derivation:
             tuple(self.laws),
             self.graph.parameters,
             self.causality,
+            tuple(self.made.recorded),
         )
 
     def assign(

@@ -67,8 +67,10 @@ def problems(graph: BondGraph) -> tuple[str, ...]:
 
 
 def _physics_problems(graph: BondGraph) -> tuple[str, ...]:
-    """Domains that are joined without a transducer, fields that are no stores."""
-    lines: tuple[str, ...] = ()
+    """Signals that are none, domains joined without a transducer, fields that are no stores."""
+    lines = tuple(_signal_problems(graph))
+    if lines:
+        return lines
     if any(getattr(e, "unit", "") or getattr(e, "units", ()) for e in graph.elements.values()):
         from bondgraph.graph.domain_check import domain_problems
 
@@ -112,12 +114,15 @@ def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
 def _reading_problems(graph: BondGraph, e: Reading, bonds: int) -> list[str]:
     if bonds:
         return [f"{e.name} (Reading) reads signals by their names: take its bond out"]
-    if not getattr(e.value, "free_symbols", ()):
+    found = [str(s).partition("_") for s in getattr(e.value, "free_symbols", ())]
+    if found and all(letter in ("time", "in") for letter, _, _ in found):
+        found = []  # a clock, or what comes from outside
+    if not found:
         return [
-            f"{e.name} (Reading) reads nothing: give it an expression of signals, such as "
-            f"Reading({e.name!r}, effort('k'))"
+            f"{e.name} (Reading) reads nothing of the model: give it an expression of signals, "
+            f"such as Reading({e.name!r}, effort('k'))"
         ]
-    taken = [str(s).partition("_")[2] for s in e.value.free_symbols]  # type: ignore[union-attr]
+    taken = [name for _, _, name in found]
     return [
         f"{e.name} (Reading) reads the sensor {n}, which has no signal: read what that one reads"
         for n in taken
@@ -328,6 +333,24 @@ def _connection_problems(graph: BondGraph) -> list[str]:
         f"the graph falls into {len(parts)} parts: {rest} not connected to "
         f"{min(parts[0])}; bond them"
     ]
+
+
+def _signal_problems(graph: BondGraph) -> Iterator[str]:
+    """Yield a line for every symbol that an element reads and the graph does not have."""
+    readers = graph.of_type(Reading, Modulated, MTF, MGY)
+    if not readers:
+        return
+    from bondgraph.equations.bond_signals import SignalNames, signal_called
+
+    names = SignalNames(graph)
+    own = {p.symbol for p in graph.parameters.values()}
+    for e in readers:
+        value = e.ratio if isinstance(e, TwoPort) else e.value
+        for s in sorted(getattr(value, "free_symbols", set()) - own, key=str):
+            try:
+                signal_called(names, str(s), graph, e.name)
+            except BondsightError as error:
+                yield str(error)
 
 
 def _modulations(graph: BondGraph) -> Iterator[tuple[str, str]]:

@@ -102,7 +102,7 @@ def simulate(
     for name in commands:
         if name not in compiled.space.input_names:
             raise unknown_name("input", name, compiled.space.name, compiled.space.input_names)
-    u = inputs_of(compiled, commands, time.size)
+    u = inputs_of(compiled, commands, time)
     p = compiled.vector(parameters or {})
     known = tuple(str(v.symbol) for v in compiled.space.states)
     if x0 is None:
