@@ -151,8 +151,10 @@ def _diagnosed(
     said = verdict(result)
     judged = judge(case, said)
     fit = said["fit"]
+    kinds = dict.fromkeys(f["kind"] for f in said["findings"] if f["kind"])
     return replace(
         plain, outcome=judged.outcome, said=judged.said, place=judged.place, note=judged.note,
+        kind=" + ".join(kinds),
         verdict=said["verdict"], before=fit["nominal"]["test_rmse"],
         after=fit["repaired"]["test_rmse"], floor=fit["noise_floor"],
         units=_units(graph.of_type(Sensor), recording), seconds=float(said["seconds"]),
