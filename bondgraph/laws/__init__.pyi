@@ -4,6 +4,7 @@ from bondgraph.laws.backlash import Backlash as Backlash
 from bondgraph.laws.bilinear import Bilinear as Bilinear
 from bondgraph.laws.contact_loss import ContactLoss as ContactLoss
 from bondgraph.laws.dahl import DahlFriction as DahlFriction
+from bondgraph.laws.diode import Diode as Diode
 from bondgraph.laws.end_stop import EndStop as EndStop
 from bondgraph.laws.friction import Coulomb as Coulomb
 from bondgraph.laws.friction import QuadraticDrag as QuadraticDrag

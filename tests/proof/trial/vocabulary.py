@@ -26,7 +26,7 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
         "transduction": ("nonlinear_ratio", "position_periodic_force"),
         "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
         "storage": ("leakage", "overflow", "added_mode", "self_heating"),
-        "flow": ("square_root_flow", "nonlinear_resistance"),
+        "flow": ("square_root_flow", "nonlinear_resistance", "diode"),
         "measurement": (
             "sensor_lag",
             "sensor_offset",
