@@ -17,6 +17,7 @@ from bondgraph.laws import (
     ContactLoss,
     Coulomb,
     DahlFriction,
+    Diode,
     EndStop,
     Law,
     NonlinearResistance,
@@ -44,6 +45,8 @@ RESISTORS: dict[str, Law] = {
     "heating": SelfHeating(0.3, 0.4, 0.5),
     "softening": SelfHeating(-0.3, 0.4, 0.5),
     "resistance": NonlinearResistance(0.3, 0.5),
+    "diode": Diode(stiffness=0.4, share=0.7, onset=0.1, width=0.05),
+    "diode backwards": Diode(stiffness=0.4, share=0.7, onset=0.1, width=0.05, sense=-1.0),
 }
 STORES: dict[str, Law] = {**SPRINGS, "overflow": Overflow(stiffness=3.0, depth=0.8, top=1.0)}
 LAWS = {**STORES, **RESISTORS}
@@ -242,6 +245,26 @@ def test_derivatives_against_central_differences(name: str) -> None:
         central = (shifted(1) - shifted(-1)) / (2 * h)
         size = max(np.abs(central).max(), 1e-3)
         assert np.abs(run.dy[:, :, d] - central).max() < 1e-5 * size, (d, size)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_diode_with_a_resistor_across_it_by_its_circuit(sense: float) -> None:
+    """Both branches have one voltage: R (i - j) = R_s j + V_T ln(j / I_s)."""
+    across, series, thermal, least = 50.0, 2.0, 0.05, 1e-7
+    p = (
+        across,
+        across / (across + series),
+        -thermal / across * np.log(least * (across + series) / thermal),
+        thermal / across,
+        sense,
+    )
+    law = Diode()
+    assert Diode(share=1.0, onset=2.0, width=3.0, sense=sense).structure == law.structure
+    for j in (1e-12, 1e-6, 1e-3, 0.3, 4.0):
+        voltage = series * j + thermal * np.log(j / least)
+        i = j + voltage / across
+        found = across * sense * i + law.deviation(NUMPY, sense * i, (), p)
+        assert found == pytest.approx(sense * voltage, rel=1e-9)
 
 
 def test_a_shared_coefficient_is_one_parameter() -> None:

@@ -11,7 +11,7 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import electrical_resistors, has_unit
-from identification.diagnosis.catalogue.starts import rebalanced
+from identification.diagnosis.catalogue.starts import rebalanced, shared_slope
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 ONSETS = (0.0, 0.15, 0.35, 0.6)
@@ -48,24 +48,24 @@ class DiodeEffect(Effect):
         )
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Lost resistance, onset and rounding, from the best signature or in the middle of them."""
+        """Share, onset and rounding, from the best signature or in the middle of them."""
         past = scene.of(element)
         shape = dict(sense=1.0, onset=ONSETS[1], width=WIDTHS[1]) if hint is None else hint.shape
         sense, reach = float(shape["sense"]), _reach(past)
         onset, width = float(shape["onset"]) * reach, float(shape["width"]) * reach
-        unit = getattr(element, "unit", "")
+        shared, unit = shared_slope(element, past), getattr(element, "unit", "")
         law = Diode(
-            0.0, onset, width, sense, past.slope, unit,
-            "A" if has_unit(element, ("ohm",)) else f"V/({unit})",
+            coefficient=shared.coefficient, stiffness=shared.stiffness, stiffness_unit=unit,
+            onset=onset, width=width, sense=sense,
+            unit="A" if has_unit(element, ("ohm",)) else f"V/({unit})",
         )  # fmt: skip
-        graph, names = self.with_law(scene, element, law)
-        lost = 0.5 * past.slope
-        if hint is not None:
-            lost = float(np.clip(hint.weights[0], -0.9 * past.slope, 0.9 * past.slope))
-        taken_off = -lost * taken(past, sense, float(shape["onset"]), float(shape["width"]))
-        start = dict(zip(names, (lost, onset, width), strict=True))
-        starts = ({**start, **rebalanced(element, past, taken_off)}, start)
-        return self.inserted(element, graph, starts, names[:1])
+        graph, _ = self.with_law(scene, element, law)
+        share = 0.5 if hint is None else float(np.clip(hint.weights[0] / past.slope, 0.05, 0.95))
+        names = [f"{n}_{element.name}" for n in ("share", "onset", "width")]
+        start = dict(zip(names, (share, onset, width), strict=True))
+        off = -share * past.slope * taken(past, sense, shape["onset"], shape["width"])
+        starts = ({**start, **rebalanced(element, past, off)}, start)
+        return self.inserted(element, graph, starts, (names[0],))
 
 
 def taken(past: PortHistory, sense: float, onset: float, width: float) -> Array:
