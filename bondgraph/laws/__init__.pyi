@@ -15,6 +15,7 @@ from bondgraph.laws.hysteretic import Hysteretic as Hysteretic
 from bondgraph.laws.law import Law as Law
 from bondgraph.laws.limits import DeadZone as DeadZone
 from bondgraph.laws.limits import Saturation as Saturation
+from bondgraph.laws.lossy_spring import LossySpring as LossySpring
 from bondgraph.laws.lugre import LuGre as LuGre
 from bondgraph.laws.odometer import Odometer as Odometer
 from bondgraph.laws.onset import Onset as Onset

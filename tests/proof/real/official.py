@@ -21,7 +21,7 @@ def official_errors(
     """Fit the repaired model to the published training part, and run it over the published tests.
 
     The diagnosis made structure and start values, from far fewer samples. The runs are free; the
-    initial state of a test is fitted to its first samples, as the protocol says, which do not count.
+    initial state of a test is fitted to its first samples, which do not count, by the protocol.
 
     Parameters
     ----------

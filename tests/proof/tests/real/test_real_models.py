@@ -405,11 +405,11 @@ def test_table_shows_values_with_units() -> None:
     o = Outcome(
         "case", "unseen", "right", "creep", "C", verdict="missing_physics", before={"x": 2e-6},
         after={"x": 1e-7}, floor={"x": 9e-8}, units={"x": "m"}, seconds=3.2, published="1 um | me",
-        kind="slow",
+        kind="slow", official={"arrow": {"x": 3e-7}},
     )  # fmt: skip
     row = table((o,)).splitlines()[2]
     assert "| missing_physics | slow | creep | C | 2e-06 m" in row
-    assert "2e-06 m | 1e-07 m | 9e-08 m | 1 um / me | 3 | right" in row
+    assert "2e-06 m | 1e-07 m | 9e-08 m | arrow 3e-07 m | 1 um / me | 3 | right" in row
     assert "1 unseen: 1 right name, 0 right kind," in table((o,))
 
 
