@@ -4,6 +4,7 @@ from bondgraph.laws.backlash import Backlash as Backlash
 from bondgraph.laws.bilinear import Bilinear as Bilinear
 from bondgraph.laws.contact_loss import ContactLoss as ContactLoss
 from bondgraph.laws.dahl import DahlFriction as DahlFriction
+from bondgraph.laws.diode import Diode as Diode
 from bondgraph.laws.end_stop import EndStop as EndStop
 from bondgraph.laws.friction import Coulomb as Coulomb
 from bondgraph.laws.friction import QuadraticDrag as QuadraticDrag
@@ -14,6 +15,7 @@ from bondgraph.laws.hysteretic import Hysteretic as Hysteretic
 from bondgraph.laws.law import Law as Law
 from bondgraph.laws.limits import DeadZone as DeadZone
 from bondgraph.laws.limits import Saturation as Saturation
+from bondgraph.laws.lossy_spring import LossySpring as LossySpring
 from bondgraph.laws.lugre import LuGre as LuGre
 from bondgraph.laws.odometer import Odometer as Odometer
 from bondgraph.laws.onset import Onset as Onset
