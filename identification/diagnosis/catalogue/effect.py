@@ -148,6 +148,16 @@ class Effect(ABC):
         """
         return ()
 
+    def forms(
+        self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
+    ) -> tuple[Insertion, ...]:
+        """Return richer laws, tried where this effect explains much at `element`, but not all.
+
+        Each is inserted in the place of the plain law, as a form of this effect or of one that
+        contains it. `ended` holds the fitted values of the laws tried there, by effect.
+        """
+        return ()
+
     @abstractmethod
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Rewrite the graph of `scene` with the effect at `element`; start values from `hint`."""

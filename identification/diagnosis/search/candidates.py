@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -227,16 +228,30 @@ def fitted(
 
     `beat` is the training misfit of what is fitted already.
     """
-    tasks = []
+    made = []
+    for s in todo:
+        with suppress(BondsightError):
+            made.append((s.effect.insert(scene, s.element, s.hint), s.home))
+    return fitted_insertions(scene, template, made, options, progress, begin, end, beat)
+
+
+def fitted_insertions(
+    scene: FittedModel,
+    template: Problem,
+    made: Sequence[tuple[Insertion, bool]],
+    options: DiagnosisOptions,
+    progress: Progress | None = None,
+    begin: float = 0.0,
+    end: float = 1.0,
+    beat: float = np.inf,
+) -> list[Candidate]:
+    """Fit insertions as `fitted` does, each with whether it is at a usual place."""
     far, lost, plain = scene.nominal.chi2("train") > FAR, astray(scene.nominal), misfit_at(template)
     early = not lost and tells_early(scene.nominal)
-    for s in todo:
-        try:
-            made = s.effect.insert(scene, s.element, s.hint)
-        except BondsightError:
-            continue
-        problem = replace(template, graph=made.graph, built=None)
-        tasks.append((made, s.home, problem, far, lost, plain, early))
+    tasks = [
+        (m, home, replace(template, graph=m.graph, built=None), far, lost, plain, early)
+        for m, home in made
+    ]
     alive = _round(attempt, tasks, options, progress, begin, begin + 0.5 * (end - begin))
     done: list[Candidate] = []
     for number, iterations in enumerate(ROUNDS, start=1):
