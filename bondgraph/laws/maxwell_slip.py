@@ -19,10 +19,9 @@ class MaxwellSlip(Law):
     """``sum F_i x_i / delta_i`` in a resistor: each ``x_i`` follows the way and slips at its level.
 
     The level is ``delta_i (1 + r exp(-(f / f_s)^2))``: a bristle bears ``F_i`` in motion and
-    ``(1 + r) F_i`` near rest. This is the limit of a quick return to the Stribeck curve of Lampaert,
-    Swevers and Al-Bender, IEEE Trans. Automatic Control 47 (2002) 683; with ``r = 0`` it is Maxwell
-    slip (Iwan, J. Appl. Mech. 33 (1966) 893). It dissipates while ``r`` is 0; a level that falls
-    lets go of bent bristles and never pushes.
+    ``(1 + r) F_i`` near rest. This is Lampaert, Swevers and Al-Bender, IEEE Trans. Automatic
+    Control 47 (2002) 683, with a quick return to the Stribeck curve; with ``r = 0`` it is Maxwell
+    slip (Iwan, J. Appl. Mech. 33 (1966) 893).
 
     Parameters
     ----------

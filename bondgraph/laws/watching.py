@@ -30,7 +30,7 @@ class Gauge(Law):
 
 @dataclass(frozen=True)
 class WatchingLaw(Law, ABC):
-    """A law that reads the signal named by its field `beside`, such as ``q_k`` or ``e_k``; abstract.
+    """A law that reads the signal named by its field `beside`, say ``q_k`` or ``e_k``; abstract.
 
     The signal at the end of a step is continued as a line from the last two accepted ones, so that
     the law stays one of its own argument. The error is of second order in the step.

@@ -202,7 +202,7 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence) -> Eviden
     """
     options, limits = found.options, task.limits
     named = [s for s in evidence.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
-    if not named or named[0].left.is_noise(limits.noise):
+    if not named or named[0].left.most <= limits.noise:
         return evidence
     best, plain = named[0], evidence.plain
     if plain.square - best.score.square < MUCH * (plain.square - 1.0):
@@ -216,9 +216,9 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence) -> Eviden
     if not made:
         return evidence
     tell, beat = _told_within(task, found.number), best.trial.train
-    tried = fitted_insertions(
-        found.seen, found.base.template, made, options, tell, 0.95, 1.0, beat
-    )
+    template, hold = found.base.template, best.trial.fit.problem.data.hold
+    template = replace(template, data=replace(template.data, hold=hold))
+    tried = fitted_insertions(found.seen, template, made, options, tell, 0.95, 1.0, beat)
     tried = [t for t in tried if t.train < best.trial.train]
     form = _best_form(scored(finished(tried, options), options.jobs), best, limits)
     if form is None:
@@ -239,7 +239,7 @@ def _best_form(forms: Sequence[Scored], simple: Scored, limits: Thresholds) -> S
         f for f in forms
         if f.trial.itself and simple.score.behind(f.score) > limits.z
         and f.trial.test < simple.trial.test
-        and (f.left.is_noise(limits.noise) or simple.score.square - f.score.square > MOSTLY * rest)
+        and (f.left.most <= limits.noise or simple.score.square - f.score.square > MOSTLY * rest)
     ]  # fmt: skip
     if not better:
         return None

@@ -71,7 +71,8 @@ def friction_forms(
     return (
         made.form("presliding_friction", lugre, (f"F_c_{name}",), BENDS, simpler,
                   within=((f"sigma_0_{name}", 0.0, longest),)),
-        made.form("presliding_friction", slip, tuple(bristles), BENDS, simpler, more=(bristles,)),
+        made.form("presliding_friction", slip, tuple(bristles), BENDS, simpler,
+                  more=(bristles, {**bristles, f"r_{name}": 0.0})),
         made.form("coulomb_friction", uneven, (f"F_1_{name}", f"F_2_{name}"),
                   "a force of another size in each direction opposes every motion",
                   more=({}, {f"F_1_{name}": 0.8 * level, f"F_2_{name}": 1.2 * level})),
