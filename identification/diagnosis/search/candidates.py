@@ -427,7 +427,7 @@ def _simpler_ended(trial: Candidate, trials: Sequence[Candidate]) -> Fit | None:
     """Return where the best simpler law that does better ended."""
     better = [
         s for s in trials
-        if s.effect in trial.insertion.simpler and s.element == trial.element
+        if trial.insertion.contains(s.insertion)
         and s.train < STOPPED * trial.train
     ]  # fmt: skip
     return min(better, key=lambda s: s.train).fit if better else None
@@ -435,10 +435,9 @@ def _simpler_ended(trial: Candidate, trials: Sequence[Candidate]) -> Fit | None:
 
 def _richer_ended(trial: Candidate, best: Candidate | None) -> Fit | None:
     """Return where the best law ended, if it holds this one as a special case and does better."""
-    if best is None or trial.effect not in best.insertion.simpler:
+    if best is None or not best.insertion.contains(trial.insertion):
         return None
-    better = best.element == trial.element and best.train < STOPPED * trial.train
-    return best.fit if better else None
+    return best.fit if best.train < STOPPED * trial.train else None
 
 
 def _from_there(trial: Candidate, end: Fit, iterations: int) -> Candidate:

@@ -220,7 +220,7 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence) -> Eviden
     template = replace(template, data=replace(template.data, hold=hold))
     tried = fitted_insertions(found.seen, template, made, options, tell, 0.95, 1.0, beat)
     tried = [t for t in tried if t.train < best.trial.train]
-    form = _best_form(scored(finished(tried, options), options.jobs), best, limits)
+    form = best_form(scored(finished(tried, options), options.jobs), best, limits)
     if form is None:
         return evidence
     at = (form.trial.effect, form.element)
@@ -232,8 +232,10 @@ MUCH = 0.5
 """Part of the misfit above the noise that a law explains whose richer forms are worth a fit."""
 
 
-def _best_form(forms: Sequence[Scored], simple: Scored, limits: Thresholds) -> Scored | None:
+def best_form(forms: Sequence[Scored], simple: Scored, limits: Thresholds) -> Scored | None:
     """Return the form with the fewest numbers among the best, None if the simple law will do."""
+    if simple.left.most <= limits.noise:
+        return None
     rest = simple.score.square - 1.0
     better = [
         f for f in forms
@@ -389,7 +391,7 @@ def _idle(trial: Candidate, trials: Sequence[Candidate]) -> bool:
     """
     simpler = [
         t for t in trials
-        if t.effect in trial.insertion.simpler and t.element == trial.element
+        if trial.insertion.contains(t.insertion)
     ]  # fmt: skip
     if not simpler:
         return False

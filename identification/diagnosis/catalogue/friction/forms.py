@@ -69,7 +69,7 @@ def friction_forms(
     longest = level / (SHORTEST * half)
     bristles = {f"F_{i}_{name}": part * level for i, part in enumerate(WAYS.values(), start=1)}
     return (
-        made.form("presliding_friction", lugre, (f"F_c_{name}",), BENDS, simpler,
+        made.form("presliding_friction", lugre, (f"F_c_{name}", f"F_d_{name}"), BENDS, simpler,
                   within=((f"sigma_0_{name}", 0.0, longest),)),
         made.form("presliding_friction", slip, tuple(bristles), BENDS, simpler,
                   more=(bristles, {**bristles, f"r_{name}": 0.0})),
@@ -113,7 +113,7 @@ class _Forms:
             effect, "friction", law.name, name,
             (graph or self.scene.graph).with_element(name, law=law), starts, strengths, simpler,
             ("coulomb_friction", "stribeck_friction", "presliding_friction", "hysteresis"),
-            sentence, kind_at(kind, self.element), within,
+            sentence, kind_at(kind, self.element), within, form=True,
         )  # fmt: skip
 
     def along_way(self, level: float) -> Insertion:
