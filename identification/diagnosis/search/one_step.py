@@ -9,10 +9,10 @@ from itertools import zip_longest
 from joblib import Parallel, delayed
 
 from identification.diagnosis.catalogue import UNNAMED
-from identification.diagnosis.catalogue.effect import kind_at
+from identification.diagnosis.catalogue.effect import Insertion, kind_at
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore, score
-from identification.diagnosis.evidence.decision import MOSTLY, decide
+from identification.diagnosis.evidence.decision import MOSTLY, PART, decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import CURVES, alike_kinds
@@ -148,7 +148,7 @@ def decided(found: Searched, task: SearchTask) -> Decision:
             best = evidence.laws[0].trial
             evidence = _with_kinds(evidence, done.kinds(base.fit, best.fit, where or None))
         decision = decide(evidence, limits)
-    richer = _with_forms(found, task, evidence)
+    richer = _with_forms(found, task, evidence, decision.kind == "unknown_physics")
     if richer is not evidence:
         better = richer.laws[0].trial.fit
         evidence = _with_kinds(richer, done.kinds(base.fit, better, where or None))
@@ -194,32 +194,36 @@ def _with_laws(
     return replace(evidence, laws=laws, untried=untried)
 
 
-def _with_forms(found: Searched, task: SearchTask, evidence: Evidence) -> Evidence:
+def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: bool) -> Evidence:
     """Fit richer forms of the best law where it explains much, but not all.
 
-    A form takes the place of the law it belongs to only where held-out samples and the stretches
-    left out are both surely better with it, and little is left.
+    Where nothing can be named, forms of the best law that has any are tried, if it explains some.
+    A form takes the place of its law only where held-out samples and the stretches left out are
+    both surely better with it than with any law, and little is left.
     """
     options, limits = found.options, task.limits
     named = [s for s in evidence.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
     if not named or named[0].left.most <= limits.noise:
         return evidence
-    best, plain = named[0], evidence.plain
-    if plain.square - best.score.square < MUCH * (plain.square - 1.0):
-        return evidence
-    there = [s for s in named if s.element == best.element]
-    ended = {s.trial.effect: s.trial.fit.values for s in there}
-    element = found.seen.graph[best.element]
+    best, plain, made = named[0], evidence.plain, tuple[tuple[Insertion, bool], ...]()
     effects = {e.name: e for e in options.catalogue}
-    made = [(f, best.trial.home) for f in effects[best.trial.effect].forms(
-        found.seen, element, ended)]  # fmt: skip
+    for s in named if unknown else named[:1]:
+        least = MUCH if s is best else PART
+        if plain.square - s.score.square < least * (plain.square - 1.0):
+            continue
+        ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == s.element}
+        element = found.seen.graph[s.element]
+        forms = effects[s.trial.effect].forms(found.seen, element, ended)
+        made = tuple((f, s.trial.home) for f in forms)
+        if made:
+            break
     if not made:
         return evidence
     tell, beat = _told_within(task, found.number), best.trial.train
     template, hold = found.base.template, best.trial.fit.problem.data.hold
     template = replace(template, data=replace(template.data, hold=hold))
     tried = fitted_insertions(found.seen, template, made, options, tell, 0.95, 1.0, beat)
-    tried = [t for t in tried if t.train < best.trial.train]
+    tried = [t for t in tried if t.train < beat]
     form = best_form(scored(finished(tried, options), options.jobs), best, limits)
     if form is None:
         return evidence
