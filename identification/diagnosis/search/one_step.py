@@ -195,10 +195,10 @@ def _with_laws(
 
 
 def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: bool) -> Evidence:
-    """Fit richer forms of the best law where it explains much, but not all.
+    """Fit richer forms of a law that explains much, but not all.
 
-    Where nothing can be named, forms of the best law that has any are tried, if it explains some.
-    A form takes the place of its law only where held-out samples and the stretches left out are
+    The best law that has any and explains nearly what the best of all does; where nothing can be
+    named, some is enough. A form takes the place of its law only where held-out samples and the stretches left out are
     both surely better with it than with any law, and little is left.
     """
     options, limits = found.options, task.limits
@@ -207,9 +207,10 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: 
         return evidence
     best, plain, made = named[0], evidence.plain, tuple[tuple[Insertion, bool], ...]()
     effects = {e.name: e for e in options.catalogue}
-    for s in named if unknown else named[:1]:
-        least = MUCH if s is best else PART
-        if plain.square - s.score.square < least * (plain.square - 1.0):
+    excess = plain.square - 1.0
+    least = PART * excess if unknown else max(MUCH * excess, NEARLY * gained(best, plain))
+    for s in named:
+        if gained(s, plain) < least:
             continue
         ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == s.element}
         element = found.seen.graph[s.element]
@@ -234,6 +235,13 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: 
 
 MUCH = 0.5
 """Part of the misfit above the noise that a law explains whose richer forms are worth a fit."""
+NEARLY = 0.9
+"""Part of what the best law explains that it explains at least."""
+
+
+def gained(law: Scored, plain: BlockScore) -> float:
+    """Mean square that a law removes."""
+    return plain.square - law.score.square
 
 
 def best_form(forms: Sequence[Scored], simple: Scored, limits: Thresholds) -> Scored | None:
