@@ -198,8 +198,8 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: 
     """Fit richer forms of a law that explains much, but not all.
 
     The best law that has any and explains nearly what the best of all does; where nothing can be
-    named, some is enough. A form takes the place of its law only where held-out samples and the stretches left out are
-    both surely better with it than with any law, and little is left.
+    named, some is enough. A form takes the place of its law only where held-out samples and the
+    stretches left out are both surely better with it than with any law, and little is left.
     """
     options, limits = found.options, task.limits
     named = [s for s in evidence.laws if s.trial.effect != UNNAMED.name and s.trial.itself]

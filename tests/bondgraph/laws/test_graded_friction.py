@@ -18,6 +18,7 @@ from bondgraph.laws import (
     FrictionAlongWay,
     FrictionUnderLoad,
     Law,
+    LettingGo,
     MaxwellSlip,
     Odometer,
     Sliding,
@@ -34,7 +35,12 @@ DIRECTED: dict[str, Law] = {
     "along the way": FrictionAlongWay("q_k", 0.5, 0.1, 0.9),
     "under a load": FrictionUnderLoad("e_k", 0.2, 0.3),
 }
-LAWS: dict[str, Law] = {**DIRECTED, "slip": MaxwellSlip((0.02, 0.1), 0.4, 0.5, 0.3)}
+LETTING_GO = LettingGo("q_k", "", 0.9, 0.2, 0.03, 0.05)
+LAWS: dict[str, Law] = {
+    **DIRECTED,
+    "letting go": LETTING_GO,
+    "slip": MaxwellSlip((0.02, 0.1), 0.4, 0.5, 0.3),
+}
 STEP = 0.01
 
 
@@ -91,9 +97,11 @@ def test_back_ends_agree_and_the_step_is_solved(name: str) -> None:
 @pytest.mark.parametrize("name", LAWS)
 def test_it_takes_energy(name: str) -> None:
     law, p = LAWS[name], numbers(LAWS[name])
-    if law.watched:
+    if law.watched:  # beside the damper that lets go nothing is given either
+        slope = 0.9 if law is LETTING_GO else 0.0
         for memory in memories(law):
-            assert all(v * law.deviation(NUMPY, v, memory, p) >= 0 for v in np.linspace(-1, 1, 9))
+            for v in np.linspace(-1, 1, 9):
+                assert v * law.value(NUMPY, v, memory, p, slope) >= 0
         return
     memory, work = law.initial_memory(0.0), []
     for v in 0.5 * np.sin(np.linspace(0, 12 * np.pi, 3001)):
@@ -213,6 +221,14 @@ def test_numbers_of_a_recording_are_no_structure() -> None:
     same = FrictionAlongWay("q_k"), FrictionAlongWay("q_way", 3.0, 0.2, 0.4)
     assert same[0].structure == same[1].structure
     assert FrictionUnderLoad("e_k").structure == FrictionUnderLoad("e_F", 2.0).structure
+
+
+def test_a_damper_that_lets_go_by_hand() -> None:
+    p = [0.9, 0.2, 0.03, 0.05]
+    at = (0.1, 0.0), (0.2, 0.0), (0.255, 0.5), (0.4, 1.0), (-0.195, 0.5)  # and what still acts
+    for q, share in at:
+        force = LETTING_GO.value(NUMPY, 2.0, (q, q), p, 0.9)
+        assert float(force) == pytest.approx(share * 1.8, abs=1e-12)
 
 
 def test_a_watched_signal_has_to_be_there() -> None:
