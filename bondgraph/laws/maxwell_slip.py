@@ -26,7 +26,7 @@ class MaxwellSlip(Law):
     Parameters
     ----------
     ways : tuple of float
-        Slip lengths ``delta_i``, fixed; units of the way.
+        Start values of the slip lengths ``delta_i``, units of the way.
     force, drop, speed : float
         Start values of every ``F_i``, of ``r`` and of ``f_s``.
     """
@@ -62,7 +62,7 @@ class MaxwellSlip(Law):
         return (*(0.0 for _ in self.ways), 1.0)
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
-        """``F_i``, ``r``, ``f_s``, then the fixed slip lengths."""
+        """``F_i``, ``r``, ``f_s``, then the slip lengths."""
         v, counted = self.speed, tuple(enumerate(self.ways, start=1))
         return (
             *(
@@ -72,10 +72,13 @@ class MaxwellSlip(Law):
             Parameter(f"r_{element}", self.drop, "1", lower=0.0, upper=10.0, scale=0.1),
             Parameter(f"f_s_{element}", v, self.flow_unit, lower=0.1 * v, upper=10 * v, scale=v),
             *(
-                Parameter(f"delta_{i}_{element}", way, self.way_unit, fixed=True)
+                Parameter(
+                    f"delta_{i}_{element}", way, self.way_unit,
+                    lower=0.1 * way, upper=10 * way, scale=way,
+                )
                 for i, way in counted
             ),
-        )
+        )  # fmt: skip
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Bends and flow after the step."""
