@@ -19,8 +19,11 @@ from bondgraph.laws import (
     DahlFriction,
     EndStop,
     Law,
+    Magnet,
     NonlinearResistance,
     Overflow,
+    Radiation,
+    SaturatingInductance,
     SelfHeating,
 )
 from bondgraph.simulation.exact_run import run_record
@@ -36,6 +39,9 @@ SPRINGS: dict[str, Law] = {
     "stop": EndStop(20.0, -0.3, 0.25),
     "stop above": EndStop(20.0, -0.3, 0.25, "high"),
     "stop below": EndStop(20.0, -0.3, 0.25, "low"),
+    "magnet": Magnet(0.1, 2.5),
+    "magnet beside a spring": Magnet(-0.1, -2.5, free_standing=False),
+    "saturating": SaturatingInductance(1.5, 0.4),  # a curve of its own state, wherever it stands
 }
 RESISTORS: dict[str, Law] = {
     "asymmetric": AsymmetricDamping(0.2, 0.4),
@@ -44,6 +50,7 @@ RESISTORS: dict[str, Law] = {
     "heating": SelfHeating(0.3, 0.4, 0.5),
     "softening": SelfHeating(-0.3, 0.4, 0.5),
     "resistance": NonlinearResistance(0.3, 0.5),
+    "radiation": Radiation(0.7, 2.0, resistance=0.4),
 }
 STORES: dict[str, Law] = {**SPRINGS, "overflow": Overflow(stiffness=3.0, depth=0.8, top=1.0)}
 LAWS = {**STORES, **RESISTORS}
