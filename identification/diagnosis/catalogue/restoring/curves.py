@@ -8,6 +8,7 @@ import numpy as np
 
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Magnet, SaturatingInductance
+from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
@@ -17,7 +18,7 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 AWAY = (0.4, 1.0)
 """Distances of a magnet tried beyond an end of the motion, over half its range."""
 NEAREST = 0.2
-"""The same of the nearest one that a fit may find: nearer is a stop."""
+"""The same of the nearest one that a fit begins with; it stays beyond the end: nearer is a stop."""
 KNEES = (0.3, 0.5, 0.7)
 """Knees tried, over the largest flux linkage."""
 STEEPEST = 20.0
@@ -25,16 +26,24 @@ STEEPEST = 20.0
 
 
 def magnet_gaps(past: PortHistory) -> tuple[Signature, ...]:
-    """Return what magnets beyond either end add, each with a force of one at no displacement."""
+    """Return what magnets beyond either end add, each with what a wider gap would change.
+
+    So any distance near one that is tried is seen, with as many weights as a series has.
+    """
     found = []
     for side in (-1.0, 1.0):
         for away in AWAY:
             gap = -_beyond_end(past, side, away)
             if side * gap < -0.1 * past.half:  # else no displacement is not before the magnet
-                law = Magnet(gap=gap, free_standing=False)
-                column = law.deviation(NUMPY, past.argument, (), (1.0, gap))
-                found.append(Signature.of((column,), gap=gap))
+                u = past.argument / gap
+                wider = 2.0 * u / gap * ((1.0 + u) ** -3 - 1.0)
+                found.append(Signature.of((_magnet(past, gap), wider), gap=gap))
     return tuple(found)
+
+
+def _magnet(past: PortHistory, gap: float) -> Array:
+    law = Magnet(gap=gap, free_standing=False)
+    return np.asarray(law.deviation(NUMPY, past.argument, (), (1.0, gap)))
 
 
 def _beyond_end(past: PortHistory, side: float, away: float) -> float:
@@ -43,17 +52,20 @@ def _beyond_end(past: PortHistory, side: float, away: float) -> float:
 
 def magnet_at(effect: Effect, scene: FittedModel, element: Element, hint: Hint) -> Insertion:
     """Insert a magnet beside a spring, where the hint has it and nearer."""
-    past, gap, force = scene.of(element), float(hint.shape["gap"]), float(hint.weights[0])
-    side = -1.0 if gap > 0 else 1.0
-    units = rubbing_units(element)
+    past, gap = scene.of(element), float(hint.shape["gap"])
+    force, moved = map(float, hint.weights)
+    side = -float(np.sign(gap))
+    near = _beyond_end(past, side, NEAREST)
+    closest = max(side * _beyond_end(past, side, 0.0), 0.05 * past.half)
+    if force and abs(moved / force) < 0.5 * abs(gap):
+        gap = -side * max(-side * (gap + moved / force), side * near, closest)
     law = Magnet(
-        force, gap, abs(_beyond_end(past, side, NEAREST)), abs(force) or past.swing, False,
-        units[0], units[2],
-    )  # fmt: skip
+        force, gap, closest, abs(force) or past.swing, False, *rubbing_units(element)[::2]
+    )
     graph, (strength, distance) = effect.with_law(scene, element, law)
-    added = force * law.deviation(NUMPY, past.argument, (), (1.0, gap))
-    most = 0.5 * past.swing / max(float(np.abs(added).max()), 1e-300)
-    force, added = force * min(1.0, most), added * min(1.0, most)
+    added = force * _magnet(past, gap)
+    weaker = min(1.0, 0.5 * past.swing / max(float(np.abs(added).max()), 1e-300))
+    force, added = weaker * force, weaker * added
     start = {strength: force, distance: gap}
     inserted = effect.inserted(
         element, graph, ({**start, **rebalanced(element, past, added)}, start), (strength,)
