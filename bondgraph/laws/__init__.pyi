@@ -21,6 +21,7 @@ from bondgraph.laws.limits import DeadZone as DeadZone
 from bondgraph.laws.limits import Saturation as Saturation
 from bondgraph.laws.lossy_spring import LossySpring as LossySpring
 from bondgraph.laws.lugre import LuGre as LuGre
+from bondgraph.laws.magnet import Magnet as Magnet
 from bondgraph.laws.maxwell_slip import MaxwellSlip as MaxwellSlip
 from bondgraph.laws.odometer import Odometer as Odometer
 from bondgraph.laws.onset import Onset as Onset
@@ -30,9 +31,11 @@ from bondgraph.laws.periodic import Periodic as Periodic
 from bondgraph.laws.piecewise_linear import PiecewiseLinear as PiecewiseLinear
 from bondgraph.laws.polynomial import Polynomial as Polynomial
 from bondgraph.laws.push import Push as Push
+from bondgraph.laws.radiation import Radiation as Radiation
 from bondgraph.laws.rectifier import Rectifier as Rectifier
 from bondgraph.laws.resistance import NonlinearResistance as NonlinearResistance
 from bondgraph.laws.rounding import Rounding as Rounding
+from bondgraph.laws.saturating_inductance import SaturatingInductance as SaturatingInductance
 from bondgraph.laws.slew_limit import SlewLimit as SlewLimit
 from bondgraph.laws.sliding import Sliding as Sliding
 from bondgraph.laws.stop_sum import StopSum as StopSum

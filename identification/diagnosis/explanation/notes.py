@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.remaining import growing
 from identification.diagnosis.screening.mixups import moved
 from identification.diagnosis.search.material import Material
 from identification.diagnosis.search.nominal import hold_margin
@@ -32,8 +33,17 @@ def notes_of(
         *material.recording.notes, *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.sure, material.given),
         *rough_rates(nominal.problem.graph, material.recording, material.data.breaks),
-        *moved(nominal), *_resumed_notes(known),
+        *_growing_notes(last), *moved(nominal), *_resumed_notes(known),
     )  # fmt: skip
+
+
+def _growing_notes(last: Fit) -> tuple[str, ...]:
+    found = ((n, growing(last, n)) for n in last.problem.data.names)
+    return tuple(
+        f"{noise.of(n)}: that is no physics; small readings are weighed too little"
+        for n, noise in found
+        if noise is not None
+    )
 
 
 def _resumed_notes(known: Sequence[Decision]) -> tuple[str, ...]:

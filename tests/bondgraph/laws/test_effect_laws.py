@@ -21,8 +21,11 @@ from bondgraph.laws import (
     EndStop,
     Law,
     LossySpring,
+    Magnet,
     NonlinearResistance,
     Overflow,
+    Radiation,
+    SaturatingInductance,
     SelfHeating,
 )
 from bondgraph.simulation.exact_run import run_record
@@ -39,6 +42,9 @@ SPRINGS: dict[str, Law] = {
     "stop": EndStop(20.0, -0.3, 0.25),
     "stop above": EndStop(20.0, -0.3, 0.25, "high"),
     "stop below": EndStop(20.0, -0.3, 0.25, "low"),
+    "magnet": Magnet(0.1, 2.5),
+    "magnet beside a spring": Magnet(-0.1, -2.5, free_standing=False),
+    "saturating": SaturatingInductance(1.5, 0.4),  # a curve of its own state, wherever it stands
 }
 RESISTORS: dict[str, Law] = {
     "asymmetric": AsymmetricDamping(0.2, 0.4),
@@ -49,6 +55,7 @@ RESISTORS: dict[str, Law] = {
     "resistance": NonlinearResistance(0.3, 0.5),
     "diode": Diode(stiffness=0.4, share=0.7, onset=0.1, width=0.05),
     "diode backwards": Diode(stiffness=0.4, share=0.7, onset=0.1, width=0.05, sense=-1.0),
+    "radiation": Radiation(0.7, 2.0, resistance=0.4),
 }
 STORES: dict[str, Law] = {**SPRINGS, "overflow": Overflow(stiffness=3.0, depth=0.8, top=1.0)}
 LAWS = {**STORES, **RESISTORS}
