@@ -16,8 +16,8 @@ __all__ = ["CASES"]
 
 BEFORE, AFTER = 12_000, 8_000
 """Samples of the Silverbox kept on both sides of its boundary."""
-PIECE = 500
-"""Samples of a stretch of the EMPS: 1 s."""
+PIECE = 250
+"""Samples of a stretch of the EMPS: 0.5 s."""
 
 
 def _piezo(recording: Recording, split: Split) -> LoadedRecording:
@@ -90,11 +90,11 @@ CASES = (
         kinds=("dissipative",),
         published=Published(
             0.452, "mm", "dynoNet; linear models 5.53 mm",
-            "other record (pulses), free run instead of stretches of 1 s",
+            "other record (pulses), free run instead of stretches of 0.5 s",
         ),
         comment=(
             "the offset of the force is a nuisance; closed loop, and nothing holds the carriage: "
-            "stretches of 1 s, each from a state of its own, are compared"
+            "stretches of 0.5 s, each from a state of its own, are compared"
         ),
     ),
     RealCase(
