@@ -14,7 +14,8 @@ from identification.datasets import LoadedRecording
 from identification.study.joined import provenance
 
 __all__ = [
-    "apart", "at_boundary", "boundary_split", "in_pieces", "joined", "noted", "stretches_of", "thinned",
+    "apart", "at_boundary", "boundary_split", "in_pieces", "joined", "noted", "stretches_of",
+    "thinned",
 ]  # fmt: skip
 
 
