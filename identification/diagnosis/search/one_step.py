@@ -130,7 +130,7 @@ def decided(found: Searched, task: SearchTask) -> Decision:
     best = laws[0].trial if laws and laws[0].score.loss < found.evidence.plain.loss else None
     evidence = replace(found.evidence, laws=laws)
     if best is not None:
-        evidence = _along_best(found, task, evidence)
+        evidence = along_best(found, task, evidence)
     decision = decide(evidence, limits)
     alike = alike_kinds(evidence, limits)
     first = overlooked(decision, alike, trials, ranked, task.classes)[: found.options.more]
@@ -146,7 +146,7 @@ def decided(found: Searched, task: SearchTask) -> Decision:
             tried = {(s.trial.effect, s.element) for s in evidence.laws}
             rivals = rivals_of(now, ranked, tried, found.options.more)
             evidence = _with_laws(found, task, evidence, rivals)
-            evidence = _along_best(found, task, evidence)
+            evidence = along_best(found, task, evidence)
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         decision = _decided_there(found, task, evidence, decision)
@@ -170,7 +170,7 @@ def _decided_there(
     return decide(evidence, task.limits)
 
 
-def _along_best(found: Searched, task: SearchTask, evidence: Evidence) -> Evidence:
+def along_best(found: Searched, task: SearchTask, evidence: Evidence) -> Evidence:
     """Return the evidence with kinds along the course of the best law.
 
     A curve or a filter of a reading that follows the recording predicts it, whatever made it do so:
