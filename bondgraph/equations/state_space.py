@@ -21,6 +21,7 @@ from bondgraph.equations.relations import collect
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Dq, Element, Parameter, Sensor, Source, symbol
 from bondgraph.laws.law import Law
+from bondgraph.laws.watching import Gauge
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError, unknown_name
 
@@ -222,6 +223,7 @@ class _Derivation:
                 self.assign(symbol(d.rate), self._rate(d), f"rate read by {d.element}")
         drop_derivatives(self)
         ordered = _ordered(self.graph.name, self.found)
+        self._require_watched()
         return StateSpace(
             self.graph.name,
             tuple(self.states),
@@ -232,6 +234,13 @@ class _Derivation:
             self.graph.parameters,
             self.causality,
         )
+
+    def _require_watched(self) -> None:
+        """Refuse laws that watch a signal that there is not."""
+        known = {str(s) for s in (*self.found, *self.inputs, *(x.symbol for x in self.states))}
+        for port in self.laws:
+            if port.law.watched and port.law.watched not in known:
+                raise unknown_name("signal", port.law.watched, self.graph.name, sorted(known))
 
     def assign(
         self, target: sp.Symbol, expression: sp.Expr, reason: str, shown: sp.Expr | None = None
@@ -286,6 +295,11 @@ class _Derivation:
         w = symbol(f"w_{e.name}")
         names = tuple(p.name for p in law.parameters(e.name))
         self.laws.append(LawPort(e.name, role, law, w, argument, names))
+        if law.watched:
+            # a law without output makes the signal known at the end of every step
+            name = f"beside_{e.name}"
+            beside = symbol(law.watched)
+            self.laws.append(LawPort(name, "gauge", Gauge(), symbol(f"w_{name}"), beside, ()))
         return w
 
     def _displacement(self, e: Dq, flow: sp.Symbol) -> sp.Expr:

@@ -1,4 +1,5 @@
 from bondgraph.laws.ageing import Ageing as Ageing
+from bondgraph.laws.asymmetric import AsymmetricCoulomb as AsymmetricCoulomb
 from bondgraph.laws.asymmetric import AsymmetricDamping as AsymmetricDamping
 from bondgraph.laws.backlash import Backlash as Backlash
 from bondgraph.laws.bilinear import Bilinear as Bilinear
@@ -9,12 +10,16 @@ from bondgraph.laws.friction import Coulomb as Coulomb
 from bondgraph.laws.friction import QuadraticDrag as QuadraticDrag
 from bondgraph.laws.friction import Stribeck as Stribeck
 from bondgraph.laws.friction import Viscous as Viscous
+from bondgraph.laws.graded_friction import FrictionAlongWay as FrictionAlongWay
+from bondgraph.laws.graded_friction import FrictionUnderLoad as FrictionUnderLoad
 from bondgraph.laws.heating import SelfHeating as SelfHeating
 from bondgraph.laws.hysteretic import Hysteretic as Hysteretic
 from bondgraph.laws.law import Law as Law
+from bondgraph.laws.letting_go import LettingGo as LettingGo
 from bondgraph.laws.limits import DeadZone as DeadZone
 from bondgraph.laws.limits import Saturation as Saturation
 from bondgraph.laws.lugre import LuGre as LuGre
+from bondgraph.laws.maxwell_slip import MaxwellSlip as MaxwellSlip
 from bondgraph.laws.odometer import Odometer as Odometer
 from bondgraph.laws.onset import Onset as Onset
 from bondgraph.laws.overflow import Overflow as Overflow

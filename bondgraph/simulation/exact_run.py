@@ -277,3 +277,5 @@ def _initial_memory(
         j = place[element]
         z[rows, 0] = law.initial_memory(float(s[j, 0]))
         z[rows, 1:] = np.outer(law.memory_sensitivity(float(s[j, 0])), s[j, 1:])
+        if law.watched:
+            z[rows.stop - 2 : rows.stop] = s[j + 1]

@@ -373,7 +373,7 @@ def _simplest(law: Scored, alike: Sequence[Scored]) -> Scored:
     """Return a simpler law at the same place that the data do not tell from the best."""
     for name in law.trial.insertion.simpler:
         for s in alike:
-            if s.trial.effect == name and s.element == law.element:
+            if s.trial.effect == name and law.trial.insertion.contains(s.trial.insertion):
                 return _simplest(s, alike)
     return law
 
@@ -386,7 +386,7 @@ def _without_idle(law: Scored, laws: Sequence[Scored], e: Evidence, t: Threshold
     """
     least = EXACT if law.idle else ALL_BUT
     for s in laws:
-        simpler = s.trial.effect in law.trial.insertion.simpler and s.element == law.element
+        simpler = law.trial.insertion.contains(s.trial.insertion)
         noise = law.idle or s.left.most <= t.noise
         if simpler and noise and explained(s, e.plain, law.score) >= least:
             return s
@@ -400,5 +400,7 @@ ALL_BUT = 0.999
 def richer_names(best: Candidate, trials: Sequence[Candidate]) -> set[str]:
     """Names of effects among `trials` that contain the best one as a special case."""
     return {
-        x.effect for x in trials if x.effect != UNNAMED.name and best.effect in x.insertion.simpler
-    }
+        x.effect for x in trials
+        if x.effect != UNNAMED.name and best.effect in x.insertion.simpler
+        and not best.insertion.form
+    }  # fmt: skip

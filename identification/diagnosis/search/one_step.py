@@ -10,10 +10,10 @@ from joblib import Parallel, delayed
 
 from bondgraph.graph.elements import Sensor
 from identification.diagnosis.catalogue import UNNAMED
-from identification.diagnosis.catalogue.effect import kind_at
+from identification.diagnosis.catalogue.effect import Insertion, kind_at
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore, score
-from identification.diagnosis.evidence.decision import decide
+from identification.diagnosis.evidence.decision import MOSTLY, PART, decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import CURVES, alike_kinds
@@ -30,6 +30,7 @@ from identification.diagnosis.search.candidates import (
     astray,
     finished,
     fitted,
+    fitted_insertions,
     not_worse,
     rivals_of,
     search,
@@ -148,6 +149,11 @@ def decided(found: Searched, task: SearchTask) -> Decision:
             evidence = _with_laws(found, task, evidence, rivals)
             evidence = along_best(found, task, evidence)
         decision = decide(evidence, limits)
+    richer = _with_forms(found, task, evidence, decision.kind == "unknown_physics")
+    if richer is not evidence:
+        better = richer.laws[0].trial.fit
+        evidence = _with_kinds(richer, done.kinds(base.fit, better, where or None))
+        decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         decision = _decided_there(found, task, evidence, decision)
     if where:
@@ -207,6 +213,74 @@ def _with_laws(
     untried = (*evidence.untried, *(at for at in names if at not in made))
     laws = scored(not_worse(every, options), options.jobs)
     return replace(evidence, laws=laws, untried=untried)
+
+
+def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: bool) -> Evidence:
+    """Fit richer forms of a law that explains much, but not all.
+
+    The best law that has any and explains nearly what the best of all does; where nothing can be
+    named, some is enough. A form takes the place of its law only where held-out samples and the
+    stretches left out are both surely better with it than with any law, and little is left.
+    """
+    options, limits = found.options, task.limits
+    named = [s for s in evidence.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
+    if not named or named[0].left.most <= limits.noise:
+        return evidence
+    best, plain, made = named[0], evidence.plain, tuple[tuple[Insertion, bool], ...]()
+    effects = {e.name: e for e in options.catalogue}
+    excess = plain.square - 1.0
+    least = PART * excess if unknown else max(MUCH * excess, NEARLY * gained(best, plain))
+    for s in named:
+        if gained(s, plain) < least:
+            continue
+        ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == s.element}
+        element = found.seen.graph[s.element]
+        forms = effects[s.trial.effect].forms(found.seen, element, ended)
+        made = tuple((f, s.trial.home) for f in forms)
+        if made:
+            break
+    if not made:
+        return evidence
+    tell, beat = _told_within(task, found.number), best.trial.train
+    template, hold = found.base.template, best.trial.fit.problem.data.hold
+    template = replace(template, data=replace(template.data, hold=hold))
+    tried = fitted_insertions(found.seen, template, made, options, tell, 0.95, 1.0, beat)
+    tried = [t for t in tried if t.train < beat]
+    form = best_form(scored(finished(tried, options), options.jobs), best, limits)
+    if form is None:
+        return evidence
+    at = (form.trial.effect, form.element)
+    kept = [s for s in evidence.laws if (s.trial.effect, s.element) != at]
+    return replace(evidence, laws=tuple(sorted((form, *kept), key=lambda s: s.score.loss)))
+
+
+MUCH = 0.5
+"""Part of the misfit above the noise that a law explains whose richer forms are worth a fit."""
+NEARLY = 0.9
+"""Part of what the best law explains that it explains at least."""
+
+
+def gained(law: Scored, plain: BlockScore) -> float:
+    """Mean square that a law removes."""
+    return plain.square - law.score.square
+
+
+def best_form(forms: Sequence[Scored], simple: Scored, limits: Thresholds) -> Scored | None:
+    """Return the form with the fewest numbers among the best, None if the simple law will do."""
+    if simple.left.most <= limits.noise:
+        return None
+    rest = simple.score.square - 1.0
+    better = [
+        f for f in forms
+        if f.trial.itself and simple.score.behind(f.score) > limits.z
+        and f.trial.test < simple.trial.test
+        and (f.left.most <= limits.noise or simple.score.square - f.score.square > MOSTLY * rest)
+    ]  # fmt: skip
+    if not better:
+        return None
+    best = min(better, key=lambda f: f.score.loss)
+    alike = [f for f in better if f is best or f.score.behind(best.score) < limits.z]
+    return min(alike, key=lambda f: len(f.trial.fit.problem.free))
 
 
 def unexplained(decision: Decision, evidence: Evidence) -> bool:
@@ -350,7 +424,7 @@ def _idle(trial: Candidate, trials: Sequence[Candidate]) -> bool:
     """
     simpler = [
         t for t in trials
-        if t.effect in trial.insertion.simpler and t.element == trial.element
+        if trial.insertion.contains(t.insertion)
     ]  # fmt: skip
     if not simpler:
         return False

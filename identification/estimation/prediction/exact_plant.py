@@ -130,4 +130,7 @@ class ExactPlant(FilterPlant):
                 rows = slice(lay.n_w + ms.start, lay.n_w + ms.stop)
                 found[rows] = port.law.initial_memory(float(s[j]))
                 moved[rows] = np.outer(port.law.memory_sensitivity(float(s[j])), ds[j])
+                if port.law.watched:
+                    found[rows.stop - 2 : rows.stop] = s[j + 1]
+                    moved[rows.stop - 2 : rows.stop] = ds[j + 1]
         return found, moved

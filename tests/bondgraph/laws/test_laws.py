@@ -35,6 +35,7 @@ from bondgraph.laws import (
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 from tests.bondgraph.laws.test_effect_laws import LAWS as EFFECT_LAWS
+from tests.bondgraph.laws.test_graded_friction import LAWS as GRADED_LAWS
 from tests.bondgraph.laws.test_laws_in_time_and_way import LAWS as TIMED_LAWS
 
 LAWS: dict[str, Law] = {
@@ -62,6 +63,7 @@ LAWS: dict[str, Law] = {
 EVERY: dict[str, Law] = {
     **LAWS,
     **EFFECT_LAWS,
+    **GRADED_LAWS,
     **{f"{type(law).__name__} {i}": law for i, law in enumerate(TIMED_LAWS)},
 }
 FRICTION = {"Coulomb", "Stribeck", "QuadraticDrag", "Viscous"}
