@@ -151,8 +151,7 @@ def decided(found: Searched, task: SearchTask) -> Decision:
         decision = decide(evidence, limits)
     richer = _with_forms(found, task, evidence, decision.kind == "unknown_physics")
     if richer is not evidence:
-        better = richer.laws[0].trial.fit
-        evidence = _with_kinds(richer, done.kinds(base.fit, better, where or None))
+        evidence = along_best(found, task, richer)
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         decision = _decided_there(found, task, evidence, decision)
