@@ -18,6 +18,7 @@ import numpy as np
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.evidence.answer import Decision, probability
 from identification.diagnosis.evidence.block_score import BlockScore
+from identification.diagnosis.evidence.foretold import REFUTED, foretold
 from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import (
@@ -73,6 +74,10 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         return _nothing(quiet, e, t)
     if not _matters(kinds[0], e, t):
         return _slight(quiet, e, kinds[0])
+    sure = foretold(kinds, e, t)
+    if sure is not None:
+        kinds, e, law, reason = sure
+        quiet = replace(quiet, reasons=(reason,))
     return _rest_of(kind_told(quiet, e, kinds, law, t), e, best.score, t)
 
 
@@ -328,10 +333,6 @@ def _refuted(rival: Scored, chosen: Scored, e: Evidence, t: Thresholds) -> bool:
 
 SMALL = 2.0
 """Times the limit of noise that a rest may have and be small."""
-
-
-REFUTED = 4.0
-"""Times more of its mean square that a refuted law leaves on held-out samples."""
 
 
 def _replicated(chosen: Scored, e: Evidence) -> bool:

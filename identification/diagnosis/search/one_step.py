@@ -8,6 +8,7 @@ from itertools import zip_longest
 
 from joblib import Parallel, delayed
 
+from bondgraph.graph.elements import Sensor
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.catalogue.effect import Insertion, kind_at
 from identification.diagnosis.evidence.answer import Decision
@@ -17,6 +18,7 @@ from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thres
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import CURVES, alike_kinds
 from identification.diagnosis.evidence.remaining import remaining
+from identification.diagnosis.evidence.shares import explained
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.port_history import FittedModel
@@ -122,14 +124,14 @@ def decided(found: Searched, task: SearchTask) -> Decision:
     """Decide what was found; laws that the evidence asks for are fitted first."""
     if found.quiet:
         return decide(found.evidence, task.limits)
-    base, ranked, limits, done = found.base, found.ranked, task.limits, task.done
+    ranked, limits, done = found.ranked, task.limits, task.done
     where = found.evidence.located
     trials = not_worse(found.trials, found.options)
     laws = scored(trials, found.options.jobs)
     best = laws[0].trial if laws and laws[0].score.loss < found.evidence.plain.loss else None
     evidence = replace(found.evidence, laws=laws)
     if best is not None:
-        evidence = _with_kinds(evidence, done.kinds(base.fit, best.fit, where or None))
+        evidence = along_best(found, task, evidence)
     decision = decide(evidence, limits)
     alike = alike_kinds(evidence, limits)
     first = overlooked(decision, alike, trials, ranked, task.classes)[: found.options.more]
@@ -145,13 +147,11 @@ def decided(found: Searched, task: SearchTask) -> Decision:
             tried = {(s.trial.effect, s.element) for s in evidence.laws}
             rivals = rivals_of(now, ranked, tried, found.options.more)
             evidence = _with_laws(found, task, evidence, rivals)
-            best = evidence.laws[0].trial
-            evidence = _with_kinds(evidence, done.kinds(base.fit, best.fit, where or None))
+            evidence = along_best(found, task, evidence)
         decision = decide(evidence, limits)
     richer = _with_forms(found, task, evidence, decision.kind == "unknown_physics")
     if richer is not evidence:
-        better = richer.laws[0].trial.fit
-        evidence = _with_kinds(richer, done.kinds(base.fit, better, where or None))
+        evidence = along_best(found, task, richer)
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         decision = _decided_there(found, task, evidence, decision)
@@ -173,6 +173,26 @@ def _decided_there(
     if as_good(there.kinds, evidence):
         evidence = replace(_with_kinds(evidence, there.kinds), along=True)
     return decide(evidence, task.limits)
+
+
+def along_best(found: Searched, task: SearchTask, evidence: Evidence) -> Evidence:
+    """Return the evidence with kinds along the course of the best law.
+
+    A curve or a filter of a reading that follows the recording predicts it, whatever made it do so:
+    at a sensor counts the course of the best law there.
+    """
+    base, where = found.base.fit, evidence.located or None
+    best = evidence.laws[0]
+    sensors = {s.name for s in base.problem.graph.of_type(Sensor)}
+    more = [
+        k for k in task.done.kinds(base, best.trial.fit, where)
+        if k.element not in sensors or k.element == best.element
+    ]  # fmt: skip
+    for name in sensors.intersection(where or sensors) - {best.element}:
+        own = next((s for s in evidence.laws if s.element == name), None)
+        if own is not None and explained(own, evidence.plain, best.score) > LITTLE:
+            more += task.done.kinds(base, own.trial.fit, (name,))
+    return _with_kinds(evidence, more)
 
 
 def _with_kinds(evidence: Evidence, more: Sequence[KindScore]) -> Evidence:

@@ -43,7 +43,8 @@ class CoulombFriction(Effect):
         force = at_least(scene.of(element).swing, 1e-12)
         law = Coulomb(0.3 * force, unit=rubbing_units(element)[0])
         graph, (name,) = self.with_law(scene, element, law)
-        levels = (0.3, 0.05) if hint is None else (at_least(hint.weights[0] / force, 0.02),)
+        # along a bent nominal model the screening may see next to nothing of it
+        levels = (0.3, 0.05 if hint is None else at_least(hint.weights[0] / force, 0.02))
         direction = np.sign(scene.of(element).argument)
         starts = tuple(
             {name: level * force, **share}
