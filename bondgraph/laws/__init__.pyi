@@ -12,6 +12,7 @@ from bondgraph.laws.friction import Viscous as Viscous
 from bondgraph.laws.heating import SelfHeating as SelfHeating
 from bondgraph.laws.hysteretic import Hysteretic as Hysteretic
 from bondgraph.laws.law import Law as Law
+from bondgraph.laws.law_sum import LawSum as LawSum
 from bondgraph.laws.limits import DeadZone as DeadZone
 from bondgraph.laws.limits import Saturation as Saturation
 from bondgraph.laws.lugre import LuGre as LuGre

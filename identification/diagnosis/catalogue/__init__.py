@@ -26,6 +26,7 @@ from identification.diagnosis.catalogue.measurement.sensor_offset import SensorO
 from identification.diagnosis.catalogue.measurement.sensor_rectification import SensorRectification
 from identification.diagnosis.catalogue.memory.creep import Creep
 from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis
+from identification.diagnosis.catalogue.memory.hysteresis_forms import FORMS as FORMS
 from identification.diagnosis.catalogue.outside.external_disturbance import ExternalDisturbance
 from identification.diagnosis.catalogue.outside.time_varying_parameter import TimeVaryingParameter
 from identification.diagnosis.catalogue.outside.unnamed_curve import UnnamedCurve

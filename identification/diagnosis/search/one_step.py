@@ -8,7 +8,7 @@ from itertools import zip_longest
 
 from joblib import Parallel, delayed
 
-from identification.diagnosis.catalogue import UNNAMED
+from identification.diagnosis.catalogue import FORMS, UNNAMED
 from identification.diagnosis.catalogue.effect import kind_at
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore, score
@@ -149,6 +149,9 @@ def decided(found: Searched, task: SearchTask) -> Decision:
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         decision = _decided_there(found, task, evidence, decision)
+    richer = with_form(found, task, evidence)
+    if richer is not None:
+        decision = decide(richer, limits)
     if where:
         decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
     return decision
@@ -186,6 +189,35 @@ def _with_laws(
     untried = (*evidence.untried, *(at for at in names if at not in made))
     laws = scored(not_worse(every, options), options.jobs)
     return replace(evidence, laws=laws, untried=untried)
+
+
+def with_form(found: Searched, task: SearchTask, evidence: Evidence) -> Evidence | None:
+    """Return the evidence with a richer form in the place of the law that leads, where one is due.
+
+    Only where that law leaves more than noise, and the form predicts what it has not seen surely
+    better and leaves noise: what is missing elsewhere may not be made part of a name.
+    """
+    lead = evidence.laws[0] if evidence.laws else None
+    forms = [f for f in FORMS if lead is not None and f.name == lead.trial.effect]
+    if lead is None or not forms or lead.left.is_noise(task.limits.noise):
+        return None
+    base, seen, limits = found.base, found.seen, task.limits
+    element = seen.graph[lead.element]
+    wanted = [
+        Screened(f, element, lead.trial.home, 0.0, 0, 0.0, None)
+        for f in forms
+        if any(e.name == lead.element for e in f.where(seen.graph))
+    ]
+    begun = {**base.template.starts, **lead.trial.fit.values}
+    made = fitted(seen, replace(base.template, starts=begun), wanted, found.options)
+    done = scored(finished(made, found.options), found.options.jobs)
+    sure = [
+        s for s in done if s.left.is_noise(limits.noise) and lead.score.behind(s.score) > limits.z
+    ]
+    if not sure:
+        return None
+    kept = [s for s in evidence.laws if s is not lead]
+    return replace(evidence, laws=tuple(sorted([sure[0], *kept], key=lambda s: s.score.loss)))
 
 
 def unexplained(decision: Decision, evidence: Evidence) -> bool:

@@ -53,23 +53,29 @@ class Hysteresis(Effect):
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Insert a stop sum beside the linear law."""
         past = scene.of(element)
-        # a store has a slope in its own unit; a signal path has slope one
-        slope = past.slope if isinstance(element, C) else 1.0
-        thresholds = tuple(float(r) for r in _thresholds(past))
-        law = Parametrised(
-            StopSum(
-                thresholds, height=0.02 * slope, scale=0.1 * slope, sign=_sign(element),
-                unit=_slope_unit(element),
-            ),
-            ("thresholds",),
-        )  # fmt: skip
+        law = Parametrised(stops_at(element, past), ("thresholds",))
         graph, names = self.with_law(scene, element, law)
         starts: dict[str, float] = {}
         if hint is not None:
+            slope = _slope(element, past)
             # a height at its lower bound of zero would stay there
             weights = np.clip(hint.weights, 1e-3 * slope, 3.0 * slope)
             starts = dict(zip(names, map(float, weights), strict=True))
         return self.inserted(element, graph, (starts,), names)
+
+
+def stops_at(element: Element, past: PortHistory) -> StopSum:
+    """Return the law whose thresholds share the range of the argument."""
+    slope = _slope(element, past)
+    return StopSum(
+        tuple(float(r) for r in _thresholds(past)), height=0.02 * slope, scale=0.1 * slope,
+        sign=_sign(element), unit=_slope_unit(element),
+    )  # fmt: skip
+
+
+def _slope(element: Element, past: PortHistory) -> float:
+    """Return the slope of a store in its own unit; a signal path has slope one."""
+    return past.slope if isinstance(element, C) else 1.0
 
 
 def stops(past: PortHistory, thresholds: Array) -> Array:
