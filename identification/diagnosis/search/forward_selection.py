@@ -28,6 +28,8 @@ from identification.diagnosis.search.one_step import (
     Searched,
     SearchTask,
     decided,
+    richer_form,
+    scored,
     searched,
 )
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -118,18 +120,41 @@ def _forward(
     """Decide, repair, and look again, at most `count` times; `found` was searched already."""
     decisions: list[Decision] = []
     places = named
+    before = base
     for number in range(begin, begin + count):
         here = found if found is not None and number == begin else None
         decision = decided(here or searched(base, task, number, places), task)
+        if decision.kind == "unknown_physics" and decisions:
+            form = _in_a_form(decisions[-1], before, task)
+            if form is not None:
+                base = base_of(held_to_residual(form.chosen.fit, task.given))
+                decisions[-1] = form
+                decision = decided(searched(base, task, number, places), task)
         decisions.append(decision)
         more = decision.kind == "missing_physics" or _promising(decision, number, task.options)
         if decision.chosen is None or not more or number + 1 == begin + count:
             break
         # what the repair leaves bounds the noise: one read too high hides what comes next
-        base = base_of(held_to_residual(decision.chosen.fit, task.given))
+        before, base = base, base_of(held_to_residual(decision.chosen.fit, task.given))
         if decision.kind == "missing_physics":
             places = (*places, decision.chosen.element)
     return decisions
+
+
+def _in_a_form(named: Decision, base: Base, task: SearchTask) -> Decision | None:
+    """Return a name with a richer form of its law, where nothing beside it has a name.
+
+    Only then: what is missing elsewhere may not be made part of a name.
+    """
+    if named.kind != "missing_physics" or named.chosen is None:
+        return None
+    plain = scored([named.chosen])[0]
+    form = richer_form(plain, base, task)
+    if form is None:
+        return None
+    lead = plain.score.behind(form.score)
+    reason = f"its form {form.trial.insertion.law} predicts more of it (z {lead:.1f})"
+    return replace(named, chosen=form.trial, reasons=(*named.reasons, reason))
 
 
 def _resumed(base: Base, known: Sequence[Decision], task: SearchTask) -> list[Decision]:

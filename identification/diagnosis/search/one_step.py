@@ -149,9 +149,11 @@ def decided(found: Searched, task: SearchTask) -> Decision:
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         decision = _decided_there(found, task, evidence, decision)
-    richer = with_form(found, task, evidence)
-    if richer is not None:
-        decision = decide(richer, limits)
+    if decision.kind == "unknown_physics" and evidence.laws:
+        form = richer_form(evidence.laws[0], base, task)
+        if form is not None:
+            again = decide(replace(evidence, laws=(form, *evidence.laws[1:])), limits)
+            decision = again if again.kind == "missing_physics" else decision
     if where:
         decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
     return decision
@@ -191,33 +193,25 @@ def _with_laws(
     return replace(evidence, laws=laws, untried=untried)
 
 
-def with_form(found: Searched, task: SearchTask, evidence: Evidence) -> Evidence | None:
-    """Return the evidence with a richer form in the place of the law that leads, where one is due.
+def richer_form(lead: Scored, base: Base, task: SearchTask) -> Scored | None:
+    """Return the best richer form of a law, fitted where that ended, if it is surely better.
 
-    Only where that law leaves more than noise, and the form predicts what it has not seen surely
-    better and leaves noise: what is missing elsewhere may not be made part of a name.
+    None where the law has no forms, leaves nothing but noise, or predicts as much unseen.
     """
-    lead = evidence.laws[0] if evidence.laws else None
-    forms = [f for f in FORMS if lead is not None and f.name == lead.trial.effect]
-    if lead is None or not forms or lead.left.is_noise(task.limits.noise):
+    forms = [f for f in FORMS if f.name == lead.trial.effect]
+    if not forms or lead.left.is_noise(task.limits.noise):
         return None
-    base, seen, limits = found.base, found.seen, task.limits
-    element = seen.graph[lead.element]
+    seen = task.done.of(base.fit)[0]
     wanted = [
-        Screened(f, element, lead.trial.home, 0.0, 0, 0.0, None)
+        Screened(f, e, lead.trial.home, 0.0, 0, 0.0, None)
         for f in forms
-        if any(e.name == lead.element for e in f.where(seen.graph))
+        for e in f.places(seen.graph)
+        if e.name == lead.element
     ]
     begun = {**base.template.starts, **lead.trial.fit.values}
-    made = fitted(seen, replace(base.template, starts=begun), wanted, found.options)
-    done = scored(finished(made, found.options), found.options.jobs)
-    sure = [
-        s for s in done if s.left.is_noise(limits.noise) and lead.score.behind(s.score) > limits.z
-    ]
-    if not sure:
-        return None
-    kept = [s for s in evidence.laws if s is not lead]
-    return replace(evidence, laws=tuple(sorted([sure[0], *kept], key=lambda s: s.score.loss)))
+    made = fitted(seen, replace(base.template, starts=begun), wanted, task.options)
+    best = next(iter(scored(finished(made, task.options), task.options.jobs)), None)
+    return best if best is not None and lead.score.behind(best.score) > task.limits.z else None
 
 
 def unexplained(decision: Decision, evidence: Evidence) -> bool:

@@ -114,7 +114,7 @@ CASES = (
     _case("pnzt_loops_polarisation", False, "four ferroelectric loops of 1 Hz, one of them judges"),
     _case(
         "pnzt_holds_disc", True,
-        "switching, creep, drift of the integrator and a ratio at once; the amplifier rests at 72 V",
+        "switching, creep, a drifting integrator and a ratio at once; the amplifier rests at 72 V",
     ),
     _case("pnzt_holds_polarisation", False, "switching, creep and drift of the integrator at once"),
 )  # fmt: skip
