@@ -125,7 +125,7 @@ def _forward(
         here = found if found is not None and number == begin else None
         decision = decided(here or searched(base, task, number, places), task)
         if decision.kind == "unknown_physics" and decisions:
-            form = _in_a_form(decisions[-1], before, task)
+            form = in_a_form(decisions[-1], before, task)
             if form is not None:
                 base = base_of(held_to_residual(form.chosen.fit, task.given))
                 decisions[-1] = form
@@ -141,7 +141,7 @@ def _forward(
     return decisions
 
 
-def _in_a_form(named: Decision, base: Base, task: SearchTask) -> Decision | None:
+def in_a_form(named: Decision, base: Base, task: SearchTask) -> Decision | None:
     """Return a name with a richer form of its law, where nothing beside it has a name.
 
     Only then: what is missing elsewhere may not be made part of a name.

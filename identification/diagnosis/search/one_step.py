@@ -196,10 +196,12 @@ def _with_laws(
 def richer_form(lead: Scored, base: Base, task: SearchTask) -> Scored | None:
     """Return the best richer form of a law, fitted where that ended, if it is surely better.
 
-    None where the law has no forms, leaves nothing but noise, or predicts as much unseen.
+    It has to predict what it has not seen surely better, and to leave less: thresholds that are not
+    quite the true ones leave a little of which every form takes a part. None where the law has no
+    forms, or leaves nothing above the noise.
     """
     forms = [f for f in FORMS if f.name == lead.trial.effect]
-    if not forms or lead.left.is_noise(task.limits.noise):
+    if not forms or lead.left.most <= task.limits.noise:
         return None
     seen = task.done.of(base.fit)[0]
     wanted = [
@@ -210,8 +212,16 @@ def richer_form(lead: Scored, base: Base, task: SearchTask) -> Scored | None:
     ]
     begun = {**base.template.starts, **lead.trial.fit.values}
     made = fitted(seen, replace(base.template, starts=begun), wanted, task.options)
-    best = next(iter(scored(finished(made, task.options), task.options.jobs)), None)
-    return best if best is not None and lead.score.behind(best.score) > task.limits.z else None
+    done = scored(finished(made, task.options), task.options.jobs)
+    sure = [
+        s for s in done
+        if lead.score.behind(s.score) > task.limits.z and s.left.most < FEWER * lead.left.most
+    ]  # fmt: skip
+    return sure[0] if sure else None
+
+
+FEWER = 0.7
+"""Part of what a plain law leaves of a reading that a richer form may leave."""
 
 
 def unexplained(decision: Decision, evidence: Evidence) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
@@ -61,7 +63,7 @@ class Hysteresis(Effect):
             # a height at its lower bound of zero would stay there
             weights = np.clip(hint.weights, 1e-3 * slope, 3.0 * slope)
             starts = dict(zip(names, map(float, weights), strict=True))
-        return self.inserted(element, graph, (starts,), names)
+        return self.inserted(element, graph, (starts, *_switching(scene, element, names)), names)
 
 
 def stops_at(element: Element, past: PortHistory) -> StopSum:
@@ -76,6 +78,27 @@ def stops_at(element: Element, past: PortHistory) -> StopSum:
 def _slope(element: Element, past: PortHistory) -> float:
     """Return the slope of a store in its own unit; a signal path has slope one."""
     return past.slope if isinstance(element, C) else 1.0
+
+
+SWITCHED, SOFTER = 0.7, 0.2
+"""Part of a storage's effort that its stops give where it switches, and what its slope keeps."""
+
+
+def _switching(
+    scene: FittedModel, element: Element, heights: Sequence[str]
+) -> tuple[dict[str, float], ...]:
+    """Return a start for what hardly is a spring any more: it takes the effort to turn it round.
+
+    The nominal model is a spring and has another history; weights found along that lead astray.
+    """
+    own = scene.graph.parameters.get(element.name)
+    if not isinstance(element, C) or own is None or own.fixed:
+        return ()
+    past = scene.of(element)
+    level = SWITCHED * past.swing / len(heights)
+    found = {n: float(level / r) for n, r in zip(heights, _thresholds(past), strict=True)}
+    slope = SOFTER * past.slope
+    return ({**found, own.name: slope if element.stiffness is not None else 1.0 / slope},)
 
 
 def stops(past: PortHistory, thresholds: Array) -> Array:
