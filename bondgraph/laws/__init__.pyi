@@ -16,6 +16,7 @@ from bondgraph.laws.graded_friction import FrictionUnderLoad as FrictionUnderLoa
 from bondgraph.laws.heating import SelfHeating as SelfHeating
 from bondgraph.laws.hysteretic import Hysteretic as Hysteretic
 from bondgraph.laws.law import Law as Law
+from bondgraph.laws.law_sum import LawSum as LawSum
 from bondgraph.laws.letting_go import LettingGo as LettingGo
 from bondgraph.laws.limits import DeadZone as DeadZone
 from bondgraph.laws.limits import Saturation as Saturation
