@@ -18,6 +18,9 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Dq
 from bondgraph.laws.law import Law
 
+FINE = "fine_"
+"""Begins the name of what a reading is before it is rounded; that of the sensor follows."""
+
 
 @dataclass(frozen=True, slots=True)
 class Relation:

@@ -14,6 +14,7 @@ from bondgraph.causality.assignment import Causality
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.field_laws import crossed_ports, exact, field_laws
 from bondgraph.equations.relation import (
+    FINE,
     Dependent,
     LawUse,
     Relation,
@@ -50,6 +51,7 @@ from bondgraph.graph.elements import (
 )
 from bondgraph.graph.modulation import TIME, port_variables
 from bondgraph.laws.law import Law
+from bondgraph.laws.rounding import Resolution
 from bondgraph.support.errors import GraphError, unknown_name
 
 
@@ -189,7 +191,10 @@ class _Builder:
 
     def law_use(self, e: Element, role: str, law: Law, argument: str, slope: Any) -> int:
         names = tuple(p.name for p in law.parameters(e.name))
-        self.made.laws.append(LawUse(e.name, role, law, argument, slope, names))
+        return self._use(LawUse(e.name, role, law, argument, slope, names))
+
+    def _use(self, use: LawUse) -> int:
+        self.made.laws.append(use)
         return len(self.made.laws) - 1
 
     # -- elements -----------------------------------------------------------------------------
@@ -312,10 +317,10 @@ class _Builder:
             self.put(target, linear or [], why, expression=rest, reads=left)
             return
         self.made.inputs.append(e.name)
-        terms: list[tuple[Any, str]] = [(self._factor(e.gain), e.name)]
+        terms: list[tuple[Any, str]] = [(self._factor(e), e.name)]
         law = None
-        if e.offset:
-            terms.append((symbol(e.offset), self._pseudo("one")))
+        if (offset := self.graph.channel_value(e, "offset")) is not None:
+            terms.append((offset, self._pseudo("one")))
         terms = self._as_value(e, terms)
         if e.drive and (e.drive.law or e.drive.lag):
             command = f"c_{e.name}"
@@ -471,9 +476,10 @@ class _Builder:
         found = [p for p in self._parameters.values() if isfinite(p.value)]
         return bool(value.xreplace({p.symbol: exact(p.value) for p in found}) == 0)
 
-    def _factor(self, gain: str | None) -> sp.Expr:
-        """Return the factor that a source or a sensor names; 1 without one."""
-        return sp.S.One if gain is None else self._parameters[gain].symbol
+    def _factor(self, e: Source | Sensor) -> sp.Expr:
+        """Return the factor of a source or a sensor; 1 without one."""
+        gain = self.graph.channel_value(e, "gain")
+        return sp.S.One if gain is None else gain
 
     # -- sensors ------------------------------------------------------------------------------
     def _read(self, e: Sensor) -> str:
@@ -499,16 +505,8 @@ class _Builder:
         return f"x_{e.name}"  # its relation follows when all rates are known
 
     def sensor(self, e: Sensor) -> None:
-        value = self._read(e)
-        target = f"y_{e.name}"
-        terms: list[tuple[Any, str]] = [(1, value)]
+        terms: list[tuple[Any, str]] = [(1, self._followed(e, self._read(e)))]
         law = None
-        if e.lag is not None:
-            lagged, tau = f"z_{e.name}", symbol(e.lag, positive=True)
-            rate = f"rate_z_{e.name}"
-            self.put(rate, [(1 / tau, value), (-1 / tau, lagged)], f"lag of {e.name}")
-            self.made.states.append(StoredState(lagged, rate, e.name, e.unit))
-            terms = [(1, lagged)]
         if e.law is not None:
             law = self.law_use(e, "sensor", e.law, terms[0][1], sp.S.One)
         if e.gain is not None:
@@ -516,12 +514,45 @@ class _Builder:
                 bent = f"bent_{e.name}"
                 self.put(bent, terms, f"bent reading of {e.name}", law=law)
                 terms, law = [(1, bent)], None
-            terms = [(self._factor(e.gain) * c, v) for c, v in terms]
+            terms = [(self._factor(e) * c, v) for c, v in terms]
         for power, name in enumerate(e.drift, start=1):
             ramp = self._pseudo("ramp" if power == 1 else f"ramp{power}")
             terms.append((symbol(name), ramp))
-        self.put(target, terms, f"{e.kind} {e.name}", law=law)
+        target = f"y_{e.name}"
+        offset = self.graph.channel_value(e, "offset")
+        if e.resolution is not None:
+            fine, (step,) = f"{FINE}{e.name}", self._names_of(e, "resolution")
+            self.put(fine, terms, f"{e.name} before it is rounded", expression=offset, law=law)
+            use = LawUse(f"{e.name}_resolution", "rounding", Resolution(), fine, sp.S.One, (step,))
+            terms, law, offset = [(1, fine)], self._use(use), None
+        self.put(target, terms, f"{e.kind} {e.name}", expression=offset, law=law)
         self.made.outputs.append((e.name, target, e.unit))
+
+    def _names_of(self, e: Sensor, field: str) -> tuple[str, ...]:
+        return tuple(str(s) for s in self.graph.channel_value(e, field).free_symbols)
+
+    def _followed(self, e: Sensor, value: str) -> str:
+        """Return what is left of a signal behind the dynamics of a sensor."""
+        lag = self.graph.channel_value(e, "lag")
+        if lag is not None:
+            lagged, rate = f"z_{e.name}", f"rate_z_{e.name}"
+            self.put(rate, [(1 / lag, value), (-1 / lag, lagged)], f"lag of {e.name}")
+            self.made.states.append(StoredState(lagged, rate, e.name, e.unit))
+            value = lagged
+        omega = self.graph.channel_value(e, "natural_frequency")
+        if omega is None:
+            return value
+        zeta = self.graph.channel_value(e, "damping_ratio")
+        shown, rate = f"shown_{e.name}", f"rate_shown_{e.name}"
+        square = omega**2
+        self.put(
+            f"rate2_shown_{e.name}",
+            [(square, value), (-square, shown), (-2 * zeta * omega, rate)],
+            f"dynamics of {e.name}",
+        )
+        self.made.states.append(StoredState(shown, rate, e.name, e.unit))
+        self.made.states.append(StoredState(rate, f"rate2_{shown}", e.name))
+        return shown
 
 
 def _linear_part(

@@ -16,10 +16,10 @@ import sympy as sp
 from bondgraph.causality.assignment import Causality, assign_causality
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.ordering import components, tear
-from bondgraph.equations.relation import Dependent, Relation
+from bondgraph.equations.relation import Dependent, LawUse, Relation
 from bondgraph.equations.relations import collect
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Dq, Element, Parameter, Sensor, Source, symbol
+from bondgraph.graph.elements import Dq, Parameter, Sensor, Source, symbol
 from bondgraph.laws.law import Law
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError, unknown_name
@@ -246,10 +246,11 @@ class _Derivation:
         """Take a relation over as an assignment; its law becomes a port."""
         use = None if r.law is None else self.made.laws[r.law]
         own = () if use is None else (use.argument,)
-        if r.expression is not None and not r.reads and not r.implicit:
+        plain = all(s in own for s in r.reads)
+        if r.expression is not None and plain and not r.implicit:
             self._pseudo_input(ONE)
             constant = r.expression * ONE
-        elif r.expression is not None or any(s not in own for s in r.reads):
+        elif r.expression is not None or not plain:
             raise NotLinearUpToLaws(
                 f"{self.graph.name}: {r.reason} multiplies or transforms signals, so the model is "
                 "not linear up to scalar laws; system(graph) gives its equations, and simulate "
@@ -261,31 +262,29 @@ class _Derivation:
         if use is None:
             self.assign(target, _sum(r.terms) + constant, r.reason)
             return
-        e = self.graph[use.element]
-        w = self.law_port(e, use.role, use.law, symbol(use.argument))
+        w = self._law_port(use)
         if r.implicit:
             if use.slope == 0:
                 raise AlgebraicLoop(
-                    f"{self.graph.name}: the law of {e.name} gives effort from flow, and its flow "
+                    f"{self.graph.name}: the law of {use.element} gives effort from flow, and its flow "
                     "is wanted; give it a linear part, or a small inertia beside it"
                 )
             (effort,) = (s for c, s in r.terms if c == -1)
-            inverse = sp.Function(f"{e.name}_inverse")(symbol(effort))
+            inverse = sp.Function(f"{use.element}_inverse")(symbol(effort))
             self.assign(target, (symbol(effort) - w) / use.slope, r.reason, inverse)
             return
         rest = [(c, s) for c, s in r.terms if s != use.argument]
         ending = {"drive": "_drive", "sensor": "_reading"}.get(use.role, "")
-        shown = sp.Function(f"{e.name}{ending}")(symbol(use.argument)) + _sum(rest)
-        self.assign(target, _sum(r.terms) + w, r.reason, shown)
+        shown = sp.Function(f"{use.element}{ending}")(symbol(use.argument)) + _sum(rest) + constant
+        self.assign(target, _sum(r.terms) + w + constant, r.reason, shown)
 
     def _pseudo_input(self, s: sp.Symbol) -> None:
         if s not in self.inputs:
             self.inputs.append(s)
 
-    def law_port(self, e: Element, role: str, law: Law, argument: sp.Expr) -> sp.Symbol:
-        w = symbol(f"w_{e.name}")
-        names = tuple(p.name for p in law.parameters(e.name))
-        self.laws.append(LawPort(e.name, role, law, w, argument, names))
+    def _law_port(self, use: LawUse) -> sp.Symbol:
+        w, argument = symbol(f"w_{use.element}"), symbol(use.argument)
+        self.laws.append(LawPort(use.element, use.role, use.law, w, argument, use.parameters))
         return w
 
     def _displacement(self, e: Dq, flow: sp.Symbol) -> sp.Expr:

@@ -33,7 +33,7 @@ from bondgraph.graph.elements import (
     Valued,
     Zero,
 )
-from bondgraph.support.errors import BondsightError, unknown_name
+from bondgraph.support.errors import BondsightError, UnknownName, unknown_name
 
 _TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
     De: ((Zero, X0), "a 0-junction (one effort)"),
@@ -224,14 +224,14 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
     """Parameters that a source or a sensor names: they must exist, and times must not run back."""
     if isinstance(e, Source):
         drive = e.drive
-        uses = [("gain", e.gain), ("offset", e.offset)]
-        uses += [("lag", drive.lag), ("delay", drive.delay)] if drive is not None else []
+        uses = [("lag", drive.lag), ("delay", drive.delay)] if drive is not None else []
+        lines = [*_measured_problems(e), *_given_problems(e)]
     elif isinstance(e, Sensor):
-        uses = [("lag", e.lag), ("delay", e.delay), ("clock", e.clock), ("gain", e.gain)]
-        uses += [("drift", n) for n in e.drift]
+        uses = [("delay", e.delay), ("clock", e.clock), *(("drift", n) for n in e.drift)]
+        lines = _dynamics_problems(e)
     else:
         return []
-    lines = [*_measured_problems(e), *_given_problems(e)] if isinstance(e, Source) else []
+    lines += _channel_problems(graph, e, parameters)
     if isinstance(e, Modulated) and e.gain is not None:
         lines.append(f"{e.name}: a modulated source has no gain; write {e.gain} into its value")
     for what, name in uses:
@@ -242,10 +242,54 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
             lines.append(str(error))
         elif what == "lag" and not parameters[name].value > 0:
             lines.append(f"{e.name}: its lag {name} must be positive; give a time, or leave it out")
-        elif what == "gain" and parameters[name].value == 0:
-            lines.append(f"{e.name}: its gain {name} must not be 0; give a factor, or leave it out")
         elif what == "delay" and not parameters[name].value >= 0:
             lines.append(f"{e.name}: its delay {name} must not be negative")
+    return lines
+
+
+def _dynamics_problems(e: Sensor) -> list[str]:
+    """Return what is missing of second-order dynamics, and resolutions that are no parameter."""
+    lines = []
+    given = [f for f in ("natural_frequency", "damping_ratio") if getattr(e, f) is not None]
+    if len(given) == 1:
+        lines.append(
+            f"{e.name}: second-order dynamics have a natural_frequency (rad/s) and a "
+            f"damping_ratio, not only the {given[0]}; give both"
+        )
+    if isinstance(e.resolution, sp.Expr) and not e.resolution.is_Symbol:
+        lines.append(
+            f"{e.name}: its resolution {e.resolution} is an expression; give a number, or declare "
+            "a parameter for it"
+        )
+    return lines
+
+
+def _channel_problems(
+    graph: BondGraph, e: Source | Sensor, parameters: Mapping[str, Parameter]
+) -> list[str]:
+    """Numbers, parameters and expressions of a channel: known names, and values that make sense."""
+    lines = []
+    for what in e.channel:
+        held = getattr(e, what)
+        if held is None:
+            continue
+        try:
+            value = graph.channel_value(e, what)
+        except UnknownName as error:
+            lines.append(f"{e.name}: its {what}: {error}")
+            continue
+        assert value is not None
+        at = {s: parameters[str(s)].value for s in value.free_symbols if str(s) in parameters}
+        number = complex(sp.N(value.subs(at)))
+        if number.imag or not abs(number) < float("inf"):
+            lines.append(f"{e.name}: its {what} {held} is not a finite number; check it")
+        elif what == "gain" and number == 0:
+            lines.append(f"{e.name}: its gain {held} must not be 0; give a factor, or leave it out")
+        elif what not in ("gain", "offset") and not number.real > 0:
+            unit = {"lag": "a time", "natural_frequency": "a frequency"}.get(what, "a number")
+            lines.append(
+                f"{e.name}: its {what} {held} must be positive; give {unit} above 0, or leave it out"
+            )
     return lines
 
 

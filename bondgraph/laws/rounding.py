@@ -12,7 +12,7 @@ from bondgraph.laws.law import Law
 from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["Rounding"]
+__all__ = ["Resolution", "Rounding"]
 
 FINE = 1e-10
 """Sub-division of a step within which the rounding error counts as constant."""
@@ -63,3 +63,26 @@ class Rounding(Law):
         amount, step, origin = p
         z = (s - origin) / step
         return amount * step * (_floor(ops, z + 0.5) - FINE * _floor(ops, z / FINE + 0.5))
+
+
+@dataclass(frozen=True)
+class Resolution(Law):
+    """``s`` rounded to the nearest multiple of `step`: the `resolution` of a sensor.
+
+    As in `Rounding` the error counts as a number that what is read does not move; `step` moves it
+    by the number of steps, as it is between jumps.
+    """
+
+    step: Positive = 1.0
+    starts: ClassVar[tuple[str, ...]] = ("step",)
+    name: ClassVar[str] = "resolution"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Return the step, fixed."""
+        return (Parameter(f"resolution_{element}", self.step, fixed=True),)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Return the rounding error; the grid it is constant on does not move with the step."""
+        (step,) = p
+        grid = FINE * ops.exp(_floor(ops, ops.log(step)))
+        return step * _floor(ops, s / step + 0.5) - grid * _floor(ops, s / grid + 0.5)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bondgraph.equations.relation import FINE
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.errors import BondsightError, unknown_name
 
@@ -214,7 +215,7 @@ def settle(
     change = float("inf")
     while n_sub < largest:
         finer = run_record(compiled, p, u, step, x0, n_sub=2 * n_sub, hold=hold, memory=memory)
-        change = relative_change(run.y, finer.y)
+        change = relative_change(_unrounded(compiled, run), _unrounded(compiled, finer))
         run, n_sub = finer, 2 * n_sub
         if change < accuracy:
             return n_sub, run
@@ -226,6 +227,16 @@ def settle(
         )
     run = replace(run, settled=False)
     return n_sub, run
+
+
+def _unrounded(compiled: Compiled, run: KernelRun) -> Array:
+    """Return readings as they are before rounding, which would make jumps of small changes."""
+    space, y = compiled.space, run.y.copy()
+    rounded = {str(p.argument): j for j, p in enumerate(space.laws) if p.role == "rounding"}
+    for i, name in enumerate(space.output_names):
+        if (j := rounded.get(f"{FINE}{name}")) is not None:
+            y[:, i] = run.s[:, j]
+    return y
 
 
 def relative_change(before: Array, after: Array) -> float:

@@ -154,6 +154,10 @@ def every_element() -> BondGraph:
             clock="b",
             gain="a",
             drift=("b", "a"),
+            natural_frequency=a * 2,
+            damping_ratio=0.7,
+            offset="b",
+            resolution=0.25,
         )
         el.Df("current", unit="A")
         el.Dq("position", unit="m")
