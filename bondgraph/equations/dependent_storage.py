@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
+from bondgraph.equations.relation import LawUse
 from bondgraph.graph.elements import C, Da, I, symbol
 
 if TYPE_CHECKING:
@@ -83,7 +84,8 @@ def eliminate(d: _Derivation, dependent: Dependent) -> None:
         d.assign(q, free / (beta + slope), why)
     else:
         # the implicit step solves s = q(w), w = law(s): the operator (I + C H)^-1 with C = 1/beta
-        w = d.law_port(e, "storage", e.law, q)
+        names = tuple(p.name for p in e.law.parameters(e.name))
+        w = d.law_port(LawUse(e.name, "storage", e.law, str(q), slope, names))
         shown = sp.Function(f"{e.name}_loop_inverse")(sp.expand(a / beta))
         d.assign(q, (free - w) / (beta + slope), why, shown)
     d.assign(effort, free - beta * q, why)

@@ -262,12 +262,12 @@ class _Derivation:
         if use is None:
             self.assign(target, _sum(r.terms) + constant, r.reason)
             return
-        w = self._law_port(use)
+        w = self.law_port(use)
         if r.implicit:
             if use.slope == 0:
                 raise AlgebraicLoop(
-                    f"{self.graph.name}: the law of {use.element} gives effort from flow, and its flow "
-                    "is wanted; give it a linear part, or a small inertia beside it"
+                    f"{self.graph.name}: the law of {use.element} gives effort from flow, and its "
+                    "flow is wanted; give it a linear part, or a small inertia beside it"
                 )
             (effort,) = (s for c, s in r.terms if c == -1)
             inverse = sp.Function(f"{use.element}_inverse")(symbol(effort))
@@ -282,7 +282,7 @@ class _Derivation:
         if s not in self.inputs:
             self.inputs.append(s)
 
-    def _law_port(self, use: LawUse) -> sp.Symbol:
+    def law_port(self, use: LawUse) -> sp.Symbol:
         w, argument = symbol(f"w_{use.element}"), symbol(use.argument)
         self.laws.append(LawPort(use.element, use.role, use.law, w, argument, use.parameters))
         return w

@@ -286,9 +286,8 @@ def _channel_problems(
         elif what == "gain" and number == 0:
             lines.append(f"{e.name}: its gain {held} must not be 0; give a factor, or leave it out")
         elif what not in ("gain", "offset") and not number.real > 0:
-            unit = {"lag": "a time", "natural_frequency": "a frequency"}.get(what, "a number")
             lines.append(
-                f"{e.name}: its {what} {held} must be positive; give {unit} above 0, or leave it out"
+                f"{e.name}: its {what} {held} must be positive; give another one, or leave it out"
             )
     return lines
 

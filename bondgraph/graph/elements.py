@@ -140,10 +140,11 @@ class Source(Element):
     """An input; abstract.
 
     `drive` describes what lies between the recorded command and the port (a lag, a limit); `gain`
-    is a factor on the command, `offset` a constant added to it (values, as for a `Sensor`). `measured` says that the
-    recorded values are no command but a measurement of what acts at the port: nothing lies between
-    them and the plant. `given` says what is recorded of it: its ``"value"``, its ``"rate"`` (the
-    acceleration of a base that moves) or its ``"integral"`` (the displacement of it).
+    is a factor on the command, `offset` a constant added to it (values, as for a `Sensor`).
+    `measured` says that the recorded values are no command but a measurement of what acts at the
+    port: nothing lies between them and the plant. `given` says what is recorded of it: its
+    ``"value"``, its ``"rate"`` (the acceleration of a base that moves) or its ``"integral"`` (the
+    displacement of it).
     """
 
     channel: ClassVar[tuple[str, ...]] = ("gain", "offset")

@@ -36,7 +36,7 @@ def clock_errors(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str,
 
 
 def late_resolutions(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, float]:
-    """Steps of the sensors that are late or have a clock: they round what they sample."""
+    """Return steps of the sensors that are late or have a clock: they round what they sample."""
     coarse = (e for e in graph.of_type(Sensor) if e.resolution is not None and _is_timed(e))
     names = {e.name: str(graph.channel_value(e, "resolution")) for e in coarse}
     return _values_of(graph, names, parameters)
