@@ -318,14 +318,13 @@ class _Builder:
             return
         self.made.inputs.append(e.name)
         terms: list[tuple[Any, str]] = [(self._factor(e), e.name)]
-        law = None
-        if (offset := self.graph.channel_value(e, "offset")) is not None:
-            terms.append((offset, self._pseudo("one")))
-        terms = self._as_value(e, terms)
+        rest, law = self.graph.channel_value(e, "offset"), None
+        if e.given != "value":
+            terms, rest = self._as_value(e, terms, rest), None
         if e.drive and (e.drive.law or e.drive.lag):
             command = f"c_{e.name}"
-            self.put(command, terms, f"command of {e.name}")
-            terms = [(1, command)]
+            self.put(command, terms, f"command of {e.name}", expression=rest)
+            terms, rest = [(1, command)], None
             if e.drive.law:
                 law = self.law_use(e, "drive", e.drive.law, command, sp.S.One)
         if e.drive and e.drive.lag:
@@ -335,21 +334,21 @@ class _Builder:
             self.put(rate, [(1 / tau, limited), (-1 / tau, lagged)], f"lag of {e.name}")
             self.made.states.append(StoredState(lagged, rate, e.name, e.unit))
             terms, law = [(1, lagged)], None
-        self.put(target, terms, why, law=law)
+        self.put(target, terms, why, law=law, expression=rest)
 
-    def _as_value(self, e: Source, terms: list[tuple[Any, str]]) -> list[tuple[Any, str]]:
+    def _as_value(
+        self, e: Source, terms: list[tuple[Any, str]], offset: sp.Expr | None
+    ) -> list[tuple[Any, str]]:
         """Make the value of a source from what is recorded of it."""
         if e.given == "rate":
             value, rate = f"u_{e.name}", f"rate_u_{e.name}"
-            self.put(rate, terms, f"recorded rate of {e.name}")
+            self.put(rate, terms, f"recorded rate of {e.name}", expression=offset)
             self.made.states.append(StoredState(value, rate, e.name))
             return [(1, value)]
-        if e.given == "integral":
-            given, value = f"g_{e.name}", f"v_{e.name}"
-            self.put(given, terms, f"recorded integral of {e.name}")
-            self.made.rates.append(Dependent(given, value, e.name))
-            return [(1, value)]
-        return terms
+        given, value = f"g_{e.name}", f"v_{e.name}"
+        self.put(given, terms, f"recorded integral of {e.name}", expression=offset)
+        self.made.rates.append(Dependent(given, value, e.name))
+        return [(1, value)]
 
     def _pseudo(self, name: str) -> str:
         if name not in self.made.inputs:

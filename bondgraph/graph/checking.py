@@ -228,7 +228,7 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
         lines = [*_measured_problems(e), *_given_problems(e)]
     elif isinstance(e, Sensor):
         uses = [("delay", e.delay), ("clock", e.clock), *(("drift", n) for n in e.drift)]
-        lines = _dynamics_problems(e)
+        lines = _dynamics_problems(e, parameters)
     else:
         return []
     lines += _channel_problems(graph, e, parameters)
@@ -247,7 +247,7 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
     return lines
 
 
-def _dynamics_problems(e: Sensor) -> list[str]:
+def _dynamics_problems(e: Sensor, parameters: Mapping[str, Parameter]) -> list[str]:
     """Return what is missing of second-order dynamics, and resolutions that are no parameter."""
     lines = []
     given = [f for f in ("natural_frequency", "damping_ratio") if getattr(e, f) is not None]
@@ -256,10 +256,16 @@ def _dynamics_problems(e: Sensor) -> list[str]:
             f"{e.name}: second-order dynamics have a natural_frequency (rad/s) and a "
             f"damping_ratio, not only the {given[0]}; give both"
         )
-    if isinstance(e.resolution, sp.Expr) and not e.resolution.is_Symbol:
+    named = parameters.get(str(e.resolution))
+    if isinstance(e.resolution, sp.Expr) and named is None:
         lines.append(
             f"{e.name}: its resolution {e.resolution} is an expression; give a number, or declare "
             "a parameter for it"
+        )
+    elif named is not None and not named.fixed:
+        lines.append(
+            f"{e.name}: its resolution {e.resolution} is a parameter that fits are free to change, "
+            "and no fit finds it; declare it fixed=True"
         )
     return lines
 

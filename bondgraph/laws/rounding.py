@@ -22,6 +22,10 @@ def _floor(ops: Ops, x: Expression) -> Expression:
     return import_module(ops.name).floor(x)
 
 
+def _error(ops: Ops, z: Expression) -> Expression:
+    return _floor(ops, z + 0.5) - FINE * _floor(ops, z / FINE + 0.5)
+
+
 @dataclass(frozen=True)
 class Rounding(Law):
     """``s + amount (rounded - s)`` with `rounded` the nearest of ``origin + k step``.
@@ -61,16 +65,14 @@ class Rounding(Law):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Return the rounding error, constant within a small part of a step."""
         amount, step, origin = p
-        z = (s - origin) / step
-        return amount * step * (_floor(ops, z + 0.5) - FINE * _floor(ops, z / FINE + 0.5))
+        return amount * step * _error(ops, (s - origin) / step)
 
 
 @dataclass(frozen=True)
 class Resolution(Law):
     """``s`` rounded to the nearest multiple of `step`: the `resolution` of a sensor.
 
-    As in `Rounding` the error counts as a number that what is read does not move; `step` moves it
-    by the number of steps, as it is between jumps.
+    The error counts as in `Rounding`: what is read follows through it, and the step is known.
     """
 
     step: Positive = 1.0
@@ -82,7 +84,6 @@ class Resolution(Law):
         return (Parameter(f"resolution_{element}", self.step, fixed=True),)
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
-        """Return the rounding error; the grid it is constant on does not move with the step."""
+        """Return the rounding error, constant within a small part of a step."""
         (step,) = p
-        grid = FINE * ops.exp(_floor(ops, ops.log(step)))
-        return step * _floor(ops, s / step + 0.5) - grid * _floor(ops, s / grid + 0.5)
+        return step * _error(ops, s / step)

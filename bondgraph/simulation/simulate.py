@@ -87,7 +87,7 @@ def simulate(
     compiled = exact_form(model, observed)
     if compiled is not None and isinstance(x0, Mapping):
         known = tuple(str(v.symbol) for v in compiled.space.states)
-        if any(n.startswith("z_") for n in known) and isinstance(model, BondGraph):
+        if any(n.startswith(("z_q_", "z_p_")) for n in known) and isinstance(model, BondGraph):
             compiled = None  # its states are no displacements and momenta
         else:
             x0 = state_by_name(compiled.space.name, x0, known)
