@@ -73,13 +73,14 @@ def test_a_unit_reads_as_the_simulation(name: str, tmp_path: Path) -> None:
     graph = GRAPHS[name]
     model, wanted = program(graph), expected(graph, "hold")
     (source,) = model.inputs  # an offset asks nothing of who runs the unit
-    for unit, given in (
-        (fmu2_cosimulation(model, tmp_path / "two.fmu"), test_fmu.signals),
-        (fmu3_model_exchange(model, tmp_path / "three.fmu"), test_fmu.stairs),
+    exact = {"record_events": False, "relative_tolerance": 1e-7}
+    for unit, given, options in (
+        (fmu2_cosimulation(model, tmp_path / "two.fmu"), test_fmu.signals, {}),
+        (fmu3_model_exchange(model, tmp_path / "three.fmu"), test_fmu.stairs, exact),
     ):
         found = test_fmu.run(
             test_fmu.valid(unit), TIME, model.outputs, input=given(TIME, **{source: FORCE}),
-            **({} if given is test_fmu.signals else {"record_events": False, "relative_tolerance": 1e-7}),
+            **options,
         )  # fmt: skip
         for n in model.outputs:
             # readings that jump with a held input are taken before or after the jump
