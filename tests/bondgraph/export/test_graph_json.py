@@ -63,6 +63,7 @@ from bondgraph.laws import (
     TimedSlope,
     Tone,
     Viscous,
+    Wrapping,
 )
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import Rules, hints_of
@@ -111,6 +112,7 @@ LAW_EXAMPLES: dict[str, Law] = {
     "push": Push(2.0, 0.1, 0.3, 4.0, "V", True, False, 3.0),
     "ageing": Ageing(30.0, 0.2, "N/m"),
     "timed_slope": TimedSlope(Tone(7.0, 0.05, 3.0, "N/m", False)),
+    "wrapping": Wrapping(2.5, -0.1),
     "lifted": Parametrised(Polynomial(0.1, 1.5, 2.0), ("centre", "half")),
 }
 
