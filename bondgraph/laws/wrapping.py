@@ -18,8 +18,8 @@ __all__ = ["Wrapping"]
 class Wrapping(Law):
     """``s`` less whole turns, from `low` to `low` plus a turn.
 
-    Between its jumps the reading follows. A fit compares best with readings that were made straight
-    (`Recording.unwrap`) and without this law: a jump that comes a sample late is an error of a turn.
+    Between its jumps the reading follows. For a fit make the readings straight
+    (`Recording.unwrap`) and leave this law out: a jump a sample late is an error of a turn.
 
     Parameters
     ----------
