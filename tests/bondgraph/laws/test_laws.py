@@ -68,6 +68,7 @@ EVERY: dict[str, Law] = {
 }
 FRICTION = {"Coulomb", "Stribeck", "QuadraticDrag", "Viscous"}
 PRESLIDING = {"LuGre", "Sliding"}
+JUMPING = {"Rounding", "Wrapping"}
 STEP = 0.01
 
 
@@ -208,10 +209,7 @@ def test_solution_of_the_implicit_relation(name: str) -> None:
     rng = np.random.default_rng(11)
     for _ in range(60):
         f, g = rng.uniform(-2, 2), -rng.uniform(0.0, 0.3)
-        if name in (
-            "Rounding",
-            "Wrapping",
-        ):  # of signals alone: a loop through a jump has no solution
+        if name in JUMPING:  # of signals alone: a loop through a jump has no solution
             g = 0.0
         start = float(law.deviation(NUMPY, f, memory, p))
         value = float(solve(f, g, start))
