@@ -133,7 +133,8 @@ class GeneralMarch:
         if program.input_rates:
             raise UnusableInput(
                 f"{program.name}: it needs the rate {', '.join(program.input_rates)}, which the "
-                "steps of a converter do not have; put the resistance of the lead in series"
+                "steps of a converter do not have; put the resistance of the lead in series, or "
+                'drive a base by its rate (given="value")'
             )
         p = program.vector(parameters)
         self._program, self._p = program, p
