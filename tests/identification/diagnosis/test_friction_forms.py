@@ -183,7 +183,7 @@ def test_a_form_is_contained_by_nothing() -> None:
 def test_a_diagnosis_says_which_form(
     law: Law, values: dict[str, float], said: tuple[str, str]
 ) -> None:
-    t, rng = 0.01 * np.arange(2000), np.random.default_rng(0)
+    t, rng = np.linspace(0.0, 19.99, 2000, dtype=np.float64), np.random.default_rng(0)
     tones = np.linspace(0.1, 2.5, 20)
     u = sum(np.sin(2 * np.pi * f * t + rng.uniform(0, 6.28)) for f in tones)
     u = 3.0 * u * np.minimum(t, 1.0)

@@ -33,7 +33,7 @@ class CoulombFriction(Effect):
     source = "Coulomb 1785; Moreau 1988 for the implicit step"
     where = staticmethod(mechanical_resistors)
     richer = FRICTION_FORMS
-    forms = staticmethod(friction_forms)  # type: ignore[assignment]
+    forms = staticmethod(friction_forms)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Direction of the flow."""

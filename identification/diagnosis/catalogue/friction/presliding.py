@@ -44,7 +44,7 @@ class PreslidingFriction(Effect):
     source = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968"
     where = staticmethod(mechanical_resistors)
     richer = FRICTION_FORMS
-    forms = staticmethod(friction_forms)  # type: ignore[assignment]
+    forms = staticmethod(friction_forms)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Bend of a bristle along the motion, for several slip lengths."""

@@ -34,7 +34,7 @@ class StribeckFriction(Effect):
     source = "Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083"
     where = staticmethod(mechanical_resistors)
     richer = FRICTION_FORMS
-    forms = staticmethod(friction_forms)  # type: ignore[assignment]
+    forms = staticmethod(friction_forms)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Direction of the flow, and the same near rest, for several speeds."""
