@@ -231,15 +231,19 @@ def propeller(
 ) -> BondGraph:
     """Propeller at the bollard: thrust with the square of the speed, behind a first-order lag.
 
-    ``M = J domega/dt + k_M |omega| omega``, ``tau dT/dt + T = ratio k_M |omega| omega``, ``F = T``: the water gives the
-    flow time to form. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011,
-    chapter 9. Ports ``shaft`` (N m), ``hull`` (N, pushed). Parameters ``c_2_load`` (``k_M``,
+    ``M = J domega/dt + k_M |omega| omega``, ``tau dT/dt + T = ratio k_M |omega| omega``, ``F = T``:
+    the flow takes time to form. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control,
+    2011, chapter 9. Ports ``shaft`` (N m), ``hull`` (N, pushed). Parameters ``c_2_load`` (``k_M``,
     N m s^2), ``ratio`` (thrust over torque, 1/m), ``tau`` (s), ``J`` (kg m^2).
     """
     with BondGraph("propeller") as g:
         arm, tau = g.parameter("ratio", thrust / torque, "1/m"), g.parameter("tau", lag, "s")
         shaft, wake, hull = One("blades"), Zero("wake"), One("hub")
-        Port("shaft", unit="N*m") >> shaft >> R("load", sp.S.Zero, law=QuadraticDrag(torque, "N*m*s2"))
+        (
+            Port("shaft", unit="N*m")
+            >> shaft
+            >> R("load", sp.S.Zero, law=QuadraticDrag(torque, "N*m*s2"))
+        )
         shaft >> I("J", inertia, unit="kg*m^2")
         MSf("formed", arm * effort("load")) >> wake
         wake >> C("memory", tau)
