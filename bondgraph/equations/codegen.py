@@ -100,6 +100,12 @@ class _Evaluation:
     def _calls(self) -> tuple[LawCall, ...]:
         found, at = [], 0
         for use in self.model.laws:
+            if use.law.watched:
+                raise UnusableInput(
+                    f"{self.model.name}: the law of {use.element} reads {use.law.watched}, which "
+                    "only a model that is linear up to its laws can; take modulated elements and "
+                    "fields out, or write it with the argument alone to export it"
+                )
             value, advance = law_functions(use.law, len(use.parameters))
             memory = slice(at, at + use.law.n_memory)
             at = memory.stop
@@ -197,6 +203,7 @@ def program_of(model: System) -> Program:
         memory=tuple(memory),
         outputs=model.output_names,
         input_rates=model.input_rates,
+        recorded=model.recorded,
         units=units,
         nominal=tuple(q.value for q in model.parameters.values()),
         start=(0.0,) * model.order,

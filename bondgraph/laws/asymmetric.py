@@ -1,4 +1,4 @@
-"""Damping that differs between the two directions of motion."""
+"""Damping and dry friction that differ between the two directions of motion."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
+from bondgraph.laws.directed_friction import DirectedFriction
 from bondgraph.laws.law import Law
-from bondgraph.support.bounds import Positive
+from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
 
@@ -46,3 +47,35 @@ class AsymmetricDamping(Law):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """``d |f|``."""
         return p[0] * ops.absolute(s)
+
+
+@dataclass(frozen=True)
+class AsymmetricCoulomb(DirectedFriction):
+    """Dry friction of level ``F_1`` forwards and ``F_2`` backwards.
+
+    As an effort it is, at rest too, ``(F_1 + F_2) / 2`` of Coulomb friction and a constant force
+    ``(F_1 - F_2) / 2``: without a sensor that tells where no force acts the two look the same.
+
+    Parameters
+    ----------
+    force, back : float
+        Start values of ``F_1`` and ``F_2``.
+    """
+
+    force: NonNegative = 1.0
+    back: NonNegative = 1.0
+    unit: str = "N"
+    starts: ClassVar[tuple[str, ...]] = ("force", "back", "unit")
+    name: ClassVar[str] = "asymmetric_coulomb"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """``F_1`` and ``F_2``."""
+        size = max(self.force, self.back) or 1.0
+        return tuple(
+            Parameter(f"F_{i}_{element}", level, self.unit, lower=0.0, scale=size)
+            for i, level in ((1, self.force), (2, self.back))
+        )
+
+    def levels(self, ops: Ops, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, Any]:
+        """Return the two levels."""
+        return p[0], p[1]

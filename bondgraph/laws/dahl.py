@@ -54,7 +54,7 @@ class DahlFriction(Law):
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Bend and flow after the step."""
-        mean, direction = _mean_flow(ops, s, memory[1]), ops.sign(s)
+        mean, direction = mean_flow(ops, s, memory[1]), ops.sign(s)
         kept = ops.exp(-ops.absolute(mean) * p[-1] / p[1])
         return (direction + (memory[0] - direction) * kept, s)
 
@@ -94,7 +94,7 @@ class DahlFriction(Law):
         return side * p[0] * (1.0 - rest * ca.exp(-mean(at, before)[0] * rate))
 
 
-def _mean_flow(ops: Ops, s: Any, last: Any) -> Any:
+def mean_flow(ops: Ops, s: Any, last: Any) -> Any:
     """Mean flow of a step, with the sign of its end."""
     direction = ops.sign(s)
     return direction * _mean_size(ops, ops.absolute(s), direction * last)

@@ -12,7 +12,7 @@ from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
 
-def _stopping(s_free: Any, gain: Any) -> Any:
+def force_to_stop(s_free: Any, gain: Any) -> Any:
     """Friction that would stop the motion within the step; without a step, its direction."""
     import casadi as ca  # late: most of the time to import bondgraph
 
@@ -50,7 +50,7 @@ class Coulomb(Law):
         """Friction that stops the motion if it can, else its level."""
         import casadi as ca
 
-        stopping = _stopping(s_free, gain)
+        stopping = force_to_stop(s_free, gain)
         return ca.fmax(-p[0], ca.fmin(p[0], stopping))
 
 
@@ -101,7 +101,7 @@ class Stribeck(Law):
 
         from bondgraph.support.ops import CASADI
 
-        stopping = _stopping(s_free, gain)
+        stopping = force_to_stop(s_free, gain)
         speed = s_free + gain * w_last
         w = w_last
         for _ in range(6):

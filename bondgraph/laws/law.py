@@ -73,6 +73,11 @@ class Law(ABC):
         return self.lives_in_time
 
     @property
+    def watched(self) -> str:
+        """Signal that the law reads beside its argument, "" if none; see `watching.WatchingLaw`."""
+        return ""
+
+    @property
     def n_memory(self) -> int:
         """How many numbers the memory holds."""
         return len(self.follows)

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
+from bondgraph.laws.bracketing import bracketed
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import CASADI, Ops
-
-ROOT_STEPS = 30
 
 
 @dataclass(frozen=True)
@@ -44,6 +43,9 @@ class LuGre(Law):
     damping: NonNegative = 0.0
     unit: str = "N"
     flow_unit: str = "m/s"
+    starts: ClassVar[tuple[str, ...]] = (
+        "force", "drop", "speed", "bristle", "damping", "unit", "flow_unit",
+    )  # fmt: skip
     name: ClassVar[str] = "lugre"
     energy: ClassVar[str] = "dissipates"
     lives_in_time: ClassVar[bool] = True
@@ -87,28 +89,6 @@ class LuGre(Law):
     def solve(
         self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
     ) -> Any:
-        """Root between the free flow and the flow that the largest force would leave.
-
-        The force jumps within a small velocity, where plain Newton steps cycle; a bracket that is
-        halved whenever a Newton step leaves it cannot.
-        """
-        import casadi as ca
-
-        t, c = ca.SX.sym("t"), ca.SX.sym("c", 1 + len(p))
-        w = self.deviation(CASADI, t, (c[0],), ca.vertsplit(c[1:]))
-        force = ca.Function("force", [t, c], [w, ca.jacobian(w, t)])
-        constants = ca.vertcat(memory[0], *p)
-        largest = ca.fmax(p[3] * ca.fabs(memory[0]), p[0] + p[1])
-        reach = 2.0 * ca.fabs(gain) * largest
-        # friction brings the flow towards 0, however strong its damping is
-        at = s_free + gain * w_last
-        low, high = ca.fmin(s_free, 0.0) - reach, ca.fmax(s_free, 0.0) + reach
-        at = ca.fmin(ca.fmax(at, low), high)
-        for _ in range(ROOT_STEPS):
-            value, slope = force(at, constants)
-            miss, rise = at - s_free - gain * value, 1.0 - gain * slope
-            low, high = ca.if_else(miss < 0, at, low), ca.if_else(miss < 0, high, at)
-            newton = at - miss / ca.if_else(rise > 0, rise, 1.0)
-            inside = ca.logic_and(rise > 0, ca.logic_and(newton >= low, newton <= high))
-            at = ca.if_else(inside, newton, 0.5 * (low + high))
-        return force(at, constants)[0]
+        """Root between the free flow and the flow that the largest force would leave."""
+        largest = CASADI.maximum(p[3] * CASADI.absolute(memory[0]), p[0] + p[1])
+        return bracketed(self, s_free, gain, memory, p, w_last, largest)

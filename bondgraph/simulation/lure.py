@@ -25,6 +25,7 @@ from bondgraph.equations.state_space import LawPort, StateSpace, derive
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import symbol
 from bondgraph.laws.law import CALLED_FROM, NEWTON_STEPS, Law, split
+from bondgraph.laws.watching import Gauge
 from bondgraph.support.errors import real_number, unknown_name
 from bondgraph.support.ops import CASADI
 
@@ -182,9 +183,10 @@ def solve_laws(
     laws = law_slices(compiled)
     q = ca.vertcat(*[p[i] for i in compiled.law_parameters]) if compiled.law_parameters else ca.SX()
     w = list(ca.vertsplit(w_last)) if len(laws) else []
-    if len(laws) > 1 and not any(port.law.closed for port, _, _ in laws):
+    acting = sum(not isinstance(port.law, Gauge) for port, _, _ in laws)
+    if acting > 1 and not any(port.law.closed for port, _, _ in laws):
         return _solve_together(laws, free, gain, memory, q, w_last, step)
-    for _ in range(1 if len(laws) == 1 else 4):
+    for _ in range(1 if acting == 1 else 4):
         for j, (port, ms, qs) in enumerate(laws):
             others = free[j]
             for k, wk in enumerate(w):
@@ -247,7 +249,10 @@ def advance_laws(compiled: Compiled, s: ca.SX, memory: ca.SX, p_laws: ca.SX, ste
     for j, (port, ms, qs) in enumerate(law_slices(compiled)):
         if port.law.n_memory:
             q = law_arguments(port.law, p_laws[qs], step)
-            new.extend(port.law.advance(CASADI, s[j], split(memory[ms]), q))
+            after = port.law.advance(CASADI, s[j], split(memory[ms]), q)
+            if port.law.watched:  # its gauge follows it
+                after = (*after[:-2], memory[ms][-1], s[j + 1])
+            new.extend(after)
     return ca.vertcat(*new) if new else ca.SX(0, 1)
 
 

@@ -91,11 +91,6 @@ def seal(truth: Truth) -> SealedTruth:
     return SealedTruth.closed(truth.as_dict())
 
 
-def canonical_json(truth: Truth) -> str:
-    """JSON with sorted keys, no spaces and shortest exact floats."""
-    return _canonical(truth.as_dict())
-
-
 def _canonical(values: Mapping[str, Any]) -> str:
     return json.dumps(values, sort_keys=True, separators=(",", ":"), allow_nan=False)
 

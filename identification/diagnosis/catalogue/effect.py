@@ -35,6 +35,8 @@ class Insertion:
         The effect in words for the user.
     within : tuple of (str, float, float)
         Parameters with the range in which the law is what its name says.
+    form : bool
+        A richer law of the effect, which others no longer contain.
     """
 
     effect: str
@@ -49,11 +51,16 @@ class Insertion:
     sentence: str = ""
     kind: str = ""
     within: tuple[tuple[str, float, float], ...] = ()
+    form: bool = False
 
     @property
     def label(self) -> str:
         """Text such as ``hysteresis at C_nl``."""
         return f"{self.effect} at {self.element}"
+
+    def contains(self, other: Insertion) -> bool:
+        """Whether another law at the same element is a special case of this one."""
+        return other.effect in self.simpler and other.element == self.element and not other.form
 
     def is_itself(self, values: Mapping[str, float]) -> bool:
         """Whether the law with these values is what its name says, not another effect's limit."""
@@ -145,6 +152,16 @@ class Effect(ABC):
         """Return what a weak effect of this kind adds at `element`, for several shapes.
 
         An empty tuple exempts the effect from the screening: it is always fitted.
+        """
+        return ()
+
+    def forms(
+        self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
+    ) -> tuple[Insertion, ...]:
+        """Return richer laws, tried where this effect explains much at `element`, but not all.
+
+        Each is inserted in the place of the plain law, as a form of this effect or of one that
+        contains it. `ended` holds the fitted values of the laws tried there, by effect.
         """
         return ()
 

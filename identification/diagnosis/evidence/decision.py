@@ -18,6 +18,7 @@ import numpy as np
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.evidence.answer import Decision, probability
 from identification.diagnosis.evidence.block_score import BlockScore
+from identification.diagnosis.evidence.foretold import REFUTED, foretold
 from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import (
@@ -73,6 +74,10 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         return _nothing(quiet, e, t)
     if not _matters(kinds[0], e, t):
         return _slight(quiet, e, kinds[0])
+    sure = foretold(kinds, e, t)
+    if sure is not None:
+        kinds, e, law, reason = sure
+        quiet = replace(quiet, reasons=(reason,))
     return _rest_of(kind_told(quiet, e, kinds, law, t), e, best.score, t)
 
 
@@ -330,10 +335,6 @@ SMALL = 2.0
 """Times the limit of noise that a rest may have and be small."""
 
 
-REFUTED = 4.0
-"""Times more of its mean square that a refuted law leaves on held-out samples."""
-
-
 def _replicated(chosen: Scored, e: Evidence) -> bool:
     """Whether samples that no selection has seen gain as well, a part as much at least."""
     gained = e.trained - chosen.trial.train
@@ -372,7 +373,7 @@ def _simplest(law: Scored, alike: Sequence[Scored]) -> Scored:
     """Return a simpler law at the same place that the data do not tell from the best."""
     for name in law.trial.insertion.simpler:
         for s in alike:
-            if s.trial.effect == name and s.element == law.element:
+            if s.trial.effect == name and law.trial.insertion.contains(s.trial.insertion):
                 return _simplest(s, alike)
     return law
 
@@ -385,7 +386,7 @@ def _without_idle(law: Scored, laws: Sequence[Scored], e: Evidence, t: Threshold
     """
     least = EXACT if law.idle else ALL_BUT
     for s in laws:
-        simpler = s.trial.effect in law.trial.insertion.simpler and s.element == law.element
+        simpler = law.trial.insertion.contains(s.trial.insertion)
         noise = law.idle or s.left.most <= t.noise
         if simpler and noise and explained(s, e.plain, law.score) >= least:
             return s
@@ -399,5 +400,7 @@ ALL_BUT = 0.999
 def richer_names(best: Candidate, trials: Sequence[Candidate]) -> set[str]:
     """Names of effects among `trials` that contain the best one as a special case."""
     return {
-        x.effect for x in trials if x.effect != UNNAMED.name and best.effect in x.insertion.simpler
-    }
+        x.effect for x in trials
+        if x.effect != UNNAMED.name and best.effect in x.insertion.simpler
+        and not best.insertion.form
+    }  # fmt: skip

@@ -133,7 +133,7 @@ def kind_told(
         reasons.append("as good: " + ", ".join(k.label for k in kinds[1:]))
     decided = replace(
         quiet, kind="unknown_physics", chosen=law.trial if law else None, law_fit=fit,
-        reasons=tuple(reasons), answer="kind" if physics else "unknown",
+        reasons=(*quiet.reasons, *reasons), answer="kind" if physics else "unknown",
         physics=physics, places=tuple(dict.fromkeys(places)) if placed else (),
         kinds=tuple(kinds), share=0.0 if law is None else float(np.nan_to_num(fit)),
     )  # fmt: skip

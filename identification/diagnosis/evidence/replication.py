@@ -19,7 +19,7 @@ def added(trained: Fit) -> float:
     A mean square: about one for a law that is true, even where training left one of its numbers
     open, so that it predicts badly: a stop that was touched once. More for one that cannot be true
     of both parts (Chow, Econometrica 28 (1960) 591). The worst of the readings counts; the fit to
-    both parts is thrown away.
+    both parts is thrown away. Infinite where there is no such fit.
     """
     problem, split = trained.problem, trained.problem.data.split
     test = problem.data.mask("test")
@@ -27,7 +27,10 @@ def added(trained: Fit) -> float:
         return float("nan")
     both = replace(split, train=(*stretches(split.train), *stretches(split.test)), test=())
     whole = replace(problem, data=replace(problem.data, split=both), built=problem.engine)
-    found = fit(whole, start=trained.point, max_iterations=STEPS)
+    try:
+        found = fit(whole, start=trained.point, max_iterations=STEPS)
+    except np.linalg.LinAlgError:  # both parts together lead to where nothing is defined
+        return float("inf")
     floor = problem.data.floor
     more = np.sum((found.residuals("train") / floor) ** 2, axis=0)
     less = np.sum((trained.residuals("train") / floor) ** 2, axis=0)

@@ -9,6 +9,7 @@ from identification.diagnosis.evidence.remaining import growing
 from identification.diagnosis.screening.mixups import moved
 from identification.diagnosis.search.material import Material
 from identification.diagnosis.search.nominal import hold_margin
+from identification.estimation.cautions import rough_rates
 from identification.estimation.single_record import Fit
 
 
@@ -31,6 +32,7 @@ def notes_of(
     return (
         *material.recording.notes, *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.sure, material.given),
+        *rough_rates(nominal.problem.graph, material.recording, material.data.breaks),
         *_growing_notes(last), *moved(nominal), *_resumed_notes(known),
     )  # fmt: skip
 

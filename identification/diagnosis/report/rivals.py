@@ -96,7 +96,7 @@ def _why(
         return "lost", "does not improve the held-out samples"
     if chosen is None:
         return "lost", f"explains only {100 * share:.0f} % of the misfit"
-    if chosen.effect in t.insertion.simpler and t.element == chosen.element:
+    if t.insertion.contains(chosen.insertion):
         return "lost", f"richer, yet hardly better than {spaced(chosen.effect)}"
     if t.test <= chosen.test * 1.02 and not t.home:
         return "lost", "an unusual place for it, and no clear gain over the usual one"

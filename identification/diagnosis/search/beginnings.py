@@ -25,8 +25,9 @@ def promising(
 ) -> list[Problem]:
     """Return the best starts with the nominal fit's values, and one with the declared ones.
 
-    A large effect may have bent the nominal parameters so far that no path leads back. If no start
-    is any good, one of a weaker law follows the nominal fit's.
+    A large effect may have bent the nominal parameters so far that no path leads back, and initial
+    states and offsets with them: a mass that already moves at first does not feel what holds it. If
+    no start is any good, one of a weaker law follows the nominal fit's.
     """
     declared = {
         n: p.value
@@ -35,9 +36,13 @@ def promising(
     }
     fitted = dict(problem.starts)
     chosen: list[Problem] = []
-    groups = [(fitted, 2 if far else 1)] + ([({**fitted, **declared}, 1)] if far else [])
-    for base, count in groups:
-        begun = [replace(problem, starts={**base, **s}) for s in insertion.starts]
+    plainly = (
+        problem if problem.source_offsets else replace(problem, known_states={}, known_offsets=())
+    )
+    groups = [(problem, fitted, 2 if far else 1)]
+    groups += [(plainly, {**fitted, **declared}, 1)] if far else []
+    for posed, base, count in groups:
+        begun = [replace(posed, starts={**base, **s}) for s in insertion.starts]
         best = sorted(((misfit_at(p), p) for p in begun), key=lambda b: b[0])[:count]
         chosen += [p for cost, p in best if np.isfinite(cost)]
         if base is fitted and best and best[0][0] > HARM * plain:

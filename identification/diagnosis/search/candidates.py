@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -227,16 +228,30 @@ def fitted(
 
     `beat` is the training misfit of what is fitted already.
     """
-    tasks = []
+    made = []
+    for s in todo:
+        with suppress(BondsightError):
+            made.append((s.effect.insert(scene, s.element, s.hint), s.home))
+    return fitted_insertions(scene, template, made, options, progress, begin, end, beat)
+
+
+def fitted_insertions(
+    scene: FittedModel,
+    template: Problem,
+    made: Sequence[tuple[Insertion, bool]],
+    options: DiagnosisOptions,
+    progress: Progress | None = None,
+    begin: float = 0.0,
+    end: float = 1.0,
+    beat: float = np.inf,
+) -> list[Candidate]:
+    """Fit insertions as `fitted` does, each with whether it is at a usual place."""
     far, lost, plain = scene.nominal.chi2("train") > FAR, astray(scene.nominal), misfit_at(template)
     early = not lost and tells_early(scene.nominal)
-    for s in todo:
-        try:
-            made = s.effect.insert(scene, s.element, s.hint)
-        except BondsightError:
-            continue
-        problem = replace(template, graph=made.graph, built=None)
-        tasks.append((made, s.home, problem, far, lost, plain, early))
+    tasks = [
+        (m, home, replace(template, graph=m.graph, built=None), far, lost, plain, early)
+        for m, home in made
+    ]
     alive = _round(attempt, tasks, options, progress, begin, begin + 0.5 * (end - begin))
     done: list[Candidate] = []
     for number, iterations in enumerate(ROUNDS, start=1):
@@ -412,7 +427,7 @@ def _simpler_ended(trial: Candidate, trials: Sequence[Candidate]) -> Fit | None:
     """Return where the best simpler law that does better ended."""
     better = [
         s for s in trials
-        if s.effect in trial.insertion.simpler and s.element == trial.element
+        if trial.insertion.contains(s.insertion)
         and s.train < STOPPED * trial.train
     ]  # fmt: skip
     return min(better, key=lambda s: s.train).fit if better else None
@@ -420,10 +435,9 @@ def _simpler_ended(trial: Candidate, trials: Sequence[Candidate]) -> Fit | None:
 
 def _richer_ended(trial: Candidate, best: Candidate | None) -> Fit | None:
     """Return where the best law ended, if it holds this one as a special case and does better."""
-    if best is None or trial.effect not in best.insertion.simpler:
+    if best is None or not best.insertion.contains(trial.insertion):
         return None
-    better = best.element == trial.element and best.train < STOPPED * trial.train
-    return best.fit if better else None
+    return best.fit if best.train < STOPPED * trial.train else None
 
 
 def _from_there(trial: Candidate, end: Fit, iterations: int) -> Candidate:

@@ -8,15 +8,17 @@ from itertools import zip_longest
 
 from joblib import Parallel, delayed
 
+from bondgraph.graph.elements import Sensor
 from identification.diagnosis.catalogue import UNNAMED
-from identification.diagnosis.catalogue.effect import kind_at
+from identification.diagnosis.catalogue.effect import Insertion, kind_at
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore, score
-from identification.diagnosis.evidence.decision import decide
+from identification.diagnosis.evidence.decision import MOSTLY, PART, decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import CURVES, alike_kinds
 from identification.diagnosis.evidence.remaining import remaining
+from identification.diagnosis.evidence.shares import explained
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.port_history import FittedModel
@@ -28,6 +30,7 @@ from identification.diagnosis.search.candidates import (
     astray,
     finished,
     fitted,
+    fitted_insertions,
     not_worse,
     rivals_of,
     search,
@@ -121,14 +124,14 @@ def decided(found: Searched, task: SearchTask) -> Decision:
     """Decide what was found; laws that the evidence asks for are fitted first."""
     if found.quiet:
         return decide(found.evidence, task.limits)
-    base, ranked, limits, done = found.base, found.ranked, task.limits, task.done
+    ranked, limits, done = found.ranked, task.limits, task.done
     where = found.evidence.located
     trials = not_worse(found.trials, found.options)
     laws = scored(trials, found.options.jobs)
     best = laws[0].trial if laws and laws[0].score.loss < found.evidence.plain.loss else None
     evidence = replace(found.evidence, laws=laws)
     if best is not None:
-        evidence = _with_kinds(evidence, done.kinds(base.fit, best.fit, where or None))
+        evidence = along_best(found, task, evidence)
     decision = decide(evidence, limits)
     alike = alike_kinds(evidence, limits)
     first = overlooked(decision, alike, trials, ranked, task.classes)[: found.options.more]
@@ -144,8 +147,11 @@ def decided(found: Searched, task: SearchTask) -> Decision:
             tried = {(s.trial.effect, s.element) for s in evidence.laws}
             rivals = rivals_of(now, ranked, tried, found.options.more)
             evidence = _with_laws(found, task, evidence, rivals)
-            best = evidence.laws[0].trial
-            evidence = _with_kinds(evidence, done.kinds(base.fit, best.fit, where or None))
+            evidence = along_best(found, task, evidence)
+        decision = decide(evidence, limits)
+    richer = _with_forms(found, task, evidence, decision.kind == "unknown_physics")
+    if richer is not evidence:
+        evidence = along_best(found, task, richer)
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         decision = _decided_there(found, task, evidence, decision)
@@ -169,6 +175,26 @@ def _decided_there(
     return decide(evidence, task.limits)
 
 
+def along_best(found: Searched, task: SearchTask, evidence: Evidence) -> Evidence:
+    """Return the evidence with kinds along the course of the best law.
+
+    A curve or a filter of a reading that follows the recording predicts it, whatever made it do so:
+    at a sensor counts the course of the best law there.
+    """
+    base, where = found.base.fit, evidence.located or None
+    best = evidence.laws[0]
+    sensors = {s.name for s in base.problem.graph.of_type(Sensor)}
+    more = [
+        k for k in task.done.kinds(base, best.trial.fit, where)
+        if k.element not in sensors or k.element == best.element
+    ]  # fmt: skip
+    for name in sensors.intersection(where or sensors) - {best.element}:
+        own = next((s for s in evidence.laws if s.element == name), None)
+        if own is not None and explained(own, evidence.plain, best.score) > LITTLE:
+            more += task.done.kinds(base, own.trial.fit, (name,))
+    return _with_kinds(evidence, more)
+
+
 def _with_kinds(evidence: Evidence, more: Sequence[KindScore]) -> Evidence:
     return replace(evidence, kinds=tuple(_merged(evidence.kinds, more)))
 
@@ -186,6 +212,82 @@ def _with_laws(
     untried = (*evidence.untried, *(at for at in names if at not in made))
     laws = scored(not_worse(every, options), options.jobs)
     return replace(evidence, laws=laws, untried=untried)
+
+
+def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: bool) -> Evidence:
+    """Fit richer forms of a law that explains much, but not all.
+
+    The best law that has any and explains nearly what the best of all does; where nothing can be
+    named, some is enough. A form takes the place of its law only where held-out samples and the
+    stretches left out are both surely better with it than with any law, and little is left; beside
+    a name only noise: what is missing elsewhere may not be made part of a name.
+    """
+    named = [s for s in evidence.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
+    if not named or named[0].left.most <= task.limits.noise:
+        return evidence
+    best, plain = named[0], evidence.plain
+    excess = plain.square - 1.0
+    least = PART * excess if unknown else max(MUCH * excess, NEARLY * gained(best, plain))
+    for s in named:
+        made = () if gained(s, plain) < least else _forms_of(s, named, found)
+        if made:
+            form = best_form(_fitted_forms(made, best, found, task), best, task.limits)
+            if form is None or not (unknown or form.left.most <= task.limits.noise):
+                break
+            at = (form.trial.effect, form.element)
+            kept = [o for o in evidence.laws if (o.trial.effect, o.element) != at]
+            return replace(evidence, laws=tuple(sorted((form, *kept), key=lambda o: o.score.loss)))
+    return evidence
+
+
+def _forms_of(law: Scored, named: Sequence[Scored], found: Searched) -> tuple[Insertion, ...]:
+    """Return richer forms of a law, which start where the laws at its place ended."""
+    (effect,) = (e for e in found.options.catalogue if e.name == law.trial.effect)
+    ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == law.element}
+    return effect.forms(found.seen, found.seen.graph[law.element], ended)
+
+
+def _fitted_forms(
+    made: Sequence[Insertion], best: Scored, found: Searched, task: SearchTask
+) -> tuple[Scored, ...]:
+    """Fit forms as the best law was; those that fit better than it are scored."""
+    options, template = found.options, found.base.template
+    data = replace(template.data, hold=best.trial.fit.problem.data.hold)
+    tried = fitted_insertions(
+        found.seen, replace(template, data=data), [(m, best.trial.home) for m in made], options,
+        _told_within(task, found.number), 0.95, 1.0, best.trial.train,
+    )  # fmt: skip
+    tried = [t for t in tried if t.train < best.trial.train]
+    return scored(finished(tried, options), options.jobs)
+
+
+MUCH = 0.5
+"""Part of the misfit above the noise that a law explains whose richer forms are worth a fit."""
+NEARLY = 0.9
+"""Part of what the best law explains that it explains at least."""
+
+
+def gained(law: Scored, plain: BlockScore) -> float:
+    """Mean square that a law removes."""
+    return plain.square - law.score.square
+
+
+def best_form(forms: Sequence[Scored], simple: Scored, limits: Thresholds) -> Scored | None:
+    """Return the form with the fewest numbers among the best, None if the simple law will do."""
+    if simple.left.most <= limits.noise:
+        return None
+    rest = simple.score.square - 1.0
+    better = [
+        f for f in forms
+        if f.trial.itself and simple.score.behind(f.score) > limits.z
+        and f.trial.test < simple.trial.test
+        and (f.left.most <= limits.noise or simple.score.square - f.score.square > MOSTLY * rest)
+    ]  # fmt: skip
+    if not better:
+        return None
+    best = min(better, key=lambda f: f.score.loss)
+    alike = [f for f in better if f is best or f.score.behind(best.score) < limits.z]
+    return min(alike, key=lambda f: len(f.trial.fit.problem.free))
 
 
 def unexplained(decision: Decision, evidence: Evidence) -> bool:
@@ -329,7 +431,7 @@ def _idle(trial: Candidate, trials: Sequence[Candidate]) -> bool:
     """
     simpler = [
         t for t in trials
-        if t.effect in trial.insertion.simpler and t.element == trial.element
+        if trial.insertion.contains(t.insertion)
     ]  # fmt: skip
     if not simpler:
         return False

@@ -91,3 +91,16 @@ def test_others_are_tried_where_the_best_runs_away_later(monkeypatch: pytest.Mon
 def test_a_beginning_without_its_share_of_the_misfit_tells_nothing() -> None:
     assert tells_early(nominal_fit(spring(), hardening(), "linear")[1])
     assert not tells_early(nominal_fit(spring(), hardening(late=True), "linear")[1])
+
+
+def test_a_start_with_declared_values_begins_from_the_declared_state() -> None:
+    """What a large effect has bent are initial states and offsets as well as parameters."""
+    made, problem = begun()
+    assert problem.known_states
+    near, far = (promising(problem, made, far=f) for f in (False, True))
+    assert all(p.known_states for p in near)
+    *bent, plainly = far
+    assert all(p.known_states for p in bent)
+    assert (plainly.known_states, plainly.known_offsets) == ({}, ())
+    offsets = replace(problem, source_offsets=True)  # one that integrates is known from windows
+    assert all(p.known_states for p in promising(offsets, made, far=True))

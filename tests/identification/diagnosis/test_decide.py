@@ -28,8 +28,9 @@ from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.evidence.shares import UNUSUAL
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
-from identification.diagnosis.search.one_step import as_good
+from identification.diagnosis.search.one_step import along_best, as_good
 from identification.study.problem import Data
+from tests.identification.diagnosis.spring import spring
 
 N, BLOCKS = 4000, 40
 ROWS = Rows(np.arange(N), np.zeros(N, int), np.arange(N) * BLOCKS // N)
@@ -617,6 +618,32 @@ def test_forms_along_the_true_course_count_if_they_explain_as_much() -> None:
     assert not as_good((), Case(5.0).kind("dissipative", "b", 0.0).evidence())
 
 
+@pytest.mark.parametrize(("lags", "own"), [(3.0, True), (4.5, False)])
+def test_a_reading_that_a_law_elsewhere_makes_follow_explains_nothing_itself(
+    lags: float, own: bool
+) -> None:
+    """At a sensor counts the course of a law of that sensor, where one explains enough."""
+    evidence = Case(5.0).law("hysteresis at k", 0.0).law("sensor_lag at x", lags).evidence()
+    fits = {id(s.trial.fit): s.element for s in evidence.laws}
+
+    def kinds(base: object, better: object, places: Any) -> list[KindScore]:
+        score = scored(0.0, 20)
+        made = [
+            KindScore("k", "memory", score, np.zeros(3)),
+            KindScore("x", "sensing", score, np.zeros(3)),
+        ]
+        asked.append(fits[id(better)])
+        return [k for k in made if places is None or k.element in places]
+
+    asked: list[str] = []
+    base = SimpleNamespace(fit=SimpleNamespace(problem=SimpleNamespace(graph=spring())))
+    found: Any = SimpleNamespace(base=base)
+    task: Any = SimpleNamespace(done=SimpleNamespace(kinds=kinds))
+    along = [k.element for k in along_best(found, task, evidence).kinds]
+    assert sorted(along) == (["k", "x"] if own else ["k"])
+    assert asked == (["k", "x"] if own else ["k"])
+
+
 def test_forms_along_the_true_course_are_not_discounted() -> None:
     case = Case(5.0, Remaining({"x": 5.0, "y": 5.0}, True, 0.0))
     e = case.kind("time", "b", 1.5).kind("restoring", "k", 1.9).evidence()
@@ -797,6 +824,44 @@ def test_a_law_that_no_form_of_its_place_confirms_is_held_against_every_form_in_
 
     assert answer(0.95) == "unknown_physics"
     assert answer(0.99) == "missing_physics"
+
+
+def one_stroke(*, near: float = 20.0, foretold: float = 1.5, **more: Any) -> Case:
+    """Kinds at two places follow the training part; laws are told apart by another stretch."""
+    return (
+        Case(5.0, **more)
+        .law("coulomb_friction at d", 3.0, test=foretold).law("sensor_lag at x", 3.2, test=near)
+        .kind("slow", "d", 0.0).kind("memory", "d", lag(2.0)).kind("dissipative", "d", 1.6)
+        .kind("sensing", "x", lag(1.0))
+    )  # fmt: skip
+
+
+def test_of_kinds_in_question_stays_the_one_whose_law_foretells_other_samples() -> None:
+    d = one_stroke().decided()
+    assert (d.kind, d.answer, d.physics, d.places) == (
+        "unknown_physics", "kind", "dissipative", ("d",),
+    )  # fmt: skip
+    assert label(d) == "coulomb_friction at d"
+    assert "foretells" in d.reasons[0]
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        one_stroke(near=5.0),  # a law elsewhere comes near
+        one_stroke(foretold=4.0),  # too much of the misfit is left
+        one_stroke(named=("m",)),  # a further effect: either part may hold others
+    ],
+)
+def test_without_a_clear_lead_there_all_kinds_stay_in_question(case: Case) -> None:
+    d = case.decided()
+    assert d.answer == "unknown"
+    assert not any("foretells" in r for r in d.reasons)
+
+
+def test_a_law_at_a_place_out_of_question_foretells_no_kind() -> None:
+    case = one_stroke().law("nonlinear_stiffness at k", 3.0, test=1.1)
+    assert case.decided().answer == "unknown"
 
 
 def test_too_many_places_are_no_place() -> None:

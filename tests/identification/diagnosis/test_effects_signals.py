@@ -19,7 +19,6 @@ from identification.diagnosis.catalogue.drive.slew_limit import SlewLimitEffect
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion
 from identification.diagnosis.catalogue.measurement.grid_step import (
     quantisation_step,
-    rounding_explains,
 )
 from identification.diagnosis.catalogue.measurement.periodic_error import (
     PeriodicError,
@@ -286,14 +285,6 @@ def test_commands_that_move_are_late_together(scene: FittedModel) -> None:
     assert Problem(i.graph, both.data).delays == {"delay_F": (0, 1)}
     held = replace(both, data=replace(both.data, commands={**commands, "G": np.zeros(N)}))
     assert Delay().insert(held, graph["F"]).graph["G"].drive is None  # type: ignore[attr-defined]
-
-
-def test_what_rounding_leaves() -> None:
-    rng = np.random.default_rng(5)
-    assert rounding_explains(rng.uniform(-0.05, 0.05, 2000) + 0.3, 0.1)
-    assert not rounding_explains(0.1 * rng.standard_normal(2000), 0.1)
-    assert not rounding_explains(0.01 * rng.standard_normal(2000), 0.1)
-    assert not rounding_explains(0.03 * rng.standard_normal(2000), 0.1)
 
 
 def test_readings_without_a_grid() -> None:

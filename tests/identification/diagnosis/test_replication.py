@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bondgraph.signals.split import Split
+from identification.diagnosis.evidence import replication
 from identification.diagnosis.evidence.replication import added, scatter
 from identification.estimation.single_record import Fit, fit
 from tests.identification.diagnosis.test_leave_out import small
@@ -47,3 +48,13 @@ def test_where_training_determines_everything_it_is_the_held_out_misfit() -> Non
     whole = replace(data.split, train=slice(0, data.n), test=())
     nothing = replace(made, problem=replace(made.problem, data=replace(data, split=whole)))
     assert np.isnan(added(nothing))
+
+
+def test_parts_that_cannot_be_fitted_together_add_endlessly(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def runs_away(*_: object, **__: object) -> Fit:
+        raise np.linalg.LinAlgError("derivatives are not finite where the fit ended")
+
+    monkeypatch.setattr(replication, "fit", runs_away)
+    assert added(barely_trained()) == np.inf

@@ -53,7 +53,9 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
     documented effect; another kind is a wrong name, and one without a place is no answer. A set of
     look-alikes that are all of one kind of the case tells that kind too. Kinds at places that are
     listed as alike are a set of look-alikes if a documented one is among them, else nothing is
-    known. To find nothing is right for a control and "no finding" for all others.
+    known. A set of which every member is documented, at a documented place, tells nothing wrong and
+    counts as one of the kind. To find nothing is right for a control and "no finding" for all
+    others.
     """
     overall = str(verdict.get("verdict", ""))
     ports = len(case.model().of_type(C, I, R, Source, Sensor, TwoPort))
@@ -84,12 +86,15 @@ def _kind(finding: Mapping[str, Any]) -> str:
     return str(finding.get("kind", "")) if finding.get("answer") == "kind" else ""
 
 
-def _kinds_alike(case: RealCase, finding: Mapping[str, Any]) -> str:
-    """Kinds at places that are said to look alike, if a documented one is among them."""
+def _kinds_alike(case: RealCase, finding: Mapping[str, Any]) -> tuple[str, str]:
+    """Outcome of kinds at places that are said to look alike, and a note."""
     told = [(r["kind"], r["element"]) for r in finding.get("also_possible", ()) if r.get("kind")]
     known = {p for t in case.truth for p in t.places}
-    right = any(kind in case.kinds and place in known for kind, place in told)
-    return "alike: " + ", ".join(f"{k} at {p}" for k, p in told) if right else ""
+    right = [kind in case.kinds and place in known for kind, place in told]
+    if not any(right):
+        return "unknown", ""
+    note = "alike: " + ", ".join(f"{k} at {p}" for k, p in told)
+    return ("set of the kind" if all(right) else "look-alike set"), note
 
 
 def _of_kind(case: RealCase, said: Statement, kind: str) -> tuple[str, str]:
@@ -107,8 +112,7 @@ def _of_kind(case: RealCase, said: Statement, kind: str) -> tuple[str, str]:
 def _one(case: RealCase, said: Statement, finding: Mapping[str, Any]) -> tuple[str, str]:
     """Outcome of one finding, and a note."""
     if said.answer == "unknown":
-        alike = _kinds_alike(case, finding)
-        return ("look-alike set", alike) if alike else ("unknown", "")
+        return _kinds_alike(case, finding)
     kin = [t for t in case.truth if t.family == said.family]
     meant = [t for t in case.truth if t.effect in said.names]
     if said.answer == "family":
@@ -121,6 +125,8 @@ def _one(case: RealCase, said: Statement, finding: Mapping[str, Any]) -> tuple[s
     kind = str(finding.get("kind", ""))
     if said.answer == "look_alikes" and kind in case.kinds:
         return "set of the kind", kind
+    if said.answer == "look_alikes" and said.names == {t.effect for t in meant}:
+        return "set of the kind", "every one of them is documented"
     return {"look_alikes": "look-alike set", "family": "family"}.get(said.answer, "right"), ""
 
 

@@ -13,7 +13,10 @@ from bondgraph.support.errors import UnusableInput
 from identification.datasets import LoadedRecording
 from identification.study.joined import provenance
 
-__all__ = ["apart", "at_boundary", "boundary_split", "joined", "noted", "stretches_of", "thinned"]
+__all__ = [
+    "apart", "at_boundary", "boundary_split", "in_pieces", "joined", "noted", "stretches_of",
+    "thinned",
+]  # fmt: skip
 
 
 def noted(recording: Recording, note: str) -> Recording:
@@ -111,6 +114,21 @@ def apart(
         )
 
     return prepared
+
+
+def in_pieces(recording: Recording, size: int) -> LoadedRecording:
+    """Return a recording in pieces of `size` samples from states of their own; every third judges.
+
+    For a plant that nothing holds: in a free run a small force that is not modelled moves it ever
+    further. What is left over at the end is not used.
+    """
+    pieces = [
+        replace(recording.slice(a, a + size), name=f"{recording.name} {a}")
+        for a in range(0, recording.n - size + 1, size)
+    ]
+    order = [p for i, p in enumerate(pieces) if i % 3 < 2], pieces[2::3]
+    rule = f"pieces of {size} samples, each from a state of its own; every third judges"
+    return apart(recording.name, len(order[1]), rule)(*order[0], *order[1])
 
 
 def stretches_of(recording: Recording) -> tuple[Recording, ...]:

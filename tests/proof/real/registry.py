@@ -12,6 +12,7 @@ from tests.proof.real import (
     coupled_drives,
     dc_motor,
     f16,
+    flexible_arm,
     friction_damper,
     heaters,
     hobby_servo,
@@ -34,7 +35,7 @@ REAL_CASES: Mapping[str, RealCase] = MappingProxyType(
         c.name: c
         for module in (
             steering_mirror, pnzt, mr_damper, pendulum, rack_and_pinion, pneumatic_cylinder,
-            coupled_drives, wiener_hammerstein, f16, ball_and_beam, friction_damper,
+            coupled_drives, wiener_hammerstein, f16, flexible_arm, ball_and_beam, friction_damper,
             dc_motor, heaters, hobby_servo, piezo_beam, bouc_wen, seen_before,
         )
         for c in module.CASES
@@ -58,5 +59,5 @@ def chosen_cases(only: Sequence[str] = ()) -> tuple[RealCase, ...]:
     """
     for name in only:
         if name not in REAL_CASES:
-            raise unknown_name("real case", name, "bondsight blind real", REAL_CASES)
+            raise unknown_name("real case", name, "bondsight real", REAL_CASES)
     return tuple(c for n, c in REAL_CASES.items() if not only or n in only)

@@ -39,7 +39,7 @@ class NonlinearResistanceEffect(Effect):
     law = "cubic_characteristic"
     sentence = "its effort bends away from the straight line as more flows"
     looks = "effort over flow is one curve, the same at every speed and with no loop"
-    confused_with = ("square_root_flow", "self_heating", "saturation")
+    confused_with = ("square_root_flow", "self_heating", "saturation", "diode")
     separated_by = (
         "steady flow at several levels, each held short and long: a bent characteristic answers "
         "at once, heat takes its time"

@@ -7,6 +7,7 @@ import numpy as np
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Coulomb
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.friction.forms import friction_forms
 from identification.diagnosis.catalogue.places import mechanical_resistors
 from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
@@ -31,6 +32,7 @@ class CoulombFriction(Effect):
     )
     source = "Coulomb 1785; Moreau 1988 for the implicit step"
     where = staticmethod(mechanical_resistors)
+    forms = staticmethod(friction_forms)  # type: ignore[assignment]
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Direction of the flow."""
@@ -41,7 +43,8 @@ class CoulombFriction(Effect):
         force = at_least(scene.of(element).swing, 1e-12)
         law = Coulomb(0.3 * force, unit=rubbing_units(element)[0])
         graph, (name,) = self.with_law(scene, element, law)
-        levels = (0.3, 0.05) if hint is None else (at_least(hint.weights[0] / force, 0.02),)
+        # along a bent nominal model the screening may see next to nothing of it
+        levels = (0.3, 0.05 if hint is None else at_least(hint.weights[0] / force, 0.02))
         direction = np.sign(scene.of(element).argument)
         starts = tuple(
             {name: level * force, **share}

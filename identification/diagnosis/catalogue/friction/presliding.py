@@ -8,15 +8,14 @@ from bondgraph.graph.elements import Element
 from bondgraph.laws import DahlFriction
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.friction.forms import SHORTEST, friction_forms, way_of
 from identification.diagnosis.catalogue.places import mechanical_resistors
 from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.screening.port_history import FittedModel
 
 WAYS = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Slip lengths tried, over half the range of the motion."""
 LARGEST_EXPONENT = 200.0
-SHORTEST = 3e-4
-"""Slip length over half of the motion below which a bristle is none."""
 
 
 class PreslidingFriction(Effect):
@@ -39,10 +38,11 @@ class PreslidingFriction(Effect):
     simpler = ("coulomb_friction",)
     source = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968"
     where = staticmethod(mechanical_resistors)
+    forms = staticmethod(friction_forms)  # type: ignore[assignment]
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Bend of a bristle along the motion, for several slip lengths."""
-        way = _way(scene.of(element))
+        way = way_of(scene, element)
         half = 0.5 * float(np.ptp(way)) or 1.0
         return tuple(
             Signature.of((bend(way, length),), way=length)
@@ -53,18 +53,19 @@ class PreslidingFriction(Effect):
         """Insert a bristle beside the viscous law."""
         past = scene.of(element)
         force = at_least(past.swing, 1e-12)
-        half = 0.5 * float(np.ptp(_way(past))) or 1.0
+        way = way_of(scene, element)
+        half = 0.5 * float(np.ptp(way)) or 1.0
         effort, _, length = rubbing_units(element)
         tried = ((0.2 * force, 0.03 * half), (0.2 * force, 0.3 * half))
         if hint is not None:
-            level, way = at_least(hint.weights[0], 0.02 * force), float(hint.shape["way"])
-            tried = ((level, way), (level, 0.3 * way))
+            level, slip = at_least(hint.weights[0], 0.02 * force), float(hint.shape["way"])
+            tried = ((level, slip), (level, 0.3 * slip))
         law = DahlFriction(0.2 * force, 0.03 * half, unit=effort, way_unit=length)
         graph, names = self.with_law(scene, element, law)
         starts = []
-        for level, way in tried:
-            values = dict(zip(names, (level, way), strict=True))
-            share = rebalanced(element, past, level * bend(_way(past), way))
+        for level, slip in tried:
+            values = dict(zip(names, (level, slip), strict=True))
+            share = rebalanced(element, past, level * bend(way, slip))
             starts += [{**values, **share}, values]
         # a bristle that slips at once is dry friction without one
         within = ((names[1], SHORTEST * half, np.inf),)
@@ -100,9 +101,3 @@ def bend(way: Array, length: float) -> Array:
         z[first + 1 : end + 1] = np.exp(-e) * (last + np.cumsum(gain[first:end] * np.exp(e)))
         first, last, base = end, float(z[end]), float(path[end - 1])
     return z
-
-
-def _way(past: PortHistory) -> Array:
-    if past.moved is not None:
-        return past.moved
-    return np.asarray(np.cumsum(past.argument) * past.dt)

@@ -48,24 +48,6 @@ def quantisation_step(readings: Array) -> float | None:
     return _last_decimal(values)
 
 
-def rounding_explains(residual: Array, step: float) -> bool:
-    """Whether a residual is what rounding to this step leaves: even between plus and minus half.
-
-    True where its rms is that of rounding within a third and hardly a sample lies further out.
-    A noise floor that already holds the rounding makes such a residual no misfit at all.
-
-    Parameters
-    ----------
-    residual : ndarray, shape (N,)
-        Samples that are scored; measured less simulated.
-    step : float
-        As `quantisation_step` gives it, same unit.
-    """
-    r = np.asarray(residual, float) - float(np.median(residual))
-    whole = float(np.sqrt(np.mean(r**2))) * np.sqrt(12.0) / step
-    return bool(2 / 3 < whole < 4 / 3 and np.mean(np.abs(r) > 0.65 * step) < 0.01)
-
-
 def _merged(values: Array) -> Array:
     """Rising values, those within the precision of a float32 taken as one."""
     tolerance = FLOAT32 * float(np.abs(values).max())

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import Backlash
+from bondgraph.graph.elements import Element, One
+from bondgraph.laws import Backlash, LettingGo
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import springs
+from identification.diagnosis.catalogue.places import mechanical_resistors, springs
 from identification.diagnosis.catalogue.starts import rebalanced, rubbing_units, shared_slope
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
@@ -64,6 +67,44 @@ class BacklashEffect(Effect):
             values = {width: w, centre: at}
             starts += [{**values, **rebalanced(element, past, added)}, values]
         return self.inserted(element, graph, tuple(starts), (width,))
+
+    def forms(
+        self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
+    ) -> tuple[Insertion, ...]:
+        """Let the dampers beside the spring go within the gap as well."""
+        past, name, values = scene.of(element), element.name, ended.get(self.name, {})
+        node = scene.graph.neighbour(name)
+        beside = [
+            r for r in mechanical_resistors(scene.graph)
+            if scene.graph.neighbour(r.name) == node and isinstance(scene.graph[node], One)
+            and isinstance(r.value, int | float)  # type: ignore[attr-defined]
+        ]  # fmt: skip
+        width = values.get(f"gap_{name}", 0.0)
+        if not beside or width <= 0:
+            return ()
+        plain, found = self.insert(scene, element), []
+        unit, centre = rubbing_units(element)[2], values.get(f"centre_{name}", past.centre)
+        for r in beside:
+            law = LettingGo(
+                f"q_{name}", r.name, scene.of(r).slope, width, centre, GRIP * past.half, past.half,
+                getattr(r, "unit", "") or "N*s/m", unit,
+            )  # fmt: skip
+            known = {n: v for n, v in values.items() if n in plain.graph.parameters}
+            starts = tuple(
+                {**known, f"gap_{r.name}": share * width, f"centre_{r.name}": centre}
+                for share in (1.0, 0.3)
+            )
+            found.append(replace(
+                plain, graph=plain.graph.with_element(r.name, law=law), starts=starts, form=True,
+                law="backlash_with_damper", strengths=(*plain.strengths, f"gap_{r.name}"),
+                kind="surface",
+                sentence="it has free play: within a gap neither spring nor damper carries a force",
+            ))  # fmt: skip
+        return tuple(found)
+
+
+GRIP = 0.01
+"""Way over which a damper grips behind the gap, over half the range."""
 
 
 def _centres(past: PortHistory) -> tuple[float, ...]:

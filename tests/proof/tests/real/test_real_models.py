@@ -1,6 +1,6 @@
 """The proof on real recordings: models fixed in advance run, verdicts are judged, nothing is lost.
 
-No diagnosis of a recording is run here: `bondsight blind real` does that, each once.
+No diagnosis of a recording is run here: `bondsight real` does that, each once.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from tests.proof.real.steering_mirror import BAND, PERIOD, below_resonance
 UNSEEN = {
     "steering_mirror", "pnzt_creep", "mr_damper", "pendulum", "rack_and_pinion",
     "pneumatic_cylinder", "coupled_drives", "wiener_hammerstein", "f16", "ball_and_beam",
-    "friction_damper", "motoshield", "tclab", "hobby_servo", "piezo_beam",
+    "flexible_arm", "friction_damper", "motoshield", "tclab", "hobby_servo", "piezo_beam",
 }  # fmt: skip
 SEEN = {"piezo_actuator", "emps", "silverbox", "hair_dryer"}
 NAMES = tuple(REAL_CASES)
@@ -259,6 +259,23 @@ def said(effect: str, element: str, *same: str, **more: Any) -> dict[str, Any]:
         ),
         (
             said(
+                "unknown", "c", family="outside", answer="unknown",
+                also_possible=[
+                    {"effect": "unknown", "element": "c", "kind": "memory"},
+                    {"effect": "unknown", "element": "c", "kind": "dissipative"},
+                ],
+            ),
+            "set of the kind",
+        ),
+        (
+            said(
+                "unknown", "c", family="outside", answer="look_alikes",
+                also_possible=[{"effect": "presliding_friction"}, {"effect": "coulomb_friction"}],
+            ),
+            "set of the kind",
+        ),
+        (
+            said(
                 "unknown", "F", family="outside", answer="unknown",
                 also_possible=[{"effect": "unknown", "element": "F", "kind": "memory"}],
             ),
@@ -405,9 +422,11 @@ def test_table_shows_values_with_units() -> None:
     o = Outcome(
         "case", "unseen", "right", "creep", "C", verdict="missing_physics", before={"x": 2e-6},
         after={"x": 1e-7}, floor={"x": 9e-8}, units={"x": "m"}, seconds=3.2, published="1 um | me",
+        kind="slow", official={"arrow": {"x": 3e-7}},
     )  # fmt: skip
     row = table((o,)).splitlines()[2]
-    assert "2e-06 m | 1e-07 m | 9e-08 m | 1 um / me | 3 | right" in row
+    assert "| missing_physics | slow | creep | C | 2e-06 m" in row
+    assert "2e-06 m | 1e-07 m | 9e-08 m | arrow 3e-07 m | 1 um / me | 3 | right" in row
     assert "1 unseen: 1 right name, 0 right kind," in table((o,))
 
 
