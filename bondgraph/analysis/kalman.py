@@ -56,8 +56,8 @@ def linear_skeleton(graph: BondGraph) -> BondGraph:
             empty = e.value in (None, 0) and getattr(e, "stiffness", None) is None
             graph = graph.with_element(e.name, law=None, **({"value": 1.0} if empty else {}))
     for e in graph.of_type(Sensor):
-        if e.law is not None:
-            graph = graph.with_element(e.name, law=None)
+        if e.law is not None or e.resolution is not None:
+            graph = graph.with_element(e.name, law=None, resolution=None)
     for e in graph.of_type(Source):
         if e.drive is not None and e.drive.law is not None:
             # the law may be what changes volts into newtons: the unit goes with it

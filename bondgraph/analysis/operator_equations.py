@@ -240,9 +240,9 @@ class _Equations:
         (b,) = self.graph.bonds_of(e.name)
         target = self.names.effort(b) if isinstance(e, Se) else self.names.flow(b)
         times = {"rate": 1 / LAPLACE, "integral": LAPLACE}.get(e.given, sp.S.One)
-        known: list[tuple[Any, str]] = [(-self._factor(e.gain) * times, e.name)]
-        if e.offset:
-            known.append((-symbol(e.offset) * times, "one"))
+        known: list[tuple[Any, str]] = [(-self._factor(e) * times, e.name)]
+        if (offset := self.graph.channel_value(e, "offset")) is not None:
+            known.append((-offset * times, "one"))
         lag = 1
         argument = ""
         if e.drive is not None:
@@ -251,9 +251,10 @@ class _Equations:
             argument = e.name if e.drive.law else ""
         self.put(e.name, "source", [(lag, target)], known=tuple(known), argument=argument)
 
-    def _factor(self, gain: str | None) -> sp.Expr:
-        """Return the factor that a source or a sensor names; 1 without one."""
-        return sp.S.One if gain is None else self.graph.parameters[gain].symbol
+    def _factor(self, e: Source | Sensor) -> sp.Expr:
+        """Return the factor of a source or a sensor; 1 without one."""
+        gain = self.graph.channel_value(e, "gain")
+        return sp.S.One if gain is None else gain
 
     def _modulated(self, e: Modulated) -> None:
         (b,) = self.graph.bonds_of(e.name)
@@ -350,9 +351,15 @@ class _Equations:
         self._reading(e, value)
 
     def _reading(self, e: Sensor, value: str) -> None:
-        lag = 1 + symbol(e.lag, positive=True) * LAPLACE if e.lag is not None else sp.S.One
-        gain = self._factor(e.gain)
+        own, gain = self.graph.channel_value, self._factor(e)
+        tau, omega, offset = own(e, "lag"), own(e, "natural_frequency"), own(e, "offset")
+        lag = sp.S.One if tau is None else 1 + tau * LAPLACE
+        if omega is not None:
+            z = LAPLACE / omega
+            lag = sp.expand(lag * (z**2 + 2 * own(e, "damping_ratio") * z + 1))
         known = [(lag, e.name)]
+        if offset is not None:
+            known.append((-lag * offset, "one"))
         for power, name in enumerate(e.drift, start=1):
             known.append((-lag * symbol(name), "ramp" if power == 1 else f"ramp{power}"))
         argument = value if e.law else ""

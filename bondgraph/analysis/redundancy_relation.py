@@ -133,6 +133,9 @@ def relation(space: ResidualSpace, multiplier: Row, name: str) -> RedundancyRela
     whole = _cleared(multiplier)
     q = space.diagnostic.equations
     known = {n: _expression(v) for n, v in space.known(whole).items()}
+    if "one" in known:  # a constant has no rate
+        known["one"] = known["one"].xreplace({LAPLACE: sp.S.Zero})
+    known = {n: c for n, c in known.items() if c != 0}
     order = [n for n in (*q.inputs, *q.sensors) if n in known]
     deviations = {}
     for i, m in whole.items():

@@ -10,7 +10,7 @@ own reading is compared with what the other equations give.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from typing import Any
@@ -19,7 +19,12 @@ import sympy as sp
 
 from bondgraph.analysis.exact_algebra import Row, generic_values, solve
 from bondgraph.analysis.linear import LAPLACE
-from bondgraph.analysis.operator_equations import OperatorEquations, Positions, operator_equations
+from bondgraph.analysis.operator_equations import (
+    OperatorEquation,
+    OperatorEquations,
+    Positions,
+    operator_equations,
+)
 from bondgraph.causality.assignment import (
     CausalConflict,
     Causality,
@@ -27,7 +32,7 @@ from bondgraph.causality.assignment import (
     storage_ports,
 )
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.elements import Reading, Sensor
 from bondgraph.support.errors import GraphError, UnusableInput
 
 __all__ = ["Diagnostic", "ResidualSpace", "diagnostic", "generic_space", "symbolic_space"]
@@ -105,8 +110,10 @@ def diagnostic(graph: BondGraph, places: Positions | None = None) -> Diagnostic:
         raise GraphError(
             f"{graph.name}: without a sensor there is no redundancy; add a De, Df or Dq"
         )
-    equations = operator_equations(graph, places)
-    for chosen in _subsets(sensors):
+    equations = _without_integrals(operator_equations(graph, places))
+    # what has no bond cannot be imposed: a reading is compared
+    bonded = tuple(s for s in sensors if not isinstance(graph[s], Reading))
+    for chosen in _subsets(bonded):
         causality = _causal(graph, chosen)
         if causality is None:
             continue
@@ -118,6 +125,20 @@ def diagnostic(graph: BondGraph, places: Positions | None = None) -> Diagnostic:
         f"{graph.name}: its equations do not determine its signals even with all sensors read; "
         "remove a redundant bond, or put a resistance or a storage into the loop"
     )
+
+
+def _without_integrals(made: OperatorEquations) -> OperatorEquations:
+    """Multiply equations of what is recorded by its rate by ``s``."""
+
+    def cleared(q: OperatorEquation) -> OperatorEquation:
+        if not any(sp.sympify(c).has(1 / LAPLACE) for c, _ in q.known):
+            return q
+        unknown, known = (
+            tuple((sp.expand(LAPLACE * c), n) for c, n in side) for side in (q.unknown, q.known)
+        )
+        return replace(q, unknown=unknown, known=known, lag=sp.expand(LAPLACE * q.lag))
+
+    return replace(made, equations=tuple(map(cleared, made.equations)))
 
 
 def _subsets(sensors: tuple[str, ...]) -> Iterator[tuple[str, ...]]:

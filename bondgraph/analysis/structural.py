@@ -7,7 +7,8 @@ sensors are dualised (they impose what they read) (Sueur and Dauphin-Tanguy, J. 
 (1991) 869). Storages that stay in integral causality are tied: a combination of them never moves,
 or never shows; it is found exactly and named. Two readings of the rule are needed beyond that
 paper: a position sensor fixes the effort of one of the storages it adds up, and a position that no
-storage gives is an integrator outside the graph, so what it adds to the rank is found exactly.
+storage gives, or a source that is recorded by its rate, is an integrator outside the graph, so what
+it adds to the rank is found exactly.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from bondgraph.equations.derivation import system
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.rewriting import replace as replaced
-from bondgraph.graph.elements import Da, De, Df, Dq, Field, Se, Sf
+from bondgraph.graph.elements import Da, De, Df, Dq, Field, Se, Sf, Source
 from bondgraph.support.html import html_table
 
 if TYPE_CHECKING:
@@ -168,7 +169,11 @@ def _reach(graph: BondGraph, question: Question) -> Reach:
     held = _held_back(plain, question)
     n = model.order
     form = echelon(_rows(model, question))
-    own = [j for j, x in enumerate(model.stored) if isinstance(graph[x.element], Dq)]
+    outside = {f"u_{s.name}" for s in graph.of_type(Source)}  # what is recorded by its rate
+    own = [
+        j for j, x in enumerate(model.stored)
+        if isinstance(graph[x.element], Dq) or x.name in outside
+    ]  # fmt: skip
     without = rank(_rows(model, question, own)) if own else len(form)
     tied = tuple(
         tuple(model.states[j] for j, v in enumerate(w) if v) for w in null_vectors(form, n)

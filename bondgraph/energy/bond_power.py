@@ -24,6 +24,7 @@ from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import symbol
 from bondgraph.graph.modulation import TIME
+from bondgraph.signals.recorded_rates import slopes
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.simulation.start import HOLDS
 from bondgraph.simulation.trajectory import Trajectory
@@ -120,6 +121,9 @@ class _Followed:
         for n in model.input_rates:
             order, _, source = n.partition("_")
             found[n] = found[source]
+            if n in model.recorded:
+                found[n] = slopes(found[source], float(np.diff(time).mean()))
+                continue
             for _ in range(int(order[1:] or 1)):
                 found[n] = self._slope(found[n])
         for use in model.laws:
@@ -215,7 +219,7 @@ class _Followed:
                 slope = np.zeros_like(h)
                 first[0][i] = last[0][i]  # what was held until the sample
             for k, rate in ((f"d_{n}", slope), (f"d2_{n}", np.zeros_like(h))):
-                if k in places:
+                if k in places and k not in self.model.recorded:
                     for values, change in (first, last):
                         values[places[k]], change[places[k]] = rate, 0.0
             first[1][i] = last[1][i] = slope

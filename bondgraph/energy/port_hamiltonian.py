@@ -21,7 +21,7 @@ from bondgraph.energy.structure import EnergyPort, Forms, ports, resistances
 from bondgraph.equations.derivation import system
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import RS, symbol
+from bondgraph.graph.elements import RS, Da, Source, symbol
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
 
@@ -236,10 +236,15 @@ def _refuse(graph: BondGraph, model: System) -> None:
                 "thermal domain, where effort times flow is no power; use heat='entropy'"
             )
     if model.input_rates:
+        held, cure = list(model.held.values()), "put a resistance between source and store"
+        if not held:
+            held = [s.name for s in graph.of_type(Source) if s.given == "integral"]
+            cure = "give what is recorded of it by its value or its rate"
+        if not held:
+            held, cure = [s.name for s in graph.of_type(Da)], "take it out"
         raise GraphError(
-            f"{graph.name}: no port-Hamiltonian form, because {', '.join(model.held.values())} "
-            f"follow an input ({', '.join(model.input_rates)} in the equations); put a resistance "
-            "between source and store"
+            f"{graph.name}: no port-Hamiltonian form, because {', '.join(held)} follow an input "
+            f"({', '.join(model.input_rates)} in the equations); {cure}"
         )
 
 

@@ -116,7 +116,7 @@ def _number(run: SignalPath, expression: Any) -> Any:
 
 def _loss(law: Law, p: Sequence[float]) -> Loss | None:
     if isinstance(law, StopSum):
-        return _stop_loss(law, p) if law.sign == 1.0 else None
+        return _stop_loss(law, p) if law.sign == 1.0 and not law.rated else None
     if isinstance(law, Hysteretic) and law.operator.passive_port == "output":
         return _operator_loss(law.operator)
     return None

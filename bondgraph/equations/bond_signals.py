@@ -7,8 +7,9 @@ one-port or the port of a field (``name1``) otherwise, of both ends (``tail_head
 from __future__ import annotations
 
 from bondgraph.graph.bond_graph import Bond, BondGraph
-from bondgraph.graph.elements import X0, X1, Multiport, One, Zero
-from bondgraph.support.errors import unknown_name
+from bondgraph.graph.elements import X0, X1, C, CField, I, IField, Multiport, One, Zero
+from bondgraph.graph.modulation import TIME
+from bondgraph.support.errors import GraphError, unknown_name
 
 
 class SignalNames:
@@ -116,3 +117,40 @@ class SignalNames:
                     root[c] = a
                     root.setdefault(a, a)
         return {n: find(n) for n in root}
+
+
+def signal_called(names: SignalNames, text: str, graph: BondGraph, reader: str) -> str:
+    """Return the signal that a symbol of an expression means.
+
+    Parameters
+    ----------
+    text : str
+        Name of the symbol, see `bondgraph.graph.modulation`.
+    reader : str
+        Element that holds the expression.
+
+    Raises
+    ------
+    UnknownName, GraphError
+        There is no such signal; a parameter of this name has another symbol.
+    """
+    letter, _, name = text.partition("_")
+    if text == str(TIME) or (letter == "in" and name):
+        return text
+    if letter in ("e", "f") and name:
+        return names.at(letter, name)
+    if letter in ("q", "p") and name:
+        from bondgraph.causality.assignment import storage_ports
+
+        kinds = C | CField if letter == "q" else I | IField
+        stores = [n for n, _, s in storage_ports(graph) if isinstance(s, kinds)]
+        if name not in stores:
+            raise unknown_name("storage", name, f"{graph.name}.{reader}", stores)
+        return text
+    if text in graph.parameters:
+        raise GraphError(
+            f"{graph.name}.{reader}: {text!r} is a parameter, whose symbol is another; write "
+            f"graph.parameters[{text!r}].symbol"
+        )
+    known = [*graph.parameters, "e_.., f_.., q_.., p_.. of an element", str(TIME)]
+    raise unknown_name("signal", text, f"{graph.name}.{reader}", known)

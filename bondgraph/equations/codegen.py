@@ -203,6 +203,7 @@ def program_of(model: System) -> Program:
         memory=tuple(memory),
         outputs=model.output_names,
         input_rates=model.input_rates,
+        recorded=model.recorded,
         units=units,
         nominal=tuple(q.value for q in model.parameters.values()),
         start=(0.0,) * model.order,

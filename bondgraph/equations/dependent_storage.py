@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from bondgraph.graph.elements import C, Da, I, symbol
+from bondgraph.equations.relation import LawUse
+from bondgraph.graph.elements import C, I, symbol
 
 if TYPE_CHECKING:
     from bondgraph.equations.relation import Dependent
@@ -83,50 +84,13 @@ def eliminate(d: _Derivation, dependent: Dependent) -> None:
         d.assign(q, free / (beta + slope), why)
     else:
         # the implicit step solves s = q(w), w = law(s): the operator (I + C H)^-1 with C = 1/beta
-        w = d.law_port(e, "storage", e.law, q)
+        names = tuple(p.name for p in e.law.parameters(e.name))
+        w = d.law_port(LawUse(e.name, "storage", e.law, str(q), slope, names))
         shown = sp.Function(f"{e.name}_loop_inverse")(sp.expand(a / beta))
         d.assign(q, (free - w) / (beta + slope), why, shown)
     d.assign(effort, free - beta * q, why)
     for s, v in moved.items():
         d.assign(s, v, why)
-
-
-def shift_recorded(d: _Derivation, recorded: Dependent) -> None:
-    """Take the rate of a recorded integral out of the equations: ``z = x - c g``, nothing differs.
-
-    A state that the rate drives by a constant c follows g itself by as much; what is left of it
-    needs no derivative of the recording.
-
-    Raises
-    ------
-    NotLinearUpToLaws
-        The rate does more than drive states by constants: it is needed itself.
-    """
-    from bondgraph.equations.state_space import NotLinearUpToLaws, State
-
-    rate, given = symbol(recorded.rate), symbol(recorded.stored)
-    closed = _closed(d)
-    refusal = NotLinearUpToLaws(
-        f"{d.graph.name}: {recorded.element} acts by the rate of what is recorded of it; "
-        "system(graph) gives its equations, and simulate runs it"
-    )
-    for use in d.laws:
-        if depends(d, use.argument, rate):
-            raise refusal
-    for reader, reading, _ in d.outputs:
-        if depends(d, reading, rate) or isinstance(d.graph[reader], Da):
-            raise refusal
-    for i, s in enumerate(d.states):
-        change = sp.expand(s.rate.xreplace(closed))
-        c = change.coeff(rate)
-        rest = sp.expand(change - c * rate)
-        if rate in rest.free_symbols or c.free_symbols - _parameters(d):
-            raise refusal
-        if c != 0:
-            z = symbol(f"z_{s.symbol}")
-            d.states[i] = State(z, rest, s.element, s.unit)
-            d.assign(s.symbol, z + c * given, f"what {recorded.element} moves of {s.symbol}")
-    d.derivatives[rate] = recorded.stored
 
 
 def _without(d: _Derivation, rate: sp.Expr, closed_rate: sp.Expr, flow: sp.Symbol) -> sp.Expr:

@@ -19,7 +19,7 @@ from bondgraph.equations.state_space import AlgebraicLoop, DerivativeCausality, 
 from bondgraph.equations.stored_displacements import stored_displacements
 from bondgraph.equations.system import Algebraic, System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Da, Dq, Multiport, Source, symbol
+from bondgraph.graph.elements import Da, Dq, Multiport, symbol
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
 
@@ -89,7 +89,7 @@ class _Solver:
         self.ordered: dict[str, Relation] = {}
         self.algebraic: list[Algebraic] = []
         self.loops: list[tuple[str, ...]] = []
-        self.input_rates: list[str] = []
+        self.input_rates = list(made.recorded)
         self.closed = Closing(self.ordered, made.laws, self.parameters)
         self.torn = {c for c in made.causality.free_choices}
         self.rate_reads: dict[str, tuple[str, ...]] = {}
@@ -119,6 +119,7 @@ class _Solver:
             self.parameters,
             made.causality,
             made.aliases,
+            tuple(made.recorded),
         )
 
     def _refuse_empty_residuals(self) -> None:
@@ -234,8 +235,7 @@ class _Solver:
         terms = self._total(self.closed(d.stored), d.element, skip=None)
         why = f"rate of {d.element}, dependent"
         if d in self.made.rates:
-            source = isinstance(self.made.graph[d.element], Source)
-            why = f"value of {d.element}" if source else f"rate read by {d.element}"
+            why = f"rate read by {d.element}"
         return Relation(d.rate, terms, why, reads=self._signals_in(terms))
 
     def _implicit_rate(self, r: Relation, name: str, rate: str, element: str) -> Relation:

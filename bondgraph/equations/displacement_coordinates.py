@@ -61,8 +61,9 @@ def relations_of(space: StateSpace, made: Relations) -> Relations:
         space.causality,
         found=found,
         states=states,
-        inputs=[str(u) for u in space.inputs],
+        inputs=[str(u) for u in space.inputs if str(u) not in space.recorded],
         outputs=outputs,
         laws=laws,
         aliases=dict(made.aliases),
+        recorded=list(space.recorded),
     )

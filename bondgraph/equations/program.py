@@ -131,6 +131,9 @@ class Program(FunctionNames):
         ``(t, x, z, u, p, m, h) -> g``, SX; n_z rows.
     advance : casadi.Function
         ``(t, x, z, u, p, m, h) -> m`` after acceptance, SX; h is the time since the memory, s.
+    recorded : tuple of str
+        Those of `input_rates` whose input is recorded as their integral, see
+        `bondgraph.signals.recorded_rates`.
     """
 
     steps: Sequence[ProgramStep]
@@ -141,6 +144,7 @@ class Program(FunctionNames):
     rhs: ca.Function
     residual: ca.Function
     advance: ca.Function
+    recorded: tuple[str, ...] = ()
 
     @property
     def has_memory(self) -> bool:

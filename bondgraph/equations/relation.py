@@ -18,6 +18,9 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Dq
 from bondgraph.laws.law import Law
 
+FINE = "fine_"
+"""Begins the name of what a reading is before it is rounded; that of the sensor follows."""
+
 
 @dataclass(frozen=True, slots=True)
 class Relation:
@@ -98,4 +101,5 @@ class Relations:
     laws: list[LawUse] = field(default_factory=list)
     displacements: list[Dq] = field(default_factory=list)
     rates: list[Dependent] = field(default_factory=list)
+    recorded: list[str] = field(default_factory=list)  # rates of inputs known by their integral
     aliases: dict[str, str] = field(default_factory=dict)

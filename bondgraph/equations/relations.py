@@ -11,9 +11,10 @@ from typing import Any
 import sympy as sp
 
 from bondgraph.causality.assignment import Causality
-from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.equations.bond_signals import SignalNames, signal_called
 from bondgraph.equations.field_laws import crossed_ports, exact, field_laws
 from bondgraph.equations.relation import (
+    FINE,
     Dependent,
     LawUse,
     Relation,
@@ -29,7 +30,6 @@ from bondgraph.graph.elements import (
     RS,
     TF,
     C,
-    CField,
     Da,
     De,
     Df,
@@ -37,7 +37,6 @@ from bondgraph.graph.elements import (
     Element,
     Field,
     I,
-    IField,
     Junction,
     Modulated,
     R,
@@ -50,6 +49,7 @@ from bondgraph.graph.elements import (
 )
 from bondgraph.graph.modulation import TIME, port_variables
 from bondgraph.laws.law import Law
+from bondgraph.laws.rounding import Resolution
 from bondgraph.support.errors import GraphError, unknown_name
 
 
@@ -159,37 +159,19 @@ class _Builder:
         for s in sorted(value.free_symbols, key=str):
             if s in self._symbols:
                 continue
-            name = self._signal(e, str(s))
-            if name is None:
-                known = [*self._parameters, "e_.., f_.., q_.., p_.. of an element", str(TIME)]
-                raise unknown_name("signal", s, f"{self.graph.name}.{e.name}", known)
+            name = signal_called(self.names, str(s), self.graph, e.name)
+            if name.startswith("in_") and name not in self.made.inputs:
+                self.made.inputs.append(name)
             table[s] = symbol(name)
             reads.append(name)
         return value.xreplace(table), tuple(reads)
 
-    def _signal(self, e: Element, text: str) -> str | None:
-        if text == str(TIME):
-            return text
-        letter, _, name = text.partition("_")
-        if letter in ("e", "f") and name:
-            return self.names.at(letter, name)
-        if letter in ("q", "p") and name:
-            from bondgraph.causality.assignment import storage_ports
-
-            kinds = C | CField if letter == "q" else I | IField
-            stores = [n for n, _, s in storage_ports(self.graph) if isinstance(s, kinds)]
-            if name not in stores:
-                raise unknown_name("storage", name, f"{self.graph.name}.{e.name}", stores)
-            return text
-        if letter == "in" and name:
-            if text not in self.made.inputs:
-                self.made.inputs.append(text)
-            return text
-        return None
-
     def law_use(self, e: Element, role: str, law: Law, argument: str, slope: Any) -> int:
         names = tuple(p.name for p in law.parameters(e.name))
-        self.made.laws.append(LawUse(e.name, role, law, argument, slope, names))
+        return self._use(LawUse(e.name, role, law, argument, slope, names))
+
+    def _use(self, use: LawUse) -> int:
+        self.made.laws.append(use)
         return len(self.made.laws) - 1
 
     # -- elements -----------------------------------------------------------------------------
@@ -312,15 +294,14 @@ class _Builder:
             self.put(target, linear or [], why, expression=rest, reads=left)
             return
         self.made.inputs.append(e.name)
-        terms: list[tuple[Any, str]] = [(self._factor(e.gain), e.name)]
-        law = None
-        if e.offset:
-            terms.append((symbol(e.offset), self._pseudo("one")))
-        terms = self._as_value(e, terms)
+        terms: list[tuple[Any, str]] = [(self._factor(e), e.name)]
+        rest, law = self.graph.channel_value(e, "offset"), None
+        if e.given != "value":
+            terms, rest = self._as_value(e, terms, rest), None
         if e.drive and (e.drive.law or e.drive.lag):
             command = f"c_{e.name}"
-            self.put(command, terms, f"command of {e.name}")
-            terms = [(1, command)]
+            self.put(command, terms, f"command of {e.name}", expression=rest)
+            terms, rest = [(1, command)], None
             if e.drive.law:
                 law = self.law_use(e, "drive", e.drive.law, command, sp.S.One)
         if e.drive and e.drive.lag:
@@ -330,20 +311,20 @@ class _Builder:
             self.put(rate, [(1 / tau, limited), (-1 / tau, lagged)], f"lag of {e.name}")
             self.made.states.append(StoredState(lagged, rate, e.name, e.unit))
             terms, law = [(1, lagged)], None
-        self.put(target, terms, why, law=law)
+        self.put(target, terms, why, law=law, expression=rest)
 
-    def _as_value(self, e: Source, terms: list[tuple[Any, str]]) -> list[tuple[Any, str]]:
+    def _as_value(
+        self, e: Source, terms: list[tuple[Any, str]], offset: sp.Expr | None
+    ) -> list[tuple[Any, str]]:
         """Make the value of a source from what is recorded of it."""
         if e.given == "rate":
             value, rate = f"u_{e.name}", f"rate_u_{e.name}"
-            self.put(rate, terms, f"recorded rate of {e.name}")
+            self.put(rate, terms, f"recorded rate of {e.name}", expression=offset)
             self.made.states.append(StoredState(value, rate, e.name))
             return [(1, value)]
         if e.given == "integral":
-            given, value = f"g_{e.name}", f"v_{e.name}"
-            self.put(given, terms, f"recorded integral of {e.name}")
-            self.made.rates.append(Dependent(given, value, e.name))
-            return [(1, value)]
+            self.made.recorded.append(f"d_{e.name}")
+            return [(self._factor(e), f"d_{e.name}")]  # a constant offset has no rate
         return terms
 
     def _pseudo(self, name: str) -> str:
@@ -471,9 +452,10 @@ class _Builder:
         found = [p for p in self._parameters.values() if isfinite(p.value)]
         return bool(value.xreplace({p.symbol: exact(p.value) for p in found}) == 0)
 
-    def _factor(self, gain: str | None) -> sp.Expr:
-        """Return the factor that a source or a sensor names; 1 without one."""
-        return sp.S.One if gain is None else self._parameters[gain].symbol
+    def _factor(self, e: Source | Sensor) -> sp.Expr:
+        """Return the factor of a source or a sensor; 1 without one."""
+        gain = self.graph.channel_value(e, "gain")
+        return sp.S.One if gain is None else gain
 
     # -- sensors ------------------------------------------------------------------------------
     def _read(self, e: Sensor) -> str:
@@ -499,16 +481,8 @@ class _Builder:
         return f"x_{e.name}"  # its relation follows when all rates are known
 
     def sensor(self, e: Sensor) -> None:
-        value = self._read(e)
-        target = f"y_{e.name}"
-        terms: list[tuple[Any, str]] = [(1, value)]
+        terms: list[tuple[Any, str]] = [(1, self._followed(e, self._read(e)))]
         law = None
-        if e.lag is not None:
-            lagged, tau = f"z_{e.name}", symbol(e.lag, positive=True)
-            rate = f"rate_z_{e.name}"
-            self.put(rate, [(1 / tau, value), (-1 / tau, lagged)], f"lag of {e.name}")
-            self.made.states.append(StoredState(lagged, rate, e.name, e.unit))
-            terms = [(1, lagged)]
         if e.law is not None:
             law = self.law_use(e, "sensor", e.law, terms[0][1], sp.S.One)
         if e.gain is not None:
@@ -516,12 +490,45 @@ class _Builder:
                 bent = f"bent_{e.name}"
                 self.put(bent, terms, f"bent reading of {e.name}", law=law)
                 terms, law = [(1, bent)], None
-            terms = [(self._factor(e.gain) * c, v) for c, v in terms]
+            terms = [(self._factor(e) * c, v) for c, v in terms]
         for power, name in enumerate(e.drift, start=1):
             ramp = self._pseudo("ramp" if power == 1 else f"ramp{power}")
             terms.append((symbol(name), ramp))
-        self.put(target, terms, f"{e.kind} {e.name}", law=law)
+        target = f"y_{e.name}"
+        offset = self.graph.channel_value(e, "offset")
+        if e.resolution is not None:
+            fine, (step,) = f"{FINE}{e.name}", self._names_of(e, "resolution")
+            self.put(fine, terms, f"{e.name} before it is rounded", expression=offset, law=law)
+            use = LawUse(f"{e.name}_resolution", "rounding", Resolution(), fine, sp.S.One, (step,))
+            terms, law, offset = [(1, fine)], self._use(use), None
+        self.put(target, terms, f"{e.kind} {e.name}", expression=offset, law=law)
         self.made.outputs.append((e.name, target, e.unit))
+
+    def _names_of(self, e: Sensor, field: str) -> tuple[str, ...]:
+        return tuple(str(s) for s in self.graph.channel_value(e, field).free_symbols)
+
+    def _followed(self, e: Sensor, value: str) -> str:
+        """Return what is left of a signal behind the dynamics of a sensor."""
+        lag = self.graph.channel_value(e, "lag")
+        if lag is not None:
+            lagged, rate = f"z_{e.name}", f"rate_z_{e.name}"
+            self.put(rate, [(1 / lag, value), (-1 / lag, lagged)], f"lag of {e.name}")
+            self.made.states.append(StoredState(lagged, rate, e.name, e.unit))
+            value = lagged
+        omega = self.graph.channel_value(e, "natural_frequency")
+        if omega is None:
+            return value
+        zeta = self.graph.channel_value(e, "damping_ratio")
+        shown, rate = f"shown_{e.name}", f"rate_shown_{e.name}"
+        square = omega**2
+        self.put(
+            f"rate2_shown_{e.name}",
+            [(square, value), (-square, shown), (-2 * zeta * omega, rate)],
+            f"dynamics of {e.name}",
+        )
+        self.made.states.append(StoredState(shown, rate, e.name, e.unit))
+        self.made.states.append(StoredState(rate, f"rate2_{shown}", e.name))
+        return shown
 
 
 def _linear_part(

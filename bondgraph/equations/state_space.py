@@ -16,10 +16,10 @@ import sympy as sp
 from bondgraph.causality.assignment import Causality, assign_causality
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.ordering import components, tear
-from bondgraph.equations.relation import Dependent, Relation
+from bondgraph.equations.relation import Dependent, LawUse, Relation
 from bondgraph.equations.relations import collect
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Dq, Element, Parameter, Sensor, Source, symbol
+from bondgraph.graph.elements import Dq, Parameter, Sensor, symbol
 from bondgraph.laws.law import Law
 from bondgraph.laws.watching import Gauge
 from bondgraph.simulation.modes.resolve import in_mode
@@ -92,6 +92,9 @@ class StateSpace:
         Nonlinear laws.
     parameters : dict of str to Parameter
         Nominal values.
+    recorded : tuple of str
+        The inputs ``d_NAME`` that are rates of sources recorded by their integral NAME, see
+        `bondgraph.signals.recorded_rates`.
     """
 
     name: str
@@ -102,6 +105,7 @@ class StateSpace:
     laws: tuple[LawPort, ...]
     parameters: dict[str, Parameter]
     causality: Causality
+    recorded: tuple[str, ...] = ()
 
     @cached_property
     def signals(self) -> dict[sp.Symbol, sp.Expr]:
@@ -197,30 +201,26 @@ class _Derivation:
         self.found: dict[sp.Symbol, Assignment] = {}
         self.states = [State(symbol(s.name), symbol(s.rate), s.element, s.unit)
                        for s in self.made.states]  # fmt: skip
-        self.inputs = [symbol(u) for u in self.made.inputs]
+        self.inputs = [symbol(u) for u in (*self.made.inputs, *self.made.recorded)]
         self.outputs = [(n, symbol(y), unit) for n, y, unit in self.made.outputs]
         self.laws: list[LawPort] = []
         self.derivatives: dict[sp.Symbol, str] = {}
 
     # -- assembly ---------------------------------------------------------------------------
     def result(self) -> StateSpace:
-        from bondgraph.equations.dependent_storage import drop_derivatives, shift_recorded
+        from bondgraph.equations.dependent_storage import drop_derivatives
 
         dependent = {d.stored for d in self.made.dependents}
         for r in self.made.found.values():
             if r.target not in dependent:
                 self._take(r)
-        for d in self.made.rates:
-            if isinstance(self.graph[d.element], Source):
-                shift_recorded(self, d)
         _resolve_dependent_storages(self)
         for e in self.made.displacements:
             flow = symbol(SignalNames(self.graph).at("f", self.graph.neighbour(e.name)))
             value = self._displacement(e, flow)
             self.assign(symbol(f"x_{e.name}"), value, f"displacement at {e.name}")
         for d in self.made.rates:
-            if not isinstance(self.graph[d.element], Source):
-                self.assign(symbol(d.rate), self._rate(d), f"rate read by {d.element}")
+            self.assign(symbol(d.rate), self._rate(d), f"rate read by {d.element}")
         drop_derivatives(self)
         ordered = _ordered(self.graph.name, self.found)
         self._require_watched()
@@ -233,6 +233,7 @@ class _Derivation:
             tuple(self.laws),
             self.graph.parameters,
             self.causality,
+            tuple(self.made.recorded),
         )
 
     def _require_watched(self) -> None:
@@ -255,10 +256,11 @@ class _Derivation:
         """Take a relation over as an assignment; its law becomes a port."""
         use = None if r.law is None else self.made.laws[r.law]
         own = () if use is None else (use.argument,)
-        if r.expression is not None and not r.reads and not r.implicit:
+        plain = all(s in own for s in r.reads)
+        if r.expression is not None and plain and not r.implicit:
             self._pseudo_input(ONE)
             constant = r.expression * ONE
-        elif r.expression is not None or any(s not in own for s in r.reads):
+        elif r.expression is not None or not plain:
             raise NotLinearUpToLaws(
                 f"{self.graph.name}: {r.reason} multiplies or transforms signals, so the model is "
                 "not linear up to scalar laws; system(graph) gives its equations, and simulate "
@@ -270,35 +272,33 @@ class _Derivation:
         if use is None:
             self.assign(target, _sum(r.terms) + constant, r.reason)
             return
-        e = self.graph[use.element]
-        w = self.law_port(e, use.role, use.law, symbol(use.argument))
+        w = self.law_port(use)
         if r.implicit:
             if use.slope == 0:
                 raise AlgebraicLoop(
-                    f"{self.graph.name}: the law of {e.name} gives effort from flow, and its flow "
-                    "is wanted; give it a linear part, or a small inertia beside it"
+                    f"{self.graph.name}: the law of {use.element} gives effort from flow, and its "
+                    "flow is wanted; give it a linear part, or a small inertia beside it"
                 )
             (effort,) = (s for c, s in r.terms if c == -1)
-            inverse = sp.Function(f"{e.name}_inverse")(symbol(effort))
+            inverse = sp.Function(f"{use.element}_inverse")(symbol(effort))
             self.assign(target, (symbol(effort) - w) / use.slope, r.reason, inverse)
             return
         rest = [(c, s) for c, s in r.terms if s != use.argument]
         ending = {"drive": "_drive", "sensor": "_reading"}.get(use.role, "")
-        shown = sp.Function(f"{e.name}{ending}")(symbol(use.argument)) + _sum(rest)
-        self.assign(target, _sum(r.terms) + w, r.reason, shown)
+        shown = sp.Function(f"{use.element}{ending}")(symbol(use.argument)) + _sum(rest) + constant
+        self.assign(target, _sum(r.terms) + w + constant, r.reason, shown)
 
     def _pseudo_input(self, s: sp.Symbol) -> None:
         if s not in self.inputs:
             self.inputs.append(s)
 
-    def law_port(self, e: Element, role: str, law: Law, argument: sp.Expr) -> sp.Symbol:
-        w = symbol(f"w_{e.name}")
-        names = tuple(p.name for p in law.parameters(e.name))
-        self.laws.append(LawPort(e.name, role, law, w, argument, names))
-        if law.watched:
+    def law_port(self, use: LawUse) -> sp.Symbol:
+        w, argument = symbol(f"w_{use.element}"), symbol(use.argument)
+        self.laws.append(LawPort(use.element, use.role, use.law, w, argument, use.parameters))
+        if use.law.watched:
             # a law without output makes the signal known at the end of every step
-            name = f"beside_{e.name}"
-            beside = symbol(law.watched)
+            name = f"beside_{use.element}"
+            beside = symbol(use.law.watched)
             self.laws.append(LawPort(name, "gauge", Gauge(), symbol(f"w_{name}"), beside, ()))
         return w
 

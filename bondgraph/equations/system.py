@@ -75,6 +75,9 @@ class System:
     causality : Causality
     aliases : dict of str to str
         Second names: ``f_R_1`` of a resistor whose flow is named after its junction.
+    recorded : tuple of str
+        The input rates of sources that are recorded by their integral, see
+        `bondgraph.signals.recorded_rates`.
     """
 
     name: str
@@ -90,6 +93,7 @@ class System:
     parameters: dict[str, Parameter]
     causality: Causality
     aliases: Mapping[str, str]
+    recorded: tuple[str, ...] = ()
 
     # -- sizes and names ----------------------------------------------------------------------
     @property

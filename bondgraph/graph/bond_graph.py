@@ -315,6 +315,19 @@ class BondGraph:
         value = self._expression(element, element.value)
         return 1 / value if isinstance(element, C) else value
 
+    def channel_value(self, element: Source | Sensor, field: str) -> sp.Expr | None:
+        """Return `gain`, `offset`, `lag`, .. of a channel as an expression of parameters, or None.
+
+        Raises
+        ------
+        UnknownName
+            It names a parameter that is not declared.
+        """
+        held = getattr(element, field)
+        if isinstance(held, int | float):
+            return channel_parameter(element, field).symbol
+        return None if held is None else self._expression(element, held)
+
     def _expression(self, element: Element, value: Value) -> sp.Expr:
         if isinstance(value, str):
             if value not in self._parameters:
@@ -506,12 +519,24 @@ def _own_parameters(e: Element) -> tuple[Parameter, ...]:
                     spread=e.spread,
                 )
             )
-    elif isinstance(e, Source):
-        if e.drive is not None and e.drive.law is not None:
-            found.extend(e.drive.law.parameters(e.name))
-    elif isinstance(e, Sensor) and e.law is not None:
-        found.extend(e.law.parameters(e.name))
+    elif isinstance(e, Source | Sensor):
+        numbers = (f for f in e.channel if isinstance(getattr(e, f), int | float))
+        found.extend(channel_parameter(e, f) for f in numbers)
+        drive = e.drive if isinstance(e, Source) else e
+        if drive is not None and drive.law is not None:
+            found.extend(drive.law.parameters(e.name))
     return tuple(found)
+
+
+_CHANNEL_UNITS = {"lag": "s", "natural_frequency": "rad/s", "damping_ratio": "1", "gain": "1"}
+
+
+def channel_parameter(e: Source | Sensor, field: str) -> Parameter:
+    """Return the parameter that a number in a channel's field stands for: known, not fitted."""
+    unit = _CHANNEL_UNITS.get(field, e.unit or "1")
+    positive = field not in ("gain", "offset")
+    name = f"{field}_{e.name}"
+    return Parameter(name, float(getattr(e, field)), unit, positive=positive, fixed=True)
 
 
 __all__ = ["Bond", "BondGraph", "De", "Df", "Dq", "One", "Zero"]

@@ -33,7 +33,7 @@ from bondgraph.graph.elements import (
     Valued,
     Zero,
 )
-from bondgraph.support.errors import BondsightError, unknown_name
+from bondgraph.support.errors import BondsightError, UnknownName, unknown_name
 
 _TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
     De: ((Zero, X0), "a 0-junction (one effort)"),
@@ -67,8 +67,10 @@ def problems(graph: BondGraph) -> tuple[str, ...]:
 
 
 def _physics_problems(graph: BondGraph) -> tuple[str, ...]:
-    """Domains that are joined without a transducer, fields that are no stores."""
-    lines: tuple[str, ...] = ()
+    """Signals that are none, domains joined without a transducer, fields that are no stores."""
+    lines = tuple(_signal_problems(graph))
+    if lines:
+        return lines
     if any(getattr(e, "unit", "") or getattr(e, "units", ()) for e in graph.elements.values()):
         from bondgraph.graph.domain_check import domain_problems
 
@@ -112,12 +114,15 @@ def _bond_problems(graph: BondGraph, e: Element) -> list[str]:
 def _reading_problems(graph: BondGraph, e: Reading, bonds: int) -> list[str]:
     if bonds:
         return [f"{e.name} (Reading) reads signals by their names: take its bond out"]
-    if not getattr(e.value, "free_symbols", ()):
+    found = [str(s).partition("_") for s in getattr(e.value, "free_symbols", ())]
+    if found and all(letter in ("time", "in") for letter, _, _ in found):
+        found = []  # a clock, or what comes from outside
+    if not found:
         return [
-            f"{e.name} (Reading) reads nothing: give it an expression of signals, such as "
-            f"Reading({e.name!r}, effort('k'))"
+            f"{e.name} (Reading) reads nothing of the model: give it an expression of signals, "
+            f"such as Reading({e.name!r}, effort('k'))"
         ]
-    taken = [str(s).partition("_")[2] for s in e.value.free_symbols]  # type: ignore[union-attr]
+    taken = [name for _, _, name in found]
     return [
         f"{e.name} (Reading) reads the sensor {n}, which has no signal: read what that one reads"
         for n in taken
@@ -224,14 +229,14 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
     """Parameters that a source or a sensor names: they must exist, and times must not run back."""
     if isinstance(e, Source):
         drive = e.drive
-        uses = [("gain", e.gain), ("offset", e.offset)]
-        uses += [("lag", drive.lag), ("delay", drive.delay)] if drive is not None else []
+        uses = [("lag", drive.lag), ("delay", drive.delay)] if drive is not None else []
+        lines = [*_measured_problems(e), *_given_problems(e)]
     elif isinstance(e, Sensor):
-        uses = [("lag", e.lag), ("delay", e.delay), ("clock", e.clock), ("gain", e.gain)]
-        uses += [("drift", n) for n in e.drift]
+        uses = [("delay", e.delay), ("clock", e.clock), *(("drift", n) for n in e.drift)]
+        lines = _dynamics_problems(e, parameters)
     else:
         return []
-    lines = [*_measured_problems(e), *_given_problems(e)] if isinstance(e, Source) else []
+    lines += _channel_problems(graph, e, parameters)
     if isinstance(e, Modulated) and e.gain is not None:
         lines.append(f"{e.name}: a modulated source has no gain; write {e.gain} into its value")
     for what, name in uses:
@@ -242,10 +247,59 @@ def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parame
             lines.append(str(error))
         elif what == "lag" and not parameters[name].value > 0:
             lines.append(f"{e.name}: its lag {name} must be positive; give a time, or leave it out")
-        elif what == "gain" and parameters[name].value == 0:
-            lines.append(f"{e.name}: its gain {name} must not be 0; give a factor, or leave it out")
         elif what == "delay" and not parameters[name].value >= 0:
             lines.append(f"{e.name}: its delay {name} must not be negative")
+    return lines
+
+
+def _dynamics_problems(e: Sensor, parameters: Mapping[str, Parameter]) -> list[str]:
+    """Return what is missing of second-order dynamics, and resolutions that are no parameter."""
+    lines = []
+    given = [f for f in ("natural_frequency", "damping_ratio") if getattr(e, f) is not None]
+    if len(given) == 1:
+        lines.append(
+            f"{e.name}: second-order dynamics have a natural_frequency (rad/s) and a "
+            f"damping_ratio, not only the {given[0]}; give both"
+        )
+    named = parameters.get(str(e.resolution))
+    if isinstance(e.resolution, sp.Expr) and named is None:
+        lines.append(
+            f"{e.name}: its resolution {e.resolution} is an expression; give a number, or declare "
+            "a parameter for it"
+        )
+    elif named is not None and not named.fixed:
+        lines.append(
+            f"{e.name}: its resolution {e.resolution} is a parameter that fits are free to change, "
+            "and no fit finds it; declare it fixed=True"
+        )
+    return lines
+
+
+def _channel_problems(
+    graph: BondGraph, e: Source | Sensor, parameters: Mapping[str, Parameter]
+) -> list[str]:
+    """Numbers, parameters and expressions of a channel: known names, and values that make sense."""
+    lines = []
+    for what in e.channel:
+        held = getattr(e, what)
+        if held is None:
+            continue
+        try:
+            value = graph.channel_value(e, what)
+        except UnknownName as error:
+            lines.append(f"{e.name}: its {what}: {error}")
+            continue
+        assert value is not None
+        at = {s: parameters[str(s)].value for s in value.free_symbols if str(s) in parameters}
+        number = complex(sp.N(value.subs(at)))
+        if number.imag or not abs(number) < float("inf"):
+            lines.append(f"{e.name}: its {what} {held} is not a finite number; check it")
+        elif what == "gain" and number == 0:
+            lines.append(f"{e.name}: its gain {held} must not be 0; give a factor, or leave it out")
+        elif what not in ("gain", "offset") and not number.real > 0:
+            lines.append(
+                f"{e.name}: its {what} {held} must be positive; give another one, or leave it out"
+            )
     return lines
 
 
@@ -279,6 +333,24 @@ def _connection_problems(graph: BondGraph) -> list[str]:
         f"the graph falls into {len(parts)} parts: {rest} not connected to "
         f"{min(parts[0])}; bond them"
     ]
+
+
+def _signal_problems(graph: BondGraph) -> Iterator[str]:
+    """Yield a line for every symbol that an element reads and the graph does not have."""
+    readers = graph.of_type(Reading, Modulated, MTF, MGY)
+    if not readers:
+        return
+    from bondgraph.equations.bond_signals import SignalNames, signal_called
+
+    names = SignalNames(graph)
+    own = {p.symbol for p in graph.parameters.values()}
+    for e in readers:
+        value = e.ratio if isinstance(e, TwoPort) else e.value
+        for s in sorted(getattr(value, "free_symbols", set()) - own, key=str):
+            try:
+                signal_called(names, str(s), graph, e.name)
+            except BondsightError as error:
+                yield str(error)
 
 
 def _modulations(graph: BondGraph) -> Iterator[tuple[str, str]]:

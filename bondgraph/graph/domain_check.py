@@ -187,9 +187,10 @@ def _line(first: UnitStatement, second: UnitStatement) -> str:
 def _of(graph: BondGraph, e: Element, lines: list[str]) -> Iterator[UnitStatement]:
     """Statements of one element."""
     bonds = graph.bonds_of(e.name)
-    gain = graph.parameters.get(getattr(e, "gain", None) or "")
-    if gain is not None and gain.unit not in ("", "1"):
-        return  # the unit is that of what is recorded, not of the bond
+    if (gain := getattr(e, "gain", None)) is not None:
+        named = graph.parameters.get(str(gain))
+        if named is None or named.unit not in ("", "1"):
+            return  # the unit is that of what is recorded, not of the bond
     for i, (quantity, unit) in enumerate(_written(graph, e)):
         if not unit.strip() or unit.strip() == "1" or not quantity:
             continue

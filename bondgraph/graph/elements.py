@@ -82,6 +82,8 @@ class Element:
 
     kind: ClassVar[str] = ""
     n_ports: ClassVar[int | None] = 1
+    numbers: ClassVar[tuple[str, ...]] = ("value", "stiffness", "ratio")
+    """Fields that hold a `Value`."""
 
     def __post_init__(self) -> None:
         """Refuse names that cannot be addresses; join the graph that is being built."""
@@ -91,7 +93,7 @@ class Element:
                 "element in equations and verdicts; use letters, digits and underscores, "
                 "a letter first"
             )
-        for field_name in ("value", "stiffness", "ratio"):
+        for field_name in self.numbers:
             value: Any = getattr(self, field_name, None)
             if value is None or type(value) in (float, str):
                 continue  # the usual case, without asking SymPy's classes
@@ -138,20 +140,24 @@ class Source(Element):
     """An input; abstract.
 
     `drive` describes what lies between the recorded command and the port (a lag, a limit); `gain`
-    names a factor on the command, `offset` a constant added to it. `measured` says that the
-    recorded values are no command but a measurement of what acts at the port: nothing lies between
-    them and the plant. `given` says what is recorded of it: its ``"value"``, its ``"rate"`` (the
-    acceleration of a base that moves) or its ``"integral"`` (the displacement of it).
+    is a factor on the command, `offset` a constant added to it (values, as for a `Sensor`).
+    `measured` says that the recorded values are no command but a measurement of what acts at the
+    port: nothing lies between them and the plant. `given` says what is recorded of it: its
+    ``"value"``, its ``"rate"`` (the acceleration of a base that moves) or its ``"integral"`` (the
+    displacement of it).
     """
+
+    channel: ClassVar[tuple[str, ...]] = ("gain", "offset")
+    numbers: ClassVar[tuple[str, ...]] = ("value", *channel)
 
     unit: str = ""
     drive: Drive | None = field(default=None, kw_only=True)
-    offset: Name | None = field(default=None, kw_only=True)
+    offset: Value | None = field(default=None, kw_only=True)
     measured: bool = field(default=False, kw_only=True)
     given: Annotated[str, one_of("value", "rate", "integral")] = field(
         default="value", kw_only=True
     )
-    gain: Name | None = field(default=None, kw_only=True)
+    gain: Value | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -380,19 +386,30 @@ class X1(Switched):
 class Sensor(Element):
     """A power-free tap whose reading is an output of the model; abstract.
 
-    `law` bends the reading, `lag` names the time constant of a first-order lag, `delay` a dead time
-    (s), `clock` the ratio error of the clock that samples it (reading number n is taken at
-    ``(1 + clock) t_n``), `gain` a factor on the reading, `drift` coefficients of powers of time
-    that are added to it.
+    What is read passes, in this order, a first-order `lag` (s), second-order dynamics with
+    `natural_frequency` (rad/s) and `damping_ratio`, a `law` that bends it, a factor `gain`, an
+    `offset` that is added, coefficients of powers of time that are added (`drift`), and rounding
+    to the multiples of `resolution`. A number is a known parameter, ``gain_x`` of a sensor ``x``,
+    which fits hold unless it is freed. `delay` names a dead time (s), `clock` the ratio error of
+    the clock that samples it (reading number n is taken at ``(1 + clock) t_n``).
     """
+
+    channel: ClassVar[tuple[str, ...]] = (
+        "lag", "natural_frequency", "damping_ratio", "gain", "offset", "resolution",
+    )  # fmt: skip
+    numbers: ClassVar[tuple[str, ...]] = ("value", *channel)
 
     unit: str = ""
     law: Law | None = field(default=None, kw_only=True)
-    lag: Name | None = field(default=None, kw_only=True)
+    lag: Value | None = field(default=None, kw_only=True)
     delay: Name | None = field(default=None, kw_only=True)
     clock: Name | None = field(default=None, kw_only=True)
-    gain: Name | None = field(default=None, kw_only=True)
+    gain: Value | None = field(default=None, kw_only=True)
     drift: tuple[Name, ...] = field(default=(), kw_only=True)
+    natural_frequency: Value | None = field(default=None, kw_only=True)
+    damping_ratio: Value | None = field(default=None, kw_only=True)
+    offset: Value | None = field(default=None, kw_only=True)
+    resolution: Value | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)

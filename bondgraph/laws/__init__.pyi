@@ -5,6 +5,7 @@ from bondgraph.laws.backlash import Backlash as Backlash
 from bondgraph.laws.bilinear import Bilinear as Bilinear
 from bondgraph.laws.contact_loss import ContactLoss as ContactLoss
 from bondgraph.laws.dahl import DahlFriction as DahlFriction
+from bondgraph.laws.diode import Diode as Diode
 from bondgraph.laws.end_stop import EndStop as EndStop
 from bondgraph.laws.friction import Coulomb as Coulomb
 from bondgraph.laws.friction import QuadraticDrag as QuadraticDrag
@@ -15,10 +16,13 @@ from bondgraph.laws.graded_friction import FrictionUnderLoad as FrictionUnderLoa
 from bondgraph.laws.heating import SelfHeating as SelfHeating
 from bondgraph.laws.hysteretic import Hysteretic as Hysteretic
 from bondgraph.laws.law import Law as Law
+from bondgraph.laws.law_sum import LawSum as LawSum
 from bondgraph.laws.letting_go import LettingGo as LettingGo
 from bondgraph.laws.limits import DeadZone as DeadZone
 from bondgraph.laws.limits import Saturation as Saturation
+from bondgraph.laws.lossy_spring import LossySpring as LossySpring
 from bondgraph.laws.lugre import LuGre as LuGre
+from bondgraph.laws.magnet import Magnet as Magnet
 from bondgraph.laws.maxwell_slip import MaxwellSlip as MaxwellSlip
 from bondgraph.laws.odometer import Odometer as Odometer
 from bondgraph.laws.onset import Onset as Onset
@@ -28,12 +32,15 @@ from bondgraph.laws.periodic import Periodic as Periodic
 from bondgraph.laws.piecewise_linear import PiecewiseLinear as PiecewiseLinear
 from bondgraph.laws.polynomial import Polynomial as Polynomial
 from bondgraph.laws.push import Push as Push
+from bondgraph.laws.radiation import Radiation as Radiation
 from bondgraph.laws.rectifier import Rectifier as Rectifier
 from bondgraph.laws.resistance import NonlinearResistance as NonlinearResistance
 from bondgraph.laws.rounding import Rounding as Rounding
+from bondgraph.laws.saturating_inductance import SaturatingInductance as SaturatingInductance
 from bondgraph.laws.slew_limit import SlewLimit as SlewLimit
 from bondgraph.laws.sliding import Sliding as Sliding
 from bondgraph.laws.stop_sum import StopSum as StopSum
 from bondgraph.laws.table import TableLaw as TableLaw
 from bondgraph.laws.timed_slope import TimedSlope as TimedSlope
 from bondgraph.laws.tone import Tone as Tone
+from bondgraph.laws.wrapping import Wrapping as Wrapping

@@ -12,8 +12,8 @@ from bondgraph.support.bounds import NonNegative
 from bondgraph.support.ops import Ops
 
 
-def _soft_excess(ops: Ops, z: Any, width: Any) -> Any:
-    """``max(z, 0)`` with a rounded corner of half width `width`."""
+def soft_excess(ops: Ops, z: Any, width: Any) -> Any:
+    """Return ``max(z, 0)`` with a rounded corner of half width `width`."""
     return 0.5 * (z + ops.sqrt(z * z + width * width))
 
 
@@ -55,7 +55,7 @@ class Saturation(Law):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Return what is cut off, negative above the upper limit."""
         low, high, knee = p
-        return _soft_excess(ops, low - s, knee) - _soft_excess(ops, s - high, knee)
+        return soft_excess(ops, low - s, knee) - soft_excess(ops, s - high, knee)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from bondgraph.laws.law import Law
 from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["Rounding"]
+__all__ = ["Resolution", "Rounding"]
 
 FINE = 1e-10
 """Sub-division of a step within which the rounding error counts as constant."""
@@ -20,6 +20,10 @@ FINE = 1e-10
 
 def _floor(ops: Ops, x: Expression) -> Expression:
     return import_module(ops.name).floor(x)
+
+
+def _error(ops: Ops, z: Expression) -> Expression:
+    return _floor(ops, z + 0.5) - FINE * _floor(ops, z / FINE + 0.5)
 
 
 @dataclass(frozen=True)
@@ -61,5 +65,25 @@ class Rounding(Law):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Return the rounding error, constant within a small part of a step."""
         amount, step, origin = p
-        z = (s - origin) / step
-        return amount * step * (_floor(ops, z + 0.5) - FINE * _floor(ops, z / FINE + 0.5))
+        return amount * step * _error(ops, (s - origin) / step)
+
+
+@dataclass(frozen=True)
+class Resolution(Law):
+    """``s`` rounded to the nearest multiple of `step`: the `resolution` of a sensor.
+
+    The error counts as in `Rounding`: what is read follows through it, and the step is known.
+    """
+
+    step: Positive = 1.0
+    starts: ClassVar[tuple[str, ...]] = ("step",)
+    name: ClassVar[str] = "resolution"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Return the step, fixed."""
+        return (Parameter(f"resolution_{element}", self.step, fixed=True),)
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Return the rounding error, constant within a small part of a step."""
+        (step,) = p
+        return step * _error(ops, s / step)

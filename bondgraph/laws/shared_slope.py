@@ -1,4 +1,4 @@
-"""Laws that need the linear coefficient of their own storage."""
+"""Laws that need the linear coefficient of their own storage or resistor."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bondgraph.support.bounds import Positive
 
 @dataclass(frozen=True, kw_only=True)
 class SharedSlope(Law, ABC):
-    """A storage law whose first parameter is the storage's own coefficient; abstract.
+    """A law whose first parameter is the own coefficient of its storage or resistor; abstract.
 
     A gap or a spring that cannot pull takes away exactly what the linear part gives. `coefficient`
     names the parameter that the element has as its value: then both are one number. Without a name

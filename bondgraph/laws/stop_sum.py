@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.hysteresis.plays.play import play
+from bondgraph.hysteresis.rate.rate import measured_rate
 from bondgraph.laws.law import Law
-from bondgraph.support.bounds import NonNegative
+from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
 
@@ -18,7 +19,10 @@ class StopSum(Law):
     """Prandtl-Ishlinskii law of stop type: ``sign * sum_i h_i (s - play_{r_i}[s])``.
 
     With ``h_i >= 0`` every stop is a spring with a slip: the law is passive (a Maxwell slip
-    element in a storage). Thresholds are fixed, heights are parameters.
+    element in a storage). Thresholds are fixed, heights are parameters. `rated` stops slip later
+    the faster `s` moves, at ``r_i (1 + b |v| / speed)``; the rate `v` is that of the last accepted
+    step, so that the widths of a step are known before it is solved (Al Janaideh and Krejci,
+    IEEE/ASME Trans. Mechatronics 18 (2013) 1498; `RateDependentPrandtlIshlinskii`).
 
     Parameters
     ----------
@@ -28,6 +32,10 @@ class StopSum(Law):
         Start value of each ``h_i``, output units per unit of `s`.
     sign : float
         +1 in a storage; -1 where the output lags the argument (drive, sensor).
+    rated : bool
+        Thresholds grow with the rate; ``b`` is a parameter.
+    speed : float
+        Typical rate of `s`, units of `s` per second.
     """
 
     thresholds: tuple[NonNegative, ...] = (1.0,)
@@ -35,37 +43,56 @@ class StopSum(Law):
     scale: float = 1.0
     sign: float = 1.0
     unit: str = "1"
+    rated: bool = False
+    speed: Positive = 1.0
     starts: ClassVar[tuple[str, ...]] = ("height", "scale", "unit")
     name: ClassVar[str] = "prandtl_ishlinskii"
     energy: ClassVar[str] = "dissipates"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
-        """Return the heights ``h_i``."""
-        return tuple(
+        """Return the heights ``h_i``; of rated stops also how much they widen at `speed`, ``b``."""
+        heights = tuple(
             Parameter(f"h_{i}_{element}", self.height, self.unit, lower=0.0, scale=self.scale)
             for i in range(1, len(self.thresholds) + 1)
         )
+        if not self.rated:
+            return heights
+        return (*heights, Parameter(f"b_{element}", 0.01, "1", lower=0.0, scale=0.1))
+
+    @property
+    def timed(self) -> bool:
+        """Whether the rate matters."""
+        return self.rated
 
     @property
     def n_memory(self) -> int:
-        """One play state for each threshold."""
-        return len(self.thresholds)
+        """One play state for each threshold; of rated stops also the last argument and its rate."""
+        return len(self.thresholds) + 2 * self.rated
 
     def initial_memory(self, s: float) -> tuple[float, ...]:
-        """Relaxed at `s`."""
-        return (s,) * self.n_memory
+        """Relaxed at `s`, at rest."""
+        return (s,) * len(self.thresholds) + ((s, 0.0) if self.rated else ())
 
     def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
         """Relaxed memory follows `s`."""
-        return (1.0,) * self.n_memory
+        return self.initial_memory(1.0)
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Each play moved to `s`."""
-        return tuple(play(ops, s, r, y) for r, y in zip(self.thresholds, memory, strict=True))
+        plays = self._moved(ops, s, memory, p)
+        if not self.rated:
+            return tuple(plays)
+        last, rate = memory[-2:]
+        return (*plays, s, measured_rate(ops, s, last, rate, p[-1], 0.0))
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Weighted stops at `s`."""
-        total: Any = 0.0
-        for h, y in zip(p, self.advance(ops, s, memory, p), strict=True):
-            total = total + h * (s - y)
-        return self.sign * total
+        plays = self._moved(ops, s, memory, p)
+        return self.sign * sum(h * (s - y) for h, y in zip(p, plays, strict=False))
+
+    def _moved(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> list[Any]:
+        """Plays at `s`."""
+        wider = 1.0
+        if self.rated:
+            wider = 1.0 + p[len(self.thresholds)] * ops.absolute(memory[-1] / self.speed)
+        return [play(ops, s, r * wider, y) for r, y in zip(self.thresholds, memory, strict=False)]

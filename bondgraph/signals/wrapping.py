@@ -11,15 +11,15 @@ WHOLE = 0.8
 ALIKE = 0.1
 """Relative difference of such jumps."""
 FEWEST = 2
-BESIDE = 5
-"""Samples beside a jump that tell which way the reading goes."""
+QUIET = 0.6745 * 6**0.5
+"""Median size of the second differences of white noise, over its deviation."""
 
 
 def wrap_period(values: FloatArray) -> float | None:
     """Return by how much a reading jumps whenever it has passed a turn; None if it does not.
 
-    The jumps are about as large as all it ever reads, alike, and it goes on after each as it went
-    before, against the jump: a signal that switches between levels does not.
+    The jumps are about as large as all it ever reads, alike and at the edges of what it reads, and
+    made straight it passes these edges: a signal that switches between levels does not.
 
     Parameters
     ----------
@@ -41,20 +41,22 @@ def wrap_period(values: FloatArray) -> float | None:
     at = np.flatnonzero(np.abs(change) > WHOLE * span)
     if at.size < FEWEST:
         return None
-    inside = [k for k in at if k >= BESIDE and k + BESIDE + 1 < values.size]
-    going = [
-        (values[k] - values[k - BESIDE], values[k + 1 + BESIDE] - values[k + 1]) for k in inside
-    ]
-    against = [
-        before * after > 0 and before * change[k] < 0 and max(abs(before), abs(after)) < span / 2
-        for k, (before, after) in zip(inside, going, strict=True)
-    ]
-    if not against or np.mean(against) < 1.0 - ALIKE:
+    if at.size == change.size:
         return None
-    step = [(abs(b) + abs(a)) / (2 * BESIDE) for b, a in going]
-    sizes = [abs(change[k]) + s for k, s in zip(inside, step, strict=True)]
+    step = float(np.quantile(np.abs(np.delete(change, at)), 0.9))
+    sizes = np.abs(change[at]) + step
     period = float(np.median(sizes))
-    return period if np.ptp(sizes) < ALIKE * period else None
+    straight = unwrapped(values, period)
+    noise = float(np.median(np.abs(np.diff(straight, 2)))) / QUIET
+    near = step + 5.0 * noise
+    # noise alone makes a reading at the edge jump to and fro: a turn is passed where it is clear of
+    # the edge before and after
+    turn = (straight - values.max()) / period
+    low, high = np.floor(turn - near / period), np.floor(turn + near / period)
+    passed = np.count_nonzero(np.diff(low[low == high]))
+    edge = np.abs(turn - np.round(turn))[np.r_[at, at + 1]] * period
+    clear = passed >= FEWEST and np.mean(edge > near + step) < ALIKE
+    return period if clear and np.ptp(sizes) < ALIKE * period + 2 * near else None
 
 
 def unwrapped(values: FloatArray, period: float) -> FloatArray:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bondgraph.equations.relation import FINE
+from bondgraph.signals.recorded_rates import with_rates
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.errors import BondsightError, unknown_name
 
@@ -75,6 +77,11 @@ class Prepared:
     still: tuple[Array, Array]
     moving: tuple[Array, Array]
 
+    @property
+    def step(self) -> float:
+        """Time between samples, s."""
+        return float(self.moving[0][-1]) * self.n_sub  # behind the matrices stands the sub-step
+
 
 def prepare(
     compiled: Compiled,
@@ -125,6 +132,11 @@ def run_prepared(
     from bondgraph.simulation.lure_layout import layout
 
     compiled, n_p, n_x = ready.compiled, ready.n_p, ready.compiled.n_x
+    if fine is None:
+        fine = fine_inputs(u, ready.n_sub, hold)
+    space = compiled.space
+    if space.recorded:
+        u, fine = with_rates(space.input_names, space.recorded, u, fine, ready.step)
     lay = layout(compiled, ready.n_d)
     run = runner(compiled, ready.n_d)
     z = np.zeros((lay.n_z, 1 + ready.n_d))
@@ -135,8 +147,6 @@ def run_prepared(
     _given_memory(compiled, lay, memory or {}, z)
     at_rest = np.stack([u[:1], u[:1]], axis=1)
     begun, laws, z = run(at_rest, z, 1, ready.still[0], ready.q, ready.still[1], ready.dq)
-    if fine is None:
-        fine = fine_inputs(u, ready.n_sub, hold)
     stride = 1 if every_substep else ready.n_sub
     y, seen, z = run(fine, z, stride, ready.moving[0], ready.q, ready.moving[1], ready.dq)
     y, seen = np.concatenate([begun, y]), np.concatenate([laws, seen])
@@ -214,7 +224,7 @@ def settle(
     change = float("inf")
     while n_sub < largest:
         finer = run_record(compiled, p, u, step, x0, n_sub=2 * n_sub, hold=hold, memory=memory)
-        change = relative_change(run.y, finer.y)
+        change = relative_change(_unrounded(compiled, run), _unrounded(compiled, finer))
         run, n_sub = finer, 2 * n_sub
         if change < accuracy:
             return n_sub, run
@@ -226,6 +236,16 @@ def settle(
         )
     run = replace(run, settled=False)
     return n_sub, run
+
+
+def _unrounded(compiled: Compiled, run: KernelRun) -> Array:
+    """Return readings as they are before rounding, which would make jumps of small changes."""
+    space, y = compiled.space, run.y.copy()
+    rounded = {str(p.argument): j for j, p in enumerate(space.laws) if p.role == "rounding"}
+    for i, name in enumerate(space.output_names):
+        if (j := rounded.get(f"{FINE}{name}")) is not None:
+            y[:, i] = run.s[:, j]
+    return y
 
 
 def relative_change(before: Array, after: Array) -> float:

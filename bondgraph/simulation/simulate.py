@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bondgraph.equations.relation import FINE
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.exact_run import LARGEST, Memories, relative_change, settle
 from bondgraph.simulation.start import (
@@ -24,6 +25,8 @@ from bondgraph.simulation.timing import (
     dead_times,
     is_timed,
     late,
+    late_resolutions,
+    rounded,
     without_timing,
 )
 from bondgraph.simulation.trajectory import Trajectory
@@ -79,11 +82,12 @@ def simulate(
             without_timing(model), time, late(commands or {}, held, time), parameters,
             x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
         )  # fmt: skip
-        return replace(made, outputs=clocked(late(made.outputs, held, made.time), ratios))
+        sampled = clocked(late(made.outputs, held, made.time), ratios)
+        return replace(made, outputs=rounded(sampled, late_resolutions(model, parameters or {})))
     compiled = exact_form(model, observed)
     if compiled is not None and isinstance(x0, Mapping):
         known = tuple(str(v.symbol) for v in compiled.space.states)
-        if any(n.startswith("z_") for n in known) and isinstance(model, BondGraph):
+        if any(n.startswith(("z_q_", "z_p_")) for n in known) and isinstance(model, BondGraph):
             compiled = None  # its states are no displacements and momenta
         else:
             x0 = state_by_name(compiled.space.name, x0, known)
@@ -98,7 +102,7 @@ def simulate(
     for name in commands:
         if name not in compiled.space.input_names:
             raise unknown_name("input", name, compiled.space.name, compiled.space.input_names)
-    u = inputs_of(compiled, commands, time.size)
+    u = inputs_of(compiled, commands, time)
     p = compiled.vector(parameters or {})
     known = tuple(str(v.symbol) for v in compiled.space.states)
     if x0 is None:
@@ -161,9 +165,12 @@ def simulate_general(
 
     model = system(graph)
     program = program_of(model)
-    # without a sensor the states must settle
-    watched = model.output_names or program.states
-    program = with_signals(program, model, (*watched[len(model.output_names) :], *observed))
+    # readings must settle before they are rounded; without a sensor the states must
+    fine = {n: f"{FINE}{n}" for n in model.output_names if f"{FINE}{n}" in model.index}
+    watched = tuple(fine.get(n, n) for n in model.output_names) or program.states
+    more = tuple(n for n in watched if n not in model.output_names)
+    program = with_signals(program, model, (*more, *observed))
+    columns = [program.outputs.index(n) for n in watched]
     time = even_grid(graph.name, time)
     if hold != "linear":
         raise UnusableInput(
@@ -181,7 +188,7 @@ def simulate_general(
     else:
         x0 = initial_state(graph.name, x0, program.states)
         z0 = unknowns_at(program, at, x0, u[0], p, start)
-    step, n_watched = float(np.diff(time).mean()), len(watched)
+    step = float(np.diff(time).mean())
     last: GeneralRun | None = None
     n_sub = 1
     while n_sub <= LARGEST:
@@ -190,7 +197,7 @@ def simulate_general(
         made = run_general(ready, u, x0, memory=memory, time=at, unknowns=z0)
         change = np.inf
         if made.settled and last is not None and last.settled:
-            change = relative_change(last.y[:, :n_watched], made.y[:, :n_watched])
+            change = relative_change(last.y[:, columns], made.y[:, columns])
         if change < accuracy:
             outputs = {n: made.y[:, i] for i, n in enumerate(program.outputs) if n in wanted}
             return Trajectory(

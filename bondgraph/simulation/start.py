@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bondgraph.signals.band_limited import between_samples
+from bondgraph.signals.recorded_rates import slopes
 from bondgraph.support.errors import UnusableInput, unknown_name
 
 if TYPE_CHECKING:
@@ -45,11 +46,20 @@ def checked_commands(
     return commands
 
 
-def inputs_of(compiled: Compiled, commands: Mapping[str, Array], n: int) -> Array:
-    """Input matrix, shape (n, n_u), from commands by source name; pseudo-inputs are filled in."""
+def inputs_of(
+    compiled: Compiled, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()
+) -> Array:
+    """Input matrix, shape (N, n_u), from commands by source name; the others are filled in.
+
+    Rates of recorded integrals are the slopes of a spline, a new one from each of `breaks` on.
+    """
+    n = time.size
     u = np.empty((n, compiled.n_u))
     for i, name in enumerate(compiled.space.input_names):
         given = commands.get(name, own_input(name, n))
+        whole = commands.get(name.partition("_")[2])
+        if name in compiled.space.recorded and whole is not None:
+            given = slopes(whole, float(np.diff(time).mean()) if n > 1 else 1.0, breaks)
         if given is None:
             raise unknown_name("input", name, "the commands", list(commands))
         u[:, i] = given
@@ -96,6 +106,10 @@ def fine_inputs(u: Array, n_sub: int, hold: str) -> Array:
 def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
     """State at rest under constant inputs `u` (shape (n_u,)); integrators stay at zero."""
     from bondgraph.simulation.first_order_hold import blocks
+
+    space = compiled.space
+    if space.recorded:  # where nothing moves, nothing has a rate
+        u = np.where([n in space.recorded for n in space.input_names], 0.0, u)
 
     block = np.asarray(compiled.matrices(p).full(), float)
     parts = blocks(compiled, block)

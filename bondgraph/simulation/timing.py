@@ -19,7 +19,7 @@ Array = np.ndarray
 def is_timed(graph: BondGraph) -> bool:
     """Whether anything is late or has a clock of its own."""
     delayed_source = any(e.drive and e.drive.delay for e in graph.of_type(Source))
-    return delayed_source or any(e.delay or e.clock for e in graph.of_type(Sensor))
+    return delayed_source or any(map(_is_timed, graph.of_type(Sensor)))
 
 
 def dead_times(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, float]:
@@ -33,6 +33,17 @@ def clock_errors(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str,
     """Ratio errors of the sensors' clocks, where they have one of their own."""
     names = {e.name: e.clock for e in graph.of_type(Sensor) if e.clock}
     return _values_of(graph, names, parameters)
+
+
+def late_resolutions(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Return steps of the sensors that are late or have a clock: they round what they sample."""
+    coarse = (e for e in graph.of_type(Sensor) if e.resolution is not None and _is_timed(e))
+    names = {e.name: str(graph.channel_value(e, "resolution")) for e in coarse}
+    return _values_of(graph, names, parameters)
+
+
+def _is_timed(e: Sensor) -> bool:
+    return bool(e.delay or e.clock)
 
 
 def _values_of(
@@ -49,13 +60,13 @@ def _values_of(
 
 
 def without_timing(graph: BondGraph) -> BondGraph:
-    """Return the graph with neither dead times nor clocks."""
+    """Return the graph with neither dead times nor clocks, and without rounding behind them."""
     for e in graph.of_type(Source):
         if e.drive and e.drive.delay:
             graph = graph.with_element(e.name, drive=replace(e.drive, delay=None))
     for e in graph.of_type(Sensor):
-        if e.delay or e.clock:
-            graph = graph.with_element(e.name, delay=None, clock=None)
+        if _is_timed(e):
+            graph = graph.with_element(e.name, delay=None, clock=None, resolution=None)
     return graph
 
 
@@ -73,4 +84,12 @@ def clocked(signals: Mapping[str, Array], ratios: Mapping[str, float]) -> dict[s
     found = dict(signals)
     for n, ratio in ratios.items():
         found[n] = at_clock(found[n], ratio)
+    return found
+
+
+def rounded(signals: Mapping[str, Array], steps: Mapping[str, float]) -> dict[str, Array]:
+    """Round the signals that have a step to its nearest multiple."""
+    found = dict(signals)
+    for n, step in steps.items():
+        found[n] = step * np.floor(found[n] / step + 0.5)
     return found

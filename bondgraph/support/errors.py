@@ -131,6 +131,8 @@ def real_number(name: str, value: object) -> float:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         number = float("nan")
+    if type(value).__name__ in ("bool", "bool_"):  # NumPy's too, without importing it
+        number = float("nan")
     if number != number or abs(number) == float("inf"):
         raise UnusableInput(f"{name} = {value!r} is not a finite number; give one")
     return number

@@ -34,6 +34,11 @@ VERBS = {
         "add_published_command",
         "fit public benchmarks under their published protocols",
     ),
+    "real": (
+        "tests.proof.real.command",
+        "add_real_command",
+        "public recordings whose missing physics is documented, judged one by one",
+    ),
 }
 """Verb: its module, the function that adds it to a parser, and what it is."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, final
 
 import numpy as np
@@ -60,6 +60,14 @@ def march_of(
     return GeneralMarch(program_of(system(graph)), source, parameters, step, substeps)
 
 
+def _refuse_rates(name: str, rates: Sequence[str]) -> None:
+    if rates:
+        raise UnusableInput(
+            f"{name}: it needs the rate {', '.join(rates)}, which the steps of a converter do not "
+            "have; put the resistance of the lead in series, or give a base by its velocity"
+        )
+
+
 @final
 class ExactMarch:
     """Exact steps of the linear part with the laws solved at their ends."""
@@ -75,6 +83,7 @@ class ExactMarch:
         from bondgraph.simulation.lure_kernel import runner
 
         names = compiled.space.input_names
+        _refuse_rates(compiled.space.name, compiled.space.recorded)
         if ramps := [n for n in names if n.startswith("ramp")]:
             raise UnusableInput(
                 f"{compiled.space.name}: {', '.join(ramps)} belongs to the length of a record; a "
@@ -130,11 +139,7 @@ class GeneralMarch:
         from bondgraph.simulation.radau.recorder import recorder
         from bondgraph.simulation.radau.start import rest
 
-        if program.input_rates:
-            raise UnusableInput(
-                f"{program.name}: it needs the rate {', '.join(program.input_rates)}, which the "
-                "steps of a converter do not have; put the resistance of the lead in series"
-            )
+        _refuse_rates(program.name, program.input_rates)
         p = program.vector(parameters)
         self._program, self._p = program, p
         self._run = recorder(program)

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.signals.recorded_rates import slopes
+from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root
 from identification.estimation.estimates import Estimate
@@ -14,11 +17,13 @@ from identification.estimation.methods.method import MethodSolution
 from identification.estimation.settling import BIAS, Refined, corrected_steps, sizes
 from identification.estimation.sub_steps import FINEST
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.problem import gain_name
+from identification.study.problem import drives, gain_name
 from identification.study.residual import ResidualEvaluation
 from identification.study.study import SettledSetting, Study
 
 FAR = 100.0
+ROUGH = 0.1
+"""Difference of a rate taken from all samples and from half of them that is worth a word."""
 STRAINED = 4.0
 """Cost from which residuals or priors contradict what was said of them."""
 
@@ -143,6 +148,26 @@ def cautions(study: Study) -> tuple[str, ...]:
             f"validation recordings are simulated with {', '.join(own)} of "
             f"{study.record_names[0]}: parameters of single recordings are not fitted to them"
         )
+    for r in study.records:
+        said += rough_rates(study.graph, study.with_silence(r))
+    return tuple(dict.fromkeys(said))
+
+
+def rough_rates(graph: BondGraph, r: Recording, breaks: Sequence[int] = ()) -> tuple[str, ...]:
+    """Say which recorded integrals do not show their rate: every second sample shows another."""
+    said = []
+    for s in drives(graph):
+        if s.given != "integral" or s.name not in r.channels:
+            continue
+        rate = slopes(r[s.name], r.dt, breaks)[::2]
+        other = slopes(r[s.name][::2], 2 * r.dt, [-(-b // 2) for b in breaks])
+        share = float(np.std(rate - other) / (np.std(rate) + 1e-300))
+        if share > ROUGH:
+            said.append(
+                f"{s.name} acts by the rate of what is recorded of it, of which every second "
+                f"sample shows another by {100 * share:.2g} %: its noise, or motion too fast for "
+                "its samples; record its rate (given='value') or the rate of that (given='rate')"
+            )
     return tuple(said)
 
 

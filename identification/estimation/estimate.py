@@ -233,7 +233,7 @@ def _finished(
     covariance, words = solution.covariance, ""
     if covariance is None:
         covariance, words = interval_covariance(stack, found, point)
-        if words and study.noise == "white":
+        if words.startswith("the residuals") and study.noise == "white":
             words += (
                 "; blocks that are few, or laws with memory, leave them a few per cent short of "
                 "95 %: noise='coloured' fits the colour too"

@@ -86,8 +86,10 @@ class Engine(ABC):
         """Parameter vector with some values changed by name."""
 
     @abstractmethod
-    def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
-        """Input matrix, shape (N, n_u)."""
+    def inputs(
+        self, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()
+    ) -> Array:
+        """Input matrix, shape (N, n_u); other recordings begin at `breaks`."""
 
     def fine_inputs(self, u: Array, n_sub: int, hold: str) -> Array:
         """Return the inputs at both ends of each sub-step, shape ((N - 1) n_sub, 2, n_u)."""
@@ -210,9 +212,16 @@ class ExactEngine(Engine):
         """Parameter vector with some values changed by name."""
         return self.compiled.vector(values)
 
-    def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
-        """Input matrix; pseudo-inputs are filled in."""
-        return inputs_of(self.compiled, commands, time.size)
+    @property
+    def input_rates(self) -> tuple[str, ...]:
+        """The inputs that are time derivatives of others."""
+        return self.compiled.space.recorded
+
+    def inputs(
+        self, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()
+    ) -> Array:
+        """Input matrix; rates of inputs and pseudo-inputs are filled in."""
+        return inputs_of(self.compiled, commands, time, breaks)
 
     def at_rest(self, p: Array, u: Array) -> Array:
         """Equilibrium of the linear part."""
@@ -317,9 +326,11 @@ class GeneralEngine(Engine):
         """Parameter vector with some values changed by name."""
         return self.program.vector(values)
 
-    def inputs(self, commands: Mapping[str, Array], time: Array) -> Array:
+    def inputs(
+        self, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()
+    ) -> Array:
         """Input matrix; rates of inputs and pseudo-inputs are filled in."""
-        return general_inputs(self.program, commands, time)
+        return general_inputs(self.program, commands, time, breaks)
 
     def at_rest(self, p: Array, u: Array) -> Array:
         """Equilibrium of the whole model."""

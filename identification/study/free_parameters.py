@@ -48,10 +48,20 @@ def varied(
                 f"{v.name} does nothing in {graph.name}: the law of the element has a slope of its "
                 "own; leave it out, or free numbers of the law"
             )
+        if coarse := [e.name for e in graph.of_type(Sensor) if v.name in _step_of(graph, e)]:
+            raise UnusableInput(
+                f"{v.name} is the resolution of {coarse[0]}, on which its readings do not depend "
+                "but for jumps: no fit finds it; read it off the recording and hold it"
+            )
         if v.name in fixed:
             raise UnusableInput(f"{v.name} is given as free and as fixed; choose one")
         found[v.name] = v
     return tuple(found.values())
+
+
+def _step_of(graph: BondGraph, e: Sensor) -> set[str]:
+    step = graph.channel_value(e, "resolution")
+    return set() if step is None else {str(s) for s in step.free_symbols}
 
 
 def idle(graph: BondGraph) -> frozenset[str]:

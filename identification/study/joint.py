@@ -299,8 +299,19 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
         lower[at.delays.start + j], upper[at.delays.start + j] = _dead_time(problem, name)
     if not (problem.offsets and (whole or problem.window_offsets)):
         lower[at.offsets] = upper[at.offsets] = 0.0
+    for c in _own_offsets(problem):  # a declared one that is free takes the place of the nuisance
+        lower[at.offsets.start + c] = upper[at.offsets.start + c] = 0.0
     lower[at.clocks], upper[at.clocks] = -1.0, 1.0
     return lower, upper
+
+
+def _own_offsets(problem: Problem) -> list[int]:
+    """Positions of the readings whose declared offset is fitted."""
+    free = {f.parameter.name for f in problem.free}
+    held = [problem.graph.channel_value(problem.graph[n], "offset") for n in problem.data.names]
+    return [
+        c for c, v in enumerate(held) if v is not None and free & {str(s) for s in v.free_symbols}
+    ]
 
 
 def _dead_time(problem: Problem, name: str) -> tuple[float, float]:

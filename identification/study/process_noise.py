@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bondgraph.graph.bond_graph import BondGraph
@@ -35,7 +35,7 @@ class Diffusion:
     unit: str
 
 
-def admit_process_noise(given: Sequence[str] | Mapping[str, float] | None) -> ProcessNoise:
+def admit_process_noise(given: object) -> ProcessNoise:
     """Return the places as a study keeps them; refuse what is no sequence, no name, no intensity.
 
     Examples
@@ -47,10 +47,19 @@ def admit_process_noise(given: Sequence[str] | Mapping[str, float] | None) -> Pr
         return None
     if isinstance(given, str):
         raise UnusableInput(f"process_noise = {given!r}: give a sequence, such as ({given!r},)")
-    if len(set(given)) < len(given):
+    try:
+        names = tuple(given)  # type: ignore[arg-type]
+    except TypeError:  # no sequence at all
+        names = (None,)
+    if any(not isinstance(n, str) for n in names):
+        raise UnusableInput(
+            f"process_noise = {given!r}: give names of states, elements or sources, such as "
+            "('m',), or a mapping of them to intensities"
+        )
+    if len(set(names)) < len(names):
         raise UnusableInput("process_noise names a place twice; name each once")
     if not isinstance(given, Mapping):
-        return tuple(given)
+        return names
     levels = {n: real_number(f"process noise at {n}", v) for n, v in given.items()}
     for n, level in levels.items():
         if not level > 0:

@@ -65,7 +65,7 @@ def _simulate(samples: int, operators: int) -> None:
     law = StopSum(tuple(1e-6 * np.linspace(0.05, 1, operators)), height=1e8, scale=1e8)
     compiled = compile_model(stack_bond_graph(law, sensors=("x", "i")))
     p = compiled.nominal()
-    u = inputs_of(compiled, {"V_in": 50 - 50 * np.cos(4 * np.pi * t)}, samples)
+    u = inputs_of(compiled, {"V_in": 50 - 50 * np.cos(4 * np.pi * t)}, t)
     x0 = equilibrium(compiled, p, u[0])
     directions = [
         i

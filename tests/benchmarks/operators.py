@@ -155,7 +155,7 @@ def _growth() -> None:
         )
         compiled = compile_model(stack_bond_graph(Hysteretic(law)))
         p = compiled.nominal()
-        u = inputs_of(compiled, {"V_in": voltage}, RECORD)
+        u = inputs_of(compiled, {"V_in": voltage}, np.arange(RECORD) / RATE)
         x0 = equilibrium(compiled, p, u[0])
 
         def once(c: Any = compiled, p: Any = p, u: Any = u, x0: Any = x0) -> object:

@@ -41,12 +41,13 @@ EFFECTS = {
         "asymmetric_damping",
     },
     "restoring": {
-        "nonlinear_stiffness", "bilinear_stiffness", "end_stop", "backlash", "contact_loss",
+        "nonlinear_stiffness", "lossy_stiffness", "bilinear_stiffness", "end_stop",
+        "backlash", "contact_loss",
     },
     "transduction": {"nonlinear_ratio", "position_periodic_force"},
     "drive": {"saturation", "slew_limit", "low_pass", "dead_zone"},
     "storage": {"leakage", "overflow", "added_mode", "self_heating"},
-    "flow": {"square_root_flow", "nonlinear_resistance"},
+    "flow": {"square_root_flow", "nonlinear_resistance", "diode"},
     "measurement": {
         "sensor_lag", "sensor_offset", "sensor_gain", "sensor_drift", "sensor_nonlinearity",
         "sensor_rectification", "periodic_error", "quantisation",

@@ -25,7 +25,7 @@ VERBS: tuple[tuple[str, ...], ...] = (
     ("thesis",),
     ("demo", "--seed", "7"),
 )
-ABSENT = ("blind", "published", "conformance", "coverage", "bench")
+ABSENT = ("blind", "published", "conformance", "coverage", "real", "bench")
 RUN_README = """
 import re, sys
 text = open(sys.argv[1], encoding="utf-8").read()

@@ -6,10 +6,15 @@ number is a parameter named like its element and may be bound when the component
 
 from __future__ import annotations
 
+import sympy as sp
+
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.composing.diffusion import warburg
 from bondgraph.graph.composing.hierarchy import Port, use
 from bondgraph.graph.composing.library import ComponentLibrary
-from bondgraph.graph.elements import GY, TF, C, I, One, R, Zero
+from bondgraph.graph.elements import GY, TF, C, I, MSe, MSf, One, R, Zero
+from bondgraph.graph.modulation import effort
+from bondgraph.laws import QuadraticDrag
 
 
 def mass_spring_damper(
@@ -221,6 +226,32 @@ def thermal_section(resistance: float = 1.0, capacity: float = 100.0) -> BondGra
     return g
 
 
+def propeller(
+    thrust: float = 0.02, torque: float = 1e-3, lag: float = 0.1, inertia: float = 1e-4
+) -> BondGraph:
+    """Propeller at the bollard: thrust with the square of the speed, behind a first-order lag.
+
+    ``M = J domega/dt + k_M |omega| omega``, ``tau dT/dt + T = ratio k_M |omega| omega``, ``F = T``: the water gives the
+    flow time to form. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011,
+    chapter 9. Ports ``shaft`` (N m), ``hull`` (N, pushed). Parameters ``c_2_load`` (``k_M``,
+    N m s^2), ``ratio`` (thrust over torque, 1/m), ``tau`` (s), ``J`` (kg m^2).
+    """
+    with BondGraph("propeller") as g:
+        arm, tau = g.parameter("ratio", thrust / torque, "1/m"), g.parameter("tau", lag, "s")
+        shaft, wake, hull = One("blades"), Zero("wake"), One("hub")
+        (
+            Port("shaft", unit="N*m")
+            >> shaft
+            >> R("load", sp.S.Zero, law=QuadraticDrag(torque, "N*m*s2"))
+        )
+        shaft >> I("J", inertia, unit="kg*m^2")
+        MSf("formed", arm * effort("load")) >> wake
+        wake >> C("memory", tau)
+        wake >> R("decay", sp.S.One)
+        MSe("thrust", effort("decay")) >> hull >> Port("hull", unit="N")
+    return g
+
+
 COMPONENTS = ComponentLibrary(
     "components",
     {
@@ -238,6 +269,8 @@ COMPONENTS = ComponentLibrary(
             hydraulic_cylinder,
             hydraulic_line,
             thermal_section,
+            warburg,
+            propeller,
         )
     },
 )

@@ -27,8 +27,11 @@ __all__ = [
 Replacement: TypeAlias = str | sp.Expr
 """A new name, or the expression that takes the place of a parameter."""
 
-_VALUES = ("value", "stiffness", "ratio", "energy", "law", "matrix")
-_REFERENCES = ("gain", "offset", "lag", "delay", "clock", "drift")
+_VALUES = (
+    "value", "stiffness", "ratio", "energy", "law", "matrix", "gain", "offset", "lag",
+    "natural_frequency", "damping_ratio", "resolution",
+)  # fmt: skip
+_REFERENCES = ("delay", "clock", "drift")
 _SIGNAL = re.compile(r"([efqp])_(.+)")
 _PORT = re.compile(r"(.+?)(\d+)")
 
@@ -111,7 +114,7 @@ class Renaming:
         Raises
         ------
         GraphError
-            A gain, lag, delay, offset or drift would have to be an expression.
+            A delay, a clock, a drift or the lag of a drive would have to be an expression.
         """
         changes: dict[str, Any] = {"name": self.elements.get(e.name, e.name)}
         for label, value in _parts(e):

@@ -217,7 +217,7 @@ class _Run:
 
         now = {n: v[:1] for n, v in self.commands.items()}
         p = mode.compiled.vector(self.parameters)
-        x = equilibrium(mode.compiled, p, inputs_of(mode.compiled, now, 1)[0])
+        x = equilibrium(mode.compiled, p, inputs_of(mode.compiled, now, np.zeros(1))[0])
         for name, value in (start or {}).items():
             if name not in mode.states:
                 raise unknown_name("state", name, f"mode {mode.text}", mode.states)

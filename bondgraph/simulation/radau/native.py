@@ -21,6 +21,7 @@ from functools import lru_cache
 import numpy as np
 
 from bondgraph.equations.program import LawCall, Program
+from bondgraph.signals.recorded_rates import with_rates
 from bondgraph.simulation.exact_run import KernelRun, Memories
 from bondgraph.simulation.radau.interpreted import Carried
 from bondgraph.simulation.radau.memory import relaxed_memory
@@ -268,14 +269,15 @@ def inputs_between(
             f"{q.name}: fine has shape {fine.shape}; it needs "
             f"{((u.shape[0] - 1) * ready.n_sub, 2, u.shape[1])}"
         )
-    if q.input_rates and fine.shape[0]:
+    rates = [n for n in q.input_rates if n not in q.recorded]
+    if rates and fine.shape[0]:
         if own and hold == "hold":
             raise UnusableInput(
-                f"{q.name}: the equations need {', '.join(q.input_rates)}, but an input that is "
+                f"{q.name}: the equations need {', '.join(rates)}, but an input that is "
                 "held jumps between samples; use hold='linear' or 'band-limited'"
             )
         u, fine = u.copy(), fine.copy()
-        for name in q.input_rates:
+        for name in rates:
             column = q.inputs.index(name)
             source = name.partition("_")[2]
             if source in q.inputs and source not in q.input_rates:
@@ -284,6 +286,7 @@ def inputs_between(
             else:  # a higher derivative, given: it is that of the piece that begins at the sample
                 fine[:, :, column] = np.repeat(u[:-1, column], ready.n_sub)[:, None]
             u[0, column] = fine[0, 0, column]
+    u, fine = with_rates(q.inputs, q.recorded, u, fine, ready.step)
     return u, np.ascontiguousarray(fine)
 
 

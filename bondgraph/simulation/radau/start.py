@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.equations.program import Program
+from bondgraph.signals.recorded_rates import slopes
 from bondgraph.simulation.radau.recorder import Key
 from bondgraph.simulation.start import own_input
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
@@ -23,8 +24,13 @@ BESIDE = 1e-6
 """Where an endless slope (of a root at zero) is left behind."""
 
 
-def inputs_of(program: Program, commands: Mapping[str, Array], time: Array) -> Array:
+def inputs_of(
+    program: Program, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()
+) -> Array:
     """Return the inputs at the samples, shape (N, n_u); rates are those of the linear pieces.
+
+    Those of sources that are recorded by their integral are the slopes of a spline, a new one from
+    each of `breaks` on.
 
     Raises
     ------
@@ -45,10 +51,15 @@ def inputs_of(program: Program, commands: Mapping[str, Array], time: Array) -> A
         elif name in program.input_rates:
             source = name.partition("_")[2]
             if source not in commands or not name.startswith("d_"):
+                source = source.rpartition("_")[2] if source.startswith("d_") else source
                 raise UnusableInput(
                     f"{program.name}: the equations need {name}, a higher derivative of an input; "
-                    f"give it as a command called {name!r}"
+                    f"record the rate of {source}, or give {name!r} as a command"
                 )
+            if name in program.recorded:
+                step = float(np.diff(time).mean()) if time.size > 1 else 1.0
+                u[:, i] = slopes(commands[source], step, breaks)
+                continue
             pieces = np.diff(np.asarray(commands[source], float)) / np.diff(time)
             u[:, i] = np.append(pieces, pieces[-1])
         else:

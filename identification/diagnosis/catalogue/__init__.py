@@ -9,6 +9,7 @@ from identification.diagnosis.catalogue.drive.saturation import SaturationEffect
 from identification.diagnosis.catalogue.drive.slew_limit import SlewLimitEffect
 from identification.diagnosis.catalogue.effect import Effect as Effect
 from identification.diagnosis.catalogue.effect import Insertion as Insertion
+from identification.diagnosis.catalogue.flow.diode import DiodeEffect
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
 from identification.diagnosis.catalogue.flow.square_root_flow import SquareRootFlow
 from identification.diagnosis.catalogue.friction.asymmetric_damping import AsymmetricDampingEffect
@@ -33,6 +34,7 @@ from identification.diagnosis.catalogue.restoring.backlash import BacklashEffect
 from identification.diagnosis.catalogue.restoring.bilinear_stiffness import BilinearStiffness
 from identification.diagnosis.catalogue.restoring.contact_loss import ContactLossEffect
 from identification.diagnosis.catalogue.restoring.end_stop import EndStopEffect
+from identification.diagnosis.catalogue.restoring.lossy_stiffness import LossyStiffness
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
 from identification.diagnosis.catalogue.storage.added_mode import AddedMode
 from identification.diagnosis.catalogue.storage.leakage import Leakage
@@ -57,6 +59,7 @@ CATALOGUE: tuple[Effect, ...] = (
     AsymmetricDampingEffect(),
     # restoring
     NonlinearStiffness(),
+    LossyStiffness(),
     BilinearStiffness(),
     EndStopEffect(),
     BacklashEffect(),
@@ -77,6 +80,7 @@ CATALOGUE: tuple[Effect, ...] = (
     # flow
     SquareRootFlow(),
     NonlinearResistanceEffect(),
+    DiodeEffect(),
     # measurement
     SensorLag(),
     SensorOffset(),

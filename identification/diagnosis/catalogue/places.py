@@ -86,6 +86,11 @@ def springs(graph: BondGraph) -> tuple[Element, ...]:
     )  # fmt: skip
 
 
+def coils(graph: BondGraph) -> tuple[Element, ...]:
+    """Inductors without a law."""
+    return tuple(e for e in graph.of_type(I) if e.law is None and has_unit(e, ("H",)))
+
+
 def vessels(graph: BondGraph) -> tuple[Element, ...]:
     """Capacitors, tanks and heat stores without a law."""
     return tuple(e for e in storages(graph) if has_unit(e, (*TANKS, *CAPACITORS, *HEAT_STORES)))

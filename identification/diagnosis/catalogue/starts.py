@@ -20,7 +20,7 @@ def rubbing_units(element: Element) -> tuple[str, str, str]:
 
 @dataclass(frozen=True)
 class Shared:
-    """The coefficient of a storage as laws want it that need it too.
+    """The coefficient of an element as laws want it that need it too.
 
     Attributes
     ----------
@@ -38,10 +38,10 @@ class Shared:
 
 
 def shared_slope(element: Element, past: PortHistory) -> Shared:
-    """Coefficient of a linear storage, by name if it has one."""
-    assert isinstance(element, C)
-    inverse = element.stiffness is None
-    value = element.value if inverse else element.stiffness
+    """Coefficient of a linear storage or resistor, by name if it has one."""
+    assert isinstance(element, C | R)
+    inverse = isinstance(element, C) and element.stiffness is None
+    value = element.stiffness if isinstance(element, C) and not inverse else element.value
     if isinstance(value, str):
         return Shared(value, past.slope, inverse)
     if isinstance(value, int | float):

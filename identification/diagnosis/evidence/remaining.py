@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -10,6 +11,7 @@ from scipy.stats import spearmanr
 
 from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
+from identification.statistics.growing_noise import GrowingNoise, growing_noise
 from identification.study.noise_floor import COLOURED
 
 FOLLOWS = 3.5
@@ -20,6 +22,11 @@ OUT = 4.0
 """Size of an outlier over what surrounds it."""
 STRETCHES = 40
 """Stretches in which motion and misfit are compared."""
+LEVEL = 1.05
+"""Times the noise up to which nobody asks whether it grows with the reading."""
+WHITE = 3.0
+"""Times a noise read off the spectrum that one without memory has at most, whatever it grows with:
+on the average over the record the spectrum shows it."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +41,14 @@ class Remaining:
         The noise was read off itself, not off the top of the spectrum.
     follows : float
         Standard errors by which the misfit is larger where more moves.
+    grows : mapping of str to GrowingNoise
+        Readings whose noise grows with them; `over_noise` is over that.
     """
 
     over_noise: dict[str, float]
     measured: bool
     follows: float
+    grows: Mapping[str, GrowingNoise] = field(default_factory=dict)
 
     @property
     def most(self) -> float:
@@ -56,6 +66,7 @@ class Remaining:
         """One phrase."""
         name = max(self.over_noise, key=lambda n: self.over_noise[n], default="")
         level = "the noise" if self.measured else "the noise read off its spectrum"
+        level = "its noise, which grows with the reading" if name in self.grows else level
         return f"what is left of {name} is {self.most:.3g} times {level}"
 
 
@@ -64,9 +75,25 @@ def remaining(fit: Fit) -> Remaining:
     data = fit.problem.data
     r = fit.residuals("test") / data.floor
     level = lasting(r) if r.size else np.zeros(len(data.names))
-    return Remaining(
-        dict(zip(data.names, map(float, level), strict=True)), data.floor_measured, activity(fit)
-    )
+    grows = {}
+    for c, n in enumerate(data.names):
+        if not LEVEL < level[c] < (np.inf if data.floor_measured else WHITE):
+            continue
+        found = growing(fit, n)
+        if found is not None:
+            grows[n] = found
+            size = found.at(fit.simulated[data.mask("test"), c]) / data.floor[c]
+            level[c] = lasting(r[:, [c]] / size[:, None])[0]
+    over = dict(zip(data.names, map(float, level), strict=True))
+    return Remaining(over, data.floor_measured, activity(fit), grows)
+
+
+def growing(fit: Fit, name: str) -> GrowingNoise | None:
+    """Return the noise that grows with a reading, where that is all that a fit leaves of it."""
+    data, c = fit.problem.data, fit.problem.data.names.index(name)
+    inside = data.mask("train") | data.mask("test")
+    y = fit.simulated[inside, c]
+    return growing_noise(data.readings[inside, c] - y, y)
 
 
 def lasting(r: Array) -> Array:

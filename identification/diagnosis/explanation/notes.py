@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.remaining import growing
 from identification.diagnosis.screening.mixups import moved
 from identification.diagnosis.search.material import Material
 from identification.diagnosis.search.nominal import hold_margin
+from identification.estimation.cautions import rough_rates
 from identification.estimation.single_record import Fit
 
 
@@ -30,8 +32,18 @@ def notes_of(
     return (
         *material.recording.notes, *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.sure, material.given),
-        *moved(nominal), *_resumed_notes(known),
+        *rough_rates(nominal.problem.graph, material.recording, material.data.breaks),
+        *_growing_notes(last), *moved(nominal), *_resumed_notes(known),
     )  # fmt: skip
+
+
+def _growing_notes(last: Fit) -> tuple[str, ...]:
+    found = ((n, growing(last, n)) for n in last.problem.data.names)
+    return tuple(
+        f"{noise.of(n)}: that is no physics; small readings are weighed too little"
+        for n, noise in found
+        if noise is not None
+    )
 
 
 def _resumed_notes(known: Sequence[Decision]) -> tuple[str, ...]:

@@ -78,12 +78,15 @@ def latent_columns(graph: BondGraph, frequencies: Array) -> tuple[list[str], Arr
     balanced, (scale, order) = matrix_balance(a, separate=True)
     put = np.empty(a.shape[0], int)
     put[np.arange(a.shape[0])] = order
-    rows = b[put][:, picked] / scale[:, None] if a.size else b[:, picked]
+    # a source acts by its rate too, where the equations need it
+    moved = [inputs.index(r) if (r := f"d_{inputs[k]}") in inputs else -1 for k in picked]
+    b, d = (np.hstack([m, np.zeros((m.shape[0], 1))]) for m in (b, d))
+    both = [b[put][:, k] / scale[:, None] if a.size else b[:, k] for k in (picked, moved)]
     reads = c[:, put] * scale[None, :] if a.size else c
     for f, w in enumerate(frequencies):
         left = 1j * w * np.eye(a.shape[0]) - balanced
-        x = np.linalg.lstsq(left, rows, rcond=1e-15)[0]
-        out[f, :, : len(picked)] = reads @ x + d[:, picked]
+        x = np.linalg.lstsq(left, both[0] + 1j * w * both[1], rcond=1e-15)[0]
+        out[f, :, : len(picked)] = reads @ x + d[:, picked] + 1j * w * d[:, moved]
         out[f, :, len(picked) :] = np.eye(len(sensors))
     return [*ports, *sources, *sensors], out
 

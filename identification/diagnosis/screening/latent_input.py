@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.bond_graph import Bond, BondGraph
+from bondgraph.graph.composing.renaming import reading_other_bond
 from bondgraph.graph.elements import GY, TF, C, Element, I, One, R, Se, Sf, Source, TwoPort, Zero
 from bondgraph.support.errors import BondsightError
 from identification.study.engine import engine_of
@@ -62,8 +63,19 @@ def _with_probe(made: Probed, e: Element) -> Probed:
     # a source pushes effort into the loop; the law takes it out
     sign = -1.0 if bond.head == e.name else 1.0
     node = One(f"{name}_1")
-    graph = _with_source(made.graph.with_inserted(bond, node), node, Se(name))
+    ends = (bond.tail, node.name) if bond.head == e.name else (node.name, bond.head)
+    graph = _reading(made.graph.with_inserted(bond, node), e.name, Bond(*ends))
+    graph = _with_source(graph, node, Se(name))
     return Probed(graph, {**made.ports, e.name: (name, sign)}, made.flows)
+
+
+def _reading(graph: BondGraph, element: str, bond: Bond) -> BondGraph:
+    """Return the graph where all that reads the effort of an element reads the addition too."""
+    for name, e in graph.elements.items():
+        other = reading_other_bond(e, element, bond.name)
+        if other is not e:
+            graph = graph.replace(name, other)
+    return graph
 
 
 def _with_two_probes(made: Probed, e: TwoPort) -> Probed:

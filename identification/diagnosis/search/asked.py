@@ -8,11 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.single_record import Fit
+from identification.study.admission import distinct_names
 from identification.study.joined import at_one_rate
-from identification.study.problem import Data, Problem
+from identification.study.problem import Data, Problem, drives
 from identification.study.specification import Nuisances, Vary
 from identification.study.study import ESTIMATED, Study, default_splits
 
@@ -95,13 +97,13 @@ def asked_of(
                 f"{asked.name}: what is to be diagnosed is no recording; make one with "
                 "Recording.read or Recording.from_arrays"
             )
-        return Asked(asked, at_one_rate(given), split, hold, noise)
+        return Asked(asked, at_one_rate(_of_one_kind(asked, given)), split, hold, noise)
     if recordings is not None:
         raise UnusableInput(
             "diagnose takes a graph with recordings or a study, which has its own; leave the "
             "recordings out, or use study.changed(recordings=...)"
         )
-    own = tuple(asked.with_silence(r) for r in asked.records)
+    own = _of_one_kind(asked.graph, [asked.with_silence(r) for r in asked.records])
     found = at_one_rate(own)
     same = [r.n for r in found] == [r.n for r in own]
     known = None if asked.hold == ESTIMATED else asked.hold
@@ -109,6 +111,28 @@ def asked_of(
         asked.graph.with_values(asked.starts), found, split or _split(asked, same), hold or known,
         {**_levels(asked), **noise}, asked,
     )  # fmt: skip
+
+
+def _of_one_kind(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Return recordings with the channels that all have; those of the model must be among them."""
+    if not recordings:
+        return ()
+    everywhere = [c for c in recordings[0].channels if all(c in r.channels for r in recordings)]
+    names = distinct_names([r.name for r in recordings])
+    for e in (*drives(graph), *graph.of_type(Sensor)):
+        has = {n: e.name in r.channels for n, r in zip(names, recordings, strict=True)}
+        if any(has.values()) and not all(has.values()):
+            lacking = next(n for n, there in has.items() if not there)
+            what, cure = "source", f"a study with silent=({e.name!r},) takes it as zero"
+            if isinstance(e, Sensor):
+                what, cure = "sensor", f"take graph.remove({e.name!r}); estimate takes both"
+            raise UnusableInput(
+                f"{lacking} has no channel {e.name} for the {what} of {graph.name}, other "
+                f"recordings have; leave {lacking} out, or {cure}"
+            )
+    if all(list(r.channels) == everywhere for r in recordings):
+        return tuple(recordings)
+    return tuple(r.select({c: c for c in everywhere}) for r in recordings)
 
 
 def _levels(study: Study) -> dict[str, float]:

@@ -219,38 +219,46 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: 
 
     The best law that has any and explains nearly what the best of all does; where nothing can be
     named, some is enough. A form takes the place of its law only where held-out samples and the
-    stretches left out are both surely better with it than with any law, and little is left.
+    stretches left out are both surely better with it than with any law, and little is left; beside
+    a name only noise: what is missing elsewhere may not be made part of a name.
     """
-    options, limits = found.options, task.limits
     named = [s for s in evidence.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
-    if not named or named[0].left.most <= limits.noise:
+    if not named or named[0].left.most <= task.limits.noise:
         return evidence
-    best, plain, made = named[0], evidence.plain, tuple[tuple[Insertion, bool], ...]()
-    effects = {e.name: e for e in options.catalogue}
+    best, plain = named[0], evidence.plain
     excess = plain.square - 1.0
     least = PART * excess if unknown else max(MUCH * excess, NEARLY * gained(best, plain))
     for s in named:
-        if gained(s, plain) < least:
-            continue
-        ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == s.element}
-        element = found.seen.graph[s.element]
-        forms = effects[s.trial.effect].forms(found.seen, element, ended)
-        made = tuple((f, s.trial.home) for f in forms)
+        made = () if gained(s, plain) < least else _forms_of(s, named, found)
         if made:
-            break
-    if not made:
-        return evidence
-    tell, beat = _told_within(task, found.number), best.trial.train
-    template, hold = found.base.template, best.trial.fit.problem.data.hold
-    template = replace(template, data=replace(template.data, hold=hold))
-    tried = fitted_insertions(found.seen, template, made, options, tell, 0.95, 1.0, beat)
-    tried = [t for t in tried if t.train < beat]
-    form = best_form(scored(finished(tried, options), options.jobs), best, limits)
-    if form is None:
-        return evidence
-    at = (form.trial.effect, form.element)
-    kept = [s for s in evidence.laws if (s.trial.effect, s.element) != at]
-    return replace(evidence, laws=tuple(sorted((form, *kept), key=lambda s: s.score.loss)))
+            form = best_form(_fitted_forms(made, best, found, task), best, task.limits)
+            if form is None or not (unknown or form.left.most <= task.limits.noise):
+                break
+            at = (form.trial.effect, form.element)
+            kept = [o for o in evidence.laws if (o.trial.effect, o.element) != at]
+            return replace(evidence, laws=tuple(sorted((form, *kept), key=lambda o: o.score.loss)))
+    return evidence
+
+
+def _forms_of(law: Scored, named: Sequence[Scored], found: Searched) -> tuple[Insertion, ...]:
+    """Return richer forms of a law, which start where the laws at its place ended."""
+    (effect,) = (e for e in found.options.catalogue if e.name == law.trial.effect)
+    ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == law.element}
+    return effect.forms(found.seen, found.seen.graph[law.element], ended)
+
+
+def _fitted_forms(
+    made: Sequence[Insertion], best: Scored, found: Searched, task: SearchTask
+) -> tuple[Scored, ...]:
+    """Fit forms as the best law was; those that fit better than it are scored."""
+    options, template = found.options, found.base.template
+    data = replace(template.data, hold=best.trial.fit.problem.data.hold)
+    tried = fitted_insertions(
+        found.seen, replace(template, data=data), [(m, best.trial.home) for m in made], options,
+        _told_within(task, found.number), 0.95, 1.0, best.trial.train,
+    )  # fmt: skip
+    tried = [t for t in tried if t.train < best.trial.train]
+    return scored(finished(tried, options), options.jobs)
 
 
 MUCH = 0.5

@@ -13,6 +13,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from bondgraph.laws.law import Law
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -74,9 +75,10 @@ class Collocation(Method):
         instead = "use method='single_shooting'"
         for e in study.graph.elements.values():
             law, drive = getattr(e, "law", None), getattr(e, "drive", None)
-            if law is not None and law.n_memory:
+            scalar = isinstance(law, Law)  # that of a field is smooth, and has no memory
+            if scalar and law.n_memory:
                 raise UnusableInput(f"collocation: the law of {e.name} has memory; {instead}")
-            if law is not None and law.set_valued:
+            if scalar and law.set_valued:
                 raise UnusableInput(f"collocation: the law of {e.name} jumps; {instead}")
             if getattr(e, "delay", None) or (drive is not None and drive.delay):
                 raise UnusableInput(f"collocation: {e.name} has a dead time; {instead}")

@@ -15,6 +15,7 @@ from scipy.interpolate import CubicSpline
 
 from bondgraph.equations.program import Program
 from bondgraph.signals.band_limited import between_samples
+from bondgraph.signals.recorded_rates import slope_within
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 
@@ -159,6 +160,11 @@ def stage_inputs(
     first = u[0].copy()
     for name in program.input_rates:
         column, source = program.inputs.index(name), name.partition("_")[2]
+        if name in program.recorded:
+            mean = (np.diff(u[:, program.inputs.index(source)]) / dt)[:, None]
+            ends = u[:-1, column, None], u[1:, column, None]
+            values[:, :, column] = slope_within(part, mean, *ends)
+            continue
         if slopes is None or source not in program.inputs or source in program.input_rates:
             raise UnusableInput(
                 f"collocation: {program.name} needs {name}, which inputs of hold={hold!r} do not "

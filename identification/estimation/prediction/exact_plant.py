@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from bondgraph.laws.law import Law
+from bondgraph.signals.recorded_rates import with_rates
 from bondgraph.simulation.first_order_hold import blocks, continuous, discretise
 from bondgraph.simulation.lure import Compiled, law_slices
 from bondgraph.simulation.start import fine_inputs
@@ -53,7 +54,9 @@ class ExactPlant(FilterPlant):
 
     def fine(self, u: Array, n_sub: int, step: float, hold: str) -> Array:
         """Return the inputs at both ends of each sub-step."""
-        return fine_inputs(u, n_sub, hold)
+        space = self.compiled.space
+        fine = fine_inputs(u, n_sub, hold)
+        return with_rates(space.input_names, space.recorded, u, fine, step)[1]
 
     def linear(self, p: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
         """Return the linear part."""

@@ -246,6 +246,15 @@ def test_a_store_that_follows_an_input_is_refused_by_name() -> None:
         port_hamiltonian(g)
 
 
+def test_a_base_recorded_by_its_displacement_is_refused_by_name() -> None:
+    with BondGraph("shaken") as g:
+        gap = One("gap")
+        Sf("base", given="integral") >> gap >> C("k", stiffness=200.0)
+        gap >> R("d", 0.8)
+    with pytest.raises(GraphError, match=r"because base follow an input \(d_base.*its rate"):
+        port_hamiltonian(g)
+
+
 def test_a_mixed_field() -> None:
     """One port of a C field is bound to a rigid partner: a dependent displacement."""
     q1, q2 = port_variables("q", 2)

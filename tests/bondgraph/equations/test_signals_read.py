@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -13,7 +15,8 @@ from bondgraph.drawing.readings import readings
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.graph.composing.hierarchy import use
-from bondgraph.graph.modulation import displacement, effort, flow, momentum
+from bondgraph.graph.elements import symbol
+from bondgraph.graph.modulation import TIME, displacement, effort, external, flow, momentum
 from bondgraph.laws import Polynomial
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import BondsightError
@@ -136,11 +139,28 @@ def test_a_part_used_twice_reads_its_own_signals() -> None:
         (None, "reads nothing"),
         (2.0, "reads nothing"),
         (effort("spring"), "no effort at 'spring'.*Known: "),
+        (displacement("m1"), "no storage 'm1'.*Known: k"),
+        (symbol("force"), "no signal 'force'"),
+        (symbol("k"), r"a parameter.*graph.parameters\['k'\].symbol"),
     ],
 )
 def test_what_it_cannot_read_is_one_line(value: object, says: str) -> None:
+    graph = chain(("r", value, "N"))
+    (line,) = graph.check()
+    assert re.search(says, line)
     with pytest.raises(BondsightError, match=says):
-        derive(chain(("r", value, "N")))
+        derive(graph)
+
+
+@pytest.mark.parametrize("value", [TIME, 2 * external("wind") + TIME])
+def test_what_is_nothing_of_the_model_is_no_reading(value: sp.Expr) -> None:
+    (line,) = chain(("r", value, "N")).check()
+    assert "r (Reading) reads nothing of the model" in line
+
+
+def test_a_modulated_source_reads_signals_that_there_are() -> None:
+    with pytest.raises(BondsightError, match="no effort at 'nothing'"):
+        chain().replace("F", MSe("F", effort("nothing")))
 
 
 def test_a_sensor_has_no_signal_to_read() -> None:

@@ -37,9 +37,11 @@ from bondgraph.laws import (
     Coulomb,
     DahlFriction,
     DeadZone,
+    Diode,
     EndStop,
     Hysteretic,
     Law,
+    LossySpring,
     LuGre,
     NonlinearResistance,
     Odometer,
@@ -63,6 +65,7 @@ from bondgraph.laws import (
     TimedSlope,
     Tone,
     Viscous,
+    Wrapping,
 )
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import Rules, hints_of
@@ -105,12 +108,15 @@ LAW_EXAMPLES: dict[str, Law] = {
     "dahl": DahlFriction(0.4, 2e-3, "N*m", "rad"),
     "asymmetric_damping": AsymmetricDamping(-0.2, 3.0, "N*m*s/rad"),
     "nonlinear_resistance": NonlinearResistance(0.3, 2.0, "Pa", "m3/s"),
+    "diode": Diode(share=0.2, onset=0.3, width=0.1, sense=-1.0, unit="mA"),
+    "lossy_spring": LossySpring(0.1, 0.8, 0.3, 0.02, 0.01, "N"),
     "self_heating": SelfHeating(-0.1, 3.0, 0.2),
     "tone": Tone(7.0, 0.05, 3.0, "V", False),
     "onset": Onset(2.0, 0.1, 0.3, 4.0, "V", True, False),
     "push": Push(2.0, 0.1, 0.3, 4.0, "V", True, False, 3.0),
     "ageing": Ageing(30.0, 0.2, "N/m"),
     "timed_slope": TimedSlope(Tone(7.0, 0.05, 3.0, "N/m", False)),
+    "wrapping": Wrapping(2.5, -0.1),
     "lifted": Parametrised(Polynomial(0.1, 1.5, 2.0), ("centre", "half")),
 }
 
@@ -154,6 +160,10 @@ def every_element() -> BondGraph:
             clock="b",
             gain="a",
             drift=("b", "a"),
+            natural_frequency=a * 2,
+            damping_ratio=0.7,
+            offset="b",
+            resolution=0.25,
         )
         el.Df("current", unit="A")
         el.Dq("position", unit="m")

@@ -17,10 +17,15 @@ from bondgraph.laws import (
     ContactLoss,
     Coulomb,
     DahlFriction,
+    Diode,
     EndStop,
     Law,
+    LossySpring,
+    Magnet,
     NonlinearResistance,
     Overflow,
+    Radiation,
+    SaturatingInductance,
     SelfHeating,
 )
 from bondgraph.simulation.exact_run import run_record
@@ -33,9 +38,13 @@ SPRINGS: dict[str, Law] = {
     "bilinear": Bilinear(0.8, 0.1, 3.0),
     "contact": ContactLoss(stiffness=3.0, depth=0.9, edge=-1.0),
     "contact above": ContactLoss(stiffness=3.0, depth=0.9, edge=1.0, side=-1.0),
+    "lossy": LossySpring(0.1, 0.8, 0.3, 0.02, 0.002),
     "stop": EndStop(20.0, -0.3, 0.25),
     "stop above": EndStop(20.0, -0.3, 0.25, "high"),
     "stop below": EndStop(20.0, -0.3, 0.25, "low"),
+    "magnet": Magnet(0.1, 2.5),
+    "magnet beside a spring": Magnet(-0.1, -2.5, free_standing=False),
+    "saturating": SaturatingInductance(1.5, 0.4),  # a curve of its own state, wherever it stands
 }
 RESISTORS: dict[str, Law] = {
     "asymmetric": AsymmetricDamping(0.2, 0.4),
@@ -44,6 +53,9 @@ RESISTORS: dict[str, Law] = {
     "heating": SelfHeating(0.3, 0.4, 0.5),
     "softening": SelfHeating(-0.3, 0.4, 0.5),
     "resistance": NonlinearResistance(0.3, 0.5),
+    "diode": Diode(stiffness=0.4, share=0.7, onset=0.1, width=0.05),
+    "diode backwards": Diode(stiffness=0.4, share=0.7, onset=0.1, width=0.05, sense=-1.0),
+    "radiation": Radiation(0.7, 2.0, resistance=0.4),
 }
 STORES: dict[str, Law] = {**SPRINGS, "overflow": Overflow(stiffness=3.0, depth=0.8, top=1.0)}
 LAWS = {**STORES, **RESISTORS}
@@ -242,6 +254,38 @@ def test_derivatives_against_central_differences(name: str) -> None:
         central = (shifted(1) - shifted(-1)) / (2 * h)
         size = max(np.abs(central).max(), 1e-3)
         assert np.abs(run.dy[:, :, d] - central).max() < 1e-5 * size, (d, size)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_diode_with_a_resistor_across_it_by_its_circuit(sense: float) -> None:
+    """Both branches have one voltage: R (i - j) = R_s j + V_T ln(j / I_s)."""
+    across, series, thermal, least = 50.0, 2.0, 0.05, 1e-7
+    p = (
+        across,
+        across / (across + series),
+        -thermal / across * np.log(least * (across + series) / thermal),
+        thermal / across,
+        sense,
+    )
+    law = Diode()
+    assert Diode(share=1.0, onset=2.0, width=3.0, sense=sense).structure == law.structure
+    for j in (1e-12, 1e-6, 1e-3, 0.3, 4.0):
+        voltage = series * j + thermal * np.log(j / least)
+        i = j + voltage / across
+        found = across * sense * i + law.deviation(NUMPY, sense * i, (), p)
+        assert found == pytest.approx(sense * voltage, rel=1e-9)
+
+
+def test_a_lossy_spring_is_a_bent_spring_with_a_damper_that_grows() -> None:
+    """N + tau dN/dt, the rate by the chain rule in the middle of the step."""
+    law, (a_2, a_3, tau) = LossySpring(0.1, 0.8), (0.4, 1.3, 0.02)
+    before, now = 0.319, 0.321
+    z, rate = (0.5 * (before + now) - 0.1) / 0.8, (now - before) / 0.8 / STEP
+    grown = (2 * a_2 * z + 3 * a_3 * z**2) * rate
+    spring = a_2 * ((now - 0.1) / 0.8) ** 2 + a_3 * ((now - 0.1) / 0.8) ** 3
+    found = law.deviation(NUMPY, now, (before,), (a_2, a_3, tau, STEP))
+    assert found == pytest.approx(spring + tau * grown, rel=1e-4)
+    assert law.advance(NUMPY, now, (before,), (a_2, a_3, tau, STEP)) == (now,)
 
 
 def test_a_shared_coefficient_is_one_parameter() -> None:

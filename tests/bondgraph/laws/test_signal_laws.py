@@ -96,7 +96,7 @@ def test_slew_limit_over_a_record() -> None:
 
     def run(slowness: float, directions: tuple[int, ...] = ()) -> tuple[np.ndarray, np.ndarray]:
         p = compiled.vector({"slowness_u": slowness})
-        inputs = inputs_of(compiled, {"u": u}, n)
+        inputs = inputs_of(compiled, {"u": u}, dt * np.arange(n))
         made = run_record(
             compiled, p, inputs, dt, equilibrium(compiled, p, inputs[0]), directions=directions
         )

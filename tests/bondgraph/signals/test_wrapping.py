@@ -37,6 +37,16 @@ def test_a_wrapping_reading_is_seen_and_made_straight(
     assert straight - straight[0] == pytest.approx(true - true[0], abs=1e-9 * period)
 
 
+@pytest.mark.parametrize("per_sample", [0.01, 0.05, -0.2])
+@pytest.mark.parametrize("noise", [0.001, 0.02, 0.1])
+@pytest.mark.parametrize("after", [False, True])
+def test_noise_at_the_edge_hides_no_wrap(per_sample: float, noise: float, after: bool) -> None:
+    e = noise * np.random.default_rng(4).standard_normal(N)
+    true = per_sample * np.arange(N) + 1.0
+    wrapped = np.mod(true, 2 * np.pi) + e if after else np.mod(true + e, 2 * np.pi)
+    assert wrap_period(wrapped) == pytest.approx(2 * np.pi, rel=0.08)
+
+
 @pytest.mark.parametrize(
     "values",
     [
@@ -45,6 +55,10 @@ def test_a_wrapping_reading_is_seen_and_made_straight(
         np.sin(np.linspace(0, 60, N)),
         np.sign(np.sin(np.linspace(0, 60, N))),
         np.sign(np.sin(np.linspace(0, 60, N))) + 1e-3 * np.random.default_rng(1).standard_normal(N),
+        np.sign(np.sin(np.linspace(0, 60, N))) + 0.1 * np.sin(np.linspace(0, 100, N)),
+        np.sign(np.sin(np.linspace(0, 60, N))) + np.linspace(0, 0.4, N),
+        np.sign(np.sin(np.linspace(0, 60, N))) + 0.2 * np.random.default_rng(1).standard_normal(N),
+        np.sin(2 * np.pi * np.arange(N) / 3.01),
         np.random.default_rng(2).standard_normal(N),
         np.repeat(np.random.default_rng(3).uniform(-1, 1, N // 50), 50),
         np.full(1, 3.0),

@@ -307,8 +307,9 @@ def test_between_samples() -> None:
     p = np.array(made.nominal)
     places = [made.parameters.index(n) for n in exact_model.parameter_names]
     u = inputs(made, 61)
+    both = np.column_stack([u, np.ones(61)])  # the exact step takes the offset as an input
     for hold in ("hold", "linear", "band-limited"):
-        right = run_record(exact_model, p[places], u, STEP, np.zeros(2), n_sub=16, hold=hold)
+        right = run_record(exact_model, p[places], both, STEP, np.zeros(2), n_sub=16, hold=hold)
         ready = prepare_general(made, p, STEP, 16)
         found = run_general(ready, u, np.zeros(2), hold)
         assert found.y == pytest.approx(right.y, abs=1e-5 * np.abs(right.y).max())

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Da, Dq, I, One, R, Sf, Zero
+from bondgraph import BondGraph, C, Da, Df, Dq, I, One, R, Sf, Zero
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
@@ -144,6 +145,21 @@ def test_what_a_diagnosis_cannot_take_is_one_line(change: dict[str, object], say
         asked = asked.changed(recordings=(record(), record("other", 5)), splits=None)
     with pytest.raises(UnusableInput, match=says):
         diagnose(asked.changed(**change), options=OPTIONS)
+
+
+def test_a_recording_that_lacks_a_sensor_is_named_with_it() -> None:
+    graph = spring().with_branch("v", [Df("w", unit="m/s")])
+    whole = record("run", 5)
+    both = replace(
+        whole,
+        channels={**whole.channels, "w": np.gradient(whole["x"], DT)},
+        units={**whole.units, "w": "m/s"},
+    )
+    for asked in ((graph, (both, record("run"))), (Study(graph, (both, record("run"))), None)):
+        with pytest.raises(UnusableInput, match=r"^run#2 has no channel w for the sensor"):
+            diagnose(*asked)
+    # what the model does not read may be there or not
+    assert len(asked_of(spring(), (both, record("run")), None, None, {}).recordings) == 2
 
 
 def test_samples_that_a_state_is_found_by_are_not_judged() -> None:

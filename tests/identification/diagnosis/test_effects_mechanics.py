@@ -11,6 +11,7 @@ import pytest
 from bondgraph.graph.elements import Source
 from bondgraph.simulation.simulate import exact_form
 from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
+from identification.diagnosis.catalogue.flow.diode import DiodeEffect
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
 from identification.diagnosis.catalogue.flow.square_root_flow import SquareRootFlow
 from identification.diagnosis.catalogue.friction.asymmetric_damping import AsymmetricDampingEffect
@@ -22,6 +23,7 @@ from identification.diagnosis.catalogue.restoring.backlash import BacklashEffect
 from identification.diagnosis.catalogue.restoring.bilinear_stiffness import BilinearStiffness
 from identification.diagnosis.catalogue.restoring.contact_loss import ContactLossEffect
 from identification.diagnosis.catalogue.restoring.end_stop import EndStopEffect
+from identification.diagnosis.catalogue.restoring.lossy_stiffness import LossyStiffness
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
 from identification.diagnosis.catalogue.storage.added_mode import AddedMode
 from identification.diagnosis.catalogue.storage.leakage import Leakage
@@ -69,6 +71,12 @@ def stops(element: str, signature: Signature) -> dict[str, float]:
     return {f"low_{element}": past.centre - away, f"high_{element}": past.centre + away}
 
 
+def diode(signature: Signature) -> dict[str, float]:
+    reach = float(np.abs(scene("electrical").past["R_1"].argument).max())
+    onset, width = (reach * shape(signature, n) for n in ("onset", "width"))
+    return {"onset_R_1": onset, "width_R_1": width, "sense_R_1": shape(signature, "sense")}
+
+
 CASES = [
     Case(CoulombFriction(), "mechanical", "d", first,
          lambda s, e: {"F_c_d": e}, lambda e: (e,), 1e-3, 0.05),
@@ -82,6 +90,9 @@ CASES = [
          lambda s, e: {"d_a_d": e}, lambda e: (e,), 1e-4),
     Case(NonlinearStiffness(), "mechanical", "k", first,
          lambda s, e: {"a_2_k": e, "a_3_k": -2 * e}, lambda e: (e, -2 * e), 1e-3),
+    Case(LossyStiffness(), "mechanical", "k", first,
+         lambda s, e: {"a_2_k": e, "a_3_k": -2 * e, "tau_k": 0.1},
+         lambda e: (e, -2 * e, 5 * e, -10 * e), 1e-3),  # tau is five samples
     Case(BilinearStiffness(), "mechanical", "k", lambda s: shape(s, "knee") > 0,
          lambda s, e: {"dk_k": e, "knee_k": shape(s, "knee")}, lambda e: (e,), 1e-3),
     Case(EndStopEffect(), "mechanical", "k", lambda s: shape(s, "side") == 0.0,
@@ -106,6 +117,9 @@ CASES = [
          lambda s, e: {"a_2_R_1": e, "a_3_R_1": 2 * e}, lambda e: (e, 2 * e), 1e-4),
     Case(NonlinearResistanceEffect(), "hydraulic", "R_1", first,
          lambda s, e: {"a_2_R_1": e, "a_3_R_1": 2 * e}, lambda e: (e, 2 * e), 1e-5),
+    Case(DiodeEffect(), "electrical", "R_1",
+         lambda s: shape(s, "sense") < 0 and shape(s, "onset") > 0 and shape(s, "width") > 0.05,
+         lambda s, e: {"share_R_1": e, **diode(s)}, lambda e: (2.0 * e,), 1e-4),
 ]  # fmt: skip
 SHALLOW = [
     (ContactLossEffect(), "mechanical", "k", "lift", lambda s: shape(s, "side") == 1.0),
@@ -216,6 +230,10 @@ RECOVERED: list[tuple[str, str, str, dict[str, float], dict[str, float], tuple[f
     ("added_mode", "mechanical", "m",
      {"mu_m": 0.3, "omega_m": 9.0, "zeta_m": 0.03}, {"omega": 11.0}, (0.2,)),
     ("square_root_flow", "hydraulic", "R_2", {"c_2_R_2": 300.0}, {}, (150.0,)),
+    ("lossy_stiffness", "mechanical", "k", {"a_2_k": 0.6, "a_3_k": 2.0, "tau_k": 0.05}, {},
+     (0.4, 1.0, 0.0, 0.5)),
+    ("diode", "electrical", "R_1", {"share_R_1": 0.8, "onset_R_1": 0.25, "width_R_1": 0.03},
+     {"sense": 1.0, "onset": 0.35, "width": 0.1}, (0.8,)),
 ]  # fmt: skip
 
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph import MTF, TF, BondGraph, C, Df, Dq, I, One, R, Se
+from bondgraph import MTF, TF, BondGraph, C, De, Df, Dq, I, MSe, One, R, Se, Zero
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Sensor, Source
-from bondgraph.graph.modulation import displacement
+from bondgraph.graph.modulation import displacement, effort
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
@@ -53,10 +53,25 @@ def modulated() -> BondGraph:
     return machine(MTF("T", ratio=0.6 * (1 + 2.0 * displacement("k_1"))))
 
 
+def behind_a_buffer() -> BondGraph:
+    """A source gives the effort of a resistor to a second circuit, without back action."""
+    with BondGraph("two_circuits") as g:
+        first, second = One("first"), One("second")
+        Se("F", unit="V") >> first >> R("R_s", 2.0, unit="ohm")
+        first >> R("R_d", 3.0, unit="ohm")
+        MSe("buffer", value=effort("R_d"), unit="V") >> second
+        second >> R("R_2", 1.0, unit="ohm")
+        plug = Zero("plug")
+        second >> plug >> C("C_2", 0.05, unit="F")
+        plug >> De("y", unit="V")
+    return g
+
+
 NOMINAL: dict[str, Callable[[], BondGraph]] = {
     "linear": machine,
     "a law in a port": lambda: machine(cubic=3.0),
     "a modulated lever": modulated,
+    "behind a buffer": behind_a_buffer,
 }
 
 
@@ -97,7 +112,8 @@ def off(found: Array, wanted: Array) -> float:
 
 
 PORTS = ("k_2", "d_1", "F", "x")
-CASES = [(name, port) for name in NOMINAL for port in PORTS]
+CASES = [(name, port) for name in NOMINAL if name != "behind a buffer" for port in PORTS]
+CASES += [("behind a buffer", port) for port in ("R_s", "R_d", "R_2", "C_2")]
 
 
 @pytest.mark.parametrize(("name", "port"), CASES)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from actuators import stack_bond_graph
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph, C, CField, Dq, I, One, R, Se
 from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program
 from bondgraph.laws import Coulomb, Polynomial, StopSum
@@ -117,6 +117,17 @@ def test_a_hardening_spring() -> None:
     here, there = estimate(s, "collocation", optimiser="ipopt"), estimate(s.changed(n_sub=256))
     assert moved_by(here, there).max() < 1e-3
     assert max(misses(here, truth).values()) < 4
+
+
+def test_the_law_of_a_field_is_smooth() -> None:
+    with BondGraph("spring") as g:
+        body = One("v")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> R("d", 2.0, unit="N*s/m")
+        body >> CField("k", matrix=((TRUTH["k"],),), ports=1)
+        body >> Dq("x", unit="m")
+    made = estimate(Study(g, record(300), (Vary("d", start=1.0),)), "collocation")
+    assert misses(made, {"d": TRUTH["d"]})["d"] < 4
 
 
 def test_an_integrating_plant() -> None:

@@ -107,6 +107,9 @@ class RealCase:
     label : "unseen", "seen before" or "simulated"
         Whether the tool was ever diagnosed with this recording while it was built; or that it is
         simulated by others, and proves nothing about real devices.
+    official : bool
+        The published error is that of a free run over the official tests: the repaired model is
+        fitted to the official training part and run over them too.
     control : bool
         Nearly nothing is missing: to find nothing is right too.
     comment : str
@@ -122,6 +125,7 @@ class RealCase:
     kinds: tuple[str, ...]
     published: Published | None = None
     label: Literal["unseen", "seen before", "simulated"] = "unseen"
+    official: bool = False
     control: bool = False
     comment: str = ""
 

@@ -1,4 +1,4 @@
-"""``bondsight blind real``: every recording with known missing physics, diagnosed once."""
+"""``bondsight real``: every recording with known missing physics, diagnosed once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["add_real_command", "real"]
 
 
 def add_real_command(verbs: Any) -> None:
-    """Add the command to the sub-parsers of ``bondsight blind``."""
+    """Add the command to the sub-parsers of ``bondsight``."""
     p = verbs.add_parser(
         "real", help="diagnose public recordings whose missing physics is known, each once"
     )

@@ -57,6 +57,10 @@ class Outcome:
         Samples of the recording as it was diagnosed.
     split, comment, failure : str
         Rule of the split; what a reader must know; what stopped the diagnosis, if anything.
+    kind : str
+        Kinds of physics of all findings that tell one, in their order.
+    official : mapping of str to mapping of str to float
+        Free-run error of the repaired model on the official tests, by test and sensor, SI.
     """
 
     case: str
@@ -77,6 +81,8 @@ class Outcome:
     split: str = ""
     comment: str = ""
     failure: str = ""
+    kind: str = ""
+    official: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def counted(self) -> str:
@@ -128,8 +134,9 @@ def read_outcome(folder: Path) -> Outcome | None:
 def table(found: Sequence[Outcome]) -> str:
     """Return all outcomes as a Markdown table, the failures with what stopped them."""
     head = (
-        "case", "seen", "documented", "place", "name", "verdict", "held-out before", "after",
-        "noise floor", "best published", "s", "judged",
+        "case", "seen", "documented", "verdict", "kind", "name", "place",
+        "held-out before", "after", "noise floor", "official tests", "best published",
+        "s", "judged",
     )  # fmt: skip
     lines = [markdown(head, [_row(o) for o in found]), "", counts(found)]
     failed = [o for o in found if o.failure]
@@ -168,10 +175,11 @@ def _counted(label: str, found: Sequence[Outcome]) -> str:
 
 def _row(o: Outcome) -> tuple[str, ...]:
     judged = f"{o.outcome} ({o.note})" if o.note else o.outcome
+    official = "; ".join(f"{test} {_values(e, o.units)}" for test, e in o.official.items())
     cells = (
-        o.case, o.label, o.documented, o.place, o.said, o.verdict,
+        o.case, o.label, o.documented, o.verdict, o.kind, o.said, o.place,
         _values(o.before, o.units), _values(o.after, o.units), _values(o.floor, o.units),
-        o.published, f"{o.seconds:.0f}" if o.seconds else "", judged,
+        official, o.published, f"{o.seconds:.0f}" if o.seconds else "", judged,
     )  # fmt: skip
     return tuple(c.replace("|", "/") or "-" for c in cells)
 

@@ -59,5 +59,5 @@ def chosen_cases(only: Sequence[str] = ()) -> tuple[RealCase, ...]:
     """
     for name in only:
         if name not in REAL_CASES:
-            raise unknown_name("real case", name, "bondsight blind real", REAL_CASES)
+            raise unknown_name("real case", name, "bondsight real", REAL_CASES)
     return tuple(c for n, c in REAL_CASES.items() if not only or n in only)

@@ -113,7 +113,7 @@ def _attempt(
     except UnusableInput as error:
         return replace(plain, note=str(error))
     try:
-        return _diagnosed(case, loaded, place, jobs, progress, diagnose, plain)
+        return _diagnosed(case, loaded, place, jobs, recordings, progress, diagnose, plain)
     except Exception as error:  # whatever it is, it belongs into the table
         _write(place / "failure.txt", traceback.format_exc())
         line = " ".join(f"{type(error).__name__}: {error}".split())
@@ -125,6 +125,7 @@ def _diagnosed(
     loaded: LoadedRecording,
     place: Path,
     jobs: int,
+    recordings: str | None,
     progress: Progress | None,
     given: Diagnose | None,
     plain: Outcome,
@@ -133,6 +134,7 @@ def _diagnosed(
     from identification.diagnosis.report import write_report
     from identification.diagnosis.search.candidates import DiagnosisOptions
     from identification.diagnosis.verdict import verdict, write_verdict
+    from tests.proof.real.official import official_errors
 
     recording, split = loaded
     stretches = stretches_of(recording)
@@ -151,8 +153,11 @@ def _diagnosed(
     said = verdict(result)
     judged = judge(case, said)
     fit = said["fit"]
+    official = official_errors(result, case.dataset, recordings) if case.official else {}
+    kinds = dict.fromkeys(f["kind"] for f in said["findings"] if f["kind"])
     return replace(
         plain, outcome=judged.outcome, said=judged.said, place=judged.place, note=judged.note,
+        kind=" + ".join(kinds), official=official,
         verdict=said["verdict"], before=fit["nominal"]["test_rmse"],
         after=fit["repaired"]["test_rmse"], floor=fit["noise_floor"],
         units=_units(graph.of_type(Sensor), recording), seconds=float(said["seconds"]),

@@ -106,6 +106,7 @@ CASES = (
         model=resonator,
         truth=(Truth("nonlinear_stiffness", ("k",), "cubic spring, small even part"),),
         kinds=("restoring",),
+        official=True,
         published=Published(
             0.301, "mV", "GP-NARX; linear models 6.96 mV",
             "same boundary, but over all 21 688 test samples",

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, Zero
-from bondgraph.signals.recording import Recording
+from bondgraph.signals.recording import Recording, Split
 from identification.datasets import LoadedRecording
 from tests.proof.real.case import RealCase, Truth
-from tests.proof.real.preparing import at_boundary, noted
+from tests.proof.real.preparing import apart, noted
 
 __all__ = ["CASES", "below_resonance", "three_linear_axes"]
 
@@ -24,6 +23,7 @@ BAND = 160.0
 """Hz; a quarter of the first resonance, and a fifth of the new rate: commands are near straight
 between samples."""
 AXES = ("1", "2", "3")
+LEVELS = ("100mV", "200mV", "300mV")
 
 
 def three_linear_axes() -> BondGraph:
@@ -76,18 +76,19 @@ def below_resonance(recording: Recording) -> Recording:
     )
 
 
-def _prepared(level: str, first: Recording, last: Recording) -> LoadedRecording:
+_joined = apart(
+    "steering_mirror", 1, "two levels train, the third one judges; of each the settled period"
+)
+
+
+def _prepared(*levels: Recording) -> LoadedRecording:
+    """Join settled periods, each from a state of its own; what settles is not scored."""
     period = PERIOD // FACTOR
-    join = at_boundary(
-        f"steering_mirror_{level}",
-        "the first training and the test realisation, two settled periods each",
-        "the second period of a training realisation trains, that of the test realisation judges; "
-        "the first period of each settles the model",
-        skip=period,
-    )
-    recording, split = join(below_resonance(first), below_resonance(last))
-    meta = {**recording.meta, "period": period}
-    return LoadedRecording(replace(recording, meta=meta), split)
+    recording, split = _joined(*(below_resonance(level) for level in levels))
+    recording = replace(recording, meta={**recording.meta, "period": period})
+    begins = (0, *recording.meta["breaks"])
+    *train, test = (slice(first + period, first + 2 * period) for first in begins)
+    return LoadedRecording(recording, Split(tuple(train), (test,), split.rule, score_from=period))
 
 
 _PLACES = tuple(f"{kind}{a}" for kind in ("k_", "u", "d_", "m_") for a in AXES)
@@ -98,8 +99,8 @@ def _case(level: str) -> RealCase:
     return RealCase(
         name=f"steering_mirror_{level}",
         dataset="steering_mirror",
-        parts=(f"train/{level}_1", f"test/{level}"),
-        prepare=partial(_prepared, level),
+        parts=(*(f"train/{other}_1" for other in LEVELS if other != level), f"test/{level}"),
+        prepare=_prepared,
         model=three_linear_axes,
         truth=(
             Truth("hysteresis", _PLACES, _WHY),

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from bondsight.cli.arguments import jobs, nonnegative
-from tests.proof.real.command import add_real_command
 
 __all__ = ["add_blind_command"]
 
@@ -43,7 +42,6 @@ def add_blind_command(verbs: Any) -> None:
             s.add_argument("--count", type=_positive, default=None, help="of development only")
         if name not in ("score", "interim"):
             s.add_argument("--seed", type=nonnegative, default=None)
-    add_real_command(steps)
 
 
 def _positive(text: str) -> int:

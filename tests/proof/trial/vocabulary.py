@@ -18,6 +18,7 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
         ),
         "restoring": (
             "nonlinear_stiffness",
+            "lossy_stiffness",
             "bilinear_stiffness",
             "end_stop",
             "backlash",
@@ -26,7 +27,7 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
         "transduction": ("nonlinear_ratio", "position_periodic_force"),
         "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
         "storage": ("leakage", "overflow", "added_mode", "self_heating"),
-        "flow": ("square_root_flow", "nonlinear_resistance"),
+        "flow": ("square_root_flow", "nonlinear_resistance", "diode"),
         "measurement": (
             "sensor_lag",
             "sensor_offset",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
@@ -50,26 +52,61 @@ class Hysteresis(Effect):
         past = scene.of(element)
         return (Signature(_sign(element) * stops(past, _thresholds(past))),)
 
+    def forms(
+        self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
+    ) -> tuple[Insertion, ...]:
+        """Return stops that creep too, saturate, or slip later the faster they are moved."""
+        from identification.diagnosis.catalogue.memory.hysteresis_forms import hysteresis_forms
+
+        return hysteresis_forms(scene, element, ended)
+
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Insert a stop sum beside the linear law."""
         past = scene.of(element)
-        # a store has a slope in its own unit; a signal path has slope one
-        slope = past.slope if isinstance(element, C) else 1.0
-        thresholds = tuple(float(r) for r in _thresholds(past))
-        law = Parametrised(
-            StopSum(
-                thresholds, height=0.02 * slope, scale=0.1 * slope, sign=_sign(element),
-                unit=_slope_unit(element),
-            ),
-            ("thresholds",),
-        )  # fmt: skip
+        law = Parametrised(stops_at(element, past), ("thresholds",))
         graph, names = self.with_law(scene, element, law)
         starts: dict[str, float] = {}
         if hint is not None:
+            slope = _slope(element, past)
             # a height at its lower bound of zero would stay there
             weights = np.clip(hint.weights, 1e-3 * slope, 3.0 * slope)
             starts = dict(zip(names, map(float, weights), strict=True))
-        return self.inserted(element, graph, (starts,), names)
+        return self.inserted(element, graph, (starts, *_switching(scene, element, names)), names)
+
+
+def stops_at(element: Element, past: PortHistory) -> StopSum:
+    """Return the law whose thresholds share the range of the argument."""
+    slope = _slope(element, past)
+    return StopSum(
+        tuple(float(r) for r in _thresholds(past)), height=0.02 * slope, scale=0.1 * slope,
+        sign=_sign(element), unit=_slope_unit(element),
+    )  # fmt: skip
+
+
+def _slope(element: Element, past: PortHistory) -> float:
+    """Return the slope of a store in its own unit; a signal path has slope one."""
+    return past.slope if isinstance(element, C) else 1.0
+
+
+SWITCHED, SOFTER = 0.7, 0.2
+"""Part of a storage's effort that its stops give where it switches, and what its slope keeps."""
+
+
+def _switching(
+    scene: FittedModel, element: Element, heights: Sequence[str]
+) -> tuple[dict[str, float], ...]:
+    """Return a start for what hardly is a spring any more: it takes the effort to turn it round.
+
+    The nominal model is a spring and has another history; weights found along that lead astray.
+    """
+    own = scene.graph.parameters.get(element.name)
+    if not isinstance(element, C) or own is None or own.fixed:
+        return ()
+    past = scene.of(element)
+    level = SWITCHED * past.swing / len(heights)
+    found = {n: float(level / r) for n, r in zip(heights, _thresholds(past), strict=True)}
+    slope = SOFTER * past.slope
+    return ({**found, own.name: slope if element.stiffness is not None else 1.0 / slope},)
 
 
 def stops(past: PortHistory, thresholds: Array) -> Array:

@@ -4,16 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.elements import C, Element
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, Element, I
 from bondgraph.laws import Parametrised, Polynomial
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import storages
+from identification.diagnosis.catalogue.places import coils, springs, storages
+from identification.diagnosis.catalogue.restoring.curves import (
+    coil_knees,
+    magnet_at,
+    magnet_gaps,
+    saturating_at,
+)
 from identification.diagnosis.catalogue.starts import rebalanced, tamed
 from identification.diagnosis.screening.port_history import FittedModel
 
 
 class NonlinearStiffness(Effect):
-    """Effort bends away from the straight line with displacement."""
+    """Effort bends away from the straight line with displacement.
+
+    A quadratic and a cubic term; a spring may have a magnet beside it instead, and the iron of a
+    coil saturates.
+    """
 
     name = "nonlinear_stiffness"
     family = "restoring"
@@ -30,18 +41,28 @@ class NonlinearStiffness(Effect):
         "the look-alikes have corners at one or two places"
     )
     source = "Duffing 1918; series of the stored energy"
-    where = staticmethod(storages)
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """All storages of displacement, and coils."""
+        return (*storages(graph), *coils(graph))
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Square and cube of the scaled displacement."""
+        """Square and cube of the scaled displacement, then magnets; knees of a coil."""
         past = scene.of(element)
+        if isinstance(element, I):
+            return coil_knees(past)
         z = (past.argument - past.centre) / past.half
-        return (Signature(np.stack([z**2, z**3], axis=1)),)
+        series = Signature(np.stack([z**2, z**3], axis=1))
+        return (series, *(magnet_gaps(past) if element in springs(scene.graph) else ()))
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Quadratic and cubic term about the centre of the record."""
-        assert isinstance(element, C)
+        """Quadratic and cubic term about the centre of the record, or what the hint is of."""
         past = scene.of(element)
+        if isinstance(element, I):
+            return saturating_at(self, scene, element, hint)
+        if hint is not None and "gap" in hint.shape:
+            return magnet_at(self, scene, element, hint)
+        assert isinstance(element, C)
         law = Parametrised(Polynomial(past.centre, past.half, 0.1 * past.swing), ("centre", "half"))
         graph, names = self.with_law(scene, element, law)
         starts: tuple[dict[str, float], ...] = ({},)

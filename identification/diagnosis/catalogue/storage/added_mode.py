@@ -35,9 +35,9 @@ class AddedMode(Effect):
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Force of a light oscillator on the mass over the mass ratio, for several frequencies."""
         past = scene.of(element)
-        inertia = _inertia(past)
+        heavy = inertia(past)
         return tuple(
-            Signature.of((inertia * pull(past.argument, omega, DAMPING, past.dt),), omega=omega)
+            Signature.of((heavy * pull(past.argument, omega, DAMPING, past.dt),), omega=omega)
             for omega in frequencies(scene, past)
         )
 
@@ -146,7 +146,7 @@ def peaks(scene: FittedModel) -> tuple[float, ...]:
     return tuple(found)
 
 
-def _inertia(past: PortHistory) -> float:
+def inertia(past: PortHistory) -> float:
     """Inertia from effort and rate of flow along the record."""
     square = float(past.rate @ past.rate)
     return abs(float(past.rate @ past.output)) / square if square else 1.0

@@ -332,6 +332,9 @@ def test_bad_names_are_said_in_one_line() -> None:
         ({"process_noise": "m"}, r"give a sequence, such as \('m',\)"),
         ({"process_noise": {"m": 0.0}}, "process noise at m = 0: give a positive intensity"),
         ({"process_noise": ("m", "m")}, "names a place twice"),
+        ({"process_noise": 3}, "process_noise = 3: give names of states"),
+        ({"process_noise": [["m"]]}, "give names of states"),
+        ({"process_noise": {"m": True}}, "m = True is not a finite number"),
         ({"noise": {"z": 1.0}}, "no sensor 'z'"),
         ({"initial": "fre"}, "no initial state 'fre'"),
     ]

@@ -1,6 +1,6 @@
 """The proof on real recordings: models fixed in advance run, verdicts are judged, nothing is lost.
 
-No diagnosis of a recording is run here: `bondsight blind real` does that, each once.
+No diagnosis of a recording is run here: `bondsight real` does that, each once.
 """
 
 from __future__ import annotations
@@ -422,9 +422,11 @@ def test_table_shows_values_with_units() -> None:
     o = Outcome(
         "case", "unseen", "right", "creep", "C", verdict="missing_physics", before={"x": 2e-6},
         after={"x": 1e-7}, floor={"x": 9e-8}, units={"x": "m"}, seconds=3.2, published="1 um | me",
+        kind="slow", official={"arrow": {"x": 3e-7}},
     )  # fmt: skip
     row = table((o,)).splitlines()[2]
-    assert "2e-06 m | 1e-07 m | 9e-08 m | 1 um / me | 3 | right" in row
+    assert "| missing_physics | slow | creep | C | 2e-06 m" in row
+    assert "2e-06 m | 1e-07 m | 9e-08 m | arrow 3e-07 m | 1 um / me | 3 | right" in row
     assert "1 unseen: 1 right name, 0 right kind," in table((o,))
 
 

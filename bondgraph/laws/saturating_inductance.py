@@ -1,0 +1,62 @@
+"""A coil whose iron saturates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bondgraph.graph.elements import Parameter
+from bondgraph.laws.law import Law
+from bondgraph.laws.limits import soft_excess
+from bondgraph.support.bounds import NonNegative, Positive
+from bondgraph.support.ops import Ops
+
+ROUND = 0.2
+"""Rounding of the knee over its flux linkage."""
+
+
+@dataclass(frozen=True)
+class SaturatingInductance(Law):
+    """Current ``c (|p| - p_s)+ sign(p)`` beside ``p / L``, its knee rounded; a law of an I.
+
+    ``p`` is the flux linkage: below ``p_s`` the coil has the inductance ``L``, far above it
+    ``1 / (1/L + c)``. The two-slope magnetisation curve of transient programs: Dommel, EMTP Theory
+    Book, 1986, section 6.10.
+
+    Parameters
+    ----------
+    change : float
+        Start value of ``c``, 1/H.
+    knee : float
+        Start value of ``p_s``, V s.
+    """
+
+    change: NonNegative = 1.0
+    knee: Positive = 1.0
+    unit: str = "1/H"
+    flux_unit: str = "V*s"
+    starts: ClassVar[tuple[str, ...]] = ("change", "knee", "unit", "flux_unit")
+    name: ClassVar[str] = "saturating_inductance"
+    energy: ClassVar[str] = "stores"
+
+    def parameters(self, element: str) -> tuple[Parameter, ...]:
+        """Change of the reciprocal inductance, knee."""
+        c, knee = self.change, self.knee
+        return (
+            Parameter(f"c_s_{element}", c, self.unit, positive=False, lower=0.0, scale=c or 1.0),
+            Parameter(
+                f"p_s_{element}", knee, self.flux_unit, lower=0.1 * knee, upper=5.0 * knee,
+                scale=0.2 * knee,
+            ),
+        )  # fmt: skip
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Current that the iron does not carry any more."""
+        return p[0] * beyond(ops, s, p[1])
+
+
+def beyond(ops: Ops, s: Any, knee: Any) -> Any:
+    """Return what of `s` lies beyond a knee on either side, the knee rounded."""
+    width = ROUND * knee
+    return soft_excess(ops, s - knee, width) - soft_excess(ops, -s - knee, width)

@@ -1,0 +1,38 @@
+"""A counter that begins anew after each turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, ClassVar
+
+from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Positive
+from bondgraph.support.ops import Ops
+
+__all__ = ["Wrapping"]
+
+
+@dataclass(frozen=True)
+class Wrapping(Law):
+    """``s`` less whole turns, from `low` to `low` plus a turn.
+
+    Between its jumps the reading follows. For a fit make the readings straight
+    (`Recording.unwrap`) and leave this law out: a jump a sample late is an error of a turn.
+
+    Parameters
+    ----------
+    turn : float
+        One turn, units of `s`.
+    low : float
+        Where a turn begins.
+    """
+
+    turn: Positive = 1.0
+    low: float = 0.0
+    name: ClassVar[str] = "wrapping"
+
+    def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
+        """Return the whole turns, to be taken away."""
+        return -self.turn * import_module(ops.name).floor((s - self.low) / self.turn)

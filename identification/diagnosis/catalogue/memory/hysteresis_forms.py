@@ -1,0 +1,89 @@
+"""Richer forms of hysteresis: with creep, in a potential that saturates, wider with the rate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from bondgraph.graph.elements import C, Element
+from bondgraph.laws import Law, LawSum, Parametrised, Polynomial
+from identification.diagnosis.catalogue.effect import Insertion
+from identification.diagnosis.catalogue.memory.creep import Creep
+from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis, stops_at
+from identification.diagnosis.screening.port_history import FittedModel
+
+__all__ = ["hysteresis_forms"]
+
+PLAIN = Hysteresis()
+Values = Mapping[str, float]
+
+
+def hysteresis_forms(
+    scene: FittedModel, element: Element, ended: Mapping[str, Values]
+) -> tuple[Insertion, ...]:
+    """Return stops of a storage that creep, that saturate, or that slip later in fast motion.
+
+    Creep in series: Kuhnen and Janocha 1998. Third and fifth power of a Landau potential:
+    Devonshire, Phil. Mag. 40 (1949) 1040; Landis, J. Mech. Phys. Solids 50 (2002) 127. Thresholds
+    that grow with the rate: Al Janaideh and Krejci, IEEE/ASME Trans. Mechatronics 18 (2013) 1498.
+
+    Parameters
+    ----------
+    ended : mapping of str to mapping of str to float
+        Where the laws at `element` ended, by effect: the forms start from the plain stops there.
+    """
+    if not isinstance(element, C):
+        return ()
+    past, known = scene.of(element), ended.get(PLAIN.name, {})
+    stops = stops_at(element, past)
+    potential = Polynomial(past.centre, past.half, 0.1 * past.swing, (3, 5))
+    saturating = LawSum((
+        Parametrised(stops, ("thresholds",)), Parametrised(potential, ("centre", "half")),
+    ))  # fmt: skip
+    rated = replace(stops, rated=True, speed=float(abs(past.rate).max()) or 1.0)
+    return (
+        _creeping(scene, element, known),
+        _beside(
+            scene, element, saturating, known, "stops_in_a_potential", ("nonlinear_stiffness",),
+            "it switches with the turning points of the past, and saturates",
+        ),
+        _beside(
+            scene, element, Parametrised(rated, ("thresholds", "speed")), known,
+            "rate_dependent_prandtl_ishlinskii", (),
+            "its output depends on the turning points of the past, with loops wider with speed",
+        ),
+    )  # fmt: skip
+
+
+def _creeping(scene: FittedModel, element: Element, known: Values) -> Insertion:
+    """Insert the stops, then two Kelvin-Voigt branches before the storage."""
+    stops = PLAIN.insert(scene, element)
+    creep = Creep().insert(replace(scene, graph=stops.graph), element)
+    strengths = (*stops.strengths, *creep.strengths)
+    made = PLAIN.inserted(element, creep.graph, stops.starts, strengths, creep.within)
+    return replace(
+        made, law="hysteresis_with_creep", simpler=("creep", "leakage"), form=True,
+        starts=_from(known, made, creep.starts[0]),
+        sentence="its output depends on the turning points of the past, and goes on creeping",
+    )  # fmt: skip
+
+
+def _beside(
+    scene: FittedModel, element: Element, law: Law, known: Values, name: str,
+    simpler: tuple[str, ...], sentence: str,
+) -> Insertion:  # fmt: skip
+    """Insert stops together with something that they cannot do alone."""
+    graph, names = PLAIN.with_law(scene, element, law)
+    made = PLAIN.inserted(element, graph, PLAIN.insert(scene, element).starts, names)
+    return replace(
+        made, law=name, simpler=simpler, sentence=sentence, form=True, starts=_from(known, made)
+    )
+
+
+def _from(
+    known: Values, made: Insertion, more: Values = MappingProxyType({})
+) -> tuple[Values, ...]:
+    """Return starts where the plain stops ended, and as those begin."""
+    own = {n: v for n, v in known.items() if n in made.graph.parameters}
+    return tuple({**s, **more} for s in ((own,) if own else ()) + tuple(made.starts))

@@ -1,0 +1,78 @@
+"""Magnets, iron and radiation against the physics they come from."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from bondgraph import BondGraph, C, De, I, One, R, Se, Sf, Zero
+from bondgraph.graph.elements import Df
+from bondgraph.laws import Magnet, Radiation, SaturatingInductance
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.ops import NUMPY
+
+
+def test_a_black_body_warms_up_as_stefan_and_boltzmann_say() -> None:
+    capacity, resistance, room = 20.0, 8.0, 293.0
+    with BondGraph("body") as g:
+        body = Zero("body")
+        Sf("Q", unit="W") >> body >> C("C", capacity, unit="J/K")
+        law = Radiation(1.0, room, "R", resistance)
+        body >> R("R", resistance, unit="K/W", law=law)
+        body >> De("T", unit="K")
+    t = 0.5 * np.arange(1200)
+    run = simulate(g, t, {"Q": np.full(t.size, 20.0)}, x0=np.zeros(1))
+    b = 1.0 / (4.0 * resistance * room**3)
+
+    def warming(_: float, e: np.ndarray) -> np.ndarray:
+        return (20.0 - b * ((room + e) ** 4 - room**4)) / capacity
+
+    told = solve_ivp(warming, (0, t[-1]), [0.0], t_eval=t, rtol=1e-10, atol=1e-10).y[0]
+    np.testing.assert_allclose(run["T"], told, atol=1e-4)
+    assert told[-1] < 100.0 < 20.0 * resistance  # the straight line would stand at 160 K
+
+
+def test_radiation_beside_conduction_to_second_order() -> None:
+    """``f = e/R + share ((T + e)^4 - T^4 - 4 T^3 e) / (4 R T^3)``, put into the law."""
+    law, share, t, r = Radiation(0.4, 300.0, resistance=2.0), 0.4, 300.0, 2.0
+    left = []
+    for e in (10.0, 5.0):
+        f = e / r + share * ((t + e) ** 4 - t**4 - 4 * t**3 * e) / (4 * r * t**3)
+        left.append(r * f + law.deviation(NUMPY, f, (), (r, share, t)) - e)
+    assert abs(left[0]) < 0.02
+    assert left[0] / left[1] == pytest.approx(8.0, rel=0.1)
+
+
+def test_a_magnet_is_the_inverse_square_with_or_without_its_spring() -> None:
+    s, a, g = np.linspace(-0.5, 0.8, 27), 0.3, 1.2
+    p = (a / g**2, g)
+    force = Magnet(a / g**2, g).deviation(NUMPY, s, (), p)
+    np.testing.assert_allclose(force, a / (s + g) ** 2)
+    beside = Magnet(a / g**2, g, free_standing=False)
+    np.testing.assert_allclose(
+        beside.deviation(NUMPY, s, (), p), force - a / g**2 + 2 * a / g**3 * s, atol=1e-12
+    )
+    assert (beside.slope, Magnet().slope) == (None, 0.0)
+    upper = Magnet(a / g**2, -g).deviation(NUMPY, -s, (), (a / g**2, -g))
+    np.testing.assert_allclose(upper, force)  # the same magnet, seen from the other side
+
+
+def test_a_saturating_coil_takes_in_what_it_gives_back() -> None:
+    """Two slopes of the flux, the same current either way, and all of the work in the coil."""
+    inductance, knee, change = 0.1, 0.05, 40.0
+    law = SaturatingInductance(change, knee)
+    flux = np.array([0.005, 10.0])
+    current = law.value(NUMPY, flux, (), (change, knee), 1.0 / inductance)
+    assert current[0] == pytest.approx(flux[0] / inductance, rel=0.1)
+    assert current[1] == pytest.approx(10.0 / inductance + change * (10.0 - knee), rel=1e-4)
+    with BondGraph("coil") as g:
+        loop = One("loop")
+        Se("u", unit="V") >> loop >> I("L", inductance, unit="H", law=law)
+        loop >> Df("i", unit="A")
+    t = 1e-4 * np.arange(2001)
+    u = 5.0 * np.cos(2 * np.pi * 20.0 * t)  # four periods of a flux of 40 mV s
+    run = simulate(g, t, {"u": u}, x0=np.zeros(1), hold="linear")
+    work = np.sum(0.5 * (u[1:] * run["i"][1:] + u[:-1] * run["i"][:-1])) * 1e-4
+    assert run["i"].max() == pytest.approx(-run["i"].min(), rel=1e-2)
+    assert abs(work) < 1e-3 * 5.0 * float(np.abs(run["i"]).max()) * t[-1]

@@ -1,0 +1,145 @@
+"""Hysteresis that creeps, saturates or widens with the rate: its form is told, and only if due."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, One, R, Zero
+from bondgraph.laws import LawSum, Polynomial, StopSum
+from bondgraph.signals.recording import Split
+from bondgraph.simulation.simulate import exact_form, simulate
+from identification.diagnosis.catalogue import Insertion, by_name
+from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
+from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.search.base import base_of
+from identification.diagnosis.search.candidates import (
+    DiagnosisOptions,
+    finished,
+    fitted,
+    fitted_insertions,
+)
+from identification.diagnosis.search.looks import Looks
+from identification.diagnosis.search.one_step import SearchTask, best_form, scored
+from identification.estimation.single_record import fit
+from identification.study.problem import Data, Problem
+from tests.identification.diagnosis.spring import spring
+
+N, DT = 900, 0.02
+STOPS = StopSum((0.009, 0.018, 0.045), height=40.0)
+
+
+def plain() -> BondGraph:
+    return spring(m=0.2, d=6.0)
+
+
+def with_law(law: Any) -> BondGraph:
+    return plain().with_element("k", law=law)
+
+
+def creeping() -> BondGraph:
+    g = with_law(STOPS)
+    (bond,) = g.bonds_of("k")
+    g = g.with_inserted(bond, Zero("node"))
+    for j, (amount, tau) in enumerate(((0.15, 0.4), (0.2, 4.0)), start=1):
+        g = g.with_branch("node", [One(f"b_{j}")])
+        g = g.with_branch(f"b_{j}", [C(f"C_{j}", stiffness=200.0 / amount)])
+        g = g.with_branch(f"b_{j}", [R(f"R_{j}", 200.0 * tau / amount)])
+    return g
+
+
+def saturating() -> BondGraph:
+    g = with_law(LawSum((STOPS, Polynomial(0.0, 0.1, 1.0, (3, 5)))))
+    return g.with_values({"a_3_k": 2.0, "a_5_k": 3.0})
+
+
+def widening() -> BondGraph:
+    rated = StopSum(STOPS.thresholds, height=40.0, rated=True, speed=0.3)
+    return with_law(rated).with_values({"b_k": 1.5})
+
+
+def found(
+    true: BondGraph, seed: int = 0
+) -> tuple[Scored, Scored | None, FittedModel, tuple[Insertion, ...]]:
+    """Return plain stops fitted to a record of `true`, the best form, and what was seen."""
+    rng = np.random.default_rng(seed)
+    t = DT * np.arange(N)
+    tones = [(0.11, 14.0), (0.43, 8.0), (1.3, 6.0), (2.9, 4.0)]
+    u = sum(a * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f, a in tones) * np.minimum(t, 1)
+    form = exact_form(true)
+    assert form is not None
+    run = simulate(true, t, {"F": u}, x0=np.zeros(form.n_x), accuracy=1e-6)
+    x = np.asarray(run["x"])[:, None]
+    floor = 3e-3 * x.std(axis=0)
+    x = x + floor * rng.standard_normal(x.shape)
+    thirds = [slice(k * N // 9, (k + 1) * N // 9) for k in range(9)]
+    train = tuple(s for k, s in enumerate(thirds) if k % 3 != 2)
+    data = Data("run", t, {"F": u}, x, ("x",), floor, Split(train, tuple(thirds[2::3]), "thirds"))
+    nominal = fit(Problem(plain(), data), max_iterations=10)
+    base, options = base_of(nominal), DiagnosisOptions(jobs=1, holds=("linear",))
+    hysteresis = by_name("hysteresis")
+    classes: Any = None
+    task = SearchTask(Looks((hysteresis,), plain()), options, Thresholds(), classes, silent)
+    seen, ranked = task.done.of(nominal)
+    here = [s for s in ranked if s.element.name == "k"]
+    lead = scored(finished(fitted(seen, base.template, here, options), options))[0]
+    forms = hysteresis.forms(seen, seen.graph["k"], {"hysteresis": lead.trial.fit.values})
+    made = [(f, True) for f in forms]
+    tried = finished(fitted_insertions(seen, base.template, made, options), options)
+    return lead, best_form(scored(tried), lead, task.limits), seen, forms
+
+
+def silent(text: str, part: float) -> None:
+    pass
+
+
+@pytest.mark.parametrize(
+    ("true", "law"),
+    [
+        (creeping, "hysteresis_with_creep"),
+        (saturating, "stops_in_a_potential"),
+        (widening, "rate_dependent_prandtl_ishlinskii"),
+    ],
+)
+def test_the_form_that_is_there_is_found(true: Callable[[], BondGraph], law: str) -> None:
+    lead, form, _, _ = found(true())
+    assert form is not None
+    assert (form.trial.effect, form.trial.insertion.law) == ("hysteresis", law)
+    assert form.trial.train < 0.5 * lead.trial.train
+    assert form.left.most < 0.7 * lead.left.most
+    # the form is one of the same name: it stands for the law beside what was found there
+    assert set(form.trial.insertion.strengths) > set(lead.trial.insertion.strengths)
+
+
+def test_plain_stops_keep_their_name() -> None:
+    """Thresholds are not quite the true ones: every form does a little better, none surely.
+
+    And a form without its strengths is the plain law.
+    """
+    lead, form, seen, forms = found(with_law(STOPS))
+    assert lead.left.most > 1.5
+    assert form is None
+    t = np.asarray(seen.data.time)
+
+    def response(graph: BondGraph, known: dict[str, float]) -> Any:
+        n_x = exact_form(graph).n_x  # type: ignore[union-attr]
+        run = simulate(graph, t, seen.data.commands, known, x0=np.zeros(n_x), accuracy=1e-6)
+        return np.asarray(run["x"])
+
+    plain_one = response(lead.trial.insertion.graph, dict(lead.trial.fit.values))
+    assert len(forms) == 3
+    for made in forms:
+        assert made.graph.check() == ()
+        own = [n for n in made.strengths if n not in lead.trial.insertion.strengths]
+        values = {**made.starts[0], **dict.fromkeys(own, 1e-9)}
+        np.testing.assert_allclose(
+            response(made.graph, values), plain_one, atol=1e-4 * np.ptp(plain_one)
+        )
+
+
+def test_a_law_of_a_signal_has_no_forms() -> None:
+    _, _, seen, _ = found(with_law(STOPS))
+    assert by_name("hysteresis").forms(seen, seen.graph["F"], {}) == ()
