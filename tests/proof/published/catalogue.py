@@ -14,6 +14,7 @@ __all__ = ["PROTOCOLS", "run_protocol"]
 
 PROTOCOLS = (
     "silverbox", "wiener_hammerstein", "bouc_wen", "coupled_drives", "emps", "steering_mirror",
+    "friction_damper",
 )  # fmt: skip
 """Public data sets of `identification.datasets` with published numbers; each has a module here."""
 

@@ -14,6 +14,7 @@ from bondgraph import BondGraph, simulate
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import compile_model
 from bondgraph.support.ops import CASADI, NUMPY
+from tests.proof.published.models.band_brake import band_brake
 from tests.proof.published.models.bouc_wen import bouc_wen
 from tests.proof.published.models.coupled_drives import coupled_drives
 from tests.proof.published.models.diode_clamp import DiodeClamp
@@ -21,7 +22,7 @@ from tests.proof.published.models.positioning_axis import positioning_axis
 from tests.proof.published.models.silverbox import RANGE, silverbox
 from tests.proof.published.models.wiener_hammerstein import wiener_hammerstein
 
-GRAPHS = [wiener_hammerstein, silverbox, bouc_wen, coupled_drives, positioning_axis]
+GRAPHS = [wiener_hammerstein, silverbox, bouc_wen, coupled_drives, positioning_axis, band_brake]
 DIODE = (9e3, 7.0, 0.6, 0.048)
 
 
@@ -144,3 +145,23 @@ def test_axis_slides_and_sticks() -> None:
     assert (moving[-1] - moving[-101]) / 0.1 == pytest.approx((63.0 - 20.0) / 200.0, rel=1e-3)
     stuck = simulate(graph, t, {"F": np.full(t.size, 16.0)}, {"F_0": 3.0}, x0=np.zeros(2))["x"]
     assert np.abs(stuck).max() < 1e-12
+
+
+def test_band_brake_is_a_slider_behind_a_spring_with_play() -> None:
+    """``e' = v - s'``, ``F = k (e less the gap)``, ``F = F_i + c s'`` where it slides."""
+    k, gap, forth, back, c, step = 5e6, 2e-3, 1e4, 1.5e4, 2e4, 2e-4
+    t = step * np.arange(7500)
+    v = 0.06 * np.sin(2 * np.pi * t)
+    made = simulate(
+        band_brake(k, gap), t, {"v": v}, {"F_1_c": forth, "F_2_c": back}, hold="linear"
+    )["F"]
+    fine, e, force = 10, 0.0, np.zeros(t.size)
+    for i in range(t.size - 1):
+        for j in range(fine):
+            f = k * (e - np.clip(e, -gap, gap))
+            level = forth if f > 0 else back
+            slides = np.sign(f) * max(abs(f) - level, 0.0) / c
+            e += step / fine * (v[i] + (v[i + 1] - v[i]) * (j + 0.5) / fine - slides)
+        force[i + 1] = k * (e - np.clip(e, -gap, gap))
+    assert np.ptp(made) > forth + back
+    np.testing.assert_allclose(made, force, atol=0.01 * (forth + back))

@@ -64,3 +64,11 @@ def test_emps() -> None:
     assert all(p.tolerance == TOLERANCE for p in made.parameters)
     if not made.official:
         assert made.error("position, fit of the free run").value < 8.0
+
+
+@pytest.mark.long
+def test_friction_damper() -> None:
+    made = judged("friction_damper")
+    assert made.reached
+    assert 1.8e-3 < made.values["gap_k"] < 2.3e-3  # as the owners see it
+    assert made.values["F_2_c"] > 1.1 * made.values["F_1_c"]  # the band multiplies unequally

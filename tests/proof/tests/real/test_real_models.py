@@ -25,7 +25,14 @@ from identification.study.problem import data_for, drives
 from tests.proof.real.case import KINDS
 from tests.proof.real.judging import OUTCOMES, judge
 from tests.proof.real.outcome import Outcome, counts, read_outcome, table
-from tests.proof.real.preparing import apart, boundary_split, joined, stretches_of, thinned
+from tests.proof.real.preparing import (
+    apart,
+    boundary_split,
+    in_pieces,
+    joined,
+    stretches_of,
+    thinned,
+)
 from tests.proof.real.registry import REAL_CASES, chosen_cases
 from tests.proof.real.running import run_cases
 from tests.proof.real.steering_mirror import BAND, PERIOD, below_resonance
@@ -189,6 +196,15 @@ def test_recordings_from_own_states_are_joined_and_taken_apart() -> None:
     for one, was in zip(back, parts, strict=True):
         assert np.array_equal(one["y"], was["y"])
     assert stretches_of(parts[0]) == (parts[0],)
+
+
+def test_a_record_in_pieces_loses_only_what_is_left_at_the_end() -> None:
+    whole_one = Recording.from_arrays("run", {"x[m]": np.arange(95.0)}, fs=100.0)
+    made, split = in_pieces(whole_one, 10)
+    pieces = stretches_of(made)
+    assert [p["x"][0] for p in pieces] == [0, 10, 30, 40, 60, 70, 20, 50, 80]
+    assert all(p.n == 10 for p in pieces)
+    assert (whole(split.train), whole(split.test)) == (slice(0, 60), slice(60, 90))
 
 
 def test_mirror_keeps_low_lines_and_the_noise_between_lines() -> None:
