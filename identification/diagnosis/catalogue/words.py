@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from identification.diagnosis.catalogue import CATALOGUE, by_name
+from identification.diagnosis.catalogue import CATALOGUE, FORMS, by_name
 from identification.report.tables import markdown
 
 
@@ -26,5 +26,7 @@ def described(name: str) -> str:
         ("law", e.law), ("looks like", e.looks), ("contains", ", ".join(e.simpler)),
         ("confused with", ", ".join(e.confused_with)), ("separated by", e.separated_by),
         ("source", e.source),
+        *(("or, if that leaves a rest", f"{f.law}, {f.sentence} ({f.source})")
+          for f in FORMS if f.name == name),
     )  # fmt: skip
     return "\n".join([*lines, *(f"  {word}: {text}" for word, text in said if text)])

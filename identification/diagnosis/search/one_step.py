@@ -23,6 +23,7 @@ from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.base import Base
 from identification.diagnosis.search.candidates import (
+    HOPELESS,
     Candidate,
     DiagnosisOptions,
     astray,
@@ -149,11 +150,8 @@ def decided(found: Searched, task: SearchTask) -> Decision:
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         decision = _decided_there(found, task, evidence, decision)
-    if decision.kind == "unknown_physics" and evidence.laws:
-        form = richer_form(evidence.laws[0], base, task)
-        if form is not None:
-            again = decide(replace(evidence, laws=(form, *evidence.laws[1:])), limits)
-            decision = again if again.kind == "missing_physics" else decision
+    if decision.kind == "unknown_physics":
+        decision = _by_a_form(decision, evidence, base, task)
     if where:
         decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
     return decision
@@ -191,6 +189,21 @@ def _with_laws(
     untried = (*evidence.untried, *(at for at in names if at not in made))
     laws = scored(not_worse(every, options), options.jobs)
     return replace(evidence, laws=laws, untried=untried)
+
+
+def _by_a_form(decision: Decision, evidence: Evidence, base: Base, task: SearchTask) -> Decision:
+    """Decide again with a richer form of the best law that has forms, if that gives a name."""
+    most = HOPELESS[-1] * min((s.trial.train for s in evidence.laws), default=0.0)
+    formed = {f.name for f in FORMS}
+    plain = next(
+        (s for s in evidence.laws if s.trial.effect in formed and s.trial.train < most), None
+    )
+    form = None if plain is None else richer_form(plain, base, task)
+    if form is None:
+        return decision
+    laws = sorted([form, *(s for s in evidence.laws if s is not plain)], key=lambda s: s.score.loss)
+    again = decide(replace(evidence, laws=tuple(laws)), task.limits)
+    return again if again.kind == "missing_physics" else decision
 
 
 def richer_form(lead: Scored, base: Base, task: SearchTask) -> Scored | None:
