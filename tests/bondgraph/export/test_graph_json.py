@@ -40,6 +40,7 @@ from bondgraph.laws import (
     EndStop,
     Hysteretic,
     Law,
+    LawSum,
     LuGre,
     NonlinearResistance,
     Odometer,
@@ -111,6 +112,7 @@ LAW_EXAMPLES: dict[str, Law] = {
     "push": Push(2.0, 0.1, 0.3, 4.0, "V", True, False, 3.0),
     "ageing": Ageing(30.0, 0.2, "N/m"),
     "timed_slope": TimedSlope(Tone(7.0, 0.05, 3.0, "N/m", False)),
+    "sum": LawSum((StopSum((0.1,), rated=True, speed=2.0), Polynomial(0.1, orders=(3, 5)))),
     "lifted": Parametrised(Polynomial(0.1, 1.5, 2.0), ("centre", "half")),
 }
 

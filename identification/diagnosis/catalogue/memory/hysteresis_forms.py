@@ -44,7 +44,7 @@ class StopsBeside(RicherHysteresis, ABC):
 
 
 @final
-class HysteresisWithCreep(RicherHysteresis):
+class CreepingHysteresis(RicherHysteresis):
     """Stops in series with two Kelvin-Voigt branches."""
 
     law = "hysteresis_with_creep"
@@ -94,6 +94,6 @@ class RatedHysteresis(StopsBeside):
 
 
 FORMS: tuple[RicherHysteresis, ...] = (
-    HysteresisWithCreep(), SaturatingHysteresis(), RatedHysteresis(),
+    CreepingHysteresis(), SaturatingHysteresis(), RatedHysteresis(),
 )  # fmt: skip
 """Tried where plain stops lead and leave more than noise."""
