@@ -89,4 +89,5 @@ def _is_noise(u: Array, relative: Array) -> bool:
     left = cut - curve @ np.linalg.lstsq(curve, cut, rcond=None)[0]
     followed = 1.0 - float(left @ left) / float(cut @ cut)
     band = max(MEMORY, CUT / np.sqrt(u.size))
-    return max(followed, float(np.abs(autocorrelation([cut], LAGS)[1:]).max())) < band
+    most = float(np.abs(autocorrelation([cut], LAGS)[1:]).max())
+    return bool(max(followed, most) < band)
