@@ -31,14 +31,16 @@ def pushed_twice() -> BondGraph:
     return g
 
 
-def recorded(truth: BondGraph, values: dict[str, float]) -> Recording:
+def recorded(
+    truth: BondGraph, values: dict[str, float], noise: dict[str, float] = NOISE
+) -> Recording:
     rng = np.random.default_rng(2)
     commands = {
         "F_1": 3.0 * np.sin(2 * np.pi * (0.5 + 0.6 * T) * T),
         "F_2": 2.0 * np.repeat(rng.uniform(-1, 1, N // 40), 40),
     }
     run = simulate(truth, T, commands, values)
-    read = {n: np.asarray(run[n]) + s * rng.standard_normal(N) for n, s in NOISE.items()}
+    read = {n: np.asarray(run[n]) + s * rng.standard_normal(N) for n, s in noise.items()}
     units = {"F_1": "N", "F_2": "N", "x": "m", "u_1": "V"}
     return Recording("run", T, {**commands, **read}, units)
 
@@ -61,8 +63,11 @@ def test_the_channel_that_is_wrong(
     assert (first.chosen.effect, first.chosen.element) == (effect, place)
 
 
-def test_right_commands_and_a_right_monitor_are_no_finding() -> None:
-    found = diagnose(
-        pushed_twice(), recorded(pushed_twice(), {"k": 215.0}), noise=NOISE, options=FASTER
-    )
+@pytest.mark.parametrize("step", [None, 2e-3])
+def test_right_commands_and_a_right_monitor_are_no_finding(step: float | None) -> None:
+    """A coarse encoder is no physics either: its noise is not taken to be below its rounding."""
+    model = pushed_twice().with_element("x", resolution=step)
+    recording = recorded(model, {"k": 215.0}, {"x": 1e-7, "u_1": 2e-3} if step else NOISE)
+    noise = {"u_1": 2e-3} if step else NOISE
+    found = diagnose(model, recording, noise=noise, options=FASTER)
     assert found.kind in ("explained", "parameters_only")
