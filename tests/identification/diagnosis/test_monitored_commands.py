@@ -50,6 +50,7 @@ def recorded(
     [
         ("F_1", {"drive": Drive(Saturation(-2.2, 2.2))}, {"k": 215.0}, "saturation"),
         ("d", {"law": Coulomb()}, {"F_c_d": 0.3}, "coulomb_friction"),
+        ("u_1", {"gain": 0.104}, {}, "sensor_gain"),
     ],
 )
 def test_the_channel_that_is_wrong(
