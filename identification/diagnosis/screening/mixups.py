@@ -181,7 +181,8 @@ def as_read(graph: BondGraph, mixup: Mixup) -> BondGraph:
         return graph
     (name,) = mixup.channels
     # without its unit: what it reads is another quantity now
-    return graph.replace(name, SENSORS[mixup.sensor](name))
+    kept = {f: getattr(graph[name], f) for f in Sensor.channel}
+    return graph.replace(name, SENSORS[mixup.sensor](name, **kept))
 
 
 def _with(values: Array, place: int, value: float) -> Array:
