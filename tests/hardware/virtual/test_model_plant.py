@@ -178,5 +178,5 @@ def test_every_reading_stands_on_the_bench(graph: BondGraph, source: str) -> Non
 
 
 def test_a_recorded_displacement_whose_rate_is_needed_is_refused() -> None:
-    with pytest.raises(UnusableInput, match=r"rate d_b.* its rate \(given=\"value\"\)"):
+    with pytest.raises(UnusableInput, match=r"rate d_b.* give a base by its velocity"):
         ModelPlant(shaken("integral"), "b", "w", step=STEP)

@@ -15,7 +15,7 @@ from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 
 N, DT = 1200, 4e-3
-T = DT * np.arange(N)
+T = np.asarray(DT * np.arange(N), np.float64)
 NOISE = {"x": 2e-5, "u_1": 2e-3}
 FASTER = DiagnosisOptions(jobs=1, effects=1, keep=3, more=1)
 

@@ -17,7 +17,7 @@ from identification.study.joint import JointPoint
 from tests.bondgraph.readings_bench import bench, power, shaken
 from tests.identification.study.test_joint import jacobian, residuals, somewhere
 
-T = 1e-3 * np.arange(2000)
+T = np.asarray(1e-3 * np.arange(2000), np.float64)
 FORCE = 3.0 * np.sin(2 * np.pi * (0.5 + 5.0 * T) * T) + np.repeat(
     np.random.default_rng(3).standard_normal(40), 50
 )
