@@ -71,8 +71,9 @@ class SaturatingHysteresis(StopsBeside):
     source = "Devonshire, Phil. Mag. 40 (1949) 1040; Landis, J. Mech. Phys. Solids 50 (2002) 127"
 
     def law_at(self, element: Element, past: PortHistory) -> Law:
-        """Return stops, and the third and fifth power of a Landau potential."""
-        potential = Polynomial(past.centre, past.half, 0.1 * past.swing, (3, 5))
+        """Return stops, and the third and fifth power of a Landau potential, even about zero."""
+        half = float(abs(past.argument).max()) or 1.0
+        potential = Polynomial(0.0, half, 0.1 * past.swing, (3, 5))
         parts = (stops_at(element, past), potential)
         lifted = (("thresholds",), ("centre", "half"))
         return LawSum(tuple(map(Parametrised, parts, lifted)))
