@@ -126,7 +126,7 @@ def _forward(
         decision = decided(here or searched(base, task, number, places), task)
         if decision.kind == "unknown_physics" and decisions:
             form = in_a_form(decisions[-1], before, task)
-            if form is not None:
+            if form is not None and form.chosen is not None:
                 base = base_of(held_to_residual(form.chosen.fit, task.given))
                 decisions[-1] = form
                 decision = decided(searched(base, task, number, places), task)
