@@ -37,7 +37,8 @@ def hysteresis_forms(
         return ()
     past, known = scene.of(element), ended.get(PLAIN.name, {})
     stops = stops_at(element, past)
-    potential = Polynomial(past.centre, past.half, 0.1 * past.swing, (3, 5))
+    reach = float(abs(past.argument).max()) or 1.0
+    potential = Polynomial(0.0, reach, 0.1 * past.swing, (3, 5))  # even about zero
     saturating = LawSum((
         Parametrised(stops, ("thresholds",)), Parametrised(potential, ("centre", "half")),
     ))  # fmt: skip
