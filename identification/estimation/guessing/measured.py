@@ -101,7 +101,9 @@ def _judged(found: Found, dt: float, at: IntArray) -> Measured:
     size = np.abs(response)
     relative = deviation / np.maximum(size, 1e-300)
     good = np.isfinite(relative) & (relative < WORST) & (size > 0.0)
-    weight = np.where(good, 1.0 / np.hypot(relative, MODEL_ERROR), 0.0)
+    # a command that is straight between samples is weaker by sinc^2, which small motions leave out
+    granted = np.hypot(MODEL_ERROR, angle**2 / 12.0)[:, None, None]
+    weight = np.where(good, 1.0 / np.hypot(relative, granted), 0.0)
     logarithm = np.log(np.where(good, response, 1.0).astype(complex))
     return Measured(angle / dt, at, logarithm, weight)
 

@@ -247,7 +247,7 @@ def test_a_rotor_that_spins_on() -> None:
         Se("T", unit="N*m") >> w >> I("J", 0.8, unit="kg*m^2")
         w >> R("b", 0.4, unit="N*m*s/rad")
         w >> Dq("phi", unit="rad")
-    record = answered(g, np.arange(2000) * 0.01, {"T": 1.0 + steps(2000, 40)}, noise=1e-3)
-    found = explained_guess(Study(g.with_values({"J": 3.0, "b": 0.1}), record))
+    record = answered(g, np.arange(2000) * 0.01, {"T": 1.0 + steps(2000, 20)}, noise=1e-3)
+    found = explained_guess(Study(g.with_values({"J": 8.0, "b": 4.0}), record))
     assert found.cost_after < 1.5
     assert found.values["J"] == pytest.approx(0.8, rel=0.02)
