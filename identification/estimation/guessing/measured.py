@@ -87,8 +87,9 @@ def measured_response(problem: Problem, points: int = 60) -> Measured | None:
         return made
     # what runs away (an angle that turns on) leaks into every line; its differences do not
     gone = np.abs(y[-1] - y[0]) > AWAY * np.ptp(y, axis=0)
-    moved = (np.diff(u, axis=0), np.diff(y, axis=0)) if gone.any() else (u, y)
-    others = (_arbitrary(*moved, points), _differenced(u, y, data.floor, points))
+    steps = int(gone.any())
+    smooth = _arbitrary(np.diff(u, steps, axis=0), np.diff(y, steps, axis=0), points)
+    others = (smooth, _differenced(u, y, data.floor, points))
     judged = [_judged(f, data.dt, at) for f in others if f is not None]
     # a step looks like a transient, so that a local polynomial cannot tell them apart
     judged = [m for m in judged if m.count >= LEAST]
