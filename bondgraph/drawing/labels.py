@@ -103,13 +103,15 @@ def label(
 
 
 def describe(e: Element) -> str:
-    """Text shown when the pointer rests on an element: kind, name, value and unit."""
+    """Text shown when the pointer rests on an element: kind, name, value, unit, its channel."""
     value = getattr(e, "stiffness", None)
     for field in ("value", "ratio"):
         value = getattr(e, field, None) if value is None else value
     unit = getattr(e, "unit", "")
     shown = "" if value is None else f" = {value}"
-    return f"{e.kind} {e.name}{shown}{f' {unit}' if unit else ''}"
+    held = {f: getattr(e, f) for f in getattr(e, "channel", ())}
+    more = "".join(f", {f.replace('_', ' ')} {v}" for f, v in held.items() if v is not None)
+    return f"{e.kind} {e.name}{shown}{f' {unit}' if unit else ''}{more}"
 
 
 def _note(e: Element) -> str:

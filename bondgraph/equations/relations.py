@@ -497,15 +497,12 @@ class _Builder:
         target = f"y_{e.name}"
         offset = self.graph.channel_value(e, "offset")
         if e.resolution is not None:
-            fine, (step,) = f"{FINE}{e.name}", self._names_of(e, "resolution")
+            fine, step = f"{FINE}{e.name}", str(self.graph.channel_value(e, "resolution"))
             self.put(fine, terms, f"{e.name} before it is rounded", expression=offset, law=law)
             use = LawUse(f"{e.name}_resolution", "rounding", Resolution(), fine, sp.S.One, (step,))
             terms, law, offset = [(1, fine)], self._use(use), None
         self.put(target, terms, f"{e.kind} {e.name}", expression=offset, law=law)
         self.made.outputs.append((e.name, target, e.unit))
-
-    def _names_of(self, e: Sensor, field: str) -> tuple[str, ...]:
-        return tuple(str(s) for s in self.graph.channel_value(e, field).free_symbols)
 
     def _followed(self, e: Sensor, value: str) -> str:
         """Return what is left of a signal behind the dynamics of a sensor."""
@@ -518,7 +515,7 @@ class _Builder:
         omega = self.graph.channel_value(e, "natural_frequency")
         if omega is None:
             return value
-        zeta = self.graph.channel_value(e, "damping_ratio")
+        zeta: Any = self.graph.channel_value(e, "damping_ratio")
         shown, rate = f"shown_{e.name}", f"rate_shown_{e.name}"
         square = omega**2
         self.put(

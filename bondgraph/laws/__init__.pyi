@@ -20,7 +20,6 @@ from bondgraph.laws.law_sum import LawSum as LawSum
 from bondgraph.laws.letting_go import LettingGo as LettingGo
 from bondgraph.laws.limits import DeadZone as DeadZone
 from bondgraph.laws.limits import Saturation as Saturation
-from bondgraph.laws.lossy_spring import LossySpring as LossySpring
 from bondgraph.laws.lugre import LuGre as LuGre
 from bondgraph.laws.magnet import Magnet as Magnet
 from bondgraph.laws.maxwell_slip import MaxwellSlip as MaxwellSlip

@@ -66,7 +66,7 @@ class Magnet(Law):
         return 0.0 if self.free_standing else None
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
-        """Force at the displacement `s`."""
+        """Return the force at the displacement `s`."""
         u = ops.maximum(s / p[1], CLOSEST - 1.0)
         rest = 0.0 if self.free_standing else 1.0 - 2.0 * u
         return p[0] * ((1.0 + u) ** -2 - rest)

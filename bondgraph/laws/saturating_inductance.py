@@ -52,7 +52,7 @@ class SaturatingInductance(Law):
         )  # fmt: skip
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
-        """Current that the iron does not carry any more."""
+        """Return the current that the iron does not carry any more."""
         return p[0] * beyond(ops, s, p[1])
 
 

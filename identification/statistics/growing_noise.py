@@ -47,8 +47,8 @@ def growing_noise(r: Array, y: Array) -> GrowingNoise | None:
 
     Its size has to follow that of the reading (rank correlation), and what is left after dividing
     by the likeliest law must be without memory and no curve of the reading: physics left out grows
-    with the motion too, but lasts from sample to sample. Likelihood of a variance function: Davidian
-    and Carroll, J. Am. Stat. Assoc. 82 (1987) 1079.
+    with the motion too, but lasts from sample to sample. Likelihood of a variance function:
+    Davidian and Carroll, J. Am. Stat. Assoc. 82 (1987) 1079.
 
     Parameters
     ----------
@@ -89,4 +89,5 @@ def _is_noise(u: Array, relative: Array) -> bool:
     left = cut - curve @ np.linalg.lstsq(curve, cut, rcond=None)[0]
     followed = 1.0 - float(left @ left) / float(cut @ cut)
     band = max(MEMORY, CUT / np.sqrt(u.size))
-    return followed < band and float(np.abs(autocorrelation([cut], LAGS)[1:]).max()) < band
+    most = float(np.abs(autocorrelation([cut], LAGS)[1:]).max())
+    return bool(max(followed, most) < band)

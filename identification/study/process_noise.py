@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import UnusableInput, real_number, unknown_name
@@ -48,7 +49,7 @@ def admit_process_noise(given: object) -> ProcessNoise:
     if isinstance(given, str):
         raise UnusableInput(f"process_noise = {given!r}: give a sequence, such as ({given!r},)")
     try:
-        names = tuple(given)  # type: ignore[arg-type]
+        names: tuple[Any, ...] = tuple(given)  # type: ignore[arg-type]
     except TypeError:  # no sequence at all
         names = (None,)
     if any(not isinstance(n, str) for n in names):

@@ -19,6 +19,7 @@ from bondgraph.analysis.exact_algebra import PRIME, echelon
 from bondgraph.analysis.kalman import null_vectors
 from bondgraph.equations.derivation import system
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.uncertainty.combinations import Combination, FlatBlock, flat_blocks
 from identification.uncertainty.joint_sensitivities import rich_nulls
@@ -116,14 +117,24 @@ def identifiability(
     """
     graph.require_sound()
     names = _free(graph, free)
+    graph = _not_rounded(graph)
     try:
         return _exact(graph, names, seed)
     except UnusableInput:
         return _by_gap(graph, names, values, seed)
 
 
+def _not_rounded(graph: BondGraph) -> BondGraph:
+    """Return the graph with readings as they are before rounding, which hides no parameter."""
+    for e in graph.of_type(Sensor):
+        if e.resolution is not None:
+            graph = graph.with_element(e.name, resolution=None)
+    return graph
+
+
 def structural_rank(graph: BondGraph, free: Sequence[str], seed: int = 1) -> int:
     """Return how many numbers about `free` can be determined, without naming combinations."""
+    graph = _not_rounded(graph)
     try:
         everything = tuple(dict.fromkeys((*system(graph).parameters, *free)))
         point = random_integers(everything, seed)

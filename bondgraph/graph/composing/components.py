@@ -231,9 +231,9 @@ def propeller(
 ) -> BondGraph:
     """Propeller at the bollard: thrust with the square of the speed, behind a first-order lag.
 
-    ``M = J domega/dt + k_M |omega| omega``, ``tau dT/dt + T = ratio k_M |omega| omega``, ``F = T``: the water gives the
-    flow time to form. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011,
-    chapter 9. Ports ``shaft`` (N m), ``hull`` (N, pushed). Parameters ``c_2_load`` (``k_M``,
+    ``M = J domega/dt + k_M |omega| omega``, ``tau dT/dt + T = ratio k_M |omega| omega``, ``F = T``:
+    the flow takes time to form. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control,
+    2011, chapter 9. Ports ``shaft`` (N m), ``hull`` (N, pushed). Parameters ``c_2_load`` (``k_M``,
     N m s^2), ``ratio`` (thrust over torque, 1/m), ``tau`` (s), ``J`` (kg m^2).
     """
     with BondGraph("propeller") as g:

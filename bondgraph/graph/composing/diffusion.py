@@ -9,8 +9,8 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.hierarchy import Port
 from bondgraph.graph.elements import C, One, R, Zero
 
-BEYOND = 10.0
-"""Factor by which the time constants reach over the band on either side."""
+STEP = sqrt(10.0)
+"""Ratio of neighbouring time constants."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Ladder:
     """``1/sqrt(s)`` as ``direct + 1/(s kept) + sum r / (1 + s tau)``; everything for a ``W`` of 1.
 
     From ``1/sqrt(s) = (1/pi) integral sqrt(tau) / (1 + s tau) d(ln tau)``: the trapezoidal rule in
-    ``ln tau``, one time constant a decade, whose error falls as ``exp(-2 pi^2 / ln 10)``; what is
+    ``ln tau``, two time constants a decade, with an error of ``2 exp(-pi^2 / ln STEP)``; what is
     faster than the first is a resistance, what is slower than the last a capacity, each exact to
     first order. Warburg, Ann. Physik 303 (1899) 493; the sum is Foster's first form.
 
@@ -41,13 +41,13 @@ def warburg_ladder(slowest: float, fastest: float) -> Ladder:
     Examples
     --------
     >>> len(warburg_ladder(100.0, 1.0).branches)
-    5
+    9
     """
-    count = ceil(log10(slowest / fastest)) + 3
-    first = sqrt(slowest * fastest) * 10.0 ** (-0.5 * (count - 1))
-    taus = [first * 10.0**k for k in range(count)]
-    low, high = first / sqrt(10.0), taus[-1] * sqrt(10.0)  # the rule reaches half a step beyond
-    branches = tuple((log(10.0) / pi * sqrt(tau), tau) for tau in taus)
+    count = 2 * ceil(log10(slowest / fastest)) + 5  # a decade beyond the band on either side
+    first = sqrt(slowest * fastest) * STEP ** (-0.5 * (count - 1))
+    taus = [first * STEP**k for k in range(count)]
+    low, high = first / sqrt(STEP), taus[-1] * sqrt(STEP)  # the rule reaches half a step beyond
+    branches = tuple((log(STEP) / pi * sqrt(tau), tau) for tau in taus)
     return Ladder(branches, 2.0 / pi * sqrt(low), 0.5 * pi * sqrt(high))
 
 

@@ -17,9 +17,9 @@ def magnetorheological_damper(
 ) -> BondGraph:
     """Damper whose fluid yields at a force that a command sets (Bingham model).
 
-    ``F = c v + F_c (1 + a u) sign(v)`` with ``v = v_left - v_right`` and the command ``u``, an input
-    ``in_current``; passive while ``1 + a u`` is not negative. Stanway, Sproston and Stevens, J.
-    Electrostatics 20 (1987) 167. Ports ``left``, ``right`` (N). Parameters ``c`` (N s/m),
+    ``F = c v + F_c (1 + a u) sign(v)`` with ``v = v_left - v_right`` and the command ``u``, an
+    input ``in_current``; passive while ``1 + a u`` is not negative. Stanway, Sproston and Stevens,
+    J. Electrostatics 20 (1987) 167. Ports ``left``, ``right`` (N). Parameters ``c`` (N s/m),
     ``F_c_yield`` (N), ``a`` (over the unit of ``u``).
     """
     with BondGraph("magnetorheological_damper") as g:

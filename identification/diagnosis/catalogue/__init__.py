@@ -34,7 +34,6 @@ from identification.diagnosis.catalogue.restoring.backlash import BacklashEffect
 from identification.diagnosis.catalogue.restoring.bilinear_stiffness import BilinearStiffness
 from identification.diagnosis.catalogue.restoring.contact_loss import ContactLossEffect
 from identification.diagnosis.catalogue.restoring.end_stop import EndStopEffect
-from identification.diagnosis.catalogue.restoring.lossy_stiffness import LossyStiffness
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
 from identification.diagnosis.catalogue.storage.added_mode import AddedMode
 from identification.diagnosis.catalogue.storage.leakage import Leakage
@@ -59,7 +58,6 @@ CATALOGUE: tuple[Effect, ...] = (
     AsymmetricDampingEffect(),
     # restoring
     NonlinearStiffness(),
-    LossyStiffness(),
     BilinearStiffness(),
     EndStopEffect(),
     BacklashEffect(),

@@ -134,6 +134,8 @@ class Effect(ABC):
     separated_by: ClassVar[str] = ""
     simpler: ClassVar[tuple[str, ...]] = ()
     source: ClassVar[str] = ""
+    richer: ClassVar[tuple[str, ...]] = ()
+    """Laws that `forms` may give."""
     costly: ClassVar[bool] = False
     """Leaves the exact engine: fitted only where the screening puts it among the first."""
 

@@ -54,13 +54,18 @@ def commands(graph: BondGraph) -> tuple[Element, ...]:
     return tuple(e for e in sources(graph) if isinstance(e, Source) and not e.measured)
 
 
-def sensors(graph: BondGraph) -> tuple[Element, ...]:
-    """Sensors without a law, lag, delay, drift, gain or clock of their own."""
+def prompt_sensors(graph: BondGraph) -> tuple[Element, ...]:
+    """Sensors without a law, lag, delay, drift or clock of their own."""
     return tuple(
         e
         for e in graph.of_type(Sensor)
-        if e.law is None and not (e.lag or e.delay or e.clock or e.gain or e.drift)
+        if e.law is None and e.lag is None and not (e.delay or e.clock or e.drift)
     )
+
+
+def sensors(graph: BondGraph) -> tuple[Element, ...]:
+    """Prompt sensors without a gain: a law of theirs is in the unit of the reading."""
+    return tuple(e for e in prompt_sensors(graph) if isinstance(e, Sensor) and e.gain is None)
 
 
 def has_unit(element: Element, units: tuple[str, ...]) -> bool:

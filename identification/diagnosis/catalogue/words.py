@@ -24,6 +24,7 @@ def described(name: str) -> str:
     lines = [f"{e.name} ({e.family}): {e.sentence}"]
     said = (
         ("law", e.law), ("looks like", e.looks), ("contains", ", ".join(e.simpler)),
+        ("richer laws", ", ".join(e.richer)),
         ("confused with", ", ".join(e.confused_with)), ("separated by", e.separated_by),
         ("source", e.source),
     )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import I, Source
 from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.structural_classes import splitting_signals
+from identification.diagnosis.screening.mixups import forgotten
 
 if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
@@ -26,7 +28,7 @@ def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
                 "rest after it",
             )
         return ()
-    chosen, lines = d.decision.chosen, []
+    chosen, lines = d.decision.chosen, list(_forgotten(d))
     same = list(dict.fromkeys(t.element for t in d.decision.same_place))
     for signal, junction, split in splitting_signals(
         d.scene.fitted, chosen.element, same, frequencies
@@ -45,6 +47,15 @@ def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
             )
     lines += [e.sentence for e in d.experiments[:2]]
     return tuple(lines)
+
+
+def _forgotten(d: Diagnosis) -> Iterator[str]:
+    """Yield what a wrong factor of a reading looks like: a sign or a unit."""
+    for chosen in (s.chosen for s in d.findings):
+        if chosen is not None and chosen.effect == "sensor_gain":
+            factor = 1.0 + chosen.fit.values.get(f"a_1_{chosen.element}", 0.0)
+            if (mistake := forgotten(chosen.element, factor)) is not None:
+                yield f"{mistake.claim}: correct the recording and diagnose again"
 
 
 def _beyond_training(d: Diagnosis) -> str:

@@ -52,6 +52,8 @@ MOVED = 30.0
 """Ratio of a fitted to a declared value that no data sheet is wrong by."""
 DEAF = 0.1
 """Correlation with the model below which a sensor shows nothing of it."""
+SPREAD, CLOSE = 2.0, 1.2
+"""Ratio of the largest to the smallest factor that are one, and how near it is to a conversion."""
 FACTORS = (1e2, 1e3, 1e6, 1e9, 180.0 / np.pi, 30.0 / np.pi, 9.80665, 1e3 / 25.4, 1e5, 6e4)
 """What a forgotten conversion multiplies by: percent, milli, micro, nano, degrees, turns a minute,
 kilogram-force, inches, bar, litres a minute."""
@@ -154,6 +156,39 @@ def moved(nominal: Fit) -> tuple[str, ...]:
     return tuple(found)
 
 
+def together(nominal: Fit) -> tuple[str, ...]:
+    """Return a sentence where all values are fitted by one conversion beside what is declared.
+
+    The unit of an only reading shows in no misfit: every parameter makes up for it alike.
+    """
+    declared = nominal.problem.graph.parameters
+    ratios = [
+        e.value / declared[e.name].value
+        for e in nominal.estimates
+        if e.name in declared and declared[e.name].value
+    ]
+    if len(ratios) < 2 or min(ratios) <= 0 or max(ratios) > SPREAD * min(ratios):
+        return ()
+    many = float(np.exp(np.mean(np.log(ratios))))
+    if not (near := _conversions(many)) or not 1 / CLOSE < many / near[0] < CLOSE:
+        return ()
+    most = max(many, 1 / many)
+    names = ", ".join((*nominal.problem.data.commands, *nominal.problem.data.names))
+    return (
+        f"all values are fitted about {most:.3g} times {'larger' if many > 1 else 'smaller'} than "
+        f"declared, as if a unit were forgotten: check those of {names}",
+    )
+
+
+def forgotten(sensor: str, factor: float) -> Mixup | None:
+    """Return the mistake that a factor of a reading looks like: a sign, a unit; None for others."""
+    if 1 / CLOSE < -factor < CLOSE:
+        return Mixup("sign", (sensor,))
+    if factor > 0 and (near := _conversions(factor)) and 1 / CLOSE < factor / near[0] < CLOSE:
+        return Mixup("scale", (sensor,), near[0])
+    return None
+
+
 def undone(data: Data, mixup: Mixup) -> Data:
     """Return the recording with the mistake undone."""
     if mixup.kind == "exchange":
@@ -181,7 +216,8 @@ def as_read(graph: BondGraph, mixup: Mixup) -> BondGraph:
         return graph
     (name,) = mixup.channels
     # without its unit: what it reads is another quantity now
-    return graph.replace(name, SENSORS[mixup.sensor](name))
+    kept = {f: getattr(graph[name], f) for f in Sensor.channel}
+    return graph.replace(name, SENSORS[mixup.sensor](name, **kept))
 
 
 def _with(values: Array, place: int, value: float) -> Array:

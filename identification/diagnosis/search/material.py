@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import interleaved
@@ -62,7 +63,8 @@ def material_of(asked: Asked) -> Material:
     split = asked.split or usual
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     coarse = recording.meta.get("resolution") or {}
-    data = replace(data, breaks=breaks, resolution=coarse if isinstance(coarse, Mapping) else {})
+    steps = _declared_steps(graph) | (dict(coarse) if isinstance(coarse, Mapping) else {})
+    data = replace(data, breaks=breaks, resolution=steps)
     if reason := _insufficient(asked.n_free, data) or "; ".join((*stuck(data), *_turns(data))):
         return Material(recording, data, reason=reason)
     given = declared_noise(recording, sensors) | dict(asked.noise)
@@ -73,6 +75,13 @@ def material_of(asked: Asked) -> Material:
     data = replace(data, floor=np.array([floor[n] for n in sensors]), floor_measured=sure)
     ours = asked.split is None and not breaks and recording.n >= LEAST_TO_INTERLEAVE
     return Material(recording, data, read, given, sure, ours, _nothing_moves(data))
+
+
+def _declared_steps(graph: BondGraph) -> dict[str, float]:
+    """Return the resolutions that sensors of the model have, SI."""
+    named = {e.name: graph.channel_value(e, "resolution") for e in graph.of_type(Sensor)}
+    known = graph.parameters
+    return {n: known[str(v)].value for n, v in named.items() if v is not None}
 
 
 def _split(recording: Recording, commands: Sequence[str]) -> Split:

@@ -321,6 +321,9 @@ def held_to_residual(result: Fit, given: Collection[str] = ()) -> Fit:
             return result
         level = np.sqrt(np.sum(r**2, axis=0) / (r.shape[0] - freedom))
         least = np.maximum(data.readings.std(axis=0), np.finfo(float).tiny) * LEAST
+        # a rounded reading says no more, even where the model rounds as well
+        steps = np.array([data.resolution.get(n, 0.0) for n in data.names])
+        least = np.maximum(least, steps / np.sqrt(12.0))
         known = np.array([n in given for n in data.names])
         floor = np.where(known, data.floor, np.minimum(data.floor, np.maximum(level, least)))
         if (floor > clearly * data.floor).all():

@@ -228,16 +228,25 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: 
     best, plain = named[0], evidence.plain
     excess = plain.square - 1.0
     least = PART * excess if unknown else max(MUCH * excess, NEARLY * gained(best, plain))
+    tried: set[tuple[str, str]] = set()
     for s in named:
-        made = () if gained(s, plain) < least else _forms_of(s, named, found)
+        place = (s.trial.insertion.family, s.element)
+        made = () if gained(s, plain) < least or place in tried else _forms_of(s, named, found)
         if made:
+            tried.add(place)
             form = best_form(_fitted_forms(made, best, found, task), best, task.limits)
-            if form is None or not (unknown or form.left.most <= task.limits.noise):
-                break
-            at = (form.trial.effect, form.element)
-            kept = [o for o in evidence.laws if (o.trial.effect, o.element) != at]
-            return replace(evidence, laws=tuple(sorted((form, *kept), key=lambda o: o.score.loss)))
+            if form is not None and (unknown or form.left.most <= task.limits.noise):
+                at = (form.trial.effect, form.element)
+                kept = [o for o in evidence.laws if (o.trial.effect, o.element) != at]
+                laws = sorted((form, *kept), key=lambda o: o.score.loss)
+                return replace(evidence, laws=tuple(laws))
+        if len(tried) == (RICHER if unknown else 1):
+            break
     return evidence
+
+
+RICHER = 2
+"""Laws whose forms are tried where nothing can be named."""
 
 
 def _forms_of(law: Scored, named: Sequence[Scored], found: Searched) -> tuple[Insertion, ...]:

@@ -24,6 +24,8 @@ LEAST = 3
 EXCITED_STEP = 0.1
 LEAKAGE = 0.2
 """Relative error of a ratio of spectra without a correction for what the record begins with."""
+AWAY = 0.5
+"""Part of its range by which a reading ends away from where it began, if it runs away."""
 TOP = 0.8
 """Lines up to this share of the Nyquist rate: beyond, the samples tell little of the commands."""
 WORST = 0.7
@@ -83,7 +85,11 @@ def measured_response(problem: Problem, points: int = 60) -> Measured | None:
     found = _periodic(u, y, data.dt, data.names, points)
     if found is not None and (made := _judged(found, data.dt, at)).count >= LEAST:
         return made
-    others = (_arbitrary(u, y, points), _differenced(u, y, data.floor, points))
+    # what runs away (an angle that turns on) leaks into every line; its differences do not
+    gone = np.abs(y[-1] - y[0]) > AWAY * np.ptp(y, axis=0)
+    steps = int(gone.any())
+    smooth = _arbitrary(np.diff(u, steps, axis=0), np.diff(y, steps, axis=0), points)
+    others = (smooth, _differenced(u, y, data.floor, points))
     judged = [_judged(f, data.dt, at) for f in others if f is not None]
     # a step looks like a transient, so that a local polynomial cannot tell them apart
     judged = [m for m in judged if m.count >= LEAST]
@@ -96,7 +102,9 @@ def _judged(found: Found, dt: float, at: IntArray) -> Measured:
     size = np.abs(response)
     relative = deviation / np.maximum(size, 1e-300)
     good = np.isfinite(relative) & (relative < WORST) & (size > 0.0)
-    weight = np.where(good, 1.0 / np.hypot(relative, MODEL_ERROR), 0.0)
+    # a command that is straight between samples is weaker by sinc^2, which small motions leave out
+    granted = np.hypot(MODEL_ERROR, angle**2 / 12.0)[:, None, None]
+    weight = np.where(good, 1.0 / np.hypot(relative, granted), 0.0)
     logarithm = np.log(np.where(good, response, 1.0).astype(complex))
     return Measured(angle / dt, at, logarithm, weight)
 

@@ -75,10 +75,11 @@ class Collocation(Method):
         instead = "use method='single_shooting'"
         for e in study.graph.elements.values():
             law, drive = getattr(e, "law", None), getattr(e, "drive", None)
-            scalar = isinstance(law, Law)  # that of a field is smooth, and has no memory
-            if scalar and law.n_memory:
+            if not isinstance(law, Law):
+                law = None  # that of a field is smooth, and has no memory
+            if law is not None and law.n_memory:
                 raise UnusableInput(f"collocation: the law of {e.name} has memory; {instead}")
-            if scalar and law.set_valued:
+            if law is not None and law.set_valued:
                 raise UnusableInput(f"collocation: the law of {e.name} jumps; {instead}")
             if getattr(e, "delay", None) or (drive is not None and drive.delay):
                 raise UnusableInput(f"collocation: {e.name} has a dead time; {instead}")

@@ -152,6 +152,17 @@ def test_a_part_used_twice_has_its_own_channel() -> None:
     assert {g.parameters[n].value for n in ("gain_one_x", "gain_other_x")} == {2.0, 3.0}
 
 
+def test_a_part_is_given_its_channel_from_outside() -> None:
+    part = spring()
+    part.parameter("late", 0.02, "s")
+    part = part.with_element("x", lag="late", gain="late")
+    with BondGraph("outer") as g:
+        slow = g.parameter("slow", 0.01, "s")
+        use(part, "part", late=2 * slow)
+    found = np.asarray(simulate(g, TIME, {"part_F": FORCE})["part_x"])
+    assert found == pytest.approx(0.02 * read(lag=0.02), abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("channel", "says"),
     [

@@ -88,6 +88,15 @@ def test_a_unit_reads_as_the_simulation(name: str, tmp_path: Path) -> None:
                 alike(found[n], wanted[n], graph, n, 2e-3)
 
 
+def test_a_unit_of_a_base_by_its_displacement_takes_the_rate_beside_it(tmp_path: Path) -> None:
+    graph, model = GRAPHS["displacement"], program(GRAPHS["displacement"])
+    unit = test_fmu.valid(fmu2_cosimulation(model, tmp_path / "base.fmu"))
+    given = test_fmu.signals(TIME, b=FORCE, d_b=np.gradient(FORCE, TIME))
+    found, wanted = test_fmu.run(unit, TIME, model.outputs, input=given), expected(graph)
+    for n in model.outputs:  # held over a step of 1 ms
+        assert np.abs(found[n] - wanted[n]).max() < 2e-2 * np.ptp(wanted[n]), n
+
+
 def test_python_control_has_the_linear_ones() -> None:
     graph = bench().with_element("x", resolution=None, offset=None).with_element("a", offset=None)
     graph = graph.with_element("F", offset=None)

@@ -20,7 +20,6 @@ from bondgraph.laws import (
     Diode,
     EndStop,
     Law,
-    LossySpring,
     Magnet,
     NonlinearResistance,
     Overflow,
@@ -38,7 +37,6 @@ SPRINGS: dict[str, Law] = {
     "bilinear": Bilinear(0.8, 0.1, 3.0),
     "contact": ContactLoss(stiffness=3.0, depth=0.9, edge=-1.0),
     "contact above": ContactLoss(stiffness=3.0, depth=0.9, edge=1.0, side=-1.0),
-    "lossy": LossySpring(0.1, 0.8, 0.3, 0.02, 0.002),
     "stop": EndStop(20.0, -0.3, 0.25),
     "stop above": EndStop(20.0, -0.3, 0.25, "high"),
     "stop below": EndStop(20.0, -0.3, 0.25, "low"),
@@ -274,18 +272,6 @@ def test_a_diode_with_a_resistor_across_it_by_its_circuit(sense: float) -> None:
         i = j + voltage / across
         found = across * sense * i + law.deviation(NUMPY, sense * i, (), p)
         assert found == pytest.approx(sense * voltage, rel=1e-9)
-
-
-def test_a_lossy_spring_is_a_bent_spring_with_a_damper_that_grows() -> None:
-    """N + tau dN/dt, the rate by the chain rule in the middle of the step."""
-    law, (a_2, a_3, tau) = LossySpring(0.1, 0.8), (0.4, 1.3, 0.02)
-    before, now = 0.319, 0.321
-    z, rate = (0.5 * (before + now) - 0.1) / 0.8, (now - before) / 0.8 / STEP
-    grown = (2 * a_2 * z + 3 * a_3 * z**2) * rate
-    spring = a_2 * ((now - 0.1) / 0.8) ** 2 + a_3 * ((now - 0.1) / 0.8) ** 3
-    found = law.deviation(NUMPY, now, (before,), (a_2, a_3, tau, STEP))
-    assert found == pytest.approx(spring + tau * grown, rel=1e-4)
-    assert law.advance(NUMPY, now, (before,), (a_2, a_3, tau, STEP)) == (now,)
 
 
 def test_a_shared_coefficient_is_one_parameter() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
+from bondgraph.graph.elements import Sensor
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
 from bondgraph.simulation.simulate import simulate
@@ -15,6 +16,7 @@ from bondgraph.support.errors import UnknownName, UnusableInput
 from hardware.simulators.plant_contract import Plant, Rewindable
 from hardware.simulators.rig import Rig
 from hardware.virtual import ModelPlant
+from tests.bondgraph.readings_bench import bench, shaken
 
 STEP = 1e-4
 
@@ -158,3 +160,23 @@ def test_what_cannot_stand_on_a_bench_is_refused() -> None:
         body >> Dq("x", unit="m", delay="d")
     with pytest.raises(UnusableInput, match="dead time"):
         ModelPlant(g, "F", "x")
+
+
+@pytest.mark.parametrize(("graph", "source"), [(bench(), "F"), (shaken("rate"), "b")])
+def test_every_reading_stands_on_the_bench(graph: BondGraph, source: str) -> None:
+    """Encoders, accelerometers, force cells and monitors; bases that move by their acceleration."""
+    command, time = 20.0 * swing(600), np.arange(601) * STEP
+    rest = simulate(graph, time[:2], {source: np.zeros(2)})
+    x0 = np.asarray(rest.state)
+    made = simulate(graph, time, {source: np.append(command, 0.0)}, hold="hold", x0=x0)
+    held = np.diff(command, append=0.0) == 0  # some readings jump with the command
+    for e in graph.of_type(Sensor):
+        found = ModelPlant(graph, source, e.name, step=STEP).advance(command).x
+        wanted = (np.asarray(made[e.name])[1:] - np.asarray(rest[e.name])[0])[held]
+        assert np.ptp(wanted) > 0, e.name
+        assert found[held] == pytest.approx(wanted, abs=1e-9 * np.ptp(wanted)), e.name
+
+
+def test_a_recorded_displacement_whose_rate_is_needed_is_refused() -> None:
+    with pytest.raises(UnusableInput, match=r"rate d_b.* give a base by its velocity"):
+        ModelPlant(shaken("integral"), "b", "w", step=STEP)

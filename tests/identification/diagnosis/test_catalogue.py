@@ -29,8 +29,7 @@ VOCABULARY = {
         "asymmetric_damping",
     ),
     "restoring": (
-        "nonlinear_stiffness", "lossy_stiffness", "bilinear_stiffness", "end_stop",
-        "backlash", "contact_loss",
+        "nonlinear_stiffness", "bilinear_stiffness", "end_stop", "backlash", "contact_loss",
     ),
     "transduction": ("nonlinear_ratio", "position_periodic_force"),
     "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),

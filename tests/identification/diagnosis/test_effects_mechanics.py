@@ -23,7 +23,6 @@ from identification.diagnosis.catalogue.restoring.backlash import BacklashEffect
 from identification.diagnosis.catalogue.restoring.bilinear_stiffness import BilinearStiffness
 from identification.diagnosis.catalogue.restoring.contact_loss import ContactLossEffect
 from identification.diagnosis.catalogue.restoring.end_stop import EndStopEffect
-from identification.diagnosis.catalogue.restoring.lossy_stiffness import LossyStiffness
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
 from identification.diagnosis.catalogue.storage.added_mode import AddedMode
 from identification.diagnosis.catalogue.storage.leakage import Leakage
@@ -90,9 +89,6 @@ CASES = [
          lambda s, e: {"d_a_d": e}, lambda e: (e,), 1e-4),
     Case(NonlinearStiffness(), "mechanical", "k", first,
          lambda s, e: {"a_2_k": e, "a_3_k": -2 * e}, lambda e: (e, -2 * e), 1e-3),
-    Case(LossyStiffness(), "mechanical", "k", first,
-         lambda s, e: {"a_2_k": e, "a_3_k": -2 * e, "tau_k": 0.1},
-         lambda e: (e, -2 * e, 5 * e, -10 * e), 1e-3),  # tau is five samples
     Case(BilinearStiffness(), "mechanical", "k", lambda s: shape(s, "knee") > 0,
          lambda s, e: {"dk_k": e, "knee_k": shape(s, "knee")}, lambda e: (e,), 1e-3),
     Case(EndStopEffect(), "mechanical", "k", lambda s: shape(s, "side") == 0.0,
@@ -225,13 +221,13 @@ RECOVERED: list[tuple[str, str, str, dict[str, float], dict[str, float], tuple[f
     ("presliding_friction", "mechanical", "d",
      {"F_c_d": 2.0, "delta_d": 0.05}, {"way": 0.1}, (1.3,)),
     ("bilinear_stiffness", "mechanical", "k", {"dk_k": 9.0, "knee_k": 0.3}, {"knee": 0.15}, (6.0,)),
+    ("nonlinear_stiffness", "mechanical", "k",
+     {"F_g_k": 4.0, "gap_k": -2.3}, {"gap": -2.09}, (3.0, 0.0)),
     ("backlash", "mechanical", "k",
      {"gap_k": 0.1, "centre_k": 0.0}, {"width": 0.2, "centre": 0.03}, (0.7,)),
     ("added_mode", "mechanical", "m",
      {"mu_m": 0.3, "omega_m": 9.0, "zeta_m": 0.03}, {"omega": 11.0}, (0.2,)),
     ("square_root_flow", "hydraulic", "R_2", {"c_2_R_2": 300.0}, {}, (150.0,)),
-    ("lossy_stiffness", "mechanical", "k", {"a_2_k": 0.6, "a_3_k": 2.0, "tau_k": 0.05}, {},
-     (0.4, 1.0, 0.0, 0.5)),
     ("diode", "electrical", "R_1", {"share_R_1": 0.8, "onset_R_1": 0.25, "width_R_1": 0.03},
      {"sense": 1.0, "onset": 0.35, "width": 0.1}, (0.8,)),
 ]  # fmt: skip

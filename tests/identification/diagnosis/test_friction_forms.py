@@ -9,16 +9,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.laws import DahlFriction, FrictionAlongWay, FrictionUnderLoad, Law, LuGre
-from bondgraph.simulation.simulate import exact_form
+from bondgraph.laws import (
+    DahlFriction,
+    FrictionAlongWay,
+    FrictionUnderLoad,
+    Law,
+    LuGre,
+    MaxwellSlip,
+)
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import exact_form, simulate
 from identification.diagnosis.catalogue import Insertion, by_name
-from identification.diagnosis.catalogue.friction.forms import FRICTION_FORMS
+from identification.diagnosis.catalogue.words import described
+from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
-from identification.diagnosis.search.candidates import attempt, go_on
+from identification.diagnosis.search.candidates import DiagnosisOptions, attempt, go_on
 from identification.diagnosis.search.one_step import best_form, scored
 from identification.estimation.single_record import fit
 from identification.study.problem import Problem
-from tests.identification.diagnosis.effect_plants import response, scene
+from tests.identification.diagnosis.effect_plants import mechanical, response, scene
 
 SIMPLE = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 FRICTION = Mapping[str, Mapping[str, float]]
@@ -38,7 +47,8 @@ def test_every_simple_law_of_friction_has_the_same_forms() -> None:
     s = scene("mechanical")
     for name in SIMPLE:
         laws = {m.law for m in by_name(name).forms(s, s.graph["d"], ENDED)}
-        assert laws == set(FRICTION_FORMS)
+        assert laws == set(by_name(name).richer)
+        assert "lugre, maxwell_slip" in described(name)
     assert by_name("quadratic_drag").forms(s, s.graph["d"], {}) == ()
 
 
@@ -128,3 +138,62 @@ def test_a_form_that_is_not_needed_is_not_taken() -> None:
     first, *richer = fits(DahlFriction(2.0, 0.05), {}, "lugre", "presliding_friction")
     assert richer
     assert best_form(richer, first, Thresholds()) is None
+
+
+def test_a_damper_in_the_gap_is_a_form_of_backlash() -> None:
+    s = scene("mechanical")
+    effect = by_name("backlash")
+    ended = {"backlash": {"k": 31.0, "gap_k": 0.1, "centre_k": 0.02}}
+    (form,) = effect.forms(s, s.graph["k"], ended)
+    assert (form.law, form.effect, form.kind) == (*effect.richer, "backlash", "surface")
+    assert form.graph["d"].law.watched == "q_k"  # type: ignore[attr-defined]
+    np.testing.assert_allclose([start["gap_d"] for start in form.starts], [0.1, 0.03])
+    assert all(start["k"] == 31.0 for start in form.starts)
+    quiet = response(s.graph, "mechanical", {})
+    # without a gap the damper grips from its depth on: there it never lets go for long
+    absent = response(form.graph, "mechanical", dict.fromkeys(form.strengths, 0.0), 1e-3)
+    np.testing.assert_allclose(absent, quiet, atol=0.05 * np.abs(quiet).max())
+    assert effect.forms(s, s.graph["k"], {}) == ()
+
+
+def test_a_form_is_contained_by_nothing() -> None:
+    made = forms(ENDED)
+    s = scene("mechanical")
+    plain = by_name("coulomb_friction").insert(s, s.graph["d"])
+    assert made["lugre"].contains(plain)
+    assert not made["lugre"].contains(made["coulomb_along_way q_k"])
+    assert not made["coulomb_along_way q_k"].contains(plain)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("law", "values", "said"),
+    [
+        (LuGre(2.0, 1.5, 0.1, 60.0, 1.0), {}, ("presliding_friction", "lugre")),
+        (MaxwellSlip((0.01, 0.03, 0.1), 1.0, 0.6, 0.1), {},
+         ("presliding_friction", "maxwell_slip")),
+        (FrictionAlongWay("q_k", 2.0, 0.1, 1.0), {"F_1_d": 0.8, "F_2_d": 1.5},
+         ("coulomb_friction", "coulomb_along_way")),
+        (FrictionUnderLoad("e_k", 0.5, 0.2), {"mu_2_d": 0.14},
+         ("coulomb_friction", "coulomb_under_load")),
+        (DahlFriction(2.0, 0.05), {}, ("presliding_friction", "dahl")),
+    ],
+    ids=lambda v: v[1] if isinstance(v, tuple) else "",
+)  # fmt: skip
+def test_a_diagnosis_says_which_form(
+    law: Law, values: dict[str, float], said: tuple[str, str]
+) -> None:
+    t, rng = np.linspace(0.0, 19.99, 2000, dtype=np.float64), np.random.default_rng(0)
+    tones = np.linspace(0.1, 2.5, 20)
+    u = sum(np.sin(2 * np.pi * f * t + rng.uniform(0, 6.28)) for f in tones)
+    u = 3.0 * u * np.minimum(t, 1.0)
+    run = simulate(mechanical().with_element("d", law=law), t, {"F": u}, values, accuracy=1e-5)
+    read = {n: np.asarray(run[n]) for n in ("x", "v")}
+    read = {n: y + 1e-3 * y.std() * rng.normal(size=y.size) for n, y in read.items()}
+    recording = Recording("run", t, {"F": u, **read}, {"F": "N", "x": "m", "v": "m/s"})
+    found = diagnose(mechanical(), recording, options=DiagnosisOptions(jobs=1, effects=1))
+    (step,) = found.findings
+    assert step.chosen is not None
+    assert (step.chosen.effect, step.chosen.insertion.law) == said
+    assert found.left is not None
+    assert found.left.most < 1.5

@@ -15,6 +15,7 @@ from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search import material as module
+from identification.diagnosis.search.asked import Asked
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import held_to_residual, nominal_fit
 from identification.estimation.single_record import Fit
@@ -70,6 +71,23 @@ def test_a_stated_noise_stays() -> None:
     found = held_to_residual(fitted(before), given=("x",)).problem.data.floor
     assert found[0] == before[0]
     assert found[1] == pytest.approx(NOISE[1], rel=0.1)
+
+
+def test_what_rounds_is_not_believed_below_its_rounding() -> None:
+    f, step = fitted(20 * NOISE), 10 * NOISE[0]
+    data = replace(f.problem.data, resolution={"x": step})
+    found = held_to_residual(replace(f, problem=replace(f.problem, data=data))).problem.data.floor
+    assert found[0] == pytest.approx(step / np.sqrt(12.0), rel=1e-6)
+    assert found[1] == pytest.approx(NOISE[1], rel=0.1)
+
+
+def test_the_model_says_what_rounds() -> None:
+    y = readings()
+    graph = plant().with_element("x", resolution=3e-4)
+    units = {"F": "N", "x": "m", "speed": "m/s"}
+    channels = {"F": FORCE, "x": y[:, 0], "speed": y[:, 1]}
+    asked = Asked(graph, (Recording("run", np.asarray(T), channels, units),))
+    assert module.material_of(asked).data.resolution == {"x": 3e-4}
 
 
 def test_a_short_record_says_nothing_of_the_noise() -> None:

@@ -238,3 +238,16 @@ def test_measured_response_is_that_of_the_plant() -> None:
     used = m.weight[:, 0, 0] > 0.0
     assert used.sum() >= 20
     assert np.median(error[used]) < 1.5
+
+
+def test_a_rotor_that_spins_on() -> None:
+    """Its angle grows: every line of a spectrum holds the ramp, none of its differences."""
+    with BondGraph("rotor") as g:
+        w = One("w")
+        Se("T", unit="N*m") >> w >> I("J", 0.8, unit="kg*m^2")
+        w >> R("b", 0.4, unit="N*m*s/rad")
+        w >> Dq("phi", unit="rad")
+    record = answered(g, np.arange(2000) * 0.01, {"T": 1.0 + steps(2000, 20)}, noise=1e-3)
+    found = explained_guess(Study(g.with_values({"J": 8.0, "b": 4.0}), record))
+    assert found.cost_after < 1.5
+    assert found.values["J"] == pytest.approx(0.8, rel=0.02)

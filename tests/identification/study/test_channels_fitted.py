@@ -14,10 +14,10 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import Study, estimate
 from identification.study.joint import JointPoint
-from tests.bondgraph.readings_bench import bench, power
+from tests.bondgraph.readings_bench import bench, power, shaken
 from tests.identification.study.test_joint import jacobian, residuals, somewhere
 
-T = 1e-3 * np.arange(2000)
+T = np.asarray(1e-3 * np.arange(2000), np.float64)
 FORCE = 3.0 * np.sin(2 * np.pi * (0.5 + 5.0 * T) * T) + np.repeat(
     np.random.default_rng(3).standard_normal(40), 50
 )
@@ -42,15 +42,19 @@ def benched() -> Recording:
     return record(bench(), TRUTH, F=FORCE)
 
 
-@pytest.mark.parametrize("engine", ["exact", "general"])
-def test_derivatives_match_differences(engine: str) -> None:
-    if engine == "exact":
+@pytest.mark.parametrize("kind", ["exact", "general", "rate", "integral"])
+def test_derivatives_match_differences(kind: str) -> None:
+    if kind == "exact":
         graph = bench().with_element("x", resolution=None)
         free = list(TRUTH)
+    elif kind in ("rate", "integral"):
+        graph = shaken(kind)
+        free = ["k", "d", "m", "offset_force", "natural_frequency_w", "damping_ratio_w"]
     else:
         graph = power().with_element("P", natural_frequency=200.0, damping_ratio=0.6, lag=3e-3)
         free = ["k", "gain_P", "offset_P", "natural_frequency_P", "damping_ratio_P", "lag_P"]
-    short = record(graph, {}, F=FORCE).slice(0, 120)
+    command = "b" if "b" in graph.elements else "F"
+    short = record(graph, {}, **{command: FORCE}).slice(0, 120)
     stack = Study(graph, short, free=free, n_sub=2).stack()
     point = somewhere(stack)
     exact, (lower, upper) = jacobian(stack, point), stack.bounds

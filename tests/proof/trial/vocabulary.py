@@ -18,7 +18,6 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
         ),
         "restoring": (
             "nonlinear_stiffness",
-            "lossy_stiffness",
             "bilinear_stiffness",
             "end_stop",
             "backlash",

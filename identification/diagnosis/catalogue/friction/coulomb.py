@@ -7,7 +7,7 @@ import numpy as np
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Coulomb
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.friction.forms import friction_forms
+from identification.diagnosis.catalogue.friction.forms import FRICTION_FORMS, friction_forms
 from identification.diagnosis.catalogue.places import mechanical_resistors
 from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
@@ -32,7 +32,8 @@ class CoulombFriction(Effect):
     )
     source = "Coulomb 1785; Moreau 1988 for the implicit step"
     where = staticmethod(mechanical_resistors)
-    forms = staticmethod(friction_forms)  # type: ignore[assignment]
+    richer = FRICTION_FORMS
+    forms = staticmethod(friction_forms)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Direction of the flow."""

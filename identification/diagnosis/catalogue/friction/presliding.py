@@ -8,7 +8,12 @@ from bondgraph.graph.elements import Element
 from bondgraph.laws import DahlFriction
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.friction.forms import SHORTEST, friction_forms, way_of
+from identification.diagnosis.catalogue.friction.forms import (
+    FRICTION_FORMS,
+    SHORTEST,
+    friction_forms,
+    way_of,
+)
 from identification.diagnosis.catalogue.places import mechanical_resistors
 from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
@@ -38,7 +43,8 @@ class PreslidingFriction(Effect):
     simpler = ("coulomb_friction",)
     source = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968"
     where = staticmethod(mechanical_resistors)
-    forms = staticmethod(friction_forms)  # type: ignore[assignment]
+    richer = FRICTION_FORMS
+    forms = staticmethod(friction_forms)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Bend of a bristle along the motion, for several slip lengths."""

@@ -7,7 +7,7 @@ import numpy as np
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Stribeck
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.friction.forms import friction_forms
+from identification.diagnosis.catalogue.friction.forms import FRICTION_FORMS, friction_forms
 from identification.diagnosis.catalogue.places import mechanical_resistors
 from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
@@ -33,7 +33,8 @@ class StribeckFriction(Effect):
     simpler = ("coulomb_friction",)
     source = "Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083"
     where = staticmethod(mechanical_resistors)
-    forms = staticmethod(friction_forms)  # type: ignore[assignment]
+    richer = FRICTION_FORMS
+    forms = staticmethod(friction_forms)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Direction of the flow, and the same near rest, for several speeds."""

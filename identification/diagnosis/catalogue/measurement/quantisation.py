@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.elements import Element
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Element, Sensor
 from bondgraph.laws.rounding import Rounding
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
@@ -32,7 +33,10 @@ class Quantisation(Effect):
     confused_with = ("periodic_error", "dead_zone", "coulomb_friction", "sensor_nonlinearity")
     separated_by = "count the distinct values of the reading; a finer range of the converter"
     source = "uniform quantiser, Widrow 1956"
-    where = staticmethod(sensors)
+
+    def places(self, graph: BondGraph) -> tuple[Element, ...]:
+        """Return sensors that round nothing in the model."""
+        return tuple(e for e in sensors(graph) if isinstance(e, Sensor) and e.resolution is None)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return the rounding error of the simulated reading, on its grid or on the likeliest one.

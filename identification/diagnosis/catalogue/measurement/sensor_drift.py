@@ -6,7 +6,7 @@ import numpy as np
 
 from bondgraph.graph.elements import Element, Parameter
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import sensors
+from identification.diagnosis.catalogue.places import prompt_sensors
 from identification.diagnosis.catalogue.signal_traces import unit_of
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -25,7 +25,7 @@ class SensorDrift(Effect):
         "a long rest: drift goes on, creep dies out; and a second sensor of the same motion"
     )
     source = "second-order polynomial of time"
-    where = staticmethod(sensors)
+    where = staticmethod(prompt_sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return a line and a parabola over the record."""

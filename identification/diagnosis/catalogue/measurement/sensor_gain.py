@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Element, Sensor
+from bondgraph.graph.elements import Element, Parameter, Sensor
 from bondgraph.laws import Polynomial
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import sensors
+from identification.diagnosis.catalogue.places import prompt_sensors
 from identification.diagnosis.catalogue.signal_traces import reading_without_offset
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
@@ -28,8 +28,18 @@ class SensorGainEffect(Effect):
     source = "calibration line"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Return sensors beside others: one alone cannot be told from what drives the plant."""
-        return sensors(graph) if len(graph.of_type(Sensor)) > 1 else ()
+        """Return sensors beside others: one alone cannot be told from what drives the plant.
+
+        A calibration that the model leaves open is no place either: the fit finds it.
+        """
+        known = graph.parameters
+
+        def held(e: Element) -> bool:
+            gain = graph.channel_value(e, "gain") if isinstance(e, Sensor) else None
+            return gain is None or all(known[str(s)].fixed for s in gain.free_symbols)
+
+        several = len(graph.of_type(Sensor)) > 1
+        return tuple(e for e in prompt_sensors(graph) if held(e)) if several else ()
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return the reading about its centre: what an error of one adds."""
@@ -38,10 +48,24 @@ class SensorGainEffect(Effect):
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """One error of the factor; the zero is a nuisance of every fit."""
+        if isinstance(element, Sensor) and element.gain is not None:
+            return self._on_top(scene, element, hint)
         line = Polynomial(_past(scene, element).centre, 1.0, 0.05, (1,))
         graph, names = self.with_law(scene, element, line)
         start = {} if hint is None else hint.by_name(names)
         return self.inserted(element, graph, (start,), names)
+
+    def _on_top(self, scene: FittedModel, element: Sensor, hint: Hint | None) -> Insertion:
+        """Return an error of the gain that the model declares."""
+        error = Parameter(f"error_{element.name}", 0.0, positive=False, scale=0.05)
+        declared = scene.graph.channel_value(element, "gain")
+        # the number stays a parameter of that name
+        own = scene.graph.parameters
+        held = [own[str(s)] for s in declared.free_symbols] if declared is not None else []
+        graph = scene.graph.with_parameters([error, *held])
+        graph = graph.with_element(element.name, gain=declared * (1 + error.symbol))
+        start = {} if hint is None else hint.by_name((error.name,))
+        return self.inserted(element, graph, (start,), (error.name,))
 
 
 def _past(scene: FittedModel, element: Element) -> PortHistory:

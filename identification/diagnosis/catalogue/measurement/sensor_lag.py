@@ -5,7 +5,7 @@ from __future__ import annotations
 from bondgraph.graph.elements import Element
 from identification.diagnosis.catalogue.drive.low_pass import lag_parameter, lag_starts
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import sensors
+from identification.diagnosis.catalogue.places import prompt_sensors
 from identification.diagnosis.catalogue.signal_traces import lateness
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -22,7 +22,7 @@ class SensorLag(Effect):
     confused_with = ("low_pass", "delay")
     separated_by = "a second sensor: a lag of the drive shows in both readings, this one in one"
     source = "single-pole sensor"
-    where = staticmethod(sensors)
+    where = staticmethod(prompt_sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """How far the reading stays behind, for several time constants."""

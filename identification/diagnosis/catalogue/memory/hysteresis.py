@@ -37,6 +37,9 @@ class Hysteresis(Effect):
         "speed: hysteresis draws the same loops, creep and delay do not, friction of a resistor "
         "and backlash have one width"
     )
+    richer = (
+        "hysteresis_with_creep", "stops_in_a_potential", "rate_dependent_prandtl_ishlinskii",
+    )  # fmt: skip
     source = "Krasnosel'skii and Pokrovskii, Systems with Hysteresis, 1989"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:

@@ -35,6 +35,7 @@ class BacklashEffect(Effect):
     )
     source = "Nordin and Gutman, Automatica 38 (2002) 1633"
     where = staticmethod(springs)
+    richer = ("backlash_with_damper",)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Force that a gap would take away, for several widths and centres."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,8 +17,10 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 
 AWAY = (0.4, 1.0)
 """Distances of a magnet tried beyond an end of the motion, over half its range."""
-NEAREST = 0.2
-"""The same of the nearest one that a fit begins with; it stays beyond the end: nearer is a stop."""
+BEGUN = (0.2, 0.3, 0.4, 0.6, 0.8, 1.1, 1.6, 2.4)
+"""The same of those that a fit may begin with; it stays beyond the end: nearer is a stop."""
+LIKE = 0.3
+"""Part of what both weights make, beside any line, by which one magnet may miss it."""
 KNEES = (0.3, 0.5, 0.7)
 """Knees tried, over the largest flux linkage."""
 STEEPEST = 20.0
@@ -35,10 +37,13 @@ def magnet_gaps(past: PortHistory) -> tuple[Signature, ...]:
         for away in AWAY:
             gap = -_beyond_end(past, side, away)
             if side * gap < -0.1 * past.half:  # else no displacement is not before the magnet
-                u = past.argument / gap
-                wider = 2.0 * u / gap * ((1.0 + u) ** -3 - 1.0)
-                found.append(Signature.of((_magnet(past, gap), wider), gap=gap))
+                found.append(Signature(_with_wider(past, gap), shape={"gap": gap}))
     return tuple(found)
+
+
+def _with_wider(past: PortHistory, gap: float) -> Array:
+    u = past.argument / gap
+    return np.stack([_magnet(past, gap), 2.0 * u / gap * ((1.0 + u) ** -3 - 1.0)], axis=1)
 
 
 def _magnet(past: PortHistory, gap: float) -> Array:
@@ -50,24 +55,57 @@ def _beyond_end(past: PortHistory, side: float, away: float) -> float:
     return past.centre + side * (1.0 + away) * past.half
 
 
-def magnet_at(effect: Effect, scene: FittedModel, element: Element, hint: Hint) -> Insertion:
-    """Insert a magnet beside a spring, where the hint has it and nearer."""
-    past, gap = scene.of(element), float(hint.shape["gap"])
-    force, moved = map(float, hint.weights)
+@dataclass(frozen=True)
+class Nearby:
+    """What two weights of `magnet_gaps` mean.
+
+    Attributes
+    ----------
+    magnet : (float, float) or None
+        Force at no displacement and gap of the one magnet that is nearest to both; None where
+        none is near.
+    series : Hint
+        Square and cube of the scaled displacement that are.
+    """
+
+    magnet: tuple[float, float] | None
+    series: Hint
+
+
+def nearby(past: PortHistory, hint: Hint) -> Nearby:
+    """Find the magnet, and the series, that two weights together come nearest to."""
+    gap = float(hint.shape["gap"])
     side = -float(np.sign(gap))
-    near = _beyond_end(past, side, NEAREST)
+    z = (past.argument - past.centre) / past.half
+    powers = np.stack([np.ones_like(z), z, z**2, z**3], axis=1)
+    gaps = [g for away in BEGUN if side * (g := -_beyond_end(past, side, away)) < -0.1 * past.half]
+    told = _with_wider(past, gap) @ hint.weights
+    made = np.stack([told, *(_magnet(past, g) for g in gaps)], axis=1)
+    bends = made - powers[:, :2] @ np.linalg.lstsq(powers[:, :2], made, rcond=None)[0]
+    bend, least, found = bends[:, 0], LIKE * float(np.linalg.norm(bends[:, 0])), None
+    for g, c in zip(gaps, bends[:, 1:].T, strict=True):
+        force = float(bend @ c) / max(float(c @ c), 1e-300)
+        missed = float(np.linalg.norm(bend - force * c))
+        if missed < least:
+            least, found = missed, (force, g)
+    return Nearby(found, Hint({}, np.linalg.lstsq(powers, told, rcond=None)[0][2:]))
+
+
+def magnet_at(
+    effect: Effect, scene: FittedModel, element: Element, force: float, gap: float
+) -> Insertion:
+    """Insert a magnet beside a spring."""
+    past = scene.of(element)
+    side = -float(np.sign(gap))
     closest = max(side * _beyond_end(past, side, 0.0), 0.05 * past.half)
-    if force and abs(moved / force) < 0.5 * abs(gap):
-        gap = -side * max(-side * (gap + moved / force), side * near, closest)
-    law = Magnet(force, gap, closest, abs(force) or past.swing, False, *rubbing_units(element)[::2])
+    units = rubbing_units(element)
+    law = Magnet(force, gap, closest, abs(force) or past.swing, False, units[0], units[2])
     graph, (strength, distance) = effect.with_law(scene, element, law)
     added = force * _magnet(past, gap)
     weaker = min(1.0, 0.5 * past.swing / max(float(np.abs(added).max()), 1e-300))
-    force, added = weaker * force, weaker * added
-    start = {strength: force, distance: gap}
-    inserted = effect.inserted(
-        element, graph, ({**start, **rebalanced(element, past, added)}, start), (strength,)
-    )
+    start = {strength: weaker * force, distance: gap}
+    starts = ({**start, **rebalanced(element, past, weaker * added)}, start)
+    inserted = effect.inserted(element, graph, starts, (strength,))
     return replace(
         inserted, law=law.name,
         sentence="a force beside it grows towards one end, as with a magnet's inverse square",

@@ -13,6 +13,7 @@ from identification.diagnosis.catalogue.restoring.curves import (
     coil_knees,
     magnet_at,
     magnet_gaps,
+    nearby,
     saturating_at,
 )
 from identification.diagnosis.catalogue.starts import rebalanced, tamed
@@ -61,7 +62,10 @@ class NonlinearStiffness(Effect):
         if isinstance(element, I):
             return saturating_at(self, scene, element, hint)
         if hint is not None and "gap" in hint.shape:
-            return magnet_at(self, scene, element, hint)
+            found = nearby(past, hint)
+            if found.magnet is not None:
+                return magnet_at(self, scene, element, *found.magnet)
+            hint = found.series
         assert isinstance(element, C)
         law = Parametrised(Polynomial(past.centre, past.half, 0.1 * past.swing), ("centre", "half"))
         graph, names = self.with_law(scene, element, law)

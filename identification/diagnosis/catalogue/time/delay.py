@@ -11,7 +11,7 @@ from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element, Parameter, Source
 from bondgraph.signals.fractional_delay import delayed_values
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import commands, sensors, sources
+from identification.diagnosis.catalogue.places import commands, prompt_sensors, sources
 from identification.diagnosis.catalogue.signal_traces import weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -42,7 +42,7 @@ class Delay(Effect):
 
         All inputs are late together, so beside measured ones a command is no place of its own.
         """
-        readings, inputs = sensors(graph), sources(graph)
+        readings, inputs = prompt_sensors(graph), sources(graph)
         measured = tuple(e for e in inputs if e not in commands(graph))
         return (*(measured or inputs), *(readings if len(readings) > 1 else ()))
 

@@ -22,7 +22,8 @@ def settled(name: str, seed: int) -> Recording:
     excited = slice(1, int(3000 * PERIOD / RATE))
     lines[excited] = np.exp(2j * np.pi * rng.random((excited.stop - 1, 3)))
     u = np.fft.irfft(lines, PERIOD, axis=0) * 20
-    held = play_record(np.tile(u[:, 0], 2), np.array([0.3]), np.zeros(1))[PERIOD:]
+    fine = mirror_memory.finer(u)[:, 0]  # it turns between samples, too
+    held = play_record(np.tile(fine, 2), np.array([0.3]), np.zeros(1))[fine.size :: 8]
     y = u @ np.array([[1.0, 0.2, 0.1], [0.3, 1.0, 0.2], [0.1, 0.3, 1.0]]) + 0.3 * held
     channels = {f"u{a}": np.tile(u[:, i], 2) for i, a in enumerate(AXES)}
     channels |= {f"y{a}": np.tile(y[:, i], 2) for i, a in enumerate(AXES)}

@@ -1,0 +1,87 @@
+"""g for m/s^2, degrees for radians, a force cell with the wrong sign: told as such."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, Da, Df, Dq, Reading
+from bondgraph.graph.elements import Sensor
+from bondgraph.graph.modulation import effort
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.screening.mixups import forgotten
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from tests.identification.diagnosis.spring import spring
+
+N, DT, G = 700, 0.01, 9.80665
+UNITS = {"F": "N", "x": "m", "w": "m/s", "a": "m/s^2", "f": "N"}
+A, X, W = Da("a", unit="m/s^2"), Dq("x", unit="m"), Df("w", unit="m/s")
+CELL = Reading("f", effort("k"), unit="N")
+
+
+def found(wrong: str, factor: float, *read: Sensor) -> Diagnosis:
+    """Diagnose a spring whose values are declared 15 to 25 % off, one channel by a factor."""
+
+    def model(**values: float) -> BondGraph:
+        g = spring(**values).remove("x")
+        for s in read:
+            if isinstance(s, Reading):
+                g.add(s)
+            else:
+                g = g.with_branch("v", [s])
+        return g
+
+    rng = np.random.default_rng(3)
+    t = np.asarray(DT * np.arange(N), np.float64)
+    waves = np.sin(2 * np.pi * np.outer(t, (0.7, 1.9, 4.1)) + rng.uniform(0, 6, 3))
+    channels = {"F": waves @ np.array([2.0, 1.0, 0.5])}
+    run = simulate(model(), t, channels)
+    for s in read:
+        y = np.asarray(run[s.name])
+        scale = factor if s.name == wrong else 1.0
+        channels[s.name] = scale * (y + 1e-3 * y.std() * rng.standard_normal(N))
+    record = Recording("run", t, channels, {n: UNITS[n] for n in channels})
+    options = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
+    return diagnose(model(m=0.6, d=1.5, k=230.0), record, options=options)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("wrong", "factor", "read", "says"),
+    [
+        ("a", 1 / G, (A, X), "a looks about 9.81 times too small (its unit?)"),
+        ("x", 180 / np.pi, (X, W), "x looks about 57.3 times too large (its unit?)"),
+        ("f", -1.0, (CELL, X), "f looks recorded with the wrong sign"),
+    ],
+)
+def test_beside_another_sensor_the_channel_is_named(
+    wrong: str, factor: float, read: tuple[Sensor, ...], says: str
+) -> None:
+    d = found(wrong, factor, *read)
+    assert d.kind not in ("explained", "parameters_only")
+    assert d.advice[0].startswith(says)
+
+
+def test_alone_it_shows_in_all_values() -> None:
+    """No misfit tells it: mass, damping and stiffness make up for it."""
+    (line,) = (n for n in found("a", 1 / G, A).notes if "all values are fitted" in n)
+    assert "times larger than declared" in line
+    assert line.endswith("check those of F, a")
+
+
+def test_right_units_say_nothing() -> None:
+    d = found("x", 1.0, X)
+    assert d.kind == "parameters_only"
+    assert not any("all values" in n for n in d.notes)
+
+
+def test_a_calibration_that_looks_like_a_mistake() -> None:
+    assert forgotten("f", 1.04) is None
+    assert forgotten("f", -0.5) is None
+    sign, unit = forgotten("f", -0.98), forgotten("a", 0.104)
+    assert sign is not None
+    assert unit is not None
+    assert sign.claim == "f looks recorded with the wrong sign"
+    assert unit.factor == pytest.approx(1 / G, rel=0.03)  # turns a minute are as near

@@ -1,0 +1,165 @@
+"""Magnets, saturating iron, radiation, and noise that grows: found, and nothing else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, C, De, Df, I, One, R, Se, Sf, Zero
+from bondgraph.laws import Law, Radiation, SaturatingInductance
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.catalogue.effect import Hint
+from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
+from identification.diagnosis.catalogue.restoring.curves import magnet_gaps, nearby
+from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.estimation.estimate import estimate
+from identification.study.study import Study
+from tests.identification.diagnosis.effect_plants import response, response_to_effort, scene
+from tests.identification.diagnosis.spring import spring
+
+
+def coil(law: Law | None = None) -> BondGraph:
+    with BondGraph("coil") as g:
+        loop = One("loop")
+        Se("V", unit="V") >> loop >> R("R_w", 1.0, unit="ohm")
+        loop >> I("L", 0.05, unit="H", law=law)
+        loop >> Df("i", unit="A")
+    return g
+
+
+def heater(law: Law | None = None) -> BondGraph:
+    with BondGraph("heater") as g:
+        body = Zero("body")
+        Sf("Q", unit="W") >> body >> C("C_h", 20.0, unit="J/K")
+        body >> R("R_h", 8.0, unit="K/W", law=law)
+        body >> De("T", unit="K")
+    return g
+
+
+def tones(t: np.ndarray, low: float, high: float, seed: int) -> np.ndarray:
+    rng, f = np.random.default_rng(seed), np.geomspace(low, high, 12)
+    waves = np.sin(2 * np.pi * np.outer(t, f) + rng.uniform(0, 2 * np.pi, f.size))
+    return np.asarray(waves.sum(axis=1) / np.sqrt(6.0))
+
+
+def recorded(g: BondGraph, t: np.ndarray, u: np.ndarray, share: float = 0.0) -> Recording:
+    (source,) = [n for n in ("F", "V", "Q") if n in g.elements]
+    (sensor,) = [n for n in ("x", "i", "T") if n in g.elements]
+    y = simulate(g, t, {source: u})[sensor]
+    noise = np.random.default_rng(5).standard_normal(t.size) * np.hypot(2e-3 * y.std(), share * y)
+    units = {n: g[n].unit for n in (source, sensor)}  # type: ignore[attr-defined]
+    return Recording("run", t, {source: u, sensor: y + noise}, units)
+
+
+def diagnosed(g: BondGraph, r: Recording) -> Diagnosis:
+    return diagnose(g, r, options=DiagnosisOptions(jobs=1))
+
+
+SLOW = 0.01 * np.arange(2000)
+FAST = 1e-3 * np.arange(1500)
+LONG = 2.0 * np.arange(1500)
+HEAT = np.repeat(np.random.default_rng(3).uniform(0, 20, 15), 100)
+CONCEALED = [
+    (coil(), coil(SaturatingInductance(60.0, 0.12)),
+     FAST, 6.0 * tones(FAST, 1.0, 20.0, 2), "nonlinear_stiffness at L", "saturating_inductance",
+     {"c_s_L": 60.0, "p_s_L": 0.12}),
+    (heater(), heater(Radiation(0.7, 293.15, "R_h", 8.0)),
+     LONG, HEAT, "nonlinear_resistance at R_h", "radiation", {"radiates_R_h": 0.7}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("model", "plant", "t", "u", "label", "law", "truth"), CONCEALED, ids=lambda v: str(v)[:20]
+)
+def test_what_was_concealed_is_found_by_its_own_law(
+    model: BondGraph,
+    plant: BondGraph,
+    t: np.ndarray,
+    u: np.ndarray,
+    label: str,
+    law: str,
+    truth: dict[str, float],
+) -> None:
+    d = diagnosed(model, recorded(plant, t, u))
+    named = d.findings[0].chosen
+    assert d.kind == "missing_physics"
+    assert named is not None
+    assert (named.label, named.insertion.law) == (label, law)
+    assert named.insertion.sentence
+    for n, value in truth.items():
+        assert named.fit.values[n] == pytest.approx(value, rel=0.05)
+    assert d.left is not None
+    assert d.left.most < 1.3
+
+
+def test_noise_that_grows_is_told_and_nothing_is_named() -> None:
+    r = recorded(spring(), SLOW, 3.0 * tones(SLOW, 0.2, 5.0, 1), share=0.08)
+    d = diagnosed(spring(), r)
+    assert d.kind in ("explained", "parameters_only")
+    assert any("the noise of x grows with the reading" in note for note in d.notes)
+    assert d.left is not None
+    assert "which grows with the reading" in d.left.words
+
+
+def test_intervals_are_robust_where_noise_grows() -> None:
+    r = recorded(spring(), SLOW[:1000], 3.0 * tones(SLOW, 0.2, 5.0, 1)[:1000], share=0.08)
+    notes = estimate(Study(spring(), [r])).notes
+    assert any("grows with the reading" in n and "robust" in n for n in notes)
+
+
+@pytest.mark.parametrize("at", range(4))
+def test_a_weak_magnet_does_what_its_signature_says(at: int) -> None:
+    s = scene("mechanical")
+    signature = magnet_gaps(s.of(s.graph["k"]))[at]
+    assert signature.shape is not None
+    weights = np.array([1e-3, 0.0])
+    made = NonlinearStiffness().insert(s, s.graph["k"], Hint(signature.shape, weights))
+    assert made.law == "magnet"
+    quiet = response(s.graph, "mechanical", {})
+    values = {"F_g_k": 1e-3, "gap_k": signature.shape["gap"]}
+    seen = response(made.graph, "mechanical", values) - quiet
+    said = response_to_effort("mechanical", "k", signature.columns @ weights) - quiet
+    assert np.abs(seen - said).max() < 0.05 * np.abs(said).max()
+    absent = response(made.graph, "mechanical", {**values, "F_g_k": 0.0})
+    np.testing.assert_allclose(absent, quiet, atol=1e-9)
+
+
+def test_a_bend_without_a_magnet_is_a_series() -> None:
+    """Two weights that nearly cancel make an odd curve, which is no magnet's."""
+    z = 0.05 + np.sin(0.1 * np.arange(500)) ** 3
+    past = PortHistory(z, z)
+    columns = magnet_gaps(past)[3]
+    found = nearby(past, Hint(columns.shape or {}, np.array([-1.0, 0.72])))
+    assert found.magnet is None
+    assert abs(found.series.weights[1]) > abs(found.series.weights[0])
+    force = nearby(past, Hint(columns.shape or {}, np.array([0.3, 0.0]))).magnet
+    assert force is not None
+    assert force[0] == pytest.approx(0.3, rel=0.25)  # the gaps that a fit begins with are few
+
+
+def radiator(weights: tuple[float, float]) -> str:
+    g = heater()
+    flow = 10.0 + 10.0 * np.sin(0.1 * np.arange(500))
+    past = {"R_h": PortHistory(flow, 8.0 * flow)}
+    nothing: object = None
+    s = FittedModel(g, nothing, nothing, np.zeros((0, 1)), past)  # type: ignore[arg-type]
+    return NonlinearResistanceEffect().insert(s, g["R_h"], Hint({}, np.array(weights))).law
+
+
+def test_only_what_bends_as_radiation_does_is_tried_as_such() -> None:
+    assert radiator((-44.0, 13.0)) == "radiation"
+    assert radiator((44.0, -13.0)) == "cubic_characteristic"  # heat that holds itself back
+    assert radiator((0.0, 20.0)) == "cubic_characteristic"
+    assert radiator((-400.0, 100.0)) == "cubic_characteristic"  # more than a black body
+
+
+def test_coils_are_inductors_only() -> None:
+    with BondGraph("both") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 1.0, unit="kg")
+    assert not NonlinearStiffness().places(g)
+    assert [e.name for e in NonlinearStiffness().places(coil())] == ["L"]
