@@ -11,7 +11,7 @@ import numpy as np
 from bondgraph.laws import Stribeck
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
-from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.catalogue import Insertion, by_name
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import (
     Candidate,
@@ -60,11 +60,21 @@ def held(effect: str, element: str, **ends: tuple[float, float]) -> Any:
         estimates=[SimpleNamespace(name=n, ci95=e) for n, e in ends.items()],
         problem=SimpleNamespace(graph=SimpleNamespace(parameters=dict.fromkeys(ends))),
     )
-    simpler = by_name(effect).simpler
-    return SimpleNamespace(
-        effect=effect, element=element, fit=fitted,
-        insertion=SimpleNamespace(simpler=simpler, strengths=tuple(ends)),
-    )  # fmt: skip
+    e, nothing = by_name(effect), None
+    insertion = Insertion(
+        effect,
+        e.family,
+        e.law,
+        element,
+        nothing,
+        (),
+        tuple(ends),
+        e.simpler,
+        (),
+        "",
+        e.kind,  # type: ignore[arg-type]
+    )
+    return SimpleNamespace(effect=effect, element=element, fit=fitted, insertion=insertion)
 
 
 def test_a_part_that_may_be_zero_says_nothing_where_all_may() -> None:
