@@ -9,6 +9,7 @@ from actuators.models.textbook import mass_with_viscous_friction, resonator, the
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.field import stack_field_charge, stack_field_curved, stack_field_voltage
 from actuators.stack.lumped import stack_lumped
+from actuators.stack.switching_disc import switching_disc
 from actuators.thesis.models import PRINTED_MODELS
 from actuators.ultrasonic.stage import ultrasonic_stage
 from bondgraph import BondGraph
@@ -26,6 +27,7 @@ MODELS: dict[str, Callable[[], BondGraph]] = {
     "stack_field_voltage": stack_field_voltage,
     "stack_field_charge": stack_field_charge,
     "stack_field_curved": stack_field_curved,
+    "switching_disc": switching_disc,
     "moving_plate": moving_plate,
     "moving_plate_charge": moving_plate_charge,
     **PRINTED_MODELS,

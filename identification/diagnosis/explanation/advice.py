@@ -53,7 +53,8 @@ def _forgotten(d: Diagnosis) -> Iterator[str]:
     """Yield what a wrong factor of a reading looks like: a sign or a unit."""
     for chosen in (s.chosen for s in d.findings):
         if chosen is not None and chosen.effect == "sensor_gain":
-            factor = 1.0 + chosen.fit.values.get(f"a_1_{chosen.element}", 0.0)
+            names = (f"a_1_{chosen.element}", f"error_{chosen.element}")  # of no gain, of a gain
+            factor = 1.0 + sum(chosen.fit.values.get(n, 0.0) for n in names)
             if (mistake := forgotten(chosen.element, factor)) is not None:
                 yield f"{mistake.claim}: correct the recording and diagnose again"
 

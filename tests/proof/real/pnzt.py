@@ -48,7 +48,9 @@ def linear_disc() -> BondGraph:
 def _settled(loop: Recording) -> Recording:
     """Return a loop after a copy of itself: the analyser sends each loop a like pulse before it."""
     channels = {k: np.concatenate([v[:-1], v]) for k, v in loop.channels.items()}
-    made = replace(loop, time=loop.dt * np.arange(2 * loop.n - 1), channels=channels)
+    made = replace(
+        loop, time=loop.dt * np.arange(2 * loop.n - 1, dtype=np.float64), channels=channels
+    )
     return noted(made, "a copy of the loop settles what it remembers, and is not scored")
 
 

@@ -37,7 +37,9 @@ def hysteresis_forms(
         return ()
     past, known = scene.of(element), ended.get(PLAIN.name, {})
     stops = stops_at(element, past)
-    potential = Polynomial(past.centre, past.half, 0.1 * past.swing, (3, 5))
+    reach = float(abs(past.argument).max()) or 1.0
+    # odd about zero, not about the middle of the record
+    potential = Polynomial(0.0, reach, 0.1 * past.swing, (3, 5))
     saturating = LawSum((
         Parametrised(stops, ("thresholds",)), Parametrised(potential, ("centre", "half")),
     ))  # fmt: skip
