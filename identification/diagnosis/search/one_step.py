@@ -10,10 +10,10 @@ from joblib import Parallel, delayed
 
 from bondgraph.graph.elements import Sensor
 from identification.diagnosis.catalogue import UNNAMED
-from identification.diagnosis.catalogue.effect import Insertion, kind_at
+from identification.diagnosis.catalogue.effect import Effect, Insertion, kind_at
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore, score
-from identification.diagnosis.evidence.decision import MOSTLY, PART, decide
+from identification.diagnosis.evidence.decision import MOSTLY, decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import CURVES, alike_kinds
@@ -217,8 +217,8 @@ def _with_laws(
 def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: bool) -> Evidence:
     """Fit richer forms of a law that explains much, but not all.
 
-    The best law that has any and explains nearly what the best of all does; where nothing can be
-    named, some is enough. A form takes the place of its law only where held-out samples and the
+    Of all laws that explain nearly what the best does; where nothing can be named, half of it.
+    A form takes the place of its law only where held-out samples and the
     stretches left out are both surely better with it than with any law, and little is left; beside
     a name only noise: what is missing elsewhere may not be made part of a name.
     """
@@ -226,32 +226,31 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: 
     if not named or named[0].left.most <= task.limits.noise:
         return evidence
     best, plain = named[0], evidence.plain
-    excess = plain.square - 1.0
-    least = PART * excess if unknown else max(MUCH * excess, NEARLY * gained(best, plain))
-    tried: set[tuple[str, str]] = set()
+    most, excess = gained(best, plain), plain.square - 1.0
+    if most <= 0:
+        return evidence
+    least = MUCH * most if unknown else max(MUCH * excess, NEARLY * most)
+    made: dict[tuple[str, object], tuple[Insertion, ...]] = {}
     for s in named:
-        place = (s.trial.insertion.family, s.element)
-        made = () if gained(s, plain) < least or place in tried else _forms_of(s, named, found)
-        if made:
-            tried.add(place)
-            form = best_form(_fitted_forms(made, best, found, task), best, task.limits)
-            if form is not None and (unknown or form.left.most <= task.limits.noise):
-                at = (form.trial.effect, form.element)
-                kept = [o for o in evidence.laws if (o.trial.effect, o.element) != at]
-                laws = sorted((form, *kept), key=lambda o: o.score.loss)
-                return replace(evidence, laws=tuple(laws))
-        if len(tried) == (RICHER if unknown else 1):
-            break
-    return evidence
+        effect = next(e for e in found.options.catalogue if e.name == s.trial.effect)
+        at = (s.element, effect.richer or effect.name)  # laws of friction share their forms
+        if at not in made and gained(s, plain) >= least:
+            made[at] = _forms_of(effect, s, named, found)
+    every = [f for forms in made.values() for f in forms]
+    form = best_form(_fitted_forms(every, best, found, task), best, task.limits) if every else None
+    if form is None or not (unknown or form.left.most <= task.limits.noise):
+        return evidence
+    kept = [
+        o for o in evidence.laws
+        if (o.trial.effect, o.element) != (form.trial.effect, form.element)
+    ]  # fmt: skip
+    return replace(evidence, laws=tuple(sorted((form, *kept), key=lambda o: o.score.loss)))
 
 
-RICHER = 2
-"""Laws whose forms are tried where nothing can be named."""
-
-
-def _forms_of(law: Scored, named: Sequence[Scored], found: Searched) -> tuple[Insertion, ...]:
+def _forms_of(
+    effect: Effect, law: Scored, named: Sequence[Scored], found: Searched
+) -> tuple[Insertion, ...]:
     """Return richer forms of a law, which start where the laws at its place ended."""
-    (effect,) = (e for e in found.options.catalogue if e.name == law.trial.effect)
     ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == law.element}
     return effect.forms(found.seen, found.seen.graph[law.element], ended)
 
