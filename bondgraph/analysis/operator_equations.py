@@ -356,7 +356,8 @@ class _Equations:
         lag = sp.S.One if tau is None else 1 + tau * LAPLACE
         if omega is not None:
             z = LAPLACE / omega
-            lag = sp.expand(lag * (z**2 + 2 * own(e, "damping_ratio") * z + 1))
+            zeta: Any = own(e, "damping_ratio")
+            lag = sp.expand(lag * (z**2 + 2 * zeta * z + 1))
         known = [(lag, e.name)]
         if offset is not None:
             known.append((-lag * offset, "one"))

@@ -315,7 +315,7 @@ class BondGraph:
         value = self._expression(element, element.value)
         return 1 / value if isinstance(element, C) else value
 
-    def channel_value(self, element: Source | Sensor, field: str) -> sp.Expr | None:
+    def channel_value(self, element: Element, field: str) -> sp.Expr | None:
         """Return `gain`, `offset`, `lag`, .. of a channel as an expression of parameters, or None.
 
         Raises
@@ -325,6 +325,7 @@ class BondGraph:
         """
         held = getattr(element, field)
         if isinstance(held, int | float):
+            assert isinstance(element, Source | Sensor)
             return channel_parameter(element, field).symbol
         return None if held is None else self._expression(element, held)
 

@@ -84,7 +84,7 @@ def gains_of(graph: BondGraph, gains: Mapping[str, Known]) -> tuple[Parameter, .
             raise unknown_name("channel", name, graph.name, channels)
         if not isinstance(known, Known):
             raise UnusableInput(f"gain of {name} = {known!r}: give Known(1.0, 0.02) for 2 %")
-        if (own := graph.channel_value(graph[name], "gain")) is not None:  # type: ignore[arg-type]
+        if (own := graph.channel_value(graph[name], "gain")) is not None:
             raise UnusableInput(
                 f"{name}: its gain {own} is a parameter of the model already; free "
                 "that, or leave it out of gains"

@@ -28,7 +28,7 @@ def bench() -> BondGraph:
     """Encoder, accelerometer, force cell, and a monitor of the command."""
     g = spring({"gain": 1.5, "offset": 0.2}, gain=2.0, offset=0.01, resolution=2e-3)
     with g:
-        dynamics = {"natural_frequency": 300.0, "damping_ratio": 0.6}
+        dynamics: dict[str, Any] = {"natural_frequency": 300.0, "damping_ratio": 0.6}
         g["v"] >> Da("a", gain=0.1, offset=-0.5, unit="V", **dynamics)
         Reading("f", effort("k"), unit="N", lag=4e-3)
         Reading("monitor", effort("F"), unit="N", gain=0.25)
