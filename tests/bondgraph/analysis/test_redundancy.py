@@ -453,6 +453,8 @@ def test_inseparable_classes_are_those_of_transfer_columns(name: str) -> None:
     """The diagnosis compares transfer functions over frequency: the classes must be the same."""
     if name.startswith("stack_lumped"):
         pytest.skip("the compiled diagnosis refuses its dependent storage")
+    if name == "switching_disc":
+        pytest.skip("a memory beside a ratio that turns with it has no linearisation")
     g = MODELS[name]()
     theirs = structure(g, np.geomspace(1.0, 1e4, 24))
     # a wrong ratio acts on both sides of a two-port, a latent effort on one
