@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.laws import Stribeck
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
@@ -60,19 +61,9 @@ def held(effect: str, element: str, **ends: tuple[float, float]) -> Any:
         estimates=[SimpleNamespace(name=n, ci95=e) for n, e in ends.items()],
         problem=SimpleNamespace(graph=SimpleNamespace(parameters=dict.fromkeys(ends))),
     )
-    e, nothing = by_name(effect), None
+    e, nothing = by_name(effect), cast(BondGraph, None)
     insertion = Insertion(
-        effect,
-        e.family,
-        e.law,
-        element,
-        nothing,
-        (),
-        tuple(ends),
-        e.simpler,
-        (),
-        "",
-        e.kind,  # type: ignore[arg-type]
+        effect, e.family, e.law, element, nothing, (), tuple(ends), e.simpler, (), "", e.kind
     )
     return SimpleNamespace(effect=effect, element=element, fit=fitted, insertion=insertion)
 
