@@ -28,7 +28,8 @@ class LawSum(Law):
     Raises
     ------
     UnusableInput
-        If a part jumps, counts time or has a slope of its own, or two share a parameter.
+        If a part jumps, counts time, has a slope of its own or reads another signal, or two share
+        a parameter.
     """
 
     parts: Annotated[tuple[Law, ...], least(1)]
@@ -41,6 +42,11 @@ class LawSum(Law):
                 raise UnusableInput(
                     f"a sum of laws cannot hold {law.name!r}, which jumps, counts time or has a "
                     "slope of its own; give it an element of its own on the same junction"
+                )
+            if law.watched:
+                raise UnusableInput(
+                    f"a sum of laws cannot hold {law.name!r}, which reads {law.watched} beside its "
+                    "argument; give it an element of its own on the same junction"
                 )
         known = [q.name for q in self.parameters("x")]
         if twice := sorted({n[:-2] for n in known if known.count(n) > 1}):

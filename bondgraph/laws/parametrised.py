@@ -30,7 +30,8 @@ class Parametrised(Law):
     Raises
     ------
     UnusableInput
-        If the law is solved in closed form, or a field holds something else than numbers.
+        If the law is solved in closed form or reads another signal, or a field holds something
+        else than numbers.
     UnknownName
         If the law has no such field.
     """
@@ -40,10 +41,15 @@ class Parametrised(Law):
     name: ClassVar[str] = "lifted"
 
     def __post_init__(self) -> None:
-        """Refuse fields that are no numbers, and laws that are not solved by Newton's method."""
+        """Refuse fields that are no numbers, and laws that cannot be solved at other numbers."""
         if self.inner.closed:
             raise UnusableInput(
                 f"{self.inner.name} is solved in closed form; its numbers stay in it"
+            )
+        if self.inner.watched:
+            raise UnusableInput(
+                f"{self.inner.name} reads {self.inner.watched} beside its argument; its numbers "
+                "stay in it"
             )
         known = [f.name for f in fields(self.inner)]
         for name in self.lifted:

@@ -18,9 +18,11 @@ from bondgraph.laws import (
     FrictionAlongWay,
     FrictionUnderLoad,
     Law,
+    LawSum,
     LettingGo,
     MaxwellSlip,
     Odometer,
+    Parametrised,
     Sliding,
 )
 from bondgraph.laws.watching import Gauge
@@ -237,3 +239,9 @@ def test_a_watched_signal_has_to_be_there() -> None:
     with pytest.raises(UnusableInput, match="law of d reads e_k"):
         program(oscillator(FrictionUnderLoad("e_k")))
     assert Gauge().deviation(NUMPY, 3.0, (), ()) == 0.0
+
+
+def test_a_law_that_watches_stays_on_its_own() -> None:
+    for held in (lambda: LawSum((LETTING_GO,)), lambda: Parametrised(LETTING_GO, ("depth",))):
+        with pytest.raises(UnusableInput, match="reads q_k"):
+            held()
