@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.directed_friction import DirectedFriction
 from bondgraph.laws.watching import WatchingLaw
-from bondgraph.support.bounds import Name, NonNegative, Positive
+from bondgraph.support.bounds import NonNegative, Positive, Signal
 from bondgraph.support.ops import Ops
 
 
@@ -30,7 +30,7 @@ class FrictionAlongWay(WatchingLaw, DirectedFriction):
         Middle and half range of the position, units of ``x``; fixed.
     """
 
-    beside: Name
+    beside: Signal
     force: NonNegative = 1.0
     centre: float = 0.0
     half: Positive = 1.0
@@ -78,7 +78,7 @@ class FrictionUnderLoad(WatchingLaw, DirectedFriction):
         Start value of ``mu_1`` and ``mu_2``.
     """
 
-    beside: Name
+    beside: Signal
     force: NonNegative = 1.0
     share: Positive = 0.1
     unit: str = "N"

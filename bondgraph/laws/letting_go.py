@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.watching import WatchingLaw
-from bondgraph.support.bounds import Name, NonNegative, Positive
+from bondgraph.support.bounds import NonNegative, Positive, Signal
 from bondgraph.support.ops import Ops
 
 
@@ -34,7 +34,7 @@ class LettingGo(WatchingLaw):
         Typical displacement.
     """
 
-    beside: Name
+    beside: Signal
     coefficient: str = ""
     resistance: Positive = 1.0
     width: NonNegative = 0.1

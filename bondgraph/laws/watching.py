@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from abc import ABC
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self, final, get_args
 
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import Signal
+from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import Ops
 
 
@@ -34,15 +36,33 @@ class WatchingLaw(Law, ABC):
 
     The signal at the end of a step is continued as a line from the last two accepted ones, so that
     the law stays one of its own argument. The error is of second order in the step.
+
+    Raises
+    ------
+    UnusableInput
+        `beside` is no name of a signal.
     """
 
     follows: ClassVar[tuple[bool, ...]] = (False, False)
     """The watched signal one step ago and now; whoever runs the law fills them in."""
 
+    def __post_init__(self) -> None:
+        """Refuse what no signal is called."""
+        (bound,) = get_args(Signal)[1:]
+        if not isinstance(self.watched, str) or not bound.holds(self.watched):
+            raise UnusableInput(
+                f"{self.name}: beside={self.watched!r} names no signal; give one such as 'q_k'"
+            )
+
     @property
     def watched(self) -> str:
         """Name of the signal."""
-        return str(getattr(self, "beside"))  # noqa: B009
+        return getattr(self, "beside")  # type: ignore[no-any-return]  # noqa: B009
+
+    @final
+    def watching(self, signal: str) -> Self:
+        """Return the law with another signal beside its argument."""
+        return replace(self, **{"beside": signal})
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Leave the memory to whoever runs the law."""

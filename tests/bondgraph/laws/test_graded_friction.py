@@ -245,3 +245,10 @@ def test_a_law_that_watches_stays_on_its_own() -> None:
     for held in (lambda: LawSum((LETTING_GO,)), lambda: Parametrised(LETTING_GO, ("depth",))):
         with pytest.raises(UnusableInput, match="reads q_k"):
             held()
+
+
+@pytest.mark.parametrize("beside", ["", "q k", None, 3.0])
+def test_a_watched_signal_has_a_name(beside: Any) -> None:
+    with pytest.raises(UnusableInput, match="coulomb_along_way: beside="):
+        FrictionAlongWay(beside)
+    assert FrictionUnderLoad("e_a>b").watched == "e_a>b"
