@@ -50,6 +50,7 @@ from bondgraph.graph.elements import (
 from bondgraph.graph.modulation import TIME, port_variables
 from bondgraph.laws.law import Law
 from bondgraph.laws.rounding import Resolution
+from bondgraph.laws.watching import WatchingLaw
 from bondgraph.support.errors import GraphError, unknown_name
 
 
@@ -168,6 +169,8 @@ class _Builder:
 
     def law_use(self, e: Element, role: str, law: Law, argument: str, slope: Any) -> int:
         names = tuple(p.name for p in law.parameters(e.name))
+        if isinstance(law, WatchingLaw):
+            law = law.watching(signal_called(self.names, law.watched, self.graph, e.name))
         return self._use(LawUse(e.name, role, law, argument, slope, names))
 
     def _use(self, use: LawUse) -> int:

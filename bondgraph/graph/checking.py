@@ -33,6 +33,7 @@ from bondgraph.graph.elements import (
     Valued,
     Zero,
 )
+from bondgraph.laws.law import Law
 from bondgraph.support.errors import BondsightError, UnknownName, unknown_name
 
 _TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
@@ -338,7 +339,8 @@ def _connection_problems(graph: BondGraph) -> list[str]:
 def _signal_problems(graph: BondGraph) -> Iterator[str]:
     """Yield a line for every symbol that an element reads and the graph does not have."""
     readers = graph.of_type(Reading, Modulated, MTF, MGY)
-    if not readers:
+    watchers = [(e, name) for e in graph.elements.values() if (name := _watched(e))]
+    if not readers and not watchers:
         return
     from bondgraph.equations.bond_signals import SignalNames, signal_called
 
@@ -351,6 +353,18 @@ def _signal_problems(graph: BondGraph) -> Iterator[str]:
                 signal_called(names, str(s), graph, e.name)
             except BondsightError as error:
                 yield str(error)
+    for e, watched in watchers:
+        try:
+            signal_called(names, watched, graph, e.name)
+        except BondsightError as error:
+            yield f"{e.name}: no signal {watched!r} for its law to read beside its own: {error}"
+
+
+def _watched(e: Element) -> str:
+    """Return the signal that the law of an element or of its drive reads, "" if none."""
+    held = getattr(e, "drive", None) or e
+    law = getattr(held, "law", None)
+    return law.watched if isinstance(law, Law) else ""
 
 
 def _modulations(graph: BondGraph) -> Iterator[tuple[str, str]]:

@@ -11,6 +11,7 @@ import sympy as sp
 
 from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.equations.codegen import program
+from bondgraph.graph.drives import Drive
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import (
     AsymmetricCoulomb,
@@ -29,7 +30,7 @@ from bondgraph.laws.watching import Gauge
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.simulate import simulate
-from bondgraph.support.errors import UnknownName, UnusableInput
+from bondgraph.support.errors import GraphError, UnusableInput
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
 DIRECTED: dict[str, Law] = {
@@ -234,11 +235,29 @@ def test_a_damper_that_lets_go_by_hand() -> None:
 
 
 def test_a_watched_signal_has_to_be_there() -> None:
-    with pytest.raises(UnknownName, match="no signal 'e_z'"):
+    with pytest.raises(GraphError, match="no signal 'e_z'"):
         compile_model(oscillator(FrictionUnderLoad("e_z")))
+    for g in (
+        oscillator(FrictionAlongWay("q_m")),
+        oscillator(FrictionUnderLoad("f_kk")),
+        oscillator(AsymmetricCoulomb()).with_element("F", drive=Drive(law=FrictionAlongWay("k"))),
+    ):
+        (line,) = g.check()
+        assert "for its law to read" in line
     with pytest.raises(UnusableInput, match="law of d reads e_k"):
         program(oscillator(FrictionUnderLoad("e_k")))
     assert Gauge().deviation(NUMPY, 3.0, (), ()) == 0.0
+
+
+def test_a_signal_may_have_a_second_name() -> None:
+    """The flow of the spring is that of the body, the effort at it that of their bond."""
+    t = 0.01 * np.arange(300)
+    for first, second in (("f_body", "f_k"), ("e_k", "e_body>k")):
+        one, two = (
+            simulate(oscillator(FrictionUnderLoad(n, 0.3, 0.5)), t, {"F": 9 * np.sin(3 * t)})["x"]
+            for n in (first, second)
+        )
+        np.testing.assert_allclose(one, two, atol=1e-12)
 
 
 def test_a_law_that_watches_stays_on_its_own() -> None:
