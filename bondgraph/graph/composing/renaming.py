@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeAlias
 
@@ -11,13 +11,15 @@ import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Element, Field, Multiport, Parameter, symbol
+from bondgraph.graph.elements import Element, Multiport, Parameter, symbol
+from bondgraph.laws.law import Law
 from bondgraph.support.errors import GraphError
 
 __all__ = [
     "Renaming",
     "apart",
     "assemble",
+    "called",
     "declared_parameters",
     "mentioned_names",
     "own_parameters",
@@ -32,6 +34,7 @@ _VALUES = (
     "natural_frequency", "damping_ratio", "resolution",
 )  # fmt: skip
 _REFERENCES = ("delay", "clock", "drift")
+_NAMES = ("beside", "coefficient")
 _SIGNAL = re.compile(r"([efqp])_(.+)")
 _PORT = re.compile(r"(.+?)(\d+)")
 
@@ -71,9 +74,17 @@ def own_parameters(element: Element) -> tuple[Parameter, ...]:
     return tuple(alone.parameters.values())
 
 
+def called(element: Element, new: str) -> Element:
+    """Return an element under another name, which what it says of itself follows."""
+    return Renaming({element.name: new}, {element.name: new}).element(element)
+
+
 def declared_parameters(graph: BondGraph) -> tuple[Parameter, ...]:
     """Return the parameters of `graph` that no element brings along."""
-    own = {p.name for e in graph.elements.values() for p in own_parameters(e)}
+    found = {p.name: e for e in graph.elements.values() for p in own_parameters(e)}
+    # the coefficient of a law may be a parameter that is declared
+    shared = graph.declared_parameters
+    own = {n for n, e in found.items() if n not in shared or n not in mentioned_names(e)}
     return tuple(p for n, p in graph.parameters.items() if n not in own)
 
 
@@ -114,7 +125,8 @@ class Renaming:
         Raises
         ------
         GraphError
-            A delay, a clock, a drift or the lag of a drive would have to be an expression.
+            A delay, a clock, a drift, the lag of a drive or the coefficient that a law shares would
+            have to be an expression.
         """
         changes: dict[str, Any] = {"name": self.elements.get(e.name, e.name)}
         for label, value in _parts(e):
@@ -150,12 +162,20 @@ class Renaming:
     def _value(self, e: Element, value: Any) -> Any:
         if isinstance(value, tuple):
             return tuple(self._value(e, v) for v in value)
+        if isinstance(value, Law):
+            return _with_names(value, lambda label, name: self._named(e, label, name))
         if isinstance(value, str):
             return self.values.get(value, value)
         if not isinstance(value, sp.Basic):
             return value
         table = {s: self._symbol(s) for s in value.free_symbols if not _is_port(e, str(s))}
         return value.xreplace(table)
+
+    def _named(self, e: Element, label: str, name: str) -> str:
+        """Return the new name of what a law reads beside its argument or shares."""
+        if label == "beside" and not name.startswith("in_"):
+            return self.signal(name)
+        return str(self._references(e, label, name))
 
     def _symbol(self, s: sp.Symbol) -> sp.Expr:
         name = str(s)
@@ -184,11 +204,12 @@ class Renaming:
             drive,
             lag=self._references(e, "lag", drive.lag),
             delay=self._references(e, "delay", drive.delay),
+            law=self._value(e, drive.law),
         )
 
 
 def reading_other_bond(e: Element, old: str, new: str) -> Element:
-    """Return an element whose expressions read the signals of another bond.
+    """Return an element whose expressions and laws read the signals of another bond.
 
     Parameters
     ----------
@@ -196,10 +217,13 @@ def reading_other_bond(e: Element, old: str, new: str) -> Element:
         Names such as ``a>b``.
     """
     signals = {symbol(f"{letter}_{old}"): symbol(f"{letter}_{new}") for letter in "ef"}
+    texts = {str(s): str(new) for s, new in signals.items()}
 
     def turned(value: Any) -> Any:
         if isinstance(value, tuple):
             return tuple(map(turned, value))
+        if isinstance(value, Law):
+            return _with_names(value, lambda label, n: texts.get(n, n) if label == "beside" else n)
         return value.xreplace(signals) if isinstance(value, sp.Basic) else value
 
     changed = {n: turned(v) for n, v in _parts(e) if n in _VALUES}
@@ -208,18 +232,45 @@ def reading_other_bond(e: Element, old: str, new: str) -> Element:
 
 
 def _parts(e: Element) -> Iterator[tuple[str, Any]]:
-    """Fields that may mention names; a law of a one-port only has parameters of its own."""
+    """Fields that may mention names."""
     for f in fields(e):
         value = getattr(e, f.name)
-        if value is None or (f.name == "law" and not isinstance(e, Field)):
-            continue
-        if f.name in (*_VALUES, *_REFERENCES, "drive"):
+        if value is not None and f.name in (*_VALUES, *_REFERENCES, "drive"):
             yield f.name, value
+
+
+def _with_names(law: Law, new: Callable[[str, str], str]) -> Law:
+    """Return a law with other names for the signal it reads and the coefficient it shares."""
+    changes: dict[str, Any] = {}
+    for f in fields(law):
+        value = getattr(law, f.name)
+        if isinstance(value, Law):
+            changes[f.name] = _with_names(value, new)
+        elif isinstance(value, tuple):
+            changes[f.name] = tuple(_with_names(v, new) if isinstance(v, Law) else v for v in value)
+        elif value and isinstance(value, str) and f.name in _NAMES:
+            changes[f.name] = new(f.name, value)
+    changes = {n: v for n, v in changes.items() if v != getattr(law, n)}
+    return replace(law, **changes) if changes else law
+
+
+def _names_in(law: Law) -> Iterator[str]:
+    """Names of the signal a law reads and of the coefficient it shares, of the laws in it too."""
+    for f in fields(law):
+        value = getattr(law, f.name)
+        for v in value if isinstance(value, tuple) else (value,):
+            if isinstance(v, Law):
+                yield from _names_in(v)
+            elif v and isinstance(v, str) and f.name in _NAMES:
+                yield v
 
 
 def _flat(value: Any) -> Iterator[Any]:
     if isinstance(value, Drive):
         yield from (v for v in (value.lag, value.delay) if v is not None)
+        yield from _flat(value.law)
+    elif isinstance(value, Law):
+        yield from _names_in(value)
     elif isinstance(value, tuple):
         for v in value:
             yield from _flat(v)

@@ -14,6 +14,7 @@ from bondgraph.graph.composing.renaming import (
     Replacement,
     apart,
     assemble,
+    called,
     declared_parameters,
     mentioned_names,
     own_parameters,
@@ -182,7 +183,7 @@ def rename(graph: BondGraph, name: str, new: str) -> BondGraph:
     with apart():
         if name in graph.elements:
             old = graph[name]
-            values: Mapping[str, Replacement] = _follow(old, changed(old, name=new))
+            values: Mapping[str, Replacement] = _follow(old, called(old, new))
             elements = {name: new}
         else:
             values, elements = {name: new}, {}
