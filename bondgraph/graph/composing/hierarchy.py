@@ -25,6 +25,7 @@ from bondgraph.graph.composing.renaming import (
     Renaming,
     apart,
     assemble,
+    called,
     declared_parameters,
     own_parameters,
 )
@@ -197,7 +198,7 @@ def _instantiate(
     declared = declared_parameters(sub)
     values |= {p.name: f"{name}_{p.name}" for p in declared if p.name not in values}
     for e in sub.elements.values():
-        values |= _own_names(e, elements[e.name])
+        values = _own_names(e, elements[e.name]) | values
     values |= {n: f"in_{name}_{n[3:]}" for n in external_signals(sub) if n not in values}
     renaming = Renaming(elements, values)
     made = [renaming.element(e) for e in sub.elements.values() if e.name not in ports]
@@ -224,7 +225,7 @@ def _junction_of(sub: BondGraph, port: Port) -> type[Junction]:
 
 def _own_names(e: Element, new: str) -> dict[str, str | sp.Expr]:
     """Old to new names of the parameters an element brings along."""
-    pairs = zip(own_parameters(e), own_parameters(replace(e, name=new)), strict=True)
+    pairs = zip(own_parameters(e), own_parameters(called(e, new)), strict=True)
     return {old.name: fresh.name for old, fresh in pairs}
 
 

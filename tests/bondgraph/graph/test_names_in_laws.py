@@ -12,17 +12,24 @@ from bondgraph.graph.composing.hierarchy import Port, use
 from bondgraph.graph.composing.rewriting import rename
 from bondgraph.graph.composing.simplification import merge_junctions
 from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import Element
 from bondgraph.laws import (
+    ContactLoss,
+    Diode,
     FrictionAlongWay,
     FrictionUnderLoad,
     Law,
+    LawSum,
     LettingGo,
+    Polynomial,
+    Radiation,
 )
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import GraphError
 from identification.diagnosis.screening.latent_input import probed_graph
 
 ALONG = FrictionAlongWay("q_k", 0.4, 0.02, 0.1)
+RADIATES = Radiation(2.0, 0.05, coefficient="d")
 
 
 def oscillator(law: Law) -> BondGraph:
@@ -64,6 +71,57 @@ def test_a_watched_signal_follows_into_another_graph() -> None:
     g = used(ALONG)
     assert g["s_d"].law.watched == "q_s_k"
     np.testing.assert_allclose(speed(g), speed(oscillator(ALONG)), atol=1e-6)
+
+
+@pytest.mark.parametrize("law", [RADIATES, LettingGo("q_k", "d", width=0.01)])
+def test_a_shared_coefficient_follows_into_another_graph(law: Law) -> None:
+    g = used(law)
+    assert g["s_d"].law.coefficient == "s_d"
+    assert "d" not in g.parameters
+    np.testing.assert_allclose(speed(g), speed(oscillator(law)), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "element",
+    [
+        R("d", 2.0, law=Diode(coefficient="d")),
+        C("d", stiffness=2.0, law=ContactLoss(coefficient="d")),
+        C("d", 2.0, law=LawSum((Polynomial(), ContactLoss(coefficient="d", inverse=True)))),
+    ],
+)
+def test_one_number_stays_one_number(element: Element) -> None:
+    with BondGraph("part") as part:
+        Port("end") >> One("body") >> element
+    with BondGraph("outer") as g:
+        Se("F") >> use(part, "s", d=5.0).end
+    assert g.parameters["s_d"].value == 5.0
+    assert "d" not in g.parameters
+
+
+def test_a_coefficient_may_be_a_parameter_outside() -> None:
+    with BondGraph("outer") as g:
+        b = g.parameter("b", 3.0)
+        body = One("body")
+        Se("F") >> body >> I("m", 1.0)
+        body >> use(component(RADIATES), "s", d="b").end
+        body >> Df("v")
+    assert g["s_d"].law.coefficient == "b"
+    np.testing.assert_allclose(
+        speed(g), speed(oscillator(RADIATES).with_values({"d": 3.0})), atol=1e-6
+    )
+    with pytest.raises(GraphError, match="coefficient 'd' cannot be the expression"), g:
+        use(component(RADIATES), "twice", d=2 * b)
+
+
+def test_a_coefficient_may_be_a_declared_parameter() -> None:
+    with BondGraph("part") as part:
+        part.parameter("b", 3.0)
+        Port("end") >> One("body") >> R("d", "b", law=Radiation(coefficient="b"))
+    with BondGraph("outer") as g:
+        Se("F") >> use(part, "s").end
+    assert g["s_d"].value == g["s_d"].law.coefficient == "s_b"
+    assert g.parameters["s_b"].value == 3.0
+    assert rename(part, "b", "c")["d"].law.coefficient == "c"
 
 
 def test_renamed_with_the_element() -> None:
