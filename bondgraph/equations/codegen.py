@@ -33,8 +33,8 @@ def program(graph: BondGraph) -> Program:
     Raises
     ------
     UnusableInput
-        A source or a sensor has a dead time, which no state and no memory can carry, or a sensor
-        has a clock of its own.
+        A source or a sensor has a dead time, which no state and no memory can carry, a sensor has a
+        clock of its own, or a law reads a signal beside its argument.
     """
     late = [e.name for e in graph.of_type(Source) if e.drive and e.drive.delay]
     late += [e.name for e in graph.of_type(Sensor) if e.delay]
@@ -49,7 +49,25 @@ def program(graph: BondGraph) -> Program:
             f"{graph.name}: {', '.join(clocks)} has a clock of its own, which the exported "
             "equations do not have; take it out (clock=None) and resample in the target"
         )
-    return program_of(system(graph))
+    return exported(system(graph))
+
+
+def exported(model: System) -> Program:
+    """Return the executable form of a system, to be written for another tool.
+
+    Raises
+    ------
+    UnusableInput
+        A law reads a signal beside its argument.
+    """
+    for use in model.laws:
+        if use.law.watched:
+            raise UnusableInput(
+                f"{model.name}: the law of {use.element} reads {use.law.watched} beside its "
+                "argument, which the exported equations cannot carry; give it a law of its "
+                "argument alone"
+            )
+    return program_of(model)
 
 
 def law_functions(law: Law, n_q: int) -> tuple[ca.Function, ca.Function]:
@@ -102,9 +120,9 @@ class _Evaluation:
         for use in self.model.laws:
             if use.law.watched:
                 raise UnusableInput(
-                    f"{self.model.name}: the law of {use.element} reads {use.law.watched}, which "
-                    "only a model that is linear up to its laws can; take modulated elements and "
-                    "fields out, or write it with the argument alone to export it"
+                    f"{self.model.name}: the law of {use.element} reads {use.law.watched} beside "
+                    "its argument, which only a model that is linear up to its laws can; take "
+                    "modulated elements and fields out, or give it a law of its argument alone"
                 )
             value, advance = law_functions(use.law, len(use.parameters))
             memory = slice(at, at + use.law.n_memory)

@@ -202,9 +202,9 @@ class System:
 
     def program(self) -> Program:
         """Return the executable form, see `bondgraph.equations.codegen`."""
-        from bondgraph.equations.codegen import program_of
+        from bondgraph.equations.codegen import exported
 
-        return program_of(self)
+        return exported(self)
 
     # -- showing ------------------------------------------------------------------------------
     def __str__(self) -> str:

@@ -11,7 +11,10 @@ import sympy as sp
 
 from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.equations.codegen import program
+from bondgraph.equations.derivation import system
 from bondgraph.graph.drives import Drive
+from bondgraph.graph.elements import MTF
+from bondgraph.graph.modulation import displacement
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import (
     AsymmetricCoulomb,
@@ -246,6 +249,13 @@ def test_a_watched_signal_has_to_be_there() -> None:
         assert "for its law to read" in line
     with pytest.raises(UnusableInput, match="law of d reads e_k"):
         program(oscillator(FrictionUnderLoad("e_k")))
+    with pytest.raises(UnusableInput, match="exported equations cannot carry"):
+        system(oscillator(FrictionUnderLoad("e_k"))).program()
+    bent = oscillator(FrictionUnderLoad("e_k"))
+    bent = bent.with_branch("body", [MTF("lever", 1 + displacement("k")), R("r", 1.0)])
+    with pytest.raises(UnusableInput, match="take modulated elements") as error:
+        simulate(bent, np.arange(3.0), {"F": np.zeros(3)})
+    assert "export" not in str(error.value)
     assert Gauge().deviation(NUMPY, 3.0, (), ()) == 0.0
 
 
