@@ -10,12 +10,12 @@ import pytest
 import sympy as sp
 from scipy import signal
 
-from bondgraph import BondGraph, Reading, derive, system
+from bondgraph import BondGraph, R, Reading, derive, system
 from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.operator_equations import operator_equations
 from bondgraph.graph.composing.hierarchy import use
 from bondgraph.graph.modulation import effort, flow
-from bondgraph.laws import Coulomb, Polynomial, Rectifier
+from bondgraph.laws import Coulomb, FrictionAlongWay, Polynomial, Rectifier
 from bondgraph.laws.rounding import Resolution
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import BondsightError
@@ -189,3 +189,14 @@ def test_a_word_that_is_no_value_is_refused_at_once() -> None:
 def test_a_gain_may_change_the_unit() -> None:
     assert spring().with_element("x", unit="V").check() != ()
     assert spring(gain=20.0).with_element("x", unit="V").check() == ()
+
+
+def test_an_element_called_like_a_port_of_a_law_is_refused() -> None:
+    graph = spring(resolution=1e-3).with_branch("v", [R("x_resolution", 0.1, law=Rectifier(1.0))])
+    with pytest.raises(BondsightError, match="'x_resolution' is an element with a law"):
+        derive(graph)
+    watching = R("d2", 0.1, law=FrictionAlongWay("q_k"))
+    graph = spring().with_branch("v", [watching])
+    graph = graph.with_branch("v", [R("beside_d2", 0.1, law=Rectifier(1.0))])
+    with pytest.raises(BondsightError, match="'beside_d2' is an element with a law"):
+        derive(graph)
