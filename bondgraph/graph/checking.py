@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import sympy as sp
 
@@ -225,6 +226,14 @@ def _given_problems(e: Source) -> list[str]:
 GIVEN = ("value", "rate", "integral")
 
 
+def tried_problems(graph: BondGraph, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Return one line for each source or sensor that makes no sense at other parameter values."""
+    known = graph.parameters
+    tried = known | {n: replace(known[n], value=float(v)) for n, v in values.items() if n in known}
+    channels = graph.of_type(Source, Sensor)
+    return tuple(line for e in channels for line in _name_problems(graph, e, tried))
+
+
 def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parameter]) -> list[str]:
     """Parameters that a source or a sensor names: they must exist, and times must not run back."""
     if isinstance(e, Source):
@@ -284,6 +293,12 @@ def _channel_problems(
         held = getattr(e, what)
         if held is None:
             continue
+        if isinstance(held, int | float) and f"{what}_{e.name}" in graph.declared_parameters:
+            lines.append(
+                f"{e.name}: its {what} {held} is the parameter {what}_{e.name}, which is declared "
+                f"as well; give {what}='{what}_{e.name}', or leave out the declaration"
+            )
+            continue
         try:
             value = graph.channel_value(e, what)
         except UnknownName as error:
@@ -292,6 +307,8 @@ def _channel_problems(
         assert value is not None
         at = {s: parameters[str(s)].value for s in value.free_symbols if str(s) in parameters}
         number = complex(sp.N(value.subs(at)))
+        if isinstance(held, int | float):
+            held = number.real  # another one than the field's may be tried
         if number.imag or not abs(number) < float("inf"):
             lines.append(f"{e.name}: its {what} {held} is not a finite number; check it")
         elif what == "gain" and number == 0:
