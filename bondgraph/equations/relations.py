@@ -71,10 +71,10 @@ def _refuse_collisions(made: Relations) -> None:
     graph, parameters = made.graph, made.graph.parameters
     signals = {*made.found, *(s.name for s in made.states), *(d.stored for d in made.dependents)}
     ports = [n for use in made.laws for n in use.ports]
-    if twice := [n for n in ports if ports.count(n) > 1]:
+    if shared := [n for n in ports if ports.count(n) > 1]:
         raise GraphError(
-            f"{graph.name}: {twice[0]!r} is an element with a law, and the rounding of a sensor or "
-            "what a law watches is called like it; rename the element"
+            f"{graph.name}: {shared[0]!r} is an element with a law, and the rounding of a sensor "
+            "or what a law watches is called like it; rename the element"
         )
     signals |= {f"w_{n}" for n in ports}
     stored = [*(s.name for s in made.states), *(d.stored for d in made.dependents)]
