@@ -34,7 +34,10 @@ from bondgraph.graph.elements import (
     Valued,
     Zero,
 )
+from bondgraph.laws.law import Law
+from bondgraph.support.bounds import broken
 from bondgraph.support.errors import BondsightError, UnknownName, unknown_name
+from bondgraph.support.typed_reader import hints_of
 
 _TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
     De: ((Zero, X0), "a 0-junction (one effort)"),
@@ -54,7 +57,9 @@ def problems(graph: BondGraph) -> tuple[str, ...]:
             "the graph has no elements: create them inside 'with BondGraph(...)' and bond them "
             "with >>",
         )
-    lines: list[str] = []
+    lines = [line for e in graph.elements.values() for line in _law_problems(e)]
+    if lines:
+        return tuple(lines)  # such a law may not even have parameters
     parameters = graph.parameters
     for e in graph.elements.values():
         lines.extend(_bond_problems(graph, e))
@@ -192,6 +197,22 @@ def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Param
             f"{e.name} ({e.kind}): coefficient is zero; give a nonzero value or remove the element"
         ]
     return []
+
+
+def _law_problems(e: Element) -> list[str]:
+    """Return the fields of a law that break the bounds of their annotations."""
+    law = getattr(getattr(e, "drive", None) or e, "law", None)
+    if not isinstance(law, Law):
+        return []
+    try:
+        hints = hints_of(type(law))
+    except NameError:
+        return []  # a law of somebody's own, annotated with what a type checker alone imports
+    lines = []
+    for field, kind in hints.items():
+        if wanted := broken(kind, held := getattr(law, field)):
+            lines.append(f"{e.name}: {field} = {held!r} of its law {law.name} is not {wanted}")
+    return lines
 
 
 def _measured_problems(e: Source) -> list[str]:
