@@ -540,7 +540,8 @@ def _own_parameters(e: Element) -> tuple[Parameter, ...]:
     return tuple(found)
 
 
-_CHANNEL_UNITS = {"lag": "s", "natural_frequency": "rad/s", "damping_ratio": "1", "gain": "1"}
+_CHANNEL_UNITS = {"lag": "s", "natural_frequency": "rad/s", "damping_ratio": "1", "gain": ""}
+"""That of a gain is not said: a tachometer's is V s/rad, and a sensor knows its own unit only."""
 
 
 def channel_parameter(e: Source | Sensor, field: str) -> Parameter:

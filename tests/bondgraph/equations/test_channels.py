@@ -233,3 +233,7 @@ def test_a_lag_that_is_tried_must_be_positive(value: float) -> None:
 def test_a_mass_of_zero_is_one_line() -> None:
     with pytest.raises(BondsightError, match=r"divide by a parameter that is 0.*\(m\)"):
         read({"m": 0.0})
+
+
+def test_the_unit_of_a_gain_is_not_claimed() -> None:
+    assert spring(gain=20.0).with_element("x", unit="V").parameters["gain_x"].unit == ""
