@@ -67,6 +67,11 @@ class LawUse:
     slope: Any
     parameters: tuple[str, ...]
 
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Names of the ports it takes: its own, and that of the gauge of what the law watches."""
+        return (self.element, *((f"beside_{self.element}",) if self.law.watched else ()))
+
 
 @dataclass(frozen=True, slots=True)
 class StoredState:

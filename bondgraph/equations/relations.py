@@ -71,7 +71,13 @@ def _refuse_collisions(made: Relations) -> None:
     """Refuse an element or parameter that is called like a signal: one name, one meaning."""
     graph, parameters = made.graph, made.graph.parameters
     signals = {*made.found, *(s.name for s in made.states), *(d.stored for d in made.dependents)}
-    signals |= {f"w_{use.element}" for use in made.laws}
+    ports = [n for use in made.laws for n in use.ports]
+    if shared := [n for n in ports if ports.count(n) > 1]:
+        raise GraphError(
+            f"{graph.name}: {shared[0]!r} is an element with a law, and the rounding of a sensor "
+            "or what a law watches is called like it; rename the element"
+        )
+    signals |= {f"w_{n}" for n in ports}
     stored = [*(s.name for s in made.states), *(d.stored for d in made.dependents)]
     if len(set(stored)) < len(stored):
         (twice, *_) = (n for n in stored if stored.count(n) > 1)

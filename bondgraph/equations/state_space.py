@@ -295,9 +295,8 @@ class _Derivation:
     def law_port(self, use: LawUse) -> sp.Symbol:
         w, argument = symbol(f"w_{use.element}"), symbol(use.argument)
         self.laws.append(LawPort(use.element, use.role, use.law, w, argument, use.parameters))
-        if use.law.watched:
+        for name in use.ports[1:]:
             # a law without output makes the signal known at the end of every step
-            name = f"beside_{use.element}"
             beside = symbol(use.law.watched)
             self.laws.append(LawPort(name, "gauge", Gauge(), symbol(f"w_{name}"), beside, ()))
         return w

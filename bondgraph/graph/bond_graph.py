@@ -458,6 +458,8 @@ class BondGraph:
             elif n in g._network:
                 held = g._network.nodes[n]
                 held["element"] = _with_value(held["element"], float(v))
+            elif place := _channel_place(g, n):
+                g = g.with_element(place[0], **{place[1]: float(v)})
             elif n in self.parameters:
                 g._parameters[n] = replace(self.parameters[n], value=float(v))
             else:
@@ -489,6 +491,15 @@ def _with_value(e: Element, v: float) -> Element:
     if isinstance(e, Valued):
         return replace(e, value=v)
     raise GraphError(f"{e.name} ({e.kind}) has no value to change")
+
+
+def _channel_place(graph: BondGraph, name: str) -> tuple[str, str] | None:
+    """Return the element and the field whose number is the parameter `name`."""
+    for e in graph.of_type(Source, Sensor):
+        for f in e.channel:
+            if name == f"{f}_{e.name}" and isinstance(getattr(e, f), int | float):
+                return e.name, f
+    return None
 
 
 def _own_parameters(e: Element) -> tuple[Parameter, ...]:
@@ -529,7 +540,8 @@ def _own_parameters(e: Element) -> tuple[Parameter, ...]:
     return tuple(found)
 
 
-_CHANNEL_UNITS = {"lag": "s", "natural_frequency": "rad/s", "damping_ratio": "1", "gain": "1"}
+_CHANNEL_UNITS = {"lag": "s", "natural_frequency": "rad/s", "damping_ratio": "1", "gain": ""}
+"""That of a gain is not said: a tachometer's is V s/rad, and a sensor knows its own unit only."""
 
 
 def channel_parameter(e: Source | Sensor, field: str) -> Parameter:

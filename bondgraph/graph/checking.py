@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import sympy as sp
 
@@ -34,7 +35,9 @@ from bondgraph.graph.elements import (
     Zero,
 )
 from bondgraph.laws.law import Law
+from bondgraph.support.bounds import broken
 from bondgraph.support.errors import BondsightError, UnknownName, unknown_name
+from bondgraph.support.typed_reader import hints_of
 
 _TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
     De: ((Zero, X0), "a 0-junction (one effort)"),
@@ -54,7 +57,9 @@ def problems(graph: BondGraph) -> tuple[str, ...]:
             "the graph has no elements: create them inside 'with BondGraph(...)' and bond them "
             "with >>",
         )
-    lines: list[str] = []
+    lines = [line for e in graph.elements.values() for line in _law_problems(e)]
+    if lines:
+        return tuple(lines)  # such a law may not even have parameters
     parameters = graph.parameters
     for e in graph.elements.values():
         lines.extend(_bond_problems(graph, e))
@@ -194,6 +199,22 @@ def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Param
     return []
 
 
+def _law_problems(e: Element) -> list[str]:
+    """Return the fields of a law that break the bounds of their annotations."""
+    law = getattr(getattr(e, "drive", None) or e, "law", None)
+    if not isinstance(law, Law):
+        return []
+    try:
+        hints = hints_of(type(law))
+    except NameError:
+        return []  # a law of somebody's own, annotated with what a type checker alone imports
+    lines = []
+    for field, kind in hints.items():
+        if wanted := broken(kind, held := getattr(law, field)):
+            lines.append(f"{e.name}: {field} = {held!r} of its law {law.name} is not {wanted}")
+    return lines
+
+
 def _measured_problems(e: Source) -> list[str]:
     """Return what cannot be measured: a signal of the model, or what a law makes of a command."""
     said: object = e.measured
@@ -224,6 +245,14 @@ def _given_problems(e: Source) -> list[str]:
 
 
 GIVEN = ("value", "rate", "integral")
+
+
+def tried_problems(graph: BondGraph, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Return one line for each source or sensor that makes no sense at other parameter values."""
+    known = graph.parameters
+    tried = known | {n: replace(known[n], value=float(v)) for n, v in values.items() if n in known}
+    channels = graph.of_type(Source, Sensor)
+    return tuple(line for e in channels for line in _name_problems(graph, e, tried))
 
 
 def _name_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Parameter]) -> list[str]:
@@ -285,6 +314,12 @@ def _channel_problems(
         held = getattr(e, what)
         if held is None:
             continue
+        if isinstance(held, int | float) and f"{what}_{e.name}" in graph.declared_parameters:
+            lines.append(
+                f"{e.name}: its {what} {held} is the parameter {what}_{e.name}, which is declared "
+                f"as well; give {what}='{what}_{e.name}', or leave out the declaration"
+            )
+            continue
         try:
             value = graph.channel_value(e, what)
         except UnknownName as error:
@@ -293,6 +328,8 @@ def _channel_problems(
         assert value is not None
         at = {s: parameters[str(s)].value for s in value.free_symbols if str(s) in parameters}
         number = complex(sp.N(value.subs(at)))
+        if isinstance(held, int | float):
+            held = number.real  # another one than the field's may be tried
         if number.imag or not abs(number) < float("inf"):
             lines.append(f"{e.name}: its {what} {held} is not a finite number; check it")
         elif what == "gain" and number == 0:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.shared_slope import SharedSlope
-from bondgraph.support.bounds import Positive
+from bondgraph.support.bounds import NonZero, Positive
 from bondgraph.support.ops import Ops
 
 NEWTON_STEPS = 5
@@ -36,7 +36,7 @@ class Diode(SharedSlope):
     share: float = 0.0
     onset: float = 0.5
     width: Positive = 0.1
-    sense: float = 1.0
+    sense: NonZero = 1.0
     unit: str = "A"
     starts: ClassVar[tuple[str, ...]] = (
         *SharedSlope.shared, "share", "onset", "width", "sense", "unit",

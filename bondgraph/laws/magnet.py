@@ -31,7 +31,7 @@ class Magnet(Law):
         side of positive displacement. ``force=a, gap=1`` with a displacement that counts from one
         is ``a / x^2``.
     closest : float
-        The fit keeps ``|g|`` above this.
+        The fit keeps ``|g|`` above this, or above where it starts if that is less.
     free_standing : bool
         The whole force. Otherwise what it has beside its value and slope at no displacement: those
         belong to the place where a spring rests, and to the spring.
@@ -50,7 +50,7 @@ class Magnet(Law):
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Force and distance at no displacement."""
-        near, far = self.closest, 20.0 * abs(self.gap)
+        near, far = min(self.closest, abs(self.gap)), 20.0 * abs(self.gap)
         low, high = (near, far) if self.gap > 0 else (-far, -near)
         return (
             Parameter(f"F_g_{element}", self.force, self.unit, positive=False, scale=self.size),

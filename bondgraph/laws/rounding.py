@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
@@ -14,16 +13,12 @@ from bondgraph.support.ops import Expression, Ops
 
 __all__ = ["Resolution", "Rounding"]
 
-FINE = 1e-10
+CONSTANT = 1e-10
 """Sub-division of a step within which the rounding error counts as constant."""
 
 
-def _floor(ops: Ops, x: Expression) -> Expression:
-    return import_module(ops.name).floor(x)
-
-
 def _error(ops: Ops, z: Expression) -> Expression:
-    return _floor(ops, z + 0.5) - FINE * _floor(ops, z / FINE + 0.5)
+    return ops.floor(z + 0.5) - CONSTANT * ops.floor(z / CONSTANT + 0.5)
 
 
 @dataclass(frozen=True)

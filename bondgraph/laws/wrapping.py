@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any, ClassVar
 
 from bondgraph.laws.law import Law
@@ -35,4 +34,4 @@ class Wrapping(Law):
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Return the whole turns, to be taken away."""
-        return -self.turn * import_module(ops.name).floor((s - self.low) / self.turn)
+        return -self.turn * ops.floor((s - self.low) / self.turn)

@@ -10,6 +10,7 @@ import numpy as np
 
 from bondgraph.equations.relation import FINE
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.checking import tried_problems
 from bondgraph.simulation.exact_run import LARGEST, Memories, relative_change, settle
 from bondgraph.simulation.start import (
     checked_commands,
@@ -84,6 +85,9 @@ def simulate(
         )  # fmt: skip
         sampled = clocked(late(made.outputs, held, made.time), ratios)
         return replace(made, outputs=rounded(sampled, late_resolutions(model, parameters or {})))
+    if isinstance(model, BondGraph) and parameters:
+        if lines := tried_problems(model, parameters):
+            raise UnusableInput(f"{model.name}: {'; '.join(lines)}")
     compiled = exact_form(model, observed)
     if compiled is not None and isinstance(x0, Mapping):
         known = tuple(str(v.symbol) for v in compiled.space.states)
@@ -104,6 +108,12 @@ def simulate(
             raise unknown_name("input", name, compiled.space.name, compiled.space.input_names)
     u = inputs_of(compiled, commands, time)
     p = compiled.vector(parameters or {})
+    if not np.isfinite(compiled.matrices(p).full()).all():
+        none = [n for n, v in zip(compiled.parameter_names, p, strict=True) if v == 0]
+        raise UnusableInput(
+            f"{compiled.space.name}: the equations divide by a parameter that is 0, or by one too "
+            f"small for it ({', '.join(none) or 'none is 0'}); give other values"
+        )
     known = tuple(str(v.symbol) for v in compiled.space.states)
     if x0 is None:
         x0 = equilibrium(compiled, p, u[0])

@@ -1,7 +1,7 @@
 """What a field may hold beyond its type, said once in its annotation; readers and schemas use it.
 
 Nothing is checked when a program makes a value itself: `bondgraph.support.typed_reader` does it for
-files.
+files, and `bondgraph.graph.checking` for the laws of a graph.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args, get_origin
 
 __all__ = ["MAX_NAME", "Bound", "Name", "NonNegative", "NonZero", "Positive", "Rising", "Signal"]
 
@@ -59,6 +59,20 @@ def least(count: int) -> Bound:
         lambda v: len(v) >= count,
         {"minItems": count},
     )
+
+
+def broken(kind: Any, value: Any) -> str:
+    """Return what a value has to be by the bounds of its annotation and is not; "" if nothing."""
+    inner, several = get_args(kind), get_origin(kind) is tuple
+    if get_origin(kind) is Annotated:
+        try:
+            missed = next((b.wanted for b in kind.__metadata__ if not b.holds(value)), "")
+        except (TypeError, AttributeError):
+            missed = "a value of its type"
+        return missed or broken(inner[0], value)
+    if several and len(inner) == 2 and inner[1] is Ellipsis:
+        return next((said for v in value if (said := broken(inner[0], v))), "")
+    return ""
 
 
 def _is_name(text: str) -> bool:

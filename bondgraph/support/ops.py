@@ -39,7 +39,7 @@ class Ops:
         ``"numpy"``, ``"casadi"`` or ``"sympy"``.
     maximum, minimum : callable
         Elementwise, two arguments.
-    absolute, sign, tanh, exp, log, sqrt : callable
+    absolute, sign, tanh, exp, log, sqrt, floor : callable
         Elementwise, one argument.
     where : callable
         ``where(condition, a, b)``, elementwise.
@@ -59,6 +59,7 @@ class Ops:
     exp: _Unary = field(repr=False)
     log: _Unary = field(repr=False)
     sqrt: _Unary = field(repr=False)
+    floor: _Unary = field(repr=False)
     where: _Ternary = field(repr=False)
 
 
@@ -83,7 +84,9 @@ def _library(name: str, wrapped: str) -> Ops:
 
 NUMPY = Ops(
     "numpy",
-    np.maximum, np.minimum, np.abs, np.sign, np.tanh, np.exp, np.log, np.sqrt, np.where,
+    np.maximum, np.minimum, np.abs, np.sign, np.tanh, np.exp, np.log, np.sqrt, np.floor, np.where,
 )  # fmt: skip
-CASADI = _library("casadi", "fmax fmin fabs sign tanh exp log sqrt if_else")
-SYMPY = replace(_library("sympy", "Max Min Abs sign tanh exp log sqrt Piecewise"), where=_piecewise)
+CASADI = _library("casadi", "fmax fmin fabs sign tanh exp log sqrt floor if_else")
+SYMPY = replace(
+    _library("sympy", "Max Min Abs sign tanh exp log sqrt floor Piecewise"), where=_piecewise
+)

@@ -9,6 +9,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import spearmanr
 
 from bondgraph.support.arrays import Array
+from bondgraph.support.errors import UnusableInput
 from identification.statistics.correlation import autocorrelation
 
 SURE = 8.0
@@ -54,13 +55,24 @@ def growing_noise(r: Array, y: Array) -> GrowingNoise | None:
     ----------
     r, y : ndarray, shape (N,), SI
         Residual and simulated reading, in the order of time.
+
+    Raises
+    ------
+    UnusableInput
+        They are not equally long.
     """
+    if r.shape != y.shape:
+        raise UnusableInput(
+            f"a residual of shape {r.shape} and a reading of shape {y.shape}: give one for each"
+        )
     size, most = np.abs(r), float(np.abs(y).max(initial=0.0))
     if r.size < FEWEST or not (np.ptp(size) > 0 and np.ptp(np.abs(y)) > 0):
         return None
     if spearmanr(size, np.abs(y)).statistic * np.sqrt(r.size - 1) < SURE:
         return None
     relative = y / most
+    scale = float(2.0 ** np.floor(np.log2(size.max())))  # exact, and no square vanishes
+    r = r / scale
 
     def base_at(ratio: float, square: Array) -> Array:
         return np.asarray(square / (1.0 + (ratio * relative) ** 2))
@@ -77,10 +89,11 @@ def growing_noise(r: Array, y: Array) -> GrowingNoise | None:
         typical = np.mean(base_at(ratio, square)) * (1.0 + (ratio * relative) ** 2)
         square = np.minimum(r**2, CUT**2 * typical)
     base = float(np.sqrt(np.mean(base_at(ratio, square))))
-    found = GrowingNoise(base, base * ratio / most)
-    if found.share * float(np.sqrt(np.mean(y**2))) < COUNTS * base:
+    if ratio * float(np.sqrt(np.mean(relative**2))) < COUNTS:
         return None
-    return found if _is_noise(r / found.at(y), relative) else None
+    if not _is_noise(r / GrowingNoise(base, base * ratio).at(relative), relative):
+        return None
+    return GrowingNoise(scale * base, scale * base * ratio / most)
 
 
 def _is_noise(u: Array, relative: Array) -> bool:

@@ -1,7 +1,7 @@
 """Instruments by name: ordinary sensors with the fields that a data sheet gives.
 
 What a sensor reads, and in which order it is changed, is said at `bondgraph.graph.elements.Sensor`.
-Every number may be the name of a declared parameter or an expression of such.
+What is a `Value` may be the name of a declared parameter or an expression of such.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Final
 
+import numpy as np
 import sympy as sp
 
 from bondgraph.graph.elements import Da, Df, Dq, MSe, Reading, Se, Sensor, Source, Value
@@ -50,10 +51,12 @@ def encoder(
     wraps : bool
         It begins anew after each turn.
     """
-    if not (isinstance(counts, int) and counts > 0 and turn > 0):
+    if not (_is_above_zero(counts, int, np.integer) and _is_above_zero(turn)):
         raise GraphError(
-            f"{name}: an encoder has counts and a turn above 0, not {counts!r}, {turn!r}"
+            f"{name}: an encoder has counts and a turn above 0, not {counts!r}, {turn!r}; counts "
+            "are whole"
         )
+    turn, counts = float(turn), int(counts)
     step = turn / counts
     law = Wrapping(turn, -0.5 * step) if wraps else None  # what is rounded ends before the turn
     if counted:
@@ -112,13 +115,24 @@ def force_cell(
 
 
 def strain_gauge(
-    name: str, spring: str, length: float | sp.Expr, *, factor: float | None = None, arms: int = 1
+    name: str,
+    spring: str,
+    length: float | sp.Expr,
+    *,
+    factor: float | sp.Expr | None = None,
+    arms: int = 1,
 ) -> Reading:
     """Return a strain gauge on the C `spring` of the given length, m: a number or a symbol.
 
     It reads the strain; with a gauge `factor` the ratio of a bridge with so many active `arms`,
     ``arms factor strain / 4``.
     """
+    for what, held in (("length", length), ("gauge factor", factor), ("number of arms", arms)):
+        if not (held is None or isinstance(held, sp.Expr) or _is_above_zero(held)):
+            raise GraphError(
+                f"{name}: the {what} {held!r} is no number above 0; give one, or the symbol that "
+                "parameter() returns"
+            )
     gain = None if factor is None else 0.25 * arms * factor
     return Reading(name, displacement(spring) / length, unit="1", gain=gain)
 
@@ -128,8 +142,16 @@ def monitor(name: str, source: Source, ratio: Value | None = None, *, unit: str 
 
     `ratio` is what it reads over what the source gives; a command may have none, one or several.
     """
+    if not isinstance(source, Source):
+        raise GraphError(f"{name}: monitors {source!r}, which is no source; give the element")
     value = (effort if isinstance(source, Se | MSe) else flow)(source.name)
     return Reading(name, value, unit=unit or source.unit, gain=ratio)
+
+
+def _is_above_zero(value: object, *kinds: type) -> bool:
+    """Whether a value is a finite number above 0, of one of the kinds if they are given."""
+    number = isinstance(value, kinds or (int, float, np.number)) and not isinstance(value, bool)
+    return number and 0 < value < math.inf  # type: ignore[operator]
 
 
 INSTRUMENTS: Final[Mapping[str, Callable[..., Sensor]]] = {

@@ -101,7 +101,8 @@ def rests(
     """Return states and algebraic unknowns at rest under inputs `u`, shape (S, n_x + n_z).
 
     Newton's method on all of them at once, with the smallest correction where rest is not unique
-    (a free mass). Rows are NaN where none is found.
+    (a free mass). A pure integral of the inputs never rests and stays as it starts. Rows are NaN
+    where none is found.
 
     Parameters
     ----------
@@ -159,13 +160,18 @@ def evaluated(f: ca.Function, *arguments: Array) -> list[Array]:
 
 @lru_cache(maxsize=64)
 def _balance(key: Key) -> ca.Function:
-    """Return ``(t, v, u, p, m) -> rates and residuals, their derivatives by v``."""
+    """Return ``(t, v, u, p, m) -> rates and residuals, their derivatives by v``.
+
+    The rate of a pure integral of the inputs counts as none.
+    """
     q = key.program
     n_x, n_z = len(q.states), len(q.algebraic)
     t, v, m = ca.SX.sym("t"), ca.SX.sym("v", n_x + n_z), ca.SX.sym("m", len(q.memory))
     u, p = ca.SX.sym("u", len(q.inputs)), ca.SX.sym("p", len(q.parameters))
     arguments = (t, v[:n_x], v[n_x:], u, p, m, 0.0)
-    r = ca.vertcat(q.rhs(*arguments)[0], q.residual(*arguments))
+    rates, residuals = q.rhs(*arguments)[0], q.residual(*arguments)
+    read = set(ca.jacobian(rates, v).sparsity().row())
+    r = ca.vertcat(*(rates[i] if i in read else 0.0 for i in range(n_x)), residuals)
     return ca.Function("f", [t, v, u, p, m], [ca.densify(r), ca.densify(ca.jacobian(r, v))])
 
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import growing
-from identification.diagnosis.screening.mixups import moved, together
+from identification.diagnosis.screening.mixups import moved, moved_together
 from identification.diagnosis.search.material import Material
 from identification.diagnosis.search.nominal import hold_margin
 from identification.estimation.cautions import rough_rates
@@ -33,7 +33,7 @@ def notes_of(
         *material.recording.notes, *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.sure, material.given),
         *rough_rates(nominal.problem.graph, material.recording, material.data.breaks),
-        *_growing_notes(last), *moved(nominal), *together(nominal), *_resumed_notes(known),
+        *_growing_notes(last), *moved(nominal), *moved_together(nominal), *_resumed_notes(known),
     )  # fmt: skip
 
 

@@ -156,7 +156,7 @@ def moved(nominal: Fit) -> tuple[str, ...]:
     return tuple(found)
 
 
-def together(nominal: Fit) -> tuple[str, ...]:
+def moved_together(nominal: Fit) -> tuple[str, ...]:
     """Return a sentence where all values are fitted by one conversion beside what is declared.
 
     The unit of an only reading shows in no misfit: every parameter makes up for it alike.

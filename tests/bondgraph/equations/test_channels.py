@@ -10,12 +10,13 @@ import pytest
 import sympy as sp
 from scipy import signal
 
-from bondgraph import BondGraph, Reading, derive, system
+from bondgraph import BondGraph, R, Reading, derive, system
 from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.operator_equations import operator_equations
 from bondgraph.graph.composing.hierarchy import use
+from bondgraph.graph.elements import Parameter
 from bondgraph.graph.modulation import effort, flow
-from bondgraph.laws import Coulomb, Polynomial, Rectifier
+from bondgraph.laws import Coulomb, FrictionAlongWay, Polynomial, Rectifier
 from bondgraph.laws.rounding import Resolution
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import BondsightError
@@ -189,3 +190,50 @@ def test_a_word_that_is_no_value_is_refused_at_once() -> None:
 def test_a_gain_may_change_the_unit() -> None:
     assert spring().with_element("x", unit="V").check() != ()
     assert spring(gain=20.0).with_element("x", unit="V").check() == ()
+
+
+def test_an_element_called_like_a_port_of_a_law_is_refused() -> None:
+    graph = spring(resolution=1e-3).with_branch("v", [R("x_resolution", 0.1, law=Rectifier(1.0))])
+    with pytest.raises(BondsightError, match="'x_resolution' is an element with a law"):
+        derive(graph)
+    watching = R("d2", 0.1, law=FrictionAlongWay("q_k"))
+    graph = spring().with_branch("v", [watching])
+    graph = graph.with_branch("v", [R("beside_d2", 0.1, law=Rectifier(1.0))])
+    with pytest.raises(BondsightError, match="'beside_d2' is an element with a law"):
+        derive(graph)
+
+
+def test_a_new_value_of_a_channel_stands_in_its_field() -> None:
+    graph = spring(lag=0.01).with_values({"lag_x": 0.5})
+    assert graph["x"] == spring(lag=0.5)["x"]
+    assert graph.with_element("x", lag=0.02).parameters["lag_x"].value == 0.02
+    assert graph.declared_parameters == {}
+    assert "its lag -0.5 must be positive" in " ".join(graph.with_values({"lag_x": -0.5}).check())
+
+
+@pytest.mark.parametrize(("field", "value"), [("lag", 0.01), ("gain", 2.0)])
+def test_a_number_of_a_channel_that_is_declared_as_well_is_refused(
+    field: str, value: float
+) -> None:
+    graph = spring(**{field: value}).with_parameters([Parameter(f"{field}_x", 3.0)])
+    with pytest.raises(BondsightError, match=f"is the parameter {field}_x, which is declared"):
+        simulate(graph, TIME, {"F": FORCE})
+    assert (
+        spring(**{field: f"{field}_x"}).with_parameters(graph.declared_parameters.values()).check()
+        == ()
+    )
+
+
+@pytest.mark.parametrize("value", [0.0, -0.1])
+def test_a_lag_that_is_tried_must_be_positive(value: float) -> None:
+    with pytest.raises(BondsightError, match=rf"its lag {value} must be positive"):
+        read({"lag_x": value}, lag=0.02)
+
+
+def test_a_mass_of_zero_is_one_line() -> None:
+    with pytest.raises(BondsightError, match=r"divide by a parameter that is 0.*\(m\)"):
+        read({"m": 0.0})
+
+
+def test_the_unit_of_a_gain_is_not_claimed() -> None:
+    assert spring(gain=20.0).with_element("x", unit="V").parameters["gain_x"].unit == ""

@@ -31,7 +31,7 @@ from bondgraph.graph.elements import Sensor
 from bondgraph.graph.modulation import effort, flow
 from bondgraph.laws import Law, Polynomial
 from bondgraph.signals.recorded_rates import slopes, with_rates
-from bondgraph.simulation.simulate import simulate
+from bondgraph.simulation.simulate import simulate, simulate_general
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.errors import BondsightError, GraphError
 
@@ -233,3 +233,11 @@ def test_a_force_by_its_rate() -> None:
     # m v' + d v = 3 t
     expected = 1.5 * t - 0.375 * (1 - np.exp(-4 * t))
     assert np.asarray(run["speed"]) == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_recorded_rate_that_does_not_begin_at_zero_starts_in_both_engines() -> None:
+    """An integral of the inputs has no rest: it starts at 0 while everything else rests."""
+    rate = 2.0 + np.sin(OMEGA * (t := np.linspace(0, 1, 501)))
+    exact = simulate(shaken("rate"), t, {"b": rate})
+    general = simulate_general(shaken("rate"), t, {"b": rate})
+    assert np.asarray(general["v"]) == pytest.approx(np.asarray(exact["v"]), abs=1e-5)

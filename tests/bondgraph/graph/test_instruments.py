@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -119,3 +120,27 @@ def test_accelerometer_force_cell_and_strain_gauge() -> None:
 def test_what_is_no_encoder_is_one_line() -> None:
     with pytest.raises(GraphError, match="count: an encoder has counts"):
         encoder("count", 0)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: encoder("e", 100, turn="x"), "e: an encoder has counts and a turn"),  # type: ignore[arg-type]
+        (lambda: encoder("e", True), "e: an encoder has counts"),
+        (lambda: strain_gauge("s", "k", "L"), "s: the length 'L' is no number above 0"),
+        (lambda: strain_gauge("s", "k", 0.0), "s: the length 0.0 is no number above 0"),
+        (lambda: strain_gauge("s", "k", -1.0), "s: the length -1.0 is no number above 0"),
+        (lambda: strain_gauge("s", "k", 1.0, factor="F"), "s: the gauge factor 'F'"),
+        (lambda: strain_gauge("s", "k", 1.0, factor=2.0, arms=0), "s: the number of arms 0"),
+        (lambda: monitor("m", "F"), "m: monitors 'F', which is no source"),  # type: ignore[arg-type]
+    ],
+)
+def test_what_is_no_instrument_is_one_line(make: Callable[[], object], says: str) -> None:
+    with pytest.raises(GraphError, match=says):
+        make()
+
+
+def test_numbers_of_numpy_count() -> None:
+    assert encoder("e", np.int64(100)) == encoder("e", 100)  # type: ignore[arg-type]
+    gauge = strain_gauge("s", "k", np.float64(0.5), factor=np.float64(2.0))
+    assert gauge == strain_gauge("s", "k", 0.5, factor=2.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import casadi as ca
@@ -11,6 +12,7 @@ import pytest
 import sympy as sp
 
 import bondgraph.laws
+from bondgraph import BondGraph, One, R, Se, derive
 from bondgraph.hysteresis import (
     MaxwellResistiveCapacitor,
     PrandtlIshlinskii,
@@ -19,10 +21,13 @@ from bondgraph.hysteresis import (
 from bondgraph.laws import (
     Coulomb,
     DeadZone,
+    Diode,
     Hysteretic,
     Law,
     LawSum,
     LuGre,
+    Magnet,
+    MaxwellSlip,
     Parametrised,
     PiecewiseLinear,
     Polynomial,
@@ -38,7 +43,7 @@ from bondgraph.laws import (
     Viscous,
     Wrapping,
 )
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.errors import GraphError, UnusableInput
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 from tests.bondgraph.laws.test_effect_laws import LAWS as EFFECT_LAWS
 from tests.bondgraph.laws.test_graded_friction import LAWS as GRADED_LAWS
@@ -280,3 +285,28 @@ def test_printed_stack_operators_are_passive_as_charge_stores() -> None:
     e = np.array(efforts)
     work = float(np.sum(0.5 * (e[1:] + e[:-1]) * np.diff(period)))
     assert work == pytest.approx(float(operator.loop_loss(60e-6)), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("law", "says"),
+    [
+        (Magnet(gap=0.0), "gap = 0.0 of its law magnet is not a number other than 0"),
+        (Diode(sense=0.0), "sense = 0.0 of its law diode"),
+        (LawSum(()), "parts = () of its law sum is not long enough"),
+        (MaxwellSlip(()), "ways = () of its law maxwell_slip is not long enough"),
+        (MaxwellSlip((1.0, -1.0)), "is not a number above 0"),
+        (MaxwellSlip(3.0), "ways = 3.0 of its law maxwell_slip is not a value of its type"),  # type: ignore[arg-type]
+    ],
+)
+def test_a_law_out_of_its_bounds_is_one_line(law: Law, says: str) -> None:
+    with BondGraph("g") as g:
+        One("v") >> R("d", 1.0, law=law)
+        Se("F") >> g["v"]
+    with pytest.raises(GraphError, match=re.escape(says)):
+        derive(g)
+
+
+def test_a_magnet_starts_within_its_own_bounds() -> None:
+    for gap in (0.01, -0.01):
+        (_, p) = Magnet(gap=gap, closest=0.1).parameters("k")
+        assert p.value == np.clip(p.value, p.lower, p.upper)

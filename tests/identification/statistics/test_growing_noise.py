@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bondgraph.support.errors import UnusableInput
 from identification.statistics.growing_noise import growing_noise
 
 T = np.arange(3000)
@@ -32,7 +33,8 @@ def test_outliers_do_not_make_it() -> None:
     grown = white() * np.hypot(0.01, 0.05 * Y)
     grown[::97] += 3.0
     found = growing_noise(grown, Y)
-    assert found is None or found.share == pytest.approx(0.05, rel=0.5)
+    assert found is not None
+    assert found.share == pytest.approx(0.05, rel=0.3)
 
 
 @pytest.mark.parametrize(
@@ -55,3 +57,18 @@ def test_a_curve_of_a_white_reading_is_no_noise() -> None:
     y = white(2)
     assert growing_noise(0.02 * y**3 + 0.001 * white(3), y) is None
     assert growing_noise(white()[:50], Y[:50]) is None
+
+
+@pytest.mark.parametrize("unit", [1e-200, 1e150])
+@pytest.mark.filterwarnings("error")
+def test_units_do_not_matter(unit: float) -> None:
+    r = white() * np.hypot(0.01, 0.05 * Y)
+    plain, other = growing_noise(r, Y), growing_noise(unit * r, Y)
+    assert plain is not None
+    assert other is not None
+    assert (other.base / unit, other.share / unit) == pytest.approx((plain.base, plain.share))
+
+
+def test_arrays_of_unlike_length_are_one_line() -> None:
+    with pytest.raises(UnusableInput, match="give one for each"):
+        growing_noise(white(), Y[:-1])
