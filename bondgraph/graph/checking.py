@@ -35,6 +35,7 @@ from bondgraph.graph.elements import (
     Zero,
 )
 from bondgraph.laws.law import Law
+from bondgraph.laws.law_sum import LawSum
 from bondgraph.support.bounds import broken
 from bondgraph.support.errors import BondsightError, UnknownName, unknown_name
 from bondgraph.support.typed_reader import hints_of
@@ -202,16 +203,19 @@ def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Param
 def _law_problems(e: Element) -> list[str]:
     """Return the fields of a law that break the bounds of their annotations."""
     law = getattr(getattr(e, "drive", None) or e, "law", None)
-    if not isinstance(law, Law):
-        return []
+    return _out_of_bounds(e.name, law) if isinstance(law, Law) else []
+
+
+def _out_of_bounds(name: str, law: Law) -> list[str]:
     try:
         hints = hints_of(type(law))
     except NameError:
         return []  # a law of somebody's own, annotated with what a type checker alone imports
-    lines = []
+    parts = law.parts if isinstance(law, LawSum) else ()
+    lines = [line for part in parts for line in _out_of_bounds(name, part)]
     for field, kind in hints.items():
         if wanted := broken(kind, held := getattr(law, field)):
-            lines.append(f"{e.name}: {field} = {held!r} of its law {law.name} is not {wanted}")
+            lines.append(f"{name}: {field} = {held!r} of its law {law.name} is not {wanted}")
     return lines
 
 

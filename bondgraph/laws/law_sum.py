@@ -28,8 +28,8 @@ class LawSum(Law):
     Raises
     ------
     UnusableInput
-        If a part jumps, counts time, has a slope of its own or reads another signal, or two share
-        a parameter.
+        If a part is no law, jumps, counts time, has a slope of its own or reads another signal,
+        or two share a parameter.
     """
 
     parts: Annotated[tuple[Law, ...], least(1)]
@@ -38,6 +38,8 @@ class LawSum(Law):
     def __post_init__(self) -> None:
         """Refuse parts that cannot share a solution."""
         for law in self.parts:
+            if not isinstance(law, Law):
+                raise UnusableInput(f"a sum of laws cannot hold {law!r}, which is no law")
             if law.closed or law.set_valued or law.counts_time or law.slope is not None:
                 raise UnusableInput(
                     f"a sum of laws cannot hold {law.name!r}, which jumps, counts time or has a "

@@ -215,13 +215,12 @@ def test_a_new_value_of_a_channel_stands_in_its_field() -> None:
 def test_a_number_of_a_channel_that_is_declared_as_well_is_refused(
     field: str, value: float
 ) -> None:
-    graph = spring(**{field: value}).with_parameters([Parameter(f"{field}_x", 3.0)])
+    channel: dict[str, Any] = {field: value}
+    graph = spring(**channel).with_parameters([Parameter(f"{field}_x", 3.0)])
     with pytest.raises(BondsightError, match=f"is the parameter {field}_x, which is declared"):
         simulate(graph, TIME, {"F": FORCE})
-    assert (
-        spring(**{field: f"{field}_x"}).with_parameters(graph.declared_parameters.values()).check()
-        == ()
-    )
+    channel = {field: f"{field}_x"}
+    assert spring(**channel).with_parameters(graph.declared_parameters.values()).check() == ()
 
 
 @pytest.mark.parametrize("value", [0.0, -0.1])

@@ -293,6 +293,7 @@ def test_printed_stack_operators_are_passive_as_charge_stores() -> None:
         (Magnet(gap=0.0), "gap = 0.0 of its law magnet is not a number other than 0"),
         (Diode(sense=0.0), "sense = 0.0 of its law diode"),
         (LawSum(()), "parts = () of its law sum is not long enough"),
+        (LawSum((Diode(sense=0.0),)), "sense = 0.0 of its law diode"),
         (MaxwellSlip(()), "ways = () of its law maxwell_slip is not long enough"),
         (MaxwellSlip((1.0, -1.0)), "is not a number above 0"),
         (MaxwellSlip(3.0), "ways = 3.0 of its law maxwell_slip is not a value of its type"),  # type: ignore[arg-type]
@@ -310,3 +311,8 @@ def test_a_magnet_starts_within_its_own_bounds() -> None:
     for gap in (0.01, -0.01):
         (_, p) = Magnet(gap=gap, closest=0.1).parameters("k")
         assert p.value == np.clip(p.value, p.lower, p.upper)
+
+
+def test_what_is_no_law_is_no_part_of_a_sum() -> None:
+    with pytest.raises(UnusableInput, match="cannot hold 3, which is no law"):
+        LawSum((3,))  # type: ignore[arg-type]
