@@ -11,14 +11,13 @@ from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
-from identification.diagnosis.catalogue.restoring.curves import magnet_gaps, nearby
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.estimate import estimate
 from identification.study.study import Study
-from tests.identification.diagnosis.effect_plants import response, response_to_effort, scene
+from tests.identification.diagnosis.effect_plants import response, scene
 from tests.identification.diagnosis.spring import spring
 
 
@@ -111,34 +110,25 @@ def test_intervals_are_robust_where_noise_grows() -> None:
     assert any("grows with the reading" in n and "robust" in n for n in notes)
 
 
-@pytest.mark.parametrize("at", range(4))
-def test_a_weak_magnet_does_what_its_signature_says(at: int) -> None:
+def test_a_magnet_is_tried_where_the_series_bends_as_one_does() -> None:
     s = scene("mechanical")
-    signature = magnet_gaps(s.of(s.graph["k"]))[at]
-    assert signature.shape is not None
-    weights = np.array([1e-3, 0.0])
-    made = NonlinearStiffness().insert(s, s.graph["k"], Hint(signature.shape, weights))
-    assert made.law == "magnet"
+    k, past = s.graph["k"], s.of(s.graph["k"])
+    z = (past.argument - past.centre) / past.half
+    gap = -(past.centre + 1.6 * past.half)  # beyond the upper end
+    u = past.argument / gap
+    powers = np.stack([np.ones_like(z), z, z**2, z**3], axis=1)
+    weights = np.linalg.lstsq(powers, (1.0 + u) ** -2, rcond=None)[0][2:]
+    ended = {"nonlinear_stiffness": {"k": 31.0, "a_2_k": weights[0], "a_3_k": weights[1]}}
+    (made,) = NonlinearStiffness().forms(s, k, ended)
+    assert (made.law, made.form, made.effect) == ("magnet", True, "nonlinear_stiffness")
+    assert made.starts[0]["k"] == 31.0
+    assert np.sign(made.starts[0]["gap_k"]) == np.sign(gap)
     quiet = response(s.graph, "mechanical", {})
-    values = {"F_g_k": 1e-3, "gap_k": signature.shape["gap"]}
-    seen = response(made.graph, "mechanical", values) - quiet
-    said = response_to_effort("mechanical", "k", signature.columns @ weights) - quiet
-    assert np.abs(seen - said).max() < 0.05 * np.abs(said).max()
-    absent = response(made.graph, "mechanical", {**values, "F_g_k": 0.0})
+    absent = response(made.graph, "mechanical", {"F_g_k": 0.0, "gap_k": gap})
     np.testing.assert_allclose(absent, quiet, atol=1e-9)
-
-
-def test_a_bend_without_a_magnet_is_a_series() -> None:
-    """Two weights that nearly cancel make an odd curve, which is no magnet's."""
-    z = 0.05 + np.sin(0.1 * np.arange(500)) ** 3
-    past = PortHistory(z, z)
-    columns = magnet_gaps(past)[3]
-    found = nearby(past, Hint(columns.shape or {}, np.array([-1.0, 0.72])))
-    assert found.magnet is None
-    assert abs(found.series.weights[1]) > abs(found.series.weights[0])
-    force = nearby(past, Hint(columns.shape or {}, np.array([0.3, 0.0]))).magnet
-    assert force is not None
-    assert force[0] == pytest.approx(0.3, rel=0.25)  # the gaps that a fit begins with are few
+    # a plain cubic spring bends in both directions alike, which is no magnet's
+    assert NonlinearStiffness().forms(s, k, {"nonlinear_stiffness": {"a_3_k": 1.0}}) == ()
+    assert NonlinearStiffness().forms(s, k, {}) == ()
 
 
 def radiator(weights: tuple[float, float]) -> str:

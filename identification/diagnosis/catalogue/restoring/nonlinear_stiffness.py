@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
@@ -12,8 +14,7 @@ from identification.diagnosis.catalogue.places import coils, springs, storages
 from identification.diagnosis.catalogue.restoring.curves import (
     coil_knees,
     magnet_at,
-    magnet_gaps,
-    nearby,
+    nearest_magnet,
     saturating_at,
 )
 from identification.diagnosis.catalogue.starts import rebalanced, tamed
@@ -23,8 +24,8 @@ from identification.diagnosis.screening.port_history import FittedModel
 class NonlinearStiffness(Effect):
     """Effort bends away from the straight line with displacement.
 
-    A quadratic and a cubic term; a spring may have a magnet beside it instead, and the iron of a
-    coil saturates.
+    A quadratic and a cubic term; where they leave a rest, a spring may have a magnet beside it. The
+    iron of a coil saturates.
     """
 
     name = "nonlinear_stiffness"
@@ -41,6 +42,7 @@ class NonlinearStiffness(Effect):
         "slow loading to the largest stroke in both directions: a smooth curve bends everywhere, "
         "the look-alikes have corners at one or two places"
     )
+    richer = ("magnet",)
     source = "Duffing 1918; series of the stored energy"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
@@ -48,24 +50,30 @@ class NonlinearStiffness(Effect):
         return (*storages(graph), *coils(graph))
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Square and cube of the scaled displacement, then magnets; knees of a coil."""
+        """Square and cube of the scaled displacement; knees of a coil."""
         past = scene.of(element)
         if isinstance(element, I):
             return coil_knees(past)
         z = (past.argument - past.centre) / past.half
-        series = Signature(np.stack([z**2, z**3], axis=1))
-        return (series, *(magnet_gaps(past) if element in springs(scene.graph) else ()))
+        return (Signature(np.stack([z**2, z**3], axis=1)),)
+
+    def forms(
+        self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
+    ) -> tuple[Insertion, ...]:
+        """Return the magnet that bends nearly as the fitted series does, beside a spring."""
+        known, past = ended.get(self.name, {}), scene.of(element)
+        weights = [known.get(f"a_{n}_{element.name}", 0.0) for n in (2, 3)]
+        if element not in springs(scene.graph) or not any(weights):
+            return ()
+        z = (past.argument - past.centre) / past.half
+        found = nearest_magnet(past, weights[0] * z**2 + weights[1] * z**3)
+        return () if found is None else (magnet_at(self, scene, element, *found, known),)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Quadratic and cubic term about the centre of the record, or what the hint is of."""
+        """Quadratic and cubic term about the centre of the record; iron of a coil."""
         past = scene.of(element)
         if isinstance(element, I):
             return saturating_at(self, scene, element, hint)
-        if hint is not None and "gap" in hint.shape:
-            found = nearby(past, hint)
-            if found.magnet is not None:
-                return magnet_at(self, scene, element, *found.magnet)
-            hint = found.series
         assert isinstance(element, C)
         law = Parametrised(Polynomial(past.centre, past.half, 0.1 * past.swing), ("centre", "half"))
         graph, names = self.with_law(scene, element, law)
