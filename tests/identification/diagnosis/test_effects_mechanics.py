@@ -221,8 +221,6 @@ RECOVERED: list[tuple[str, str, str, dict[str, float], dict[str, float], tuple[f
     ("presliding_friction", "mechanical", "d",
      {"F_c_d": 2.0, "delta_d": 0.05}, {"way": 0.1}, (1.3,)),
     ("bilinear_stiffness", "mechanical", "k", {"dk_k": 9.0, "knee_k": 0.3}, {"knee": 0.15}, (6.0,)),
-    ("nonlinear_stiffness", "mechanical", "k",
-     {"F_g_k": 4.0, "gap_k": -2.3}, {"gap": -2.09}, (3.0, 0.0)),
     ("backlash", "mechanical", "k",
      {"gap_k": 0.1, "centre_k": 0.0}, {"width": 0.2, "centre": 0.03}, (0.7,)),
     ("added_mode", "mechanical", "m",

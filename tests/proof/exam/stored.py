@@ -13,6 +13,7 @@ from unittest.mock import patch
 import numpy as np
 
 from bondgraph.support.arrays import Array
+from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore
@@ -159,7 +160,7 @@ def _law(s: Scored) -> dict[str, Any]:
     return {
         "effect": s.trial.effect, "element": s.element, "label": s.trial.label,
         "home": s.trial.home, "itself": s.trial.itself, "family": made.family, "kind": made.kind,
-        "simpler": list(made.simpler), "train": _number(s.trial.train),
+        "simpler": list(made.simpler), "form": made.form, "train": _number(s.trial.train),
         "test": _number(s.trial.test), "left": _left(s.left),
         "added": _seen(vars(s.trial).get("added")),  # where the decision asked for it
     }  # fmt: skip
@@ -196,9 +197,10 @@ def _known(value: float | None) -> float:
 
 
 def _scored(law: Mapping[str, Any], score: Any) -> Scored:
-    insertion = SimpleNamespace(
-        effect=law["effect"], element=law["element"], family=law["family"], kind=law["kind"],
-        simpler=tuple(law["simpler"]), label=law["label"],
+    nothing: Any = None
+    insertion = Insertion(
+        law["effect"], law["family"], "", law["element"], nothing, (), (), tuple(law["simpler"]),
+        (), kind=law["kind"], form=law.get("form", False),
     )  # fmt: skip
     trial: Any = SimpleNamespace(
         insertion=insertion, home=law["home"], itself=law.get("itself", True),
