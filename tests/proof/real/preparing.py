@@ -136,8 +136,7 @@ def stretches_of(recording: Recording) -> tuple[Recording, ...]:
     ends = (0, *recording.meta.get("breaks", ()), recording.n)
     if len(ends) == 2:
         return (recording,)
-    names = [str(p["name"]) for p in recording.meta["parts"]]
     return tuple(
-        replace(recording.slice(first, last), name=name)
-        for name, (first, last) in zip(names, pairwise(ends), strict=True)
+        replace(recording.slice(first, last), name=str(part["name"]), meta=dict(part["meta"]))
+        for part, (first, last) in zip(recording.meta["parts"], pairwise(ends), strict=True)
     )

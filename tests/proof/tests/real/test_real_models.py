@@ -193,6 +193,7 @@ def test_recordings_from_own_states_are_joined_and_taken_apart() -> None:
     assert (split.train, split.test) == (slice(0, 70), slice(70, 90))
     back = stretches_of(whole)
     assert [r.name for r in back] == ["r0", "r1", "r2"]
+    assert [r.notes for r in back] == [r.notes for r in parts]  # each has its own, not those of all
     for one, was in zip(back, parts, strict=True):
         assert np.array_equal(one["y"], was["y"])
     assert stretches_of(parts[0]) == (parts[0],)
