@@ -50,8 +50,9 @@ from identification.diagnosis.search.nominal import (
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
+from identification.study.joint import held_out_states
 from identification.study.problem import Data
-from identification.study.residual import windows
+from identification.study.residual import evaluate, windows
 from identification.study.study import Study
 
 Progress = Callable[[str, float], None]
@@ -344,9 +345,21 @@ def _with_rest(result: Diagnosis, whole: Split) -> Diagnosis:
 
 
 def judged_on(f: Fit, split: Split) -> Fit:
-    """Return a fit whose errors are counted on other held-out samples."""
+    """Return a fit whose errors are counted on other held-out samples.
+
+    Recordings of which it has seen nothing begin from states that are fitted to them, as those of
+    other held-out recordings are; no parameter moves.
+    """
     problem = replace(f.problem, data=replace(f.problem.data, split=split), built=f.problem.engine)
-    return replace(f, problem=problem)
+    known = f.problem.data.mask("train") | f.problem.data.mask("test")
+    fresh = [i for i, w in enumerate(windows(problem)) if not known[w].any()]
+    if not fresh or problem.window is not None or f.status is FitStatus.BROKEN:
+        return replace(f, problem=problem)
+    states = f.point.states.copy()
+    states[fresh] = held_out_states(problem, f.point).states[fresh]
+    point = replace(f.point, states=states)
+    y = evaluate(problem, point, derivatives=False).y
+    return replace(f, problem=problem, point=point, simulated=y)
 
 
 def _last(decisions: Sequence[Decision], kind: str) -> Fit | None:

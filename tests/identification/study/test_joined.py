@@ -14,12 +14,13 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
-from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.diagnose import diagnose, judged_on
 from identification.diagnosis.report.sections import answer, before_after
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold
+from identification.estimation.single_record import fit
 from identification.study.joined import at_one_rate, joined, split_of
 from identification.study.noise_floor import noise_floor
 from identification.study.problem import Problem, data_for
@@ -251,6 +252,23 @@ def test_a_diagnosis_uses_them_all_and_holds_one_out() -> None:
     assert d.repaired.point.states.shape[0] == 3
     assert d.repaired.chi2("test") == pytest.approx((NOISE / d.data.floor[0]) ** 2, rel=0.3)
     assert d.data.floor[0] == pytest.approx(NOISE, rel=0.4)
+
+
+def test_a_recording_of_which_nothing_was_seen_begins_from_a_state_of_its_own() -> None:
+    """As held-out ones do that were looked at; no parameter moves."""
+    parts = [run(name, 1.0, seed) for seed, name in enumerate("abc", start=1)]
+    parts[2] = parts[2].slice(150)  # in the middle of its motion
+    both, breaks = joined(parts)
+    seen = Split(slice(0, 600), slice(600, 1200), "the third is kept back")
+    data = replace(data_for(spring(), both, seen, {"x": NOISE}), breaks=breaks)
+    looked = fit(Problem(spring(), data))
+    unseen = replace(seen, test=slice(1200, both.n))
+    judged = judged_on(looked, unseen)
+    assert np.array_equal(judged.point.theta, looked.point.theta)
+    assert np.array_equal(judged.point.states[:2], looked.point.states[:2])
+    assert judged.chi2("test") == pytest.approx(1.0, rel=0.3)
+    back = judged_on(judged, seen).simulated
+    np.testing.assert_allclose(back[:1200], looked.simulated[:1200], atol=0.5 * NOISE)
 
 
 def test_the_jump_between_recordings_is_no_noise() -> None:
