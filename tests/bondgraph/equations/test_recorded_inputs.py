@@ -84,8 +84,11 @@ def error(n: int, given: str, law: Law | None = None) -> float:
 def test_whatever_is_recorded_the_body_moves_alike(given: str, law: Law | None) -> None:
     coarse, fine = error(501, given, law), error(1001, given, law)
     assert coarse < 1e-3
-    # the recording between its samples is the only error: of second order, or less than is seen
-    assert fine < 1e-7 or coarse / fine > 3.0
+    if given == "integral" and law is None:
+        # the spline's own error is of a higher order: less than the reference's, which hides it
+        assert max(coarse, fine) < 1e-7
+    else:  # the recording between its samples is the only error: of second order
+        assert coarse / fine > 3.0
 
 
 @pytest.mark.parametrize(
