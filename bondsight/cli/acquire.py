@@ -145,7 +145,7 @@ def record_and_diagnose(options: argparse.Namespace, settings: Any) -> Any:
     request = argparse.Namespace(
         recordings=[str(path)], model=options.diagnose, maps=maps, out=options.out,
         json=options.json, jobs=options.jobs, seed=options.seed or 0, without=(),
-        effects=None, noise=(),
+        effects=None, noise=(), process_noise=(),
         # a converter holds its command between updates; a monitor may have seen anything
         hold="hold" if any(m.partition("=")[2].strip() == "V" for m in maps) else None,
     )  # fmt: skip

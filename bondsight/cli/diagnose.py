@@ -45,6 +45,11 @@ def add_diagnose_command(verbs: Any) -> None:
         "--noise", action="append", default=[], metavar="SENSOR=VALUE",
         help="standard deviation of a sensor's noise, SI, where it is known; may be repeated",
     )  # fmt: skip
+    p.add_argument(
+        "--process-noise", action="append", default=[], metavar="PLACE",
+        help="a state, element or source that moves at random: one-step predictions decide then; "
+        "may be repeated",
+    )  # fmt: skip
     add_jobs(p)
     p.add_argument("--seed", type=nonnegative, default=0)
     p.set_defaults(run=lambda options: diagnose_files(options)[0])
@@ -74,6 +79,7 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     from identification.diagnosis.report import write_report
     from identification.diagnosis.search.candidates import DiagnosisOptions
     from identification.diagnosis.verdict import in_words, verdict, write_verdict
+    from identification.study.study import ESTIMATED, Study
 
     settings: dict[str, Any] = {"jobs": options.jobs, "without": known_effects(options.without)}
     if options.effects is not None:
@@ -83,11 +89,18 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     assign_causality(graph)  # a conflict is refused before any file is read
     found, split, said = load_all(options.recordings, options.maps, graph)
     writable(options.out)
+    moved, noise = tuple(options.process_noise), noise_of(options.noise)
+    if moved:
+        study = Study(
+            graph, found, hold=options.hold or ESTIMATED, noise=noise or "white",
+            process_noise=moved,
+        )  # fmt: skip
     with Bar(quiet=not sys.stderr.isatty()) as bar:
         result = diagnose(
-            graph, found, split, model=model_name(options.model, graph), hold=options.hold,
+            study if moved else graph, None if moved else found, split,
+            model=model_name(options.model, graph), hold=options.hold,
             options=DiagnosisOptions(**settings), progress=bar, seed=options.seed,
-            noise=noise_of(options.noise),
+            noise=noise,
         )  # fmt: skip
     path = write_verdict(result, options.out)
     report = write_report(characterised(result), options.out)

@@ -16,6 +16,7 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.disturbed import disturbed
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation.characterisation import Character, characterise
@@ -38,7 +39,7 @@ from identification.diagnosis.screening.tangent_space import freedom
 from identification.diagnosis.search.asked import Asked, asked_of
 from identification.diagnosis.search.base import declared_fit, thinned, unthinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
-from identification.diagnosis.search.forward_selection import SelectionStage, steps
+from identification.diagnosis.search.forward_selection import steps
 from identification.diagnosis.search.material import Material, material_of
 from identification.diagnosis.search.nominal import (
     deeper,
@@ -259,7 +260,7 @@ def _diagnosed(
     decisions = unthinned(made.decisions, template, options.holds)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
-    kind = _kind(made, declared, nominal)
+    kind = _kind(made.decisions, declared, nominal)
     result = replace(result, data=nominal.problem.data, declared=declared, nominal=nominal)
     if mistakes and kind != "missing_physics":
         # a reading that follows nothing may still follow a law; only then it is not dead
@@ -273,6 +274,9 @@ def _diagnosed(
         ),
     )  # fmt: skip
     result = _with_rest(result, whole)
+    if result.asked is not None and result.asked.disturbed:
+        say("judging by one-step predictions", 0.97)
+        result = _predicted(result, options, unseen)
     from identification.diagnosis.explanation.advice import advice
 
     return replace(result, advice=advice(result, frequencies))
@@ -362,6 +366,26 @@ def judged_on(f: Fit, split: Split) -> Fit:
     return replace(f, problem=problem, point=point, simulated=y)
 
 
+def _predicted(result: Diagnosis, options: DiagnosisOptions, unseen: Split) -> Diagnosis:
+    """Judge by one-step predictions what free runs have found beside process noise."""
+    assert result.asked is not None
+    assert result.nominal is not None
+    assert result.declared is not None
+    made = disturbed(result.asked.about, result.nominal, result.steps, result.limits, options.jobs)
+    n = result.nominal.problem.data.n
+    decisions = tuple(_shown(d, unseen, n) for d in made.decisions)
+    left = Remaining(dict(made.last.over_noise), True, 0.0)
+    note = (
+        "free runs wander off under process noise: what is missing was judged by one-step "
+        f"predictions, with process noise at {made.last.levels}"
+    )
+    return replace(
+        result, kind=_kind(decisions, result.declared, result.nominal), steps=decisions,
+        experiments=_experiments(decisions), left=left, regions_left=(),
+        notes=(*result.notes, note),
+    )  # fmt: skip
+
+
 def _last(decisions: Sequence[Decision], kind: str) -> Fit | None:
     """Return the fit with everything that was named, if anything was."""
     named = [d.chosen for d in decisions if d.kind == "missing_physics" and d.chosen is not None]
@@ -443,10 +467,10 @@ def characterised(d: Diagnosis, ports: int = 2) -> Diagnosis:
     return replace(d, traits=found)
 
 
-def _kind(made: SelectionStage, declared: Fit, nominal: Fit) -> str:
-    if any(d.kind == "missing_physics" for d in made.decisions):
+def _kind(decisions: Sequence[Decision], declared: Fit, nominal: Fit) -> str:
+    if any(d.kind == "missing_physics" for d in decisions):
         return "missing_physics"
-    if any(d.kind == "unknown_physics" for d in made.decisions):
+    if any(d.kind == "unknown_physics" for d in decisions):
         return "unknown_physics"
     better = declared.chi2("test") > max(1.5 * nominal.chi2("test"), 1.3)
     return "parameters_only" if better else "explained"

@@ -39,7 +39,7 @@ SCHEMA = "bondsight-fit/1"
 """Name and version of the document."""
 _PRIORS: Mapping[str, Callable[..., Prior]] = {"normal": Normal, "log-normal": LogNormal}
 _OPTIONS = ("initial", "hold", "noise", "init", "silent", "window", "n_sub", "process_noise")
-_FILTERED = ("reading", "innovation", "state")
+_FILTERED = ("reading", "innovation", "state", "deviation")
 
 
 def save_fit(
@@ -279,7 +279,8 @@ def _take_filtered(form: Mapping[str, Any] | None, arrays: Mapping[str, Array]) 
     if form is None:
         return None
     parts = (
-        tuple(arrays[f"filtered/{name}/{i}"] for i in range(form["count"])) for name in _FILTERED
+        tuple(arrays[at] for i in range(form["count"]) if (at := f"filtered/{name}/{i}") in arrays)
+        for name in _FILTERED
     )
     noises = tuple(Estimate(**e) for e in form["noises"])
     return Filtered(form["log_likelihood"], noises, *parts)

@@ -21,7 +21,7 @@ from identification.estimation.cautions import (
     widened,
 )
 from identification.estimation.estimates import estimates_of
-from identification.estimation.holds import clearly_better, possible
+from identification.estimation.holds import chosen, possible
 from identification.estimation.intervals import interval_covariance
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import METHODS
@@ -212,11 +212,7 @@ def _best_hold(
         made[hold] = _solve(study, method, options, trial, point)
         if made[hold][2].status is FitStatus.CANCELLED:
             break
-
-    cost = {hold: found[2].trace[-1] for hold, found in made.items()}
-    best = min(cost, key=lambda hold: cost[hold])
-    usual = "linear" if "linear" in cost else best
-    return made[best if clearly_better(cost[best], cost[usual]) else usual]
+    return made[chosen({hold: found[2].trace[-1] for hold, found in made.items()}, "linear")]
 
 
 def _finished(

@@ -26,6 +26,8 @@ class Filtered:
         less what the readings before it in the same sample tell; NaN where it is missing.
     state : tuple of ndarray, shape (N, n_x)
         Filtered: given the readings up to each sample.
+    deviation : tuple of ndarray, shape (N, n_y)
+        What each innovation was divided by, SI; empty in fits that were kept before it was.
     """
 
     log_likelihood: float
@@ -33,3 +35,4 @@ class Filtered:
     reading: tuple[Array, ...]
     innovation: tuple[Array, ...]
     state: tuple[Array, ...]
+    deviation: tuple[Array, ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 CLEARLY = 0.97
 """Part of the misfit (mean square) that another behaviour leaves at most: half a sample more or
@@ -26,12 +26,21 @@ def possible(holds: Iterable[str], input_rates: Iterable[str]) -> tuple[str, ...
     return tuple(h for h in holds if jumps or h != "hold")
 
 
-def clearly_better(other: float, usual: float) -> bool:
-    """Whether the misfit under another behaviour speaks against the usual one.
+def chosen(costs: Mapping[str, float], usual: str) -> str:
+    """Return the behaviour with the least misfit if that speaks against the usual one.
+
+    Parameters
+    ----------
+    costs : mapping of str to float
+        Mean square misfit of a fit with each behaviour.
+    usual : str
+        Kept unless another is clearly better; where it is not possible, linear is.
 
     Examples
     --------
-    >>> clearly_better(0.9, 1.0), clearly_better(0.99, 1.0)
-    (True, False)
+    >>> chosen({"hold": 1.0, "linear": 0.9}, "hold"), chosen({"hold": 1.0, "linear": 0.99}, "hold")
+    ('linear', 'hold')
     """
-    return other < CLEARLY * usual
+    best = min(costs, key=lambda hold: costs[hold])
+    usual = usual if usual in costs else "linear" if "linear" in costs else best
+    return best if costs[best] < CLEARLY * costs[usual] else usual

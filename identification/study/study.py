@@ -412,11 +412,6 @@ class Study:
                     f"{name} = {given}: whole recordings are diagnosed, with as many sub-steps as "
                     "their misfit asks for; leave it out"
                 )
-        if self.process_noise:
-            raise UnusableInput(
-                f"process_noise at {', '.join(self.process_noise)}: a diagnosis judges free runs; "
-                "leave it out, and what disturbs a state is told as an influence from outside"
-            )
         if data.breaks and (own := sorted(v.name for v in self.free if v.own)):
             raise UnusableInput(
                 f"{', '.join(own)} would have a value in every recording; a diagnosis takes one "

@@ -49,6 +49,11 @@ class Asked:
         return Problem(self.graph, data) if self.study is None else self.study.whole(data)
 
     @property
+    def disturbed(self) -> bool:
+        """Whether the rates move at random, as a study says."""
+        return self.study is not None and bool(self.study.process_noise)
+
+    @property
     def n_free(self) -> int:
         """How many parameters are fitted."""
         if self.study is not None:

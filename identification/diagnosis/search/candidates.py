@@ -26,7 +26,7 @@ from identification.diagnosis.search.beginnings import (
     tells_early,
 )
 from identification.diagnosis.search.windowed import through_windows
-from identification.estimation.holds import clearly_better, possible
+from identification.estimation.holds import chosen, possible
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
 from identification.estimation.sub_steps import (
@@ -485,14 +485,20 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         try:
             # half a sample more or less is made up for in a few steps, or the behaviour is wrong
             other = tried_from(problem, best.point, FIRST)
-            if other.status is FitStatus.BROKEN or not clearly_better(other.cost, best.cost):
+            if other.status is FitStatus.BROKEN or not _rather(other, best):
                 continue
             other = settled_fit(problem, iterations, other.point)
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
-        if other.status is not FitStatus.BROKEN and clearly_better(other.cost, best.cost):
+        if other.status is not FitStatus.BROKEN and _rather(other, best):
             best = other
     return best
+
+
+def _rather(other: Fit, best: Fit) -> bool:
+    """Whether the commands rather behave as in another fit."""
+    own = best.problem.data.hold
+    return chosen({own: best.cost, other.problem.data.hold: other.cost}, own) != own
 
 
 def thinning(data: Data, samples: int) -> int:

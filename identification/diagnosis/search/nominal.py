@@ -16,7 +16,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.diagnosis.search.windowed import through_windows
-from identification.estimation.holds import possible
+from identification.estimation.holds import chosen, possible
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, best, fit
 from identification.estimation.sub_steps import FINEST, fit_from, settled_fit, tried_from
@@ -70,9 +70,10 @@ def nominal_fit(
     for h in possible(HOLDS, base.engine.input_rates):
         if h not in fits and _shows(result, h):
             fits[h] = _held(result, h)[1]
-    chosen = _likeliest(fits)
-    result = fits[chosen]
-    if chosen == "band-limited":
+    # a converter holds; every law that is fitted later chooses again
+    likeliest = chosen({h: f.cost for h, f in fits.items()}, "hold")
+    result = fits[likeliest]
+    if likeliest == "band-limited":
         problem = replace(result.problem, n_sub=max(4, result.problem.n_sub))
         finer = fit_from(problem, result.point, 25)
         if finer.cost < 0.98 * result.cost:
@@ -141,16 +142,6 @@ FINER = (90, 270)
 """Stretches tried in turn; thirty are usual."""
 SHORTEST = 10
 """Samples of a stretch at least."""
-
-
-def _likeliest(fits: Mapping[str, Fit]) -> str:
-    """Return the behaviour that predicts best; a converter holds, unless the data are sure."""
-    if len(fits) == 1:
-        return next(iter(fits))
-    scores = {h: score(f) for h, f in fits.items()}
-    best = min(scores, key=lambda h: scores[h].loss)
-    usual = "hold" if "hold" in scores else "linear"
-    return usual if scores[usual].behind(scores[best]) < SURE else best
 
 
 def hold_margin(result: Fit, holds: Collection[str]) -> str:

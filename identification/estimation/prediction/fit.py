@@ -54,16 +54,16 @@ class FilterFit:
     @cached_property
     def filtered(self) -> Filtered:
         """Every record, held-out samples included, through the filter."""
-        parts: list[tuple[Array, Array, Array]] = []
+        parts: list[tuple[Array, Array, Array, Array]] = []
         for r, p in enumerate(self.kalman.problems):
             y, x = self.kalman.reading_scale(r), self.kalman.state_scale[r]
             mask = np.isfinite(p.data.readings).astype(float)
             passed, _ = pass_over(self.kalman, self.theta, r, mask)
             with np.errstate(invalid="ignore"):
-                own = np.where(mask > 0, passed.innovation / np.sqrt(passed.variance), np.nan)
-            parts.append((passed.reading * y, own, passed.state * x))
-        reading, innovation, state = zip(*parts, strict=True)
-        return Filtered(self.at.log_likelihood, self.noises(), reading, innovation, state)
+                deviation = np.sqrt(passed.variance)
+                own = np.where(mask > 0, passed.innovation / deviation, np.nan)
+            parts.append((passed.reading * y, own, passed.state * x, deviation * y))
+        return Filtered(self.at.log_likelihood, self.noises(), *zip(*parts, strict=True))
 
     def simulated(self, record: int) -> Array:
         """Return the readings of a free run from the fitted initial state, SI, shape (N, n_y)."""

@@ -132,7 +132,6 @@ def test_a_study_that_leaves_the_hold_open_chooses_it() -> None:
     [
         ({"window": 100}, "window = 100: whole recordings"),
         ({"n_sub": 2}, "n_sub = 2: whole recordings"),
-        ({"process_noise": ("m",)}, "process_noise at m: a diagnosis judges free runs"),
         ({"noise": {"x": (1e-6, 2e-6)}, "recordings": 2}, "one for all"),
         ({"free": ("d", Vary("k", own=True)), "recordings": 2}, "k would have a value in every"),
     ],
