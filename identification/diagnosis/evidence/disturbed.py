@@ -31,7 +31,7 @@ NEARLY = 0.8
 
 
 @dataclass(frozen=True, eq=False)
-class Disturbed:
+class PredictedDecisions:
     """Decisions after one-step predictions were asked, with those of the last model.
 
     Attributes
@@ -52,7 +52,7 @@ def disturbed(
     decisions: Sequence[Decision],
     limits: Thresholds,
     jobs: int = 1,
-) -> Disturbed:
+) -> PredictedDecisions:
     """Judge decisions that free runs have made by one-step predictions.
 
     Parameters
@@ -78,7 +78,7 @@ def disturbed(
         base = scores[decided.chosen.label]
     if not told:
         told.append(_nothing(decisions[-1], base))
-    return Disturbed(tuple(told), base)
+    return PredictedDecisions(tuple(told), base)
 
 
 def _pool(step: Decision) -> list[Candidate]:
