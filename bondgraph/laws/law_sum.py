@@ -50,7 +50,7 @@ class LawSum(Law):
                     f"a sum of laws cannot hold {law.name!r}, which reads {law.watched} beside its "
                     "argument; give it an element of its own on the same junction"
                 )
-        known = [q.name for q in self.parameters("x")]
+        known = [q.name for law in self.parts for q in _parameters(law)]
         if twice := sorted({n[:-2] for n in known if known.count(n) > 1}):
             raise UnusableInput(f"two laws of a sum have parameters {', '.join(twice)}; join them")
 
@@ -104,3 +104,12 @@ class LawSum(Law):
             n, k = law.n_memory, len(law.parameters("x"))
             yield law, memory[m : m + n], (*p[q : q + k], *(step if law.timed else ()))
             m, q = m + n, q + k
+
+
+def _parameters(law: Law) -> tuple[Parameter, ...]:
+    try:
+        return law.parameters("x")
+    except TypeError:
+        raise UnusableInput(
+            f"a sum of laws cannot hold {law!r}: a field is not of its type; see its parameters"
+        ) from None

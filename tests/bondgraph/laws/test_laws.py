@@ -314,5 +314,7 @@ def test_a_magnet_starts_within_its_own_bounds() -> None:
 
 
 def test_what_is_no_law_is_no_part_of_a_sum() -> None:
+    with pytest.raises(UnusableInput, match=r"cannot hold MaxwellSlip\(ways=3.0.*not of its type"):
+        LawSum((MaxwellSlip(3.0),))  # type: ignore[arg-type]
     with pytest.raises(UnusableInput, match="cannot hold 3, which is no law"):
         LawSum((3,))  # type: ignore[arg-type]
