@@ -10,6 +10,10 @@ from scipy.signal import lfilter, lfiltic
 from bondgraph.graph.elements import C, Element, One, Parameter, R, Zero, symbol
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.memory.diffusion_form import (
+    DIFFUSION_FORMS,
+    diffusion_forms,
+)
 from identification.diagnosis.catalogue.places import storages
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
@@ -39,6 +43,8 @@ class Creep(Effect):
     simpler = ("leakage",)
     source = "Kuhnen and Janocha, Creep and hysteresis compensation, 1998; Kelvin-Voigt chain"
     where = staticmethod(storages)
+    richer = DIFFUSION_FORMS
+    forms = staticmethod(diffusion_forms)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Effort lost to two lagged parts of the displacement, for pairs of time constants."""
