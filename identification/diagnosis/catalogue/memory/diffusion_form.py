@@ -1,4 +1,4 @@
-"""Diffusion on the way into a store: the form of creep in cells and walls, one number for all times.
+"""Diffusion on the way into a store: creep of cells and walls, one number for all times.
 
 A store that is filled by diffusion answers a step with the root of time, and Kelvin-Voigt branches
 follow that over as many decades as there are branches.
