@@ -205,9 +205,12 @@ def effect_parameters(trial: Candidate, d: Diagnosis) -> list[Estimate]:
             break
         if step.chosen is not None:
             known |= {e.name for e in step.chosen.fit.estimates}
-    own = [e for e in trial.fit.estimates if e.name not in known]
+            known |= {*step.chosen.insertion.strengths}
+    own = {e.name: e for e in trial.fit.estimates if e.name not in known}
     last = {e.name: e for e in d.repaired.estimates} if d.repaired else {}
-    return [last.get(e.name, e) for e in own]
+    # a law that was refined in the last repair has strengths that its own fit does not know
+    more = {n: last[n] for n in trial.insertion.strengths if n in last and n not in known}
+    return [last.get(e.name, e) for e in {**own, **more}.values()]
 
 
 def _estimate(e: Estimate) -> dict[str, Any]:
