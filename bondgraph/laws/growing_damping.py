@@ -27,19 +27,20 @@ class GrowingDamping(Law):
     Parameters
     ----------
     rest : float
-        Displacement at which nothing is lost, units of `s`; a fixed parameter.
+        Start value of the displacement at which nothing is lost, units of `s`.
     loss : float
         Start value of ``gamma``, output units per square of `s` and rate.
-    size : float
-        Typical ``gamma``.
+    reach, size : float
+        Typical displacement and ``gamma``.
     """
 
     rest: float = 0.0
     loss: NonNegative = 0.0
+    reach: Positive = 1.0
     size: Positive = 1.0
     unit: str = "N*s/m3"
     way_unit: str = "m"
-    starts: ClassVar[tuple[str, ...]] = ("rest", "loss", "size", "unit", "way_unit")
+    starts: ClassVar[tuple[str, ...]] = ("rest", "loss", "reach", "size", "unit", "way_unit")
     name: ClassVar[str] = "growing_damping"
     energy: ClassVar[str] = "dissipates"
     lives_in_time: ClassVar[bool] = True
@@ -48,10 +49,12 @@ class GrowingDamping(Law):
     """The displacement one step ago."""
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
-        """``gamma``, then the fixed place of rest."""
+        """``gamma``, then the place of rest."""
         return (
             Parameter(f"gamma_{element}", self.loss, self.unit, lower=0.0, scale=self.size),
-            Parameter(f"rest_{element}", self.rest, self.way_unit, positive=False, fixed=True),
+            Parameter(
+                f"rest_{element}", self.rest, self.way_unit, positive=False, scale=self.reach
+            ),
         )
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:

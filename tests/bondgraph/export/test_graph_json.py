@@ -126,7 +126,7 @@ LAW_EXAMPLES: dict[str, Law] = {
     "magnet": Magnet(-0.3, -0.02, 0.01, 2.0, False, "N*m", "rad"),
     "saturating_inductance": SaturatingInductance(3.0, 0.2),
     "diode": Diode(share=0.2, onset=0.3, width=0.1, sense=-1.0, unit="mA"),
-    "growing_damping": GrowingDamping(0.1, 0.3, 2.0, "N*m*s/rad3", "rad"),
+    "growing_damping": GrowingDamping(0.1, 0.3, 0.2, 2.0, "N*m*s/rad3", "rad"),
     "self_heating": SelfHeating(-0.1, 3.0, 0.2),
     "tone": Tone(7.0, 0.05, 3.0, "V", False),
     "onset": Onset(2.0, 0.1, 0.3, 4.0, "V", True, False),

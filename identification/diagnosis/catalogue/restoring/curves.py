@@ -12,6 +12,7 @@ from bondgraph.laws import GrowingDamping, LawSum, Magnet, SaturatingInductance
 from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import SPRINGS, has_unit
 from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.catalogue.storage.added_mode import inertia
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
@@ -102,15 +103,17 @@ def lossy_at(
 ) -> Insertion:
     """Insert damping beside the series of a spring, the larger the more that bends.
 
-    It is least where the slope of ``a_2 z^2 + a_3 z^3`` is, at an end of the range at most.
+    It begins with its rest where the slope of ``a_2 z^2 + a_3 z^3`` is least, within the range.
     """
     past, name = scene.of(element), element.name
     bends = [ended.get(f"a_{n}_{name}", 0.0) for n in (2, 3)]
     turn = float(np.clip(-bends[0] / (3.0 * bends[1] or np.inf), -1.0, 1.0))
     size = past.swing / (past.half**2 * float(np.std(past.rate)) or 1.0)
-    effort, _, length = rubbing_units(element)
-    rest = past.centre + turn * past.half
-    damping = GrowingDamping(rest, 0.0, 0.1 * size, f"{effort}*s/{length}3", length)
+    units = ("1", "1")
+    if has_unit(element, SPRINGS):
+        effort, _, length = rubbing_units(element)
+        units = (f"{effort}*s/{length}3", length)
+    damping = GrowingDamping(past.centre + turn * past.half, 0.0, past.half, 0.1 * size, *units)
     assert element.law is not None
     graph, _ = effect.with_law(scene, element, LawSum((element.law, damping)))
     strength = f"gamma_{name}"
