@@ -17,10 +17,11 @@ from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.report.changed import definition, math_svg
 from identification.diagnosis.report.sections import law as law_section
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.refining import refined
-from identification.diagnosis.verdict import sentence, verdict
+from identification.diagnosis.verdict import retold, sentence, verdict
 from tests.identification.diagnosis.spring import spring
 
 KEPT = ("nonlinear_stiffness", "bilinear_stiffness", "quadratic_drag", "coulomb_friction")
@@ -57,7 +58,14 @@ def test_a_named_spring_gets_the_loss_that_it_has() -> None:
     assert own["gamma_k"] == (pytest.approx(60.0, rel=0.03), "N*s/m3")
     assert own["rest_k"] == (pytest.approx(0.02, abs=1e-3), "m")
     assert "with a loss that follows the bend" in sentence(d)
-    assert "gamma_k" in law_section(d)
+    assert "Its fitted law: polynomial with loss." in retold(verdict(d))
+    shown = law_section(d)
+    assert "gamma_k" in shown
+    assert "Law: polynomial with loss." in shown
+    chosen = d.findings[0].chosen
+    assert chosen is not None
+    assert r"\gamma" in definition(chosen)[0]
+    assert math_svg(definition(chosen)[0], "law")
     plain = next(t for t in d.trials if t.label == "nonlinear_stiffness at k")
     assert d.repaired is not None
     assert plain.train > 4.0 * d.repaired.chi2("train")
