@@ -39,7 +39,7 @@ def plant() -> BondGraph:
 
 @cache
 def found(gamma: float) -> Diagnosis:
-    t = 0.01 * np.arange(1200)
+    t = np.asarray(0.01 * np.arange(1200), np.float64)
     f, rng = np.arange(0.5, 6.0, 0.13), np.random.default_rng(1)
     u = 1.2 * np.sin(2 * np.pi * np.outer(t, f) + rng.uniform(0, 6, f.size)).sum(axis=1)
     run = simulate(plant(), t, {"F": u}, {**TRUE, "gamma_k": gamma}, accuracy=1e-6)
