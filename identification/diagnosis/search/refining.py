@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
 from identification.diagnosis.evidence.remaining import remaining
@@ -39,21 +38,12 @@ def refined(
         found = _needed(own, last, options, limits)
         if found is None:
             continue
-        made[i] = replace(made[i], chosen=replace(own, insertion=_said(own, found)))
+        made[i] = replace(made[i], chosen=replace(own, insertion=found.trial.insertion))
         last = made[named[-1]].chosen
         assert last is not None
         whole = trial_of(last.insertion, last.home, found.trial.fit)
         made[named[-1]] = replace(made[named[-1]], chosen=whole, remaining=found.left)
     return tuple(made)
-
-
-def _said(own: Candidate, found: Scored) -> Insertion:
-    """Return what was inserted in the words of the richer law."""
-    richer = found.trial.insertion
-    more = dict.fromkeys((*own.insertion.strengths, *richer.strengths))
-    return replace(
-        own.insertion, law=richer.law, sentence=richer.sentence, strengths=tuple(more), form=True
-    )
 
 
 def _needed(

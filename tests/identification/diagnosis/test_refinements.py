@@ -14,12 +14,14 @@ from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.laws import GrowingDamping, LawSum, Polynomial
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
-from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue import CATALOGUE, by_name
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.report.changed import definition, math_svg
 from identification.diagnosis.report.sections import law as law_section
-from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.search.base import base_of
+from identification.diagnosis.search.candidates import DiagnosisOptions, fitted_insertions
 from identification.diagnosis.search.refining import refined
 from identification.diagnosis.verdict import retold, sentence, verdict
 from tests.identification.diagnosis.spring import spring
@@ -103,3 +105,20 @@ def test_what_was_decided_is_left_as_it_is() -> None:
         assert refined([before], OPTIONS, limits) == (before,)
     unknown = replace(before, kind="unknown_physics")
     assert refined([unknown], OPTIONS, Thresholds()) == (unknown,)
+
+
+def test_an_effect_that_was_named_before_another_is_refined_beside_it() -> None:
+    """Its new numbers are its own in the verdict, not those of the last finding."""
+    d = found(60.0)
+    (step,) = d.findings
+    plain = next(t for t in step.trials if t.label == "nonlinear_stiffness at k")
+    seen = scene(plain.fit)
+    friction = by_name("coulomb_friction").insert(seen, seen.graph["d"])
+    template = base_of(plain.fit).template
+    (last,) = fitted_insertions(seen, template, [(friction, True)], OPTIONS)
+    both = [replace(step, chosen=plain), replace(step, chosen=last)]
+    said = verdict(replace(d, steps=refined(both, OPTIONS, Thresholds())))
+    first, second = said["findings"]
+    assert (first["law"], second["law"]) == ("polynomial_with_loss", "coulomb")
+    assert {p["name"] for p in first["parameters"]} == {"a_2_k", "a_3_k", "gamma_k", "rest_k"}
+    assert {p["name"] for p in second["parameters"]} == {"F_c_d"}
