@@ -48,6 +48,7 @@ from identification.diagnosis.search.nominal import (
     seen_in_training,
     split_that_shows,
 )
+from identification.diagnosis.search.refining import refined
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
@@ -258,6 +259,7 @@ def _diagnosed(
         return finer
     say("fitting the repaired model on all training samples", 0.95)
     decisions = unthinned(made.decisions, template, options.holds)
+    decisions = refined(decisions, options, result.limits)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
     kind = _kind(made.decisions, declared, nominal)

@@ -135,7 +135,7 @@ class Effect(ABC):
     simpler: ClassVar[tuple[str, ...]] = ()
     source: ClassVar[str] = ""
     richer: ClassVar[tuple[str, ...]] = ()
-    """Laws that `forms` may give."""
+    """Laws that `forms` and `refinements` may give."""
     costly: ClassVar[bool] = False
     """Leaves the exact engine: fitted only where the screening puts it among the first."""
 
@@ -164,6 +164,22 @@ class Effect(ABC):
 
         Each is inserted in the place of the plain law, as a form of this effect or of one that
         contains it. `ended` holds the fitted values of the laws tried there, by effect.
+        """
+        return ()
+
+    def refinements(
+        self, scene: FittedModel, element: Element, ended: Mapping[str, float]
+    ) -> tuple[Insertion, ...]:
+        """Return richer laws, tried only once this effect is named at `element`.
+
+        They refine the repaired model and are no evidence: kind, name and place are decided.
+
+        Parameters
+        ----------
+        scene : FittedModel
+            The repaired model: `element` holds the law that was fitted.
+        ended : mapping of str to float
+            Its fitted values.
         """
         return ()
 

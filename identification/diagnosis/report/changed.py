@@ -176,6 +176,12 @@ def definition(trial: Candidate) -> tuple[str, str]:
             r"w(s) = a_2\,z^2 + a_3\,z^3,\quad z = (s - s_0)/s_1",
             "s is the displacement, s_0 and s_1 the centre and half-width of its range",
         ),
+        "polynomial_with_loss": (
+            r"w(s, \dot{s}) = a_2\,z^2 + a_3\,z^3 + \gamma\,(s - s_r)^2\,\dot{s},"
+            r"\quad z = (s - s_0)/s_1",
+            "s is the displacement, s_0 and s_1 the centre and half-width of its range, s_r where "
+            "nothing is lost",
+        ),
         "sensor_gain": (
             r"w(s) = g\,(s - s_0)",
             "s is the true value, g the error of the factor, s_0 the centre of the range of s",
@@ -202,7 +208,8 @@ def definition(trial: Candidate) -> tuple[str, str]:
             "a dead time does not change the equations; it shifts what comes after it",
         ),
     }
-    return formulas.get(trial.effect, ("", ""))
+    made = trial.insertion
+    return formulas.get(made.law if made.form else trial.effect, ("", ""))
 
 
 def math_svg(tex: str, name: str, size: float = 13.0) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from bondgraph.drawing.svg import svg
 from bondgraph.support.errors import BondsightError
@@ -17,6 +18,7 @@ from identification.diagnosis.report.fit_figures import (
 from identification.diagnosis.report.found import after_of, confidence_of, found_of, places_of
 from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.views import unit_of
+from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
 from identification.diagnosis.verdict.document import parts_of
 from identification.estimation.single_record import Fit
@@ -136,7 +138,8 @@ def law(d: Diagnosis) -> str:
     )
     parts = []
     for k, trial in enumerate(found_of(d)):
-        svg_text, caption = law_figure(d, trial)
+        # as the last repair has it, whose numbers are given below
+        svg_text, caption = law_figure(d, replace(trial, fit=after_of(d) or trial.fit))
         # the same figure is drawn once for every finding: ids must differ
         svg_text = svg_text.replace("law-", f"law{k}-") if k else svg_text
         own = effect_parameters(trial, d)
@@ -146,15 +149,18 @@ def law(d: Diagnosis) -> str:
             html.heading(f"{spaced(trial.effect)} at {trial.element}"),
             html.figure(svg_text, caption, "tiles"),
             html.paragraph(f"Fitted: {listed}{more}." if listed else ""),
-            html.paragraph(_about(trial.effect)),
+            html.paragraph(_about(trial)),
         ]
     return html.section(title, *parts)
 
 
-def _about(effect: str) -> str:
-    """Say what the catalogue knows of an effect: its look, what it is confused with, its source."""
+def _about(trial: Candidate) -> str:
+    """Say what the catalogue knows of an effect: its look, what it is confused with, its source.
+
+    A richer law is told as the one that was fitted.
+    """
     try:
-        e = by_name(effect)
+        e = by_name(trial.effect)
     except (KeyError, BondsightError):
         return ""
     alike = ", ".join(spaced(n) for n in e.confused_with)
@@ -162,7 +168,11 @@ def _about(effect: str) -> str:
     said = (
         f"It looks like this: {e.looks}." if e.looks else "",
         f"What it is easily confused with is {alike}{apart}." if alike else "",
-        f"Law: {spaced(e.law)} ({e.source})." if e.source else "",
+        f"Law: {spaced(trial.insertion.law)}."
+        if trial.insertion.form
+        else f"Law: {spaced(e.law)} ({e.source})."
+        if e.source
+        else "",
     )
     return " ".join(s for s in said if s)
 

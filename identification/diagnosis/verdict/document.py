@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.graph.elements import Source
+from bondgraph.graph.elements import C, I, R, Source
 from bondgraph.signals.recording import Recording
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
@@ -200,14 +200,23 @@ def _possible(step: Decision) -> list[dict[str, Any]]:
 def effect_parameters(trial: Candidate, d: Diagnosis) -> list[Estimate]:
     """Parameters that the effect brought in, as the last repair has them."""
     known = set(d.nominal.problem.engine.parameter_names) if d.nominal else set()
+    last = {e.name: e for e in d.repaired.estimates} if d.repaired else {}
     for step in d.findings:
         if step.chosen is not None and step.chosen.insertion.label == trial.insertion.label:
             break
         if step.chosen is not None:
-            known |= {e.name for e in step.chosen.fit.estimates}
-    own = [e for e in trial.fit.estimates if e.name not in known]
-    last = {e.name: e for e in d.repaired.estimates} if d.repaired else {}
-    return [last.get(e.name, e) for e in own]
+            known |= {e.name for e in step.chosen.fit.estimates} | _of_law(step.chosen, d)
+    own = {e.name: e for e in trial.fit.estimates if e.name not in known}
+    # a law that was refined in the last repair has numbers that its own fit does not know
+    own |= {n: last[n] for n in last if n in _of_law(trial, d) - known}
+    return [last.get(n, e) for n, e in own.items()]
+
+
+def _of_law(trial: Candidate, d: Diagnosis) -> set[str]:
+    """Names of what the law at the place of `trial` holds in the last repair."""
+    held = d.repaired.problem.graph.elements.get(trial.element) if d.repaired else None
+    law = held.law if isinstance(held, C | R | I) else None
+    return {p.name for p in law.parameters(trial.element)} if law is not None else set()
 
 
 def _estimate(e: Estimate) -> dict[str, Any]:

@@ -291,10 +291,11 @@ def _meaning(f: Data) -> str:
             return ""
         return f"Whatever it is, all that comes close belongs to one family: {spaced(family)}."
     try:
-        said = by_name(f["effect"]).sentence
+        effect = by_name(f["effect"])
     except (BondsightError, KeyError):
         return ""
-    return f"{_effect(f).capitalize()}: {said}."
+    law = f" Its fitted law: {spaced(f['law'])}." if f["law"] in effect.richer else ""
+    return f"{_effect(f).capitalize()}: {effect.sentence}.{law}"
 
 
 def _place(f: Data) -> str:

@@ -17,7 +17,16 @@ import pytest
 from bondgraph.equations.codegen import law_functions
 from bondgraph.export.tape import OPERATIONS, AssignmentTape, Notation, tape, written
 from bondgraph.export.tape_languages import C99, PYTHON, PYTHON_HELPERS, used_helpers
-from bondgraph.laws import Coulomb, Hysteretic, LuGre, QuadraticDrag, Sliding, Stribeck, TableLaw
+from bondgraph.laws import (
+    Coulomb,
+    GrowingDamping,
+    Hysteretic,
+    LuGre,
+    QuadraticDrag,
+    Sliding,
+    Stribeck,
+    TableLaw,
+)
 from bondgraph.laws.law import Law
 from bondgraph.support.errors import BondsightError
 from tests.bondgraph.hysteresis.examples import EXAMPLES
@@ -29,6 +38,7 @@ LAWS: dict[str, Law] = {name: Hysteretic(operator) for name, operator in EXAMPLE
     "stribeck": Stribeck(),
     "drag": QuadraticDrag(),
     "lugre": LuGre(damping=3.0),
+    "growing damping": GrowingDamping(0.2, 0.9),
     "pchip": TableLaw((0.0, 1.0, 2.0, 4.0), (0.0, 0.4, 0.5, 3.0), join="pchip", free=True),
 }
 

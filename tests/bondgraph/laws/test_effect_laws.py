@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.integrate import solve_ivp
 
 from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
 from bondgraph.laws import (
@@ -19,16 +21,20 @@ from bondgraph.laws import (
     DahlFriction,
     Diode,
     EndStop,
+    GrowingDamping,
     Law,
+    LawSum,
     Magnet,
     NonlinearResistance,
     Overflow,
+    Polynomial,
     Radiation,
     SaturatingInductance,
     SelfHeating,
 )
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
+from bondgraph.simulation.simulate import simulate
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
 SPRINGS: dict[str, Law] = {
@@ -40,6 +46,7 @@ SPRINGS: dict[str, Law] = {
     "stop": EndStop(20.0, -0.3, 0.25),
     "stop above": EndStop(20.0, -0.3, 0.25, "high"),
     "stop below": EndStop(20.0, -0.3, 0.25, "low"),
+    "growing damping": GrowingDamping(0.2, 0.05),
     "magnet": Magnet(0.1, 2.5),
     "magnet beside a spring": Magnet(-0.1, -2.5, free_standing=False),
     "saturating": SaturatingInductance(1.5, 0.4),  # a curve of its own state, wherever it stands
@@ -272,6 +279,43 @@ def test_a_diode_with_a_resistor_across_it_by_its_circuit(sense: float) -> None:
         i = j + voltage / across
         found = across * sense * i + law.deviation(NUMPY, sense * i, (), p)
         assert found == pytest.approx(sense * voltage, rel=1e-9)
+
+
+def test_damping_that_grows_by_hand_and_in_every_step() -> None:
+    """gamma (s - rest)^2 v in the middle of a step; a step's work is never negative."""
+    law, p = GrowingDamping(0.2), (0.9, 0.2, STEP)
+    before, now = 0.519, 0.521
+    wanted = 0.9 * (0.52 - 0.2) ** 2 * (now - before) / STEP
+    assert law.deviation(NUMPY, now, (before,), p) == pytest.approx(wanted, rel=1e-4)
+    way = walk(200)
+    for a, b in pairwise(way):
+        assert law.deviation(NUMPY, b, (a,), p) * (b - a) >= 0
+    # a step over the place of rest loses its exact integral: gamma (b^3 - a^3) / 3 times the rate
+    assert law.deviation(NUMPY, 0.5, (-0.1,), p) == pytest.approx(0.9 * 0.018 / STEP)
+    assert law.deviation(NUMPY, 0.3, (0.3,), (0.9, 0.2, 0.0)) == 0.0
+
+
+def test_a_lossy_spring_is_a_damper_that_the_spring_modulates() -> None:
+    """``m x'' + (d + gamma x^2) x' + k x + a_3 x^3 = F`` by an integrator that knows no laws."""
+    law = LawSum((Polynomial(orders=(3,)), GrowingDamping(loss=8.0)))
+    with BondGraph("lossy") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 1.3)
+        body >> R("d", 0.4)
+        body >> C("k", stiffness=3.0, law=law)
+        body >> Dq("x")
+    t = 0.05 * np.arange(400)
+
+    def rate(time: float, z: Any) -> Any:
+        x, v = z
+        loss = (0.4 + 8.0 * x**2) * v
+        return v, (2.0 * np.sin(2.1 * time) - loss - 3.0 * x - 5.0 * x**3) / 1.3
+
+    told = solve_ivp(rate, (0, t[-1]), [0.0, 0.0], t_eval=t, rtol=1e-10, atol=1e-12).y[0]
+    fine = 0.005 * np.arange(3991)
+    u = {"F": 2.0 * np.sin(2.1 * fine)}
+    x = simulate(g, fine, u, {"a_3_k": 5.0}, x0=np.zeros(2), hold="linear", accuracy=1e-4)["x"]
+    assert np.std(x[::10] - told) < 1e-3 * np.std(told)
 
 
 def test_a_shared_coefficient_is_one_parameter() -> None:

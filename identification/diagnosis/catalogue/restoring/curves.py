@@ -1,4 +1,4 @@
-"""Curves of a store that no short series follows: a magnet near a spring, iron in a coil."""
+"""What a short series of a store misses: a magnet near a spring, iron in a coil, a loss."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import Magnet, SaturatingInductance
+from bondgraph.graph.elements import C, Element
+from bondgraph.laws import GrowingDamping, LawSum, Magnet, SaturatingInductance
 from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import SPRINGS, has_unit
 from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.catalogue.storage.added_mode import inertia
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
@@ -89,6 +90,42 @@ def magnet_at(
         inserted, law=law.name, form=True,
         sentence="a force beside it grows towards one end, as with a magnet's inverse square",
     )  # fmt: skip
+
+
+LOSSY = "polynomial_with_loss"
+"""Law of `lossy_at`."""
+WEAKLY = (1e-3, 3e-2)
+"""Part of a spring's effort that its loss begins with."""
+
+
+def lossy_at(
+    effect: Effect, scene: FittedModel, element: C, ended: Mapping[str, float]
+) -> Insertion:
+    """Insert damping beside the series of a spring, the larger the more that bends.
+
+    It begins with its rest where the slope of ``a_2 z^2 + a_3 z^3`` is least, within the range.
+    """
+    past, name = scene.of(element), element.name
+    bends = [ended.get(f"a_{n}_{name}", 0.0) for n in (2, 3)]
+    turn = float(np.clip(-bends[0] / (3.0 * bends[1] or np.inf), -1.0, 1.0))
+    size = past.swing / (past.half**2 * float(np.std(past.rate)) or 1.0)
+    units = ("1", "1")
+    if has_unit(element, SPRINGS):
+        effort, _, length = rubbing_units(element)
+        units = (f"{effort}*s/{length}3", length)
+    damping = GrowingDamping(past.centre + turn * past.half, 0.0, past.half, 0.1 * size, *units)
+    assert element.law is not None
+    graph, _ = effect.with_law(scene, element, LawSum((element.law, damping)))
+    strength = f"gamma_{name}"
+    known = {n: v for n, v in ended.items() if n in scene.graph.parameters}
+    starts = tuple({**known, strength: share * size} for share in WEAKLY)
+    inserted = effect.inserted(element, graph, starts, (strength,))
+    return replace(
+        inserted,
+        law=LOSSY,
+        form=True,
+        sentence=f"{effect.sentence}, with a loss that follows the bend",
+    )
 
 
 def coil_knees(past: PortHistory) -> tuple[Signature, ...]:

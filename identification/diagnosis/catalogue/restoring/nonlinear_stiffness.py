@@ -12,7 +12,9 @@ from bondgraph.laws import Parametrised, Polynomial
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import coils, springs, storages
 from identification.diagnosis.catalogue.restoring.curves import (
+    LOSSY,
     coil_knees,
+    lossy_at,
     magnet_at,
     nearest_magnet,
     saturating_at,
@@ -24,8 +26,8 @@ from identification.diagnosis.screening.port_history import FittedModel
 class NonlinearStiffness(Effect):
     """Effort bends away from the straight line with displacement.
 
-    A quadratic and a cubic term; where they leave a rest, a spring may have a magnet beside it. The
-    iron of a coil saturates.
+    A quadratic and a cubic term; where they leave a rest, a spring may have a magnet beside it or
+    a loss of its own. The iron of a coil saturates.
     """
 
     name = "nonlinear_stiffness"
@@ -42,7 +44,7 @@ class NonlinearStiffness(Effect):
         "slow loading to the largest stroke in both directions: a smooth curve bends everywhere, "
         "the look-alikes have corners at one or two places"
     )
-    richer = ("magnet",)
+    richer = ("magnet", LOSSY)
     source = "Duffing 1918; series of the stored energy"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
@@ -68,6 +70,12 @@ class NonlinearStiffness(Effect):
         z = (past.argument - past.centre) / past.half
         found = nearest_magnet(past, weights[0] * z**2 + weights[1] * z**3)
         return () if found is None else (magnet_at(self, scene, element, *found, known),)
+
+    def refinements(
+        self, scene: FittedModel, element: Element, ended: Mapping[str, float]
+    ) -> tuple[Insertion, ...]:
+        """Return the fitted series with a loss of its own."""
+        return (lossy_at(self, scene, element, ended),) if isinstance(element, C) else ()
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Quadratic and cubic term about the centre of the record; iron of a coil."""
