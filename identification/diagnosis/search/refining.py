@@ -27,9 +27,10 @@ def refined(
 ) -> tuple[Decision, ...]:
     """Return decisions whose repaired model has the richer laws that it surely needs.
 
-    Kind, name, place and every other answer stay; laws, fits and words change.
+    Kind, name, place and every other answer stay; laws, fits and words change. Only an effect that
+    was named for what the first one's plain law leaves is taken back.
     """
-    made = list(decisions)
+    made = _without_own_rest(list(decisions), options, limits)
     named = [i for i, d in enumerate(made) if d.kind == "missing_physics" and d.chosen is not None]
     for i in named:
         own, last = made[i].chosen, made[named[-1]].chosen
@@ -44,6 +45,33 @@ def refined(
         whole = trial_of(last.insertion, last.home, found.trial.fit)
         made[named[-1]] = replace(made[named[-1]], chosen=whole, remaining=found.left)
     return tuple(made)
+
+
+def _without_own_rest(
+    made: list[Decision], options: DiagnosisOptions, limits: Thresholds
+) -> list[Decision]:
+    """Take back what was named after the first effect, if its richer law leaves noise alone.
+
+    And predicts stretches left out no worse than all that was named: a rest of a law is no effect.
+    """
+    named = [d for d in made if d.kind == "missing_physics" and d.chosen is not None]
+    if len(named) < 2 or named[0].chosen is None or named[-1].chosen is None:
+        return made
+    first, last = named[0].chosen, named[-1].chosen
+    found = _needed(first, first, options, limits)
+    if found is None or found.left.most > limits.noise:
+        return made
+    (whole,) = scored([last])
+    if found.score.behind(whole.score) >= limits.z:
+        return made
+    taken = ", ".join(d.chosen.label for d in named[1:] if d.chosen is not None)
+    reason = f"{taken}: its own richer law explains as well what {first.label} left"
+    quiet = replace(
+        made[-1], kind="explained", chosen=None, same_place=(), rivals=(), richer=(), share=0.0,
+        confidence=0.0, reasons=(reason,), remaining=found.left, answer="unknown", physics="",
+        places=(), law_fit=float("nan"), kinds=(),
+    )  # fmt: skip
+    return [*made[: made.index(named[0]) + 1], quiet]
 
 
 def _needed(

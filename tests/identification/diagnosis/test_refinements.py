@@ -11,7 +11,7 @@ import pytest
 from bondgraph import BondGraph
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
-from bondgraph.laws import GrowingDamping, LawSum, Polynomial
+from bondgraph.laws import Coulomb, GrowingDamping, LawSum, Polynomial
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import CATALOGUE, by_name
@@ -40,15 +40,18 @@ def plant() -> BondGraph:
 
 
 @cache
-def found(gamma: float) -> Diagnosis:
+def found(gamma: float, friction: float = 0.0, effects: int = 1) -> Diagnosis:
     t = np.asarray(0.01 * np.arange(1200), np.float64)
     f, rng = np.arange(0.5, 6.0, 0.13), np.random.default_rng(1)
     u = 1.2 * np.sin(2 * np.pi * np.outer(t, f) + rng.uniform(0, 6, f.size)).sum(axis=1)
-    run = simulate(plant(), t, {"F": u}, {**TRUE, "gamma_k": gamma}, accuracy=1e-6)
+    true, values = plant(), {**TRUE, "gamma_k": gamma}
+    if friction:
+        true = true.with_element("d", law=Coulomb(friction))
+    run = simulate(true, t, {"F": u}, values, accuracy=1e-6)
     x = np.asarray(run["x"])
     x = x + 1e-3 * x.std() * rng.standard_normal(t.size)
     recording = Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
-    return diagnose(spring(), recording, options=OPTIONS)
+    return diagnose(spring(), recording, options=replace(OPTIONS, effects=effects))
 
 
 def test_a_named_spring_gets_the_loss_that_it_has() -> None:
@@ -109,8 +112,8 @@ def test_what_was_decided_is_left_as_it_is() -> None:
 
 def test_an_effect_that_was_named_before_another_is_refined_beside_it() -> None:
     """Its new numbers are its own in the verdict, not those of the last finding."""
-    d = found(60.0)
-    (step,) = d.findings
+    d = found(60.0, 0.3)
+    step = d.steps[0]
     plain = next(t for t in step.trials if t.label == "nonlinear_stiffness at k")
     seen = scene(plain.fit)
     friction = by_name("coulomb_friction").insert(seen, seen.graph["d"])
@@ -122,3 +125,10 @@ def test_an_effect_that_was_named_before_another_is_refined_beside_it() -> None:
     assert (first["law"], second["law"]) == ("polynomial_with_loss", "coulomb")
     assert {p["name"] for p in first["parameters"]} == {"a_2_k", "a_3_k", "gamma_k", "rest_k"}
     assert {p["name"] for p in second["parameters"]} == {"F_c_d"}
+
+
+def test_what_a_plain_law_leaves_is_no_second_effect() -> None:
+    d = found(60.0, effects=2)
+    assert [s.chosen.label for s in d.findings if s.chosen] == ["nonlinear_stiffness at k"]
+    assert d.left is not None
+    assert d.left.most < 1.2
