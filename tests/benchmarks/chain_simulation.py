@@ -24,8 +24,6 @@ from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.simulation.simulate import simulate
 from tests.benchmarks.chain import chain
 
-__all__ = ["ACCURACY", "FORCES", "SOLVERS", "Comparison", "compare"]
-
 STEP = 0.01  # s; the fastest mode of the chain has 10 Hz
 SOLVERS = ("DOP853", "RK45", "LSODA", "BDF", "Radau")
 TERMS = 20

@@ -30,8 +30,6 @@ from tests.benchmarks.fit_peers import (
     duffing_record,
 )
 
-__all__ = ["Spent", "bench_fit", "exponent", "operator_stack", "stack_study", "timed"]
-
 Array = np.ndarray
 Printer = Callable[[str], None]
 RATE = 1e5

@@ -19,17 +19,6 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from identification.estimation import NO_NUISANCES, Study, estimate
 
-__all__ = [
-    "NOISE",
-    "TRUTH",
-    "Fitted",
-    "by_casadi",
-    "by_scipy",
-    "by_us",
-    "duffing",
-    "duffing_record",
-]
-
 Array = np.ndarray
 RATE = 100.0
 NOISE = 2e-4

@@ -9,8 +9,6 @@ from typing import Any
 
 from bondsight.cli.arguments import jobs, nonnegative
 
-__all__ = ["add_coverage_command"]
-
 DEMO = "demo"
 KINDS = ("fisher", "sandwich", "profile")
 

@@ -15,8 +15,6 @@ from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.rates import Rate, rate
 from tests.proof.trial.vocabulary import FAMILIES
 
-__all__ = ["ExamScore", "Reliability", "score_exam"]
-
 LEFT = 1.0
 """A declared model leaves a misfit if more than this many times the noise remains beside it."""
 

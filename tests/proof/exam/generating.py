@@ -11,8 +11,6 @@ from tests.proof.trial.generator.case import Case
 from tests.proof.trial.generator.writing import generate
 from tests.proof.trial.layout import Layout
 
-__all__ = ["generate_exam"]
-
 
 def generate_exam(
     layout: Layout,

@@ -15,8 +15,6 @@ from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.sizing import Bench, Sized, bench_of, size
 from tests.proof.trial.vocabulary import FAMILY_OF
 
-__all__ = ["STRETCHES", "active_stretches", "exam_record"]
-
 Array = NDArray[np.float64]
 
 STRETCHES = 40

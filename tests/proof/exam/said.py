@@ -10,8 +10,6 @@ from typing import Any
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["REASSURING", "Claim", "ExamAnswer", "read_exam_answers"]
-
 REASSURING = ("explained", "parameters_only")
 """Verdicts that say that nothing is missing."""
 

@@ -13,8 +13,6 @@ from tests.proof.published.models.bouc_wen import bouc_wen
 from tests.proof.published.outcome import Compared, Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels, free_run_error, scaled, settled, stage
 
-__all__ = ["BETA", "PUBLISHED", "TARGET", "fit", "run"]
-
 TARGET = 7.5e-6
 """Largest error on either test, m."""
 

@@ -10,8 +10,6 @@ from bondgraph.support.errors import unknown_name
 from tests.proof.published.outcome import Outcome
 from tests.proof.published.staging import Progress
 
-__all__ = ["PROTOCOLS", "run_protocol"]
-
 PROTOCOLS = (
     "silverbox", "wiener_hammerstein", "bouc_wen", "coupled_drives", "emps", "steering_mirror",
     "friction_damper",

@@ -17,8 +17,6 @@ from tests.proof.published.models.coupled_drives import coupled_drives
 from tests.proof.published.outcome import Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels, joined, rms, scaled, stage
 
-__all__ = ["fit", "records", "run"]
-
 UNIT = "sensor units"
 FRICTIONS = (0.5, 1.0, 2.0, 3.0, 4.0)
 """Start values of the dry friction."""

@@ -21,8 +21,6 @@ from tests.proof.published.staging import (
     stage,
 )
 
-__all__ = ["PUBLISHED", "TOLERANCE", "fit", "position_error", "refit", "run"]
-
 PUBLISHED = {
     "M": ("M", 95.1, "kg"),
     "F_v": ("F_v", 203.5, "N*s/m"),

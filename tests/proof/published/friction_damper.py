@@ -14,8 +14,6 @@ from tests.proof.published.models.band_brake import band_brake
 from tests.proof.published.outcome import Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels, fitted_start, rms, stage
 
-__all__ = ["FREE", "fit", "relative_error", "run"]
-
 RUNS = ("harmonic_0p25Hz_1p5in_36lb", "harmonic_0p5Hz_1in_30lb", "harmonic_1Hz_0p5in_36lb")
 EDGE = 16
 """Samples at both ends that are edges of the filter of the converted copy."""

@@ -12,8 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["OMEGA", "Layout", "Parts"]
-
 FloatArray = NDArray[np.float64]
 
 OMEGA = 2e3 * np.pi

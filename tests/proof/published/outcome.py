@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Compared", "Outcome", "Reached", "split_hash"]
-
 Array = np.ndarray
 
 

@@ -13,8 +13,6 @@ from tests.proof.published.models.silverbox import silverbox
 from tests.proof.published.outcome import Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels, free_run_error, scaled, stage
 
-__all__ = ["TARGETS", "fit", "fit_linear", "run"]
-
 TARGETS = {"multisine": 0.30, "arrow_full": 0.40, "arrow_no_extrapolation": 0.27}
 """Largest errors, mV."""
 

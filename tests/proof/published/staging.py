@@ -16,18 +16,6 @@ from identification.estimation.result import free_run
 from identification.study.joined import provenance
 from identification.study.problem import Problem, data_for
 
-__all__ = [
-    "Progress",
-    "channels",
-    "fitted_start",
-    "free_run_error",
-    "joined",
-    "rms",
-    "scaled",
-    "settled",
-    "stage",
-]
-
 Array = np.ndarray
 Progress = Callable[[str, float], None]
 

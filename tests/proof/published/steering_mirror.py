@@ -43,18 +43,6 @@ from tests.proof.published.mirror_terms import Terms
 from tests.proof.published.outcome import Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels
 
-__all__ = [
-    "LINEAR",
-    "Comparison",
-    "Sizes",
-    "by_level",
-    "compare",
-    "errors_of",
-    "linear_modes",
-    "run",
-    "with_memory",
-]
-
 RATE, PERIOD, LAST = 6400.0, 8192, 3839
 LINEAR = (
     "log_omega", "log_zeta", "psi", "phi", "static", "late_in", "late_out", "coupling", "dampers",

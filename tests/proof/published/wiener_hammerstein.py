@@ -13,8 +13,6 @@ from tests.proof.published.models.wiener_hammerstein import wiener_hammerstein
 from tests.proof.published.outcome import Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels, free_run_error, scaled, stage
 
-__all__ = ["TARGET", "fit", "fit_linear", "run"]
-
 TARGET = 0.30
 """Largest error, mV."""
 

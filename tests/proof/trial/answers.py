@@ -11,8 +11,6 @@ from typing import Any
 from bondgraph.support.errors import UnusableInput
 from tests.proof.trial.vocabulary import FAMILIES, FAMILY_OF
 
-__all__ = ["Answer", "Statement", "answer_of", "read_answers", "share_of", "statement_of"]
-
 SPELLINGS = {
     "exact": "exact",
     "approximate": "exact",

@@ -25,8 +25,6 @@ from tests.proof.trial.generator.resuming import Going
 from tests.proof.trial.generator.sensing import SENSOR_LAWS
 from tests.proof.trial.generator.sizing import COARSEST, FINEST, Bench, Sized, bench_of, size
 
-__all__ = ["Moved", "TrialPlant", "drawn"]
-
 Array = NDArray[np.float64]
 
 

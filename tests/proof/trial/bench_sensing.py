@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from tests.proof.trial.generator.sensing import sense
 from tests.proof.trial.generator.sizing import Sized
 
-__all__ = ["LateEdges", "SensorCarried"]
-
 Array = NDArray[np.float64]
 
 _NEEDS_TIME = ("linear_in_time", "warming_up")

@@ -9,8 +9,6 @@ from itertools import pairwise
 from tests.proof.trial.matching import Outcome
 from tests.proof.trial.rates import Rate, rate
 
-__all__ = ["Calibration", "calibration"]
-
 EDGES = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
 
 

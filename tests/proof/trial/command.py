@@ -10,8 +10,6 @@ from typing import Any
 
 from bondsight.cli.arguments import jobs, nonnegative
 
-__all__ = ["add_blind_command"]
-
 FOLDER = Path("bondsight-out/blind")
 
 

@@ -19,8 +19,6 @@ from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.writing import generate, load_case
 from tests.proof.trial.layout import Layout
 
-__all__ = ["HOLDS", "KINDS", "generate_trial"]
-
 KINDS = ("trial", "development", "reduced")
 HOLDS: Mapping[str, str] = {"zero": "hold", "linear": "linear"}
 """The generator's words for what a command does between samples, in the tool's."""

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import detrend, savgol_filter
 
-__all__ = ["EQUATIONS", "Equation", "Port"]
-
 Array = NDArray[np.float64]
 Readings = Mapping[str, Array]
 WINDOW, ORDER = 7, 3

@@ -15,8 +15,6 @@ from bondgraph.graph.drives import Drive
 from bondgraph.support.errors import UnusableInput
 from tests.proof.published.models.plays_and_powers import PlaysAndPowers
 
-__all__ = ["MirrorValues", "dampers_that_feed", "steering_mirror"]
-
 FloatArray = NDArray[np.float64]
 
 FAR = 1e-3
