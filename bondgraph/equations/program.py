@@ -14,6 +14,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import real_number, unknown_name
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
     from bondgraph.laws.law import Law
 
 __all__ = ["FunctionNames", "LawCall", "Program", "ProgramStep"]
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from bondgraph.support.arrays import FloatArray
 
 __all__ = ["first_peak", "likeness", "refined"]
-
-FloatArray = NDArray[np.float64]
 
 
 def likeness(v: FloatArray) -> FloatArray:

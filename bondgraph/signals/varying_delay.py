@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.signals.fractional_delay import TAPS, interval_weights, warped
+from bondgraph.support.arrays import Array
 
 __all__ = ["at_clock", "warped_within"]
-
-Array = np.ndarray
 
 
 def warped_within(

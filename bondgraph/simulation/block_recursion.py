@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["LONGEST", "blocked_record"]
+from bondgraph.support.arrays import Array
 
-Array = np.ndarray
+__all__ = ["LONGEST", "blocked_record"]
 
 LONGEST = 64
 """Steps of a block."""

@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
-__all__ = ["above", "dominant"]
+from bondgraph.support.arrays import FloatArray as Array
 
-Array = NDArray[np.float64]
+__all__ = ["above", "dominant"]
 
 
 def above(wave: Array, rate: float, frequency: float) -> Array:

@@ -12,6 +12,7 @@ from typing import NoReturn, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import WaveProgress
 from hardware.envelope.guard import GuardedOutput
@@ -25,7 +26,6 @@ from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFaul
 
 __all__ = ["GuardedWave"]
 
-Array = NDArray[np.float64]
 PATIENCE = 1.0
 """How long a stop waits for another thread that is inside the player (s, real time)."""
 

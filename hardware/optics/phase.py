@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from bondgraph.support.arrays import FloatArray as Array
 
 __all__ = ["quadrature_phase", "unwrap"]
-
-Array = NDArray[np.float64]
 
 _TURN = 2.0 * np.pi
 

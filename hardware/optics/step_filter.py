@@ -9,7 +9,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+
+from bondgraph.support.arrays import FloatArray as Array
 
 __all__ = [
     "HALF",
@@ -20,8 +21,6 @@ __all__ = [
     "step_filter",
     "step_spreads",
 ]
-
-Array = NDArray[np.float64]
 
 HALF = 6
 """Samples on either side of the step."""

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hardware.simulators.arrays import Array
 
 __all__ = ["cubic", "linear"]
-
-Array = NDArray[np.float64]
 
 
 def linear(values: Array, position: Array) -> Array:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hardware.simulators.arrays import Array
 
 __all__ = ["white"]
-
-Array = NDArray[np.float64]
 
 _BLOCK = 1024
 

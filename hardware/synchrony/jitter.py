@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+
+from bondgraph.support.arrays import FloatArray as Array
 
 __all__ = ["jitter_of"]
 
-Array = NDArray[np.float64]
 ROUNDS = 3
 
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Self, final
 
 import numpy as np
-from numpy.typing import NDArray
+
+from bondgraph.support.arrays import FloatArray as Array
 
 __all__ = ["Toned"]
-
-Array = NDArray[np.float64]
 
 
 @final

@@ -30,7 +30,6 @@ from tests.benchmarks.fit_peers import (
     duffing_record,
 )
 
-Array = np.ndarray
 Printer = Callable[[str], None]
 RATE = 1e5
 LIMIT = 10.0

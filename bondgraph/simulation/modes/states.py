@@ -11,6 +11,7 @@ from bondgraph.causality.assignment import storage_ports
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, CField, Dq
 from bondgraph.simulation.modes.resolve import in_mode
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import GraphError
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Mode", "taken_over"]
 
-Array = np.ndarray
 _ROUNDS = 8
 
 

@@ -12,10 +12,9 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.simulation.radau.native_source import GeneralFunctions
+from bondgraph.support.arrays import Array
 
 __all__ = ["Carried", "machine_record", "machine_step"]
-
-Array = np.ndarray
 
 NEWTON = 8
 CONVERGED = 1e-8

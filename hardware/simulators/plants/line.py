@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hardware.simulators.arrays import Array
 
 __all__ = ["DelayLine"]
-
-Array = NDArray[np.float64]
 
 
 @final

@@ -33,11 +33,11 @@ from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.radau.native import GeneralRun, prepare_general, run_general
 from bondgraph.simulation.radau.start import inputs_of
 from bondgraph.simulation.start import fine_inputs
+from bondgraph.support.arrays import Array
 from bondgraph.support.native import compiler
 from tests.bondgraph.simulation.general_reference import Runner
 from tests.counted import calls
 
-Array = np.ndarray
 STEP = 0.02
 
 

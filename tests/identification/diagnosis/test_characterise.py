@@ -13,13 +13,13 @@ from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se
 from bondgraph.hysteresis import play_record
 from bondgraph.laws import Coulomb
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.memory.creep import lagged
 from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import latent
 from identification.diagnosis.explanation.loops import cycles, loops
 from identification.diagnosis.screening.port_history import PortHistory
 
-Array = np.ndarray
 DT = 5e-3
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
@@ -11,9 +10,9 @@ from bondgraph.laws.table import TableLaw
 from bondgraph.signals.fractional_delay import delayed
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation import Estimation, Study, Vary
 
-Array = NDArray[np.float64]
 TRUTH = {"m": 0.5, "d": 2.0, "k": 200.0}
 NOISE = 2e-4
 FREE = ("m", Vary("d", start=1.0), Vary("k", start=300.0))

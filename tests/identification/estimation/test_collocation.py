@@ -14,6 +14,7 @@ from bondgraph.equations.program import Program
 from bondgraph.laws import Coulomb, Polynomial, StopSum
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import Study, Vary, estimate
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -31,8 +32,6 @@ from tests.identification.estimation.plants import (
     spring,
     study,
 )
-
-Array = np.ndarray
 
 
 def moved_by(a: Estimation, b: Estimation) -> Array:

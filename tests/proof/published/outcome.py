@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-Array = np.ndarray
+from bondgraph.support.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)

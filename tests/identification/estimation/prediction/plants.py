@@ -10,11 +10,11 @@ import numpy as np
 
 from bondgraph import TF, BondGraph, C, Df, Dq, I, One, R, Recording, Se, Zero
 from bondgraph.signals.recording import Split
+from bondgraph.support.arrays import Array
 from identification.estimation.prediction.kalman import KalmanFilter, kalman_filter
 from identification.study.specification import NO_NUISANCES
 from identification.study.study import Study
 
-Array = np.ndarray
 MASS, DAMPING, STIFFNESS = 0.5, 2.0, 200.0
 UNITS = {"F": "N", "V": "V", "x": "m", "s": "m/s", "Q": "C", "f": "N", "phi": "rad", "T": "N*m"}
 

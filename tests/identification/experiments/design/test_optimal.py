@@ -31,8 +31,6 @@ from tests.identification.experiments.design.plants import NOISE, spring, stage
 from tests.identification.study.general_plants import coupled, general, pendulum, tank
 from tests.identification.study.test_engine import drum
 
-Array = np.ndarray
-
 
 # -- linear -----------------------------------------------------------------------------------
 def test_response_and_sensitivity_by_hand() -> None:
