@@ -7,7 +7,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-import sympy as sp
 
 from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
 from bondgraph.laws import (
@@ -29,7 +28,8 @@ from bondgraph.laws import (
 )
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.support.ops import CASADI, NUMPY, SYMPY
+from bondgraph.support.ops import NUMPY
+from tests.bondgraph.laws.back_ends import back_ends_agree
 
 SPRINGS: dict[str, Law] = {
     "backlash": Backlash(stiffness=3.0, width=0.15, centre=0.05),
@@ -70,21 +70,6 @@ def walk(n: int, seed: int = 3) -> Any:
     return np.clip(np.cumsum(np.random.default_rng(seed).normal(size=n)) * 0.3, -1.2, 1.2)
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_parameters_memory_and_structure(name: str) -> None:
-    law = LAWS[name]
-    names = [q.name for q in law.parameters("spring")]
-    assert len(set(names)) == len(names)
-    assert all(n.endswith("_spring") for n in names)
-    memory = law.initial_memory(0.3)
-    assert len(memory) == law.n_memory == len(law.memory_sensitivity(0.3))
-    h = 1e-6
-    pairs = zip(law.initial_memory(0.3 + h), law.initial_memory(0.3 - h), strict=True)
-    central = [(a - b) / (2 * h) for a, b in pairs]
-    np.testing.assert_allclose(law.memory_sensitivity(0.3), central, atol=1e-9)
-    assert hash(law) == hash(LAWS[name])
-
-
 def test_numbers_of_a_recording_are_no_structure() -> None:
     assert DahlFriction(1.0, 0.2).structure == DahlFriction(3.0, 0.7).structure
     assert Backlash(coefficient="k", width=0.1).structure == Backlash(width=0.7).structure
@@ -97,26 +82,7 @@ def test_numbers_of_a_recording_are_no_structure() -> None:
 
 @pytest.mark.parametrize("name", LAWS)
 def test_back_ends_agree(name: str) -> None:
-    law = LAWS[name]
-    p = numbers(law)
-    s, m, q = ca.SX.sym("s"), ca.SX.sym("m", law.n_memory), ca.SX.sym("q", len(p))
-    ms, qs = tuple(ca.vertsplit(m)) if law.n_memory else (), tuple(ca.vertsplit(q))
-    compiled = ca.Function(
-        "law",
-        [s, m, q],
-        [law.deviation(CASADI, s, ms, qs), ca.vertcat(*law.advance(CASADI, s, ms, qs))],
-    )
-    x = sp.Symbol("x", real=True)
-    memory = law.initial_memory(0.0)
-    for value in walk(25):
-        plain = float(law.deviation(NUMPY, value, memory, p))
-        new = law.advance(NUMPY, value, memory, p)
-        from_casadi, casadi_memory = compiled(value, list(memory), p)
-        symbolic = sp.sympify(law.deviation(SYMPY, x, memory, p)).subs(x, value)
-        assert float(from_casadi) == pytest.approx(plain, abs=1e-12)
-        assert float(symbolic) == pytest.approx(plain, abs=1e-12)
-        np.testing.assert_allclose(casadi_memory.full().ravel(), new, atol=1e-14)
-        memory = new
+    back_ends_agree(LAWS[name], numbers(LAWS[name]), walk(25))
 
 
 @pytest.mark.parametrize("name", LAWS)
