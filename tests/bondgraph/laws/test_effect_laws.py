@@ -8,7 +8,6 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
 from bondgraph.laws import (
     AsymmetricDamping,
     Backlash,
@@ -30,6 +29,7 @@ from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.support.ops import NUMPY
 from tests.bondgraph.laws.back_ends import back_ends_agree
+from tests.spring import spring
 
 SPRINGS: dict[str, Law] = {
     "backlash": Backlash(stiffness=3.0, width=0.15, centre=0.05),
@@ -129,12 +129,7 @@ def test_bristle_is_second_order_and_settles_in_stiction() -> None:
     """Few long steps agree with many short ones, and a short bristle does not ring."""
 
     def record(way: float, n_sub: int) -> Any:
-        with BondGraph("rubbing") as g:
-            body = One("body")
-            Se("F") >> body >> I("m", 1.3)
-            body >> R("d", 0.9, law=DahlFriction(1.0, way))
-            body >> C("k", stiffness=30.0)
-            body >> Dq("x")
+        g = spring(1.3, 0.9, 30.0, friction=DahlFriction(1.0, way))
         model = compile_model(g)
         t = 0.02 * np.arange(600)
         u = (6 * np.sin(2.1 * t) + 5 * np.sin(5.3 * t))[:, None]
@@ -187,14 +182,8 @@ def test_energy_of_a_resistor(name: str) -> None:
 
 def oscillator(name: str) -> Compiled:
     law = LAWS[name]
-    with BondGraph("oscillator") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.3)
-        body >> R("d", 0.4, law=law if name in RESISTORS else None)
-        body >> C("k", stiffness=3.0, law=law if name in STORES else None)
-        body >> Dq("x")
-        body >> Df("v")
-    return compile_model(g)
+    spring_law, friction = (law if name in names else None for names in (STORES, RESISTORS))
+    return compile_model(spring(1.3, 0.4, 3.0, spring_law, friction, speed="v"))
 
 
 @pytest.mark.parametrize("name", [n for n in LAWS if n != "short bristle"])
@@ -242,12 +231,7 @@ def test_a_diode_with_a_resistor_across_it_by_its_circuit(sense: float) -> None:
 
 def test_a_shared_coefficient_is_one_parameter() -> None:
     """A gap wider than the motion leaves no spring, whatever the spring's value is."""
-    with BondGraph("loose") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.0)
-        body >> R("d", 0.4)
-        body >> C("k", stiffness=3.0, law=Backlash(coefficient="k", stiffness=9.0, width=50.0))
-        body >> Dq("x")
+    g = spring(1.0, 0.4, 3.0, Backlash(coefficient="k", stiffness=9.0, width=50.0))
     model = compile_model(g)
     assert model.vector({})[model.parameter_names.index("k")] == 3.0
     t = np.arange(100) * 0.05

@@ -24,7 +24,7 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, FLOOR = 4000, 0.01, 0.1
 
