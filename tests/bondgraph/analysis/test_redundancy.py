@@ -40,20 +40,9 @@ from bondgraph.laws import Polynomial
 from identification.diagnosis.localisation.structural_classes import structure
 from tests.properties.graphs import pencil, random_graph
 from tests.spring import spring
+from tests.symbols import P, S, same
 
 s = LAPLACE
-
-
-def P(names: str) -> Any:
-    return sp.symbols(names, positive=True)
-
-
-def S(names: str) -> Any:
-    return sp.symbols(names, real=True)
-
-
-def same(a: Any, b: Any) -> bool:
-    return bool(sp.cancel(sp.expand(a - b)) == 0)
 
 
 def two_tanks() -> BondGraph:
