@@ -34,14 +34,6 @@ from bondgraph.graph.elements import Element
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import GraphError, UnusableInput
 
-__all__ = [
-    "charge_of",
-    "corner_frequency",
-    "current_driven",
-    "current_for",
-    "with_spring_load",
-]
-
 
 def current_driven(
     graph: BondGraph,

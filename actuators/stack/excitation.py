@@ -24,18 +24,6 @@ from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
-__all__ = [
-    "Excitation",
-    "demagnetisation",
-    "join",
-    "loading_ramp",
-    "possible_biases",
-    "printed_demagnetisation",
-    "residual_bound",
-    "residual_states",
-    "sine",
-]
-
 SAMPLE_RATE = 3125.0
 """Samples per second of the interferometer's block mode in the stack actuator thesis, Hz."""
 

@@ -19,16 +19,6 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
-__all__ = [
-    "Constant",
-    "LoadingCurve",
-    "LoadingSlopes",
-    "Slope",
-    "loading_curve",
-    "loading_slopes",
-    "transducer_constant",
-]
-
 SEGMENTS = 50
 REVERSAL = (1e-4, 1e-2)
 """Reversals of less than 8 standard deviations of noise do not count; at least and at most this

@@ -25,16 +25,6 @@ from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor, Pra
 from bondgraph.laws import Hysteretic
 from bondgraph.support.arrays import FloatArray
 
-__all__ = [
-    "bond_graph_operator",
-    "lumped_constants",
-    "lumped_operator",
-    "refit_ang",
-    "refit_bond_graph",
-    "refit_lumped",
-    "stand_in",
-]
-
 SEARCHED = (3.0, 4.5)
 """Range of T that is searched, around the printed 3.52."""
 

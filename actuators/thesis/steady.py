@@ -15,8 +15,6 @@ from actuators.stack.loop_width import loop_of
 from bondgraph.hysteresis import Operator
 from bondgraph.support.arrays import FloatArray
 
-__all__ = ["Misfit", "SteadyLoop", "misfit", "sine", "steady_loop", "triangle"]
-
 SAMPLES = 4000
 """Samples a period; the turning points of both inputs are samples."""
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from bondgraph.laws.law import Law
 
-__all__ = ["FunctionNames", "LawCall", "Program", "ProgramStep"]
-
 
 @dataclass(frozen=True, slots=True)
 class LawCall:

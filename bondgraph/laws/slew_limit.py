@@ -14,8 +14,6 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
-__all__ = ["SlewLimit", "slew_limited"]
-
 FASTEST = 1e-100
 """Slowness that stands for no limit at all: no division by zero, not even in its derivative."""
 

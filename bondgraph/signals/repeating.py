@@ -6,8 +6,6 @@ import numpy as np
 
 from bondgraph.support.arrays import FloatArray
 
-__all__ = ["first_peak", "likeness", "refined"]
-
 
 def likeness(v: FloatArray) -> FloatArray:
     """Normalised autocorrelation of `v` (N,), which has no mean, at lags 0 .. N / 2 + 1."""

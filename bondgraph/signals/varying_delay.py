@@ -7,8 +7,6 @@ import numpy as np
 from bondgraph.signals.fractional_delay import TAPS, interval_weights, warped
 from bondgraph.support.arrays import Array
 
-__all__ = ["at_clock", "warped_within"]
-
 
 def warped_within(
     fine: Array, samples: Array, m: int, *, resting: bool = True

@@ -12,8 +12,6 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 
-__all__ = ["LONGEST", "blocked_record"]
-
 LONGEST = 64
 """Steps of a block."""
 

@@ -9,8 +9,6 @@ from scipy import fft
 
 from bondgraph.support.arrays import FloatArray as Array
 
-__all__ = ["above", "dominant"]
-
 
 def above(wave: Array, rate: float, frequency: float) -> Array:
     """Return the absolute content of a waveform above a frequency (Hz), ``(n,)`` in its unit.

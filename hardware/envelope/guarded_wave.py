@@ -24,8 +24,6 @@ from hardware.envelope.runs import trail
 from hardware.envelope.wave import check_join, check_wave
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault
 
-__all__ = ["GuardedWave"]
-
 PATIENCE = 1.0
 """How long a stop waits for another thread that is inside the player (s, real time)."""
 

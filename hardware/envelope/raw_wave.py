@@ -8,8 +8,6 @@ from typing import Protocol, runtime_checkable
 from bondgraph.support.arrays import FloatArray as Array
 from hardware.contracts import WaveProgress
 
-__all__ = ["RawWave"]
-
 
 @runtime_checkable
 class RawWave(Protocol):

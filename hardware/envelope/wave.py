@@ -14,8 +14,6 @@ from hardware.envelope.plain_numbers import engineering, finite_number, finite_w
 from hardware.envelope.runs import lead, longest
 from hardware.errors import LimitViolation
 
-__all__ = ["check_join", "check_wave"]
-
 
 def check_wave(
     envelope: Envelope,

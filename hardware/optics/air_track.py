@@ -14,8 +14,6 @@ from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Air, Flag
 from hardware.optics.refraction import HELIUM_NEON, SENSOR_DOMAIN, ciddor_index
 
-__all__ = ["STALE_AFTER", "AirCorrected", "AirTrack", "correct_record"]
-
 STALE_AFTER: Final = 4.0
 """Sensors speak about every second; older than this (s) they are taken as silent."""
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from bondgraph.support.arrays import FloatArray as Array
 
-__all__ = ["FLAT", "ConicKind", "form_kind", "sample_kind"]
-
 FLAT: Final = 1e-6
 """Least ``4 k1 k2 / (k1 + k2)^2`` of an ellipse, k1 and k2 the principal values of its form.
 

@@ -17,8 +17,6 @@ from bondgraph.support.errors import UnusableInput
 from hardware.optics.conic_kind import ConicKind, form_kind, sample_kind
 from hardware.optics.phase import quadrature_phase, unwrap
 
-__all__ = ["SHORTEST_ARC", "Ellipse", "EllipseFit", "fit_ellipse"]
-
 SHORTEST_ARC: Final = 0.6
 """Fringes; on less the five numbers are not told apart well enough to improve on older ones."""
 _ROUNDS: Final = 3

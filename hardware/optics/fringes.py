@@ -23,8 +23,6 @@ from hardware.optics.step_filter import (
     step_spreads,
 )
 
-__all__ = ["Jump", "Miscounts", "Repair", "find_miscounts", "largest_amplitude", "repaired"]
-
 _SIGMAS: Final = 5.0
 _NEAR: Final = 0.15
 _FAR: Final = 0.25

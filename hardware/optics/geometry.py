@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike
 
 from bondgraph.support.arrays import FloatArray as Array
 
-__all__ = ["abbe_error", "cosine_corrected", "cosine_error", "dead_path_error"]
-
 
 def dead_path_error(dead_path: float, index: ArrayLike, index_at_zero: float) -> Array:
     """Return the false displacement (m) that air along the dead path simulates since the zero.

@@ -6,8 +6,6 @@ import numpy as np
 
 from bondgraph.support.arrays import FloatArray as Array
 
-__all__ = ["quadrature_phase", "unwrap"]
-
 _TURN = 2.0 * np.pi
 
 

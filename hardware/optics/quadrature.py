@@ -15,8 +15,6 @@ from hardware.optics.ellipse import Ellipse
 from hardware.optics.phase import quadrature_phase, unwrap
 from hardware.optics.refraction import HELIUM_NEON
 
-__all__ = ["Demodulated", "Demodulator", "displacement_of_phase", "quadrature_displacement"]
-
 
 def displacement_of_phase(phase: ArrayLike, wavelength: float, index: ArrayLike = 1.0) -> Array:
     """``phase lambda / (4 pi n)`` (m): one turn is half a wavelength in air."""

@@ -16,17 +16,6 @@ from numpy.typing import ArrayLike
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 
-__all__ = [
-    "FORMULA_DOMAIN",
-    "HELIUM_NEON",
-    "SENSOR_DOMAIN",
-    "ZERO_CELSIUS",
-    "ValidRange",
-    "ciddor_index",
-    "edlen_index",
-    "saturation_vapour_pressure",
-]
-
 ZERO_CELSIUS: Final = 273.15
 """0 C (K)."""
 HELIUM_NEON: Final = 632.9908e-9

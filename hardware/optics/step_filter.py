@@ -12,16 +12,6 @@ import numpy as np
 
 from bondgraph.support.arrays import FloatArray as Array
 
-__all__ = [
-    "HALF",
-    "ORDER",
-    "motion_leak",
-    "robust_spread",
-    "step_estimates",
-    "step_filter",
-    "step_spreads",
-]
-
 HALF = 6
 """Samples on either side of the step."""
 ORDER = 3

@@ -23,8 +23,6 @@ from hardware.recorder.plan import TakePlan
 from hardware.storage import ClockAlignment, JournalFile, Provenance, StreamData, StreamOrigin
 from hardware.synchrony import Alignment, Budget, ClockWiring, Stream, align, merged
 
-__all__ = ["Assembled", "assemble"]
-
 Words = NDArray[np.uint16]
 OUTPUT = "output"
 INSTANT = "instant"

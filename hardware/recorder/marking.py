@@ -14,8 +14,6 @@ from hardware.contracts import Flag
 from hardware.storage import StreamData
 from hardware.synchrony import Alignment
 
-__all__ = ["of_flags", "of_losses", "slip", "with_jitter_judged"]
-
 Words = NDArray[np.uint16]
 
 STEP = 0.4

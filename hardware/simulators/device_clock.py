@@ -9,8 +9,6 @@ import numpy as np
 from hardware.simulators.arrays import Array
 from hardware.simulators.noise import white
 
-__all__ = ["DeviceClock"]
-
 
 @dataclass(frozen=True, slots=True)
 class DeviceClock:

@@ -9,8 +9,6 @@ import numpy as np
 from hardware.simulators.arrays import Array
 from hardware.simulators.plant_contract import EdgeDriven, Moved, Plant
 
-__all__ = ["EdgeDelay", "as_edges", "averages", "push"]
-
 
 def averages(count: int, at: Array, volts: Array) -> Array:
     """Return the mean voltage of each step, ``(count,)``.

@@ -6,8 +6,6 @@ import numpy as np
 
 from hardware.simulators.arrays import Array
 
-__all__ = ["cubic", "linear"]
-
 
 def linear(values: Array, position: Array) -> Array:
     """Interpolate linearly at positions counted in samples; ends are held."""

@@ -8,8 +8,6 @@ import numpy as np
 
 from hardware.simulators.arrays import Array
 
-__all__ = ["white"]
-
 _BLOCK = 1024
 
 

@@ -7,8 +7,6 @@ from typing import Any, Protocol, runtime_checkable
 
 from hardware.simulators.arrays import Array
 
-__all__ = ["EdgeDriven", "Moved", "Plant", "PlantMotion", "Rewindable"]
-
 
 class Moved(Protocol):
     """Readings at the ends of steps, by whatever class."""

@@ -14,8 +14,6 @@ from hardware.contracts import Flag
 from hardware.synchrony.held import Hold
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["Alignment", "How", "SilentLoss"]
-
 How = Literal["shared clock", "copy", "copy, by its edges", "length", "phase"]
 
 

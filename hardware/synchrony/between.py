@@ -11,8 +11,6 @@ from scipy.special import i0
 from bondgraph.support.arrays import FloatArray as Array
 from hardware.contracts import Flag
 
-__all__ = ["HALF_TAPS", "Between", "between"]
-
 HALF_TAPS = 16
 BETA = 8.0
 PIECE = 65536

@@ -21,8 +21,6 @@ from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.wiring import ClockWiring
 
-__all__ = ["align_by_copy"]
-
 FIRST_LAG = 0.4
 """First guess of an unknown lag, in steps of the drive."""
 _Solved = tuple[Coarse, FittedTimeMap, tuple[FittedTimeMap, ...]]

@@ -31,8 +31,6 @@ from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.toned import Toned
 from hardware.synchrony.wiring import ClockWiring
 
-__all__ = ["SEPARABLE", "align_by_length"]
-
 HARMONICS = 9
 PLAYS = (12, 20)
 SEPARABLE = 0.3

@@ -19,8 +19,6 @@ from bondgraph.support.arrays import FloatArray as Array
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["Skew", "skew_by_response"]
-
 TAPS = 64
 """Past of the drive in the response, samples."""
 PLAYS = 12

@@ -12,8 +12,6 @@ from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess, f
 from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["Coarse", "first_guess"]
-
 LEAST_CORRELATION = 0.5
 MOST_ALIKE = 6
 MOST_SCANNED = 150

@@ -17,8 +17,6 @@ from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess
 from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["by_edges"]
-
 GRID = 17
 ZOOMS = 10
 WORSE = float(stats.chi2.ppf(0.95, 2))

@@ -17,8 +17,6 @@ from bondgraph.support.errors import UnusableInput
 from hardware.synchrony.held import Shape
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["AlignmentData", "FittedTimeMap", "TimeMapGuess", "fit"]
-
 LEAST_GAIN = 1e-8
 LEAST_LAG = 1e-3
 """Of a step of the drive: less is no lag."""

@@ -11,8 +11,6 @@ from hardware.synchrony.alignment import SilentLoss
 from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess, fit
 from hardware.synchrony.held import HeldColumns
 
-__all__ = ["find_gaps", "structured"]
-
 BLOCK = 64
 SUSPECT = 3.0
 """Times the noise, in a block, that is no noise."""

@@ -11,8 +11,6 @@ from scipy.signal import lfilter
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["HeldColumns", "Hold", "Shape"]
-
 Hold = Literal["zero", "linear"]
 
 

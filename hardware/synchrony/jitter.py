@@ -8,8 +8,6 @@ import numpy as np
 
 from bondgraph.support.arrays import FloatArray as Array
 
-__all__ = ["jitter_of"]
-
 ROUNDS = 3
 
 

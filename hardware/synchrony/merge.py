@@ -17,8 +17,6 @@ from hardware.synchrony.between import between
 from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.stream import Stream
 
-__all__ = ["Merged", "merged"]
-
 STILL_EVEN = 1e-3
 """Of a sample: instants that leave an even grid by less need no interpolation."""
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from bondgraph.support.arrays import FloatArray as Array
 
-__all__ = ["fundamental", "one_loop"]
-
 REPEATS = 3e-4
 """Share of the power that may be left beside fundamental and harmonics."""
 HARMONICS = 20

@@ -11,8 +11,6 @@ from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.support.arrays import FloatArray as Array
 from hardware.synchrony.held import HeldColumns
 
-__all__ = ["Played"]
-
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)

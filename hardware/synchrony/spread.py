@@ -8,8 +8,6 @@ from scipy import stats
 from bondgraph.support.arrays import FloatArray as Array
 from hardware.synchrony.fit import AlignmentData, FittedTimeMap
 
-__all__ = ["BLOCKS", "covariance_of", "reach", "spread_out"]
-
 BLOCKS = 32
 
 

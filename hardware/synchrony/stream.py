@@ -14,8 +14,6 @@ from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from hardware.contracts import Chunk, Flag
 
-__all__ = ["SPOILT", "Stream"]
-
 SPOILT = Flag.BEAM_LOST | Flag.MISCOUNT | Flag.SATURATED
 """Samples that no estimate may use."""
 

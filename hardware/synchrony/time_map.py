@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["TimeMap"]
-
 
 @dataclass(frozen=True, slots=True)
 class TimeMap:

@@ -9,8 +9,6 @@ import numpy as np
 
 from bondgraph.support.arrays import FloatArray as Array
 
-__all__ = ["Toned"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

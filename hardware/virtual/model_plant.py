@@ -14,8 +14,6 @@ from bondgraph.support.errors import BondsightError, UnusableInput, real_number,
 from hardware.simulators.plant_contract import PlantMotion
 from hardware.virtual.steppers import March, march_of
 
-__all__ = ["ModelPlant"]
-
 
 @final
 class ModelPlant:

@@ -16,8 +16,6 @@ from bondgraph.simulation.start import equilibrium
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 
-__all__ = ["March", "march_of"]
-
 
 class March(Protocol):
     """A model with its state."""

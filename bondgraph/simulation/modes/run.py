@@ -23,8 +23,6 @@ from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
 
-__all__ = ["Schedule", "simulate_modes"]
-
 Schedule = Sequence[tuple[float, Mapping[str, bool]]]
 """Times of switching (s, rising) and what each changes."""
 

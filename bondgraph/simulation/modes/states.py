@@ -17,8 +17,6 @@ from bondgraph.support.errors import GraphError
 if TYPE_CHECKING:
     from bondgraph.simulation.lure import Compiled
 
-__all__ = ["Mode", "taken_over"]
-
 _ROUNDS = 8
 
 

@@ -14,8 +14,6 @@ import numpy as np
 from bondgraph.simulation.radau.native_source import GeneralFunctions
 from bondgraph.support.arrays import Array
 
-__all__ = ["Carried", "machine_record", "machine_step"]
-
 NEWTON = 8
 CONVERGED = 1e-8
 CHUNK = 128

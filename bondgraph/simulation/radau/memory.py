@@ -13,8 +13,6 @@ from bondgraph.simulation.radau.interpreted import Carried
 from bondgraph.simulation.radau.recorder import Key, Order, consistent, functions_of
 from bondgraph.support.arrays import Array
 
-__all__ = ["relaxed_memory"]
-
 
 def relaxed_memory(program: Program, order: Order, begin: Carried) -> tuple[Array, Array]:
     """Return the memory of laws at rest at their arguments, as the exact step starts, and tangents.

@@ -31,8 +31,6 @@ from bondgraph.simulation.start import fine_inputs, initial_state
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["GeneralRun", "PreparedGeneral", "inputs_between", "prepare_general", "run_general"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class GeneralRun(KernelRun):

@@ -22,8 +22,6 @@ from bondgraph.simulation.radau.native_source import (
 from bondgraph.support.arrays import Array
 from bondgraph.support.native import build
 
-__all__ = ["Key", "Order", "Recorder", "consistent", "functions_of", "recorder"]
-
 START = 48
 SOLVED = 1e-9
 ROUNDING = 1e-14

@@ -15,8 +15,6 @@ from bondgraph.simulation.start import own_input
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
-__all__ = ["evaluated", "inputs_of", "least_correction", "rest", "rests", "unknowns_at"]
-
 SOLVED = 1e-12
 LOOSE = 1e-7
 BESIDE = 1e-6

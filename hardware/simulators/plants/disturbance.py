@@ -17,8 +17,6 @@ from hardware.simulators.noise import white
 from hardware.simulators.plant_contract import Moved, Plant, PlantMotion
 from hardware.simulators.plants.wrapped import WrappedPlant
 
-__all__ = ["AirPath", "Disturbance", "Disturbed", "SensorNoise", "Vibration"]
-
 _PER_KELVIN = -9.5e-7
 _PER_PASCAL = 2.7e-9
 

@@ -14,8 +14,6 @@ from hardware.simulators.plant_contract import Moved, Plant, PlantMotion
 from hardware.simulators.plants.native import library, pointer
 from hardware.simulators.plants.wrapped import WrappedPlant
 
-__all__ = ["Creeping", "HystereticPlant"]
-
 
 @final
 class HystereticPlant(WrappedPlant):

@@ -11,8 +11,6 @@ from pathlib import Path
 from hardware.simulators.arrays import Array
 from hardware.simulators.compiling import compiled
 
-__all__ = ["library", "pointer"]
-
 
 def library() -> ctypes.CDLL | None:
     """Return the compiled code; None without gcc, or with ``BONDSIGHT_NO_COMPILER`` set."""

@@ -23,8 +23,6 @@ from hardware.simulators.plants.line import DelayLine
 from hardware.simulators.plants.native import library, pointer
 from hardware.simulators.simulation import make_system, static_drive
 
-__all__ = ["StackPlant"]
-
 STEP = 5e-6
 """Step of the plant (s): 1/7 of the shortest charging time that is drawn, 1/40 of a period."""
 

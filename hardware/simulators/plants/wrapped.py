@@ -8,8 +8,6 @@ from hardware.simulators.arrays import Array
 from hardware.simulators.edges import push
 from hardware.simulators.plant_contract import Moved, Plant, PlantMotion, Rewindable
 
-__all__ = ["WrappedPlant"]
-
 
 class WrappedPlant(ABC):
     """A plant that changes the readings of another one, which has to be `Rewindable`.

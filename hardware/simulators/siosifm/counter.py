@@ -20,8 +20,6 @@ from hardware.simulators.siosifm.optics import (
     signals,
 )
 
-__all__ = ["ROW", "Counter", "Settings"]
-
 ROW = np.dtype(
     [
         ("length", "<f8"),

@@ -8,8 +8,6 @@ import numpy as np
 
 from hardware.simulators.arrays import Array
 
-__all__ = ["VACUUM", "AirAround", "Quadrature", "index_of_air", "signals"]
-
 VACUUM = 632.991e-9
 """Vacuum wavelength of the laser (m)."""
 

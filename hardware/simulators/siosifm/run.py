@@ -12,8 +12,6 @@ from hardware.simulators.noise import white
 from hardware.simulators.rig import DeviceClock
 from hardware.simulators.tape import GrowingTape
 
-__all__ = ["CLOCK", "EVENT", "START", "MeasurementRun"]
-
 Edges = Callable[[int], Sequence[float]]
 """Gives the edges on a line but for the first so many."""
 
