@@ -18,7 +18,7 @@ def spring(
 ) -> BondGraph:
     """Laws bend spring and damper; `speed` names a second sensor."""
     with BondGraph(name) as g:
-        v = One("body" if speed == "v" else "v")
+        v = One("body" if speed == "v" else "v")  # names are addresses
         Se("F", unit="N") >> v >> I("m", m, unit="kg")
         v >> R("d", d, unit="N*s/m", law=friction)
         v >> C("k", stiffness=k, unit="N/m", law=law)
