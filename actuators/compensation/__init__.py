@@ -1,7 +1,5 @@
 """Hysteresis compensation of a piezo stack: references, inverses, closed loop, tracking numbers."""
 
-from __future__ import annotations
-
 from actuators.compensation.closed_loop import ControlLoop as ControlLoop
 from actuators.compensation.closed_loop import LoopRun as LoopRun
 from actuators.compensation.closed_loop import run_loop as run_loop

@@ -20,13 +20,6 @@ from bondgraph.hysteresis import Operator
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import Expression, FloatArray
 
-__all__ = [
-    "bond_graph_residual",
-    "lumped_residual",
-    "operator_residual",
-    "voltage_steps",
-]
-
 ACCURACY = 1e-7
 
 

@@ -12,8 +12,6 @@ import numpy as np
 
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["AnalyticMotion", "constant", "product", "ramp", "sine", "smooth_step"]
-
 ORDERS = 4
 
 

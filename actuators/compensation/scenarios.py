@@ -21,8 +21,6 @@ from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["actuator_like", "deviating", "model_voltages", "stack_of", "strategies"]
-
 CREEP_RATIOS, CREEP_TIMES = (0.02, 0.02, 0.02), (0.05, 0.5, 5.0)
 AMPLIFIER_TIME = 80e-6
 SLIP_RATE = 3e-4

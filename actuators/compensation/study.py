@@ -44,11 +44,6 @@ from bondgraph.support.ops import FloatArray
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "CompensationStudy", "InverseModel", "InverseOperator", "LoopMargins", "TrackingTable",
-    "compensation_study", "inverse_models", "inverse_operators", "model_table", "operator_table",
-]  # fmt: skip
-
 MODEL, OTHER = AlJanaideh.stack_2hz(), Ang.stack_2hz()
 """Eq. (6.2) and (6.3): one stack; the virtual actuators are drawn around the first."""
 NANO = 1e9

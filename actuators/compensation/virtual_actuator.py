@@ -19,8 +19,6 @@ from bondgraph.hysteresis.checks import finite_record
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["VirtualActuator"]
-
 PAYLOAD = 0.108
 RATE_MEMORY = 1e-3
 LONGEST = 2.5

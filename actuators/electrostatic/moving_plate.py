@@ -21,8 +21,6 @@ from bondgraph.graph.elements import CField
 from bondgraph.graph.modulation import port_variables
 from bondgraph.support.errors import UnusableInput, require_positive
 
-__all__ = ["PlateRest", "moving_plate", "moving_plate_charge", "plate_rest", "pull_in_voltage"]
-
 SOURCE = "example: a plate of 0.4 mm by 0.4 mm over 2 um of air"
 
 _check = partial(require_positive, "moving plate")

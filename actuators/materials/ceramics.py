@@ -14,19 +14,6 @@ from typing import Literal, TypeAlias, final
 
 from bondgraph.support.errors import unknown_name
 
-__all__ = [
-    "MATERIALS",
-    "RELATIONS",
-    "VACUUM_PERMITTIVITY",
-    "Ceramic",
-    "ConstantRelation",
-    "Inconsistency",
-    "MaterialEntry",
-    "Status",
-    "inconsistencies",
-    "material",
-]
-
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 SOURCE = "stack actuator thesis, table 2.1"
 

@@ -13,8 +13,6 @@ from actuators.materials.equivalent_circuit import Branch, ComplexArray, Equival
 from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["CircuitFit", "NoResonance", "fit_circuit"]
-
 _PROMINENCE = 8.0  # standard deviations of the scatter between neighbouring samples
 _QUALITY_STEPS = (1.0, 0.3, 3.0, 10.0)
 _LEAST_CERTAIN = 0.5  # relative uncertainty from which a mode counts as not seen

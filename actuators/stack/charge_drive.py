@@ -26,22 +26,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from bondgraph import BondGraph, C, One, R, Sf, Zero
 from bondgraph.graph.composing.renaming import declared_parameters
 from bondgraph.graph.elements import Element
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import GraphError, UnusableInput
-
-__all__ = [
-    "charge_of",
-    "corner_frequency",
-    "current_driven",
-    "current_for",
-    "with_spring_load",
-]
-
-FloatArray = NDArray[np.float64]
 
 
 def current_driven(

@@ -27,21 +27,6 @@ from bondgraph.simulation.simulate import simulate
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.ops import FloatArray
 
-__all__ = [
-    "DriveComparison",
-    "ForceCycle",
-    "LeakyCharge",
-    "OffsetDrift",
-    "drift_table",
-    "drifts",
-    "drive_comparisons",
-    "drive_table",
-    "force_cycles",
-    "force_table",
-    "leak_table",
-    "leaks",
-]  # fmt: skip
-
 
 @dataclass(frozen=True, slots=True)
 class DriveComparison:

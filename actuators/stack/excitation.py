@@ -17,25 +17,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from actuators.stack.voltage_limits import P840_1
 from bondgraph.signals.drive_limits import DriveLimits
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
-
-__all__ = [
-    "Excitation",
-    "demagnetisation",
-    "join",
-    "loading_ramp",
-    "possible_biases",
-    "printed_demagnetisation",
-    "residual_bound",
-    "residual_states",
-    "sine",
-]
-
-FloatArray = NDArray[np.float64]
 
 SAMPLE_RATE = 3125.0
 """Samples per second of the interferometer's block mode in the stack actuator thesis, Hz."""

@@ -11,8 +11,6 @@ from actuators.stack.charge_study import DriveComparison
 from actuators.stack.loading_curve import LoadingCurve
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["charge_figure", "clock_figure", "loading_figure"]
-
 Curves = Mapping[str, tuple[FloatArray, FloatArray]]
 
 

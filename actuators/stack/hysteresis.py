@@ -13,8 +13,6 @@ from bondgraph.graph.drives import Drive
 from bondgraph.hysteresis import AlJanaideh, Ang, PrandtlIshlinskii
 from bondgraph.laws import Hysteretic
 
-__all__ = ["stack_al_janaideh", "stack_ang", "stack_hysteresis"]
-
 SOURCE = "P-840.1, thesis table 6.1: T/k = 3.52 N/V / 65 N/um"
 
 

@@ -16,19 +16,9 @@ from scipy import stats
 
 from bondgraph.hysteresis import play_record, turning_points
 from bondgraph.signals.recording import Recording
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
-__all__ = [
-    "Constant",
-    "LoadingCurve",
-    "LoadingSlopes",
-    "Slope",
-    "loading_curve",
-    "loading_slopes",
-    "transducer_constant",
-]
-
-FloatArray = NDArray[np.float64]
 SEGMENTS = 50
 REVERSAL = (1e-4, 1e-2)
 """Reversals of less than 8 standard deviations of noise do not count; at least and at most this

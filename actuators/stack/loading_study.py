@@ -26,8 +26,6 @@ from bondgraph.laws import Hysteretic
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["ErasingStudy", "KnownTransducer", "LoadingStudy", "erasing", "known", "loading"]
-
 STIFFNESS = 65e6
 NOISE = 2e-9
 ALJ, ANG = AlJanaideh.stack_2hz(), Ang.stack_2hz()

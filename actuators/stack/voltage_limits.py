@@ -1,7 +1,5 @@
 """The voltages and the current that the thesis' stack stands."""
 
-from __future__ import annotations
-
 from bondgraph.signals.drive_limits import DriveLimits
 
 UNIPOLAR = DriveLimits(0.0, 100.0)

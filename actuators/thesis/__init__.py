@@ -5,8 +5,6 @@
 65000000.0
 """
 
-from __future__ import annotations
-
 from actuators.thesis.comparison import error_rows as error_rows
 from actuators.thesis.comparison import loop_rows as loop_rows
 from actuators.thesis.comparison import spacing_rows as spacing_rows

@@ -32,8 +32,6 @@ from actuators.thesis.values import named
 from bondgraph.hysteresis import Ang, PrandtlIshlinskii
 from bondgraph.laws import Hysteretic
 
-__all__ = ["converted_maxwell", "error_rows", "loop_rows", "spacing_rows"]
-
 LABELS: Mapping[str, str] = {
     "al_janaideh": "Al Janaideh (6.2)",
     "ang": "Ang (6.3)",

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from actuators.stack.conversions import (
@@ -24,18 +23,7 @@ from actuators.thesis.tables import TABLE_6_1, TABLE_6_2
 from actuators.thesis.values import named
 from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.laws import Hysteretic
-
-__all__ = [
-    "bond_graph_operator",
-    "lumped_constants",
-    "lumped_operator",
-    "refit_ang",
-    "refit_bond_graph",
-    "refit_lumped",
-    "stand_in",
-]
-
-FloatArray = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray
 
 SEARCHED = (3.0, 4.5)
 """Range of T that is searched, around the printed 3.52."""

@@ -19,10 +19,6 @@ from actuators.thesis import (
 )
 from bondgraph.simulation.simulate import simulate
 
-__all__ = [
-    "comparison_report", "findings_report", "pairing_deviation", "pairing_report", "table"
-]  # fmt: skip
-
 WIDTH = 132
 HEADINGS = ("printed", "printed set gives", "corrected gives")
 STAND_IN = (

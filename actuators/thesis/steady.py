@@ -10,14 +10,10 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from actuators.stack.loop_width import loop_of
 from bondgraph.hysteresis import Operator
-
-__all__ = ["Misfit", "SteadyLoop", "misfit", "sine", "steady_loop", "triangle"]
-
-FloatArray = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray
 
 SAMPLES = 4000
 """Samples a period; the turning points of both inputs are samples."""

@@ -12,10 +12,9 @@ import numpy as np
 
 from actuators.ultrasonic.data_sheet import M661
 from bondgraph.laws.table import TableLaw
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import NUMPY
-
-Array = np.ndarray
 
 VOLTAGE = (0.0, 2.0, 3.0, 4.0, 5.0, 6.0, 10.0)
 """V; 0, 2, 6 and 10 from the text, the others to join them."""

@@ -19,10 +19,10 @@ from actuators.ultrasonic.driver import Driver, fitted_driver, settled_step
 from actuators.ultrasonic.motion import Stage, moved
 from actuators.ultrasonic.sampled_loop import PositionController
 from bondgraph.laws.table import TableLaw
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import CASADI
 
-Array = np.ndarray
 FINEST = 1e-4
 """Longest step between samples, s."""
 

@@ -11,11 +11,6 @@ from actuators import ultrasonic as us
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.ops import FloatArray
 
-__all__ = [
-    "CharacteristicStudy", "DriverStudy", "ResonanceStudy", "WireStudy", "characteristic",
-    "driver_steps", "resonance", "wires",
-]  # fmt: skip
-
 QUALITIES = (100.0, 350.0, 1000.0)
 
 

@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from actuators.ultrasonic.data_sheet import M661
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-
-Array = np.ndarray
 
 BAND = 0.05
 """Settled means within this share of the step."""

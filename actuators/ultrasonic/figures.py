@@ -13,8 +13,6 @@ from actuators.ultrasonic import drive_study as drive
 from actuators.ultrasonic import motion_study as motion
 from actuators.ultrasonic.characteristic import force
 
-__all__ = ["TOPICS"]
-
 
 def _panels(count: int) -> tuple[Figure, Sequence[Axes]]:
     figure = Figure(figsize=(5.0 * count, 3.6), layout="constrained", dpi=120)

@@ -17,10 +17,9 @@ from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.stage import MOVED_MASS
 from bondgraph.laws import Coulomb
 from bondgraph.laws.table import TableLaw
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import CASADI
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,6 @@ import numpy as np
 from actuators import ultrasonic as us
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["ClosedLoopStudy", "CrossoverRates", "OpenLoopStudy", "closed_loop", "open_loop"]
-
 RATES = (50.0, 100.0, 200.0, 500.0, 1e3, 2e3, 5e3, 16e3)
 """Hz. The text prints no rate of real-time readings; tens to hundreds a second are an estimate
 for one request at a time over USB, 16 kHz is the printed limit of the normal mode."""

@@ -15,8 +15,8 @@ from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.driver import Driver, envelope
 from actuators.ultrasonic.motion import Stage, move
 from bondgraph.laws.table import TableLaw
+from bondgraph.support.arrays import Array
 
-Array = np.ndarray
 STEP = 1e-4
 STILL = 1e-4
 """m; less is no motion."""

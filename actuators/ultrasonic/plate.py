@@ -14,9 +14,8 @@ import numpy as np
 from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.driver import LOADED_Q
 from bondgraph import BondGraph, C, Df, I, One, R, Se, Zero
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

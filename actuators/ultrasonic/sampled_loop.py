@@ -15,9 +15,8 @@ import numpy as np
 
 from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.stage import MOVED_MASS
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-
-Array = np.ndarray
 
 MARGIN = 45.0
 """Degrees; a usual demand that keeps the overshoot of a step near a quarter."""

@@ -24,9 +24,8 @@ import numpy as np
 from actuators.ultrasonic.characteristic import force
 from actuators.ultrasonic.data_sheet import M661
 from actuators.ultrasonic.plate import Plate
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

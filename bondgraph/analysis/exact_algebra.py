@@ -14,8 +14,6 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
-__all__ = ["PRIME", "Row", "echelon", "generic_values", "modular", "rank", "rational", "solve"]
-
 PRIME = 2**61 - 1
 """A Mersenne prime: the field in which ranks are taken."""
 

@@ -12,8 +12,6 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import unknown_name
 from bondgraph.support.html import html_table
 
-__all__ = ["FaultSignatures", "signatures"]
-
 Classes = tuple[tuple[str, ...], ...]
 
 

@@ -18,15 +18,6 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import MGY, MTF, Sensor, Source, Valued
 from bondgraph.simulation.modes.resolve import in_mode
 
-__all__ = [
-    "SET_ASIDE",
-    "generic_matrices",
-    "kalman_ranks",
-    "linear_skeleton",
-    "null_vectors",
-    "transposed",
-]
-
 Matrix: TypeAlias = list[list[int]]
 SET_ASIDE = ("one", "ramp")
 """Inputs that nobody can choose: constants and drifts."""

@@ -18,18 +18,6 @@ from bondgraph.equations.system import System
 from bondgraph.graph.elements import symbol
 from bondgraph.support.errors import UnusableInput, unknown_name
 
-__all__ = [
-    "Descriptor",
-    "Linearised",
-    "descriptor",
-    "eigenvalues",
-    "linear_rates",
-    "linearise",
-    "sensitivities",
-    "transfer_function",
-    "zeros",
-]
-
 LAPLACE = sp.Symbol("s")
 
 

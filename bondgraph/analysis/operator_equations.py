@@ -46,14 +46,6 @@ from bondgraph.graph.modulation import port_variables
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import BondsightError, GraphError
 
-__all__ = [
-    "FAULT_ROLES",
-    "OperatorEquation",
-    "OperatorEquations",
-    "operator_equations",
-    "positions",
-]
-
 FAULT_ROLES = ("law", "ratio", "source", "reading")
 """Equations that a fault of their element breaks; balances and definitions always hold."""
 

@@ -35,8 +35,6 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Reading, Sensor
 from bondgraph.support.errors import GraphError, UnusableInput
 
-__all__ = ["Diagnostic", "ResidualSpace", "diagnostic", "generic_space", "symbolic_space"]
-
 MOST_TRIED = 6
 
 

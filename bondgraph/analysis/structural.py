@@ -38,8 +38,6 @@ from bondgraph.support.html import html_table
 if TYPE_CHECKING:
     import networkx as nx
 
-__all__ = ["Reach", "controllability", "observability"]
-
 Matrix: TypeAlias = list[list[int]]
 Question: TypeAlias = Literal["controllability", "observability"]
 MOST_TRIED = 8

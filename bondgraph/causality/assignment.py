@@ -441,14 +441,3 @@ def _end(b: Bond, name: str, effort_out: bool) -> str:
     """End that receives the effort when `name` gives it out (or not)."""
     other = b.head if b.tail == name else b.tail
     return other if effort_out else name
-
-
-__all__ = [
-    "CausalConflict",
-    "Causality",
-    "Preference",
-    "Stroke",
-    "alternatives",
-    "assign_causality",
-    "storage_ports",
-]

@@ -12,16 +12,15 @@ from itertools import pairwise
 from math import ceil, floor, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from bondgraph.drawing.geometry import Point, Rect, hull
+from bondgraph.support.arrays import FloatArray as _Array
 
 STEP, _COARSE, _POINTS = 8.0, 20.0, 40_000
 _HARD, _SOFT, _NEAR, _WINDOW = 7.0, 17.0, 10.0, 130.0
 _TURN, _CROSS, _FOLLOW, _BESIDE, _TOUCH = 4.0, 10.0, 120.0, 5.0, 40.0
-_Array = NDArray[np.float64]
 Wire = Sequence[Point]
 
 

@@ -8,8 +8,6 @@ from typing import Any, Literal, TypeAlias
 
 import sympy as sp
 
-__all__ = ["Sign", "is_positive", "shortened", "sign_of", "vanishes"]
-
 Sign: TypeAlias = Literal["positive definite", "positive semidefinite", "indefinite"]
 
 MOST_MINORS = 5

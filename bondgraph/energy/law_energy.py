@@ -13,8 +13,6 @@ from bondgraph.laws.table import TableLaw
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import NUMPY, SYMPY, FloatArray
 
-__all__ = ["law_energy", "law_energy_record"]
-
 GRID = 4000
 _ROUGH = (sp.Max, sp.Min, sp.Abs, sp.sign, sp.Piecewise, sp.Heaviside)
 

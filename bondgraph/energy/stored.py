@@ -25,8 +25,6 @@ from bondgraph.laws.law import Law, split
 from bondgraph.support.errors import BondsightError, GraphError
 from bondgraph.support.ops import CASADI, FloatArray
 
-__all__ = ["HeldEnergy", "held"]
-
 CHUNK = 512
 
 Memories = Mapping[str, Sequence[float]]

@@ -23,8 +23,6 @@ from bondgraph.graph.elements import Da, Dq, Multiport, symbol
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
 
-__all__ = ["system"]
-
 SHORT = 40
 LONG = 40
 

@@ -17,8 +17,6 @@ from bondgraph.equations.relation import Relation
 from bondgraph.graph.elements import symbol
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["eliminate_named", "rational"]
-
 PRIME = 2**61 - 1
 SMALL = 1e-13
 THRESHOLD = 0.1

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-__all__ = ["components", "tear"]
-
 Reads = Callable[[str], Iterable[str]]
 
 

@@ -14,16 +14,13 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import real_number, unknown_name
 
 if TYPE_CHECKING:
     import casadi as ca
 
     from bondgraph.laws.law import Law
-
-__all__ = ["FunctionNames", "LawCall", "Program", "ProgramStep"]
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,6 @@ import sympy as sp
 
 from bondgraph.equations.relation import Relations
 
-__all__ = ["stored_displacements"]
-
 MOST_DISPLACEMENTS = 12
 
 

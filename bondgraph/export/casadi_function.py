@@ -17,8 +17,6 @@ from bondgraph.export.implicit import solve_algebraic
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.whole_file import write_atomically
 
-__all__ = ["CasadiModel", "casadi_functions", "load"]
-
 SCHEMA: Final = "bondsight.casadi/1"
 KNOWN: Final = ("t", "x", "u", "p", "m", "h")
 

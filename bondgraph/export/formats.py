@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
     from bondgraph.laws import Law
 
-__all__ = ["FORMATS", "ExportFormat", "export", "target_of"]
-
 Laws: TypeAlias = "Iterable[type[Law]]"
 _Writer: TypeAlias = "Callable[[BondGraph, Path, Laws], tuple[Path, ...]]"
 

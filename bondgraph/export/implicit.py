@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-__all__ = ["solve_algebraic"]
-
 TOLERANCE = 1e-12
 ROUNDING = 1e-15
 ITERATIONS = 100

@@ -12,8 +12,6 @@ from bondgraph.equations.state_space import ONE, StateSpace
 from bondgraph.equations.system import System
 from bondgraph.graph.elements import symbol
 
-__all__ = ["latex", "ordered_latex", "pretty", "rate_of", "tex", "words"]
-
 _GREEK = frozenset(
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
     "upsilon phi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega".split()

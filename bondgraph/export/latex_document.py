@@ -12,8 +12,6 @@ from bondgraph.export.latex import pretty, rate_of, tex, words
 from bondgraph.export.latex_lines import broken, width
 from bondgraph.graph.elements import symbol
 
-__all__ = ["document"]
-
 LINE = 76.0  # letters of normal size on a line of 16 cm
 REASON = 28.0  # of them, for the reasons
 ROWS = 40  # rows that fit on a page; a table cannot be broken

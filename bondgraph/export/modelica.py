@@ -24,8 +24,6 @@ from bondgraph.graph.elements import symbol
 from bondgraph.graph.modulation import TIME
 from bondgraph.support.errors import BondsightError, UnusableInput
 
-__all__ = ["modelica"]
-
 WIDTH = 10_000
 """Expressions are written on one line; only what is used twice gets a name."""
 

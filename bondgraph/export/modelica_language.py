@@ -11,8 +11,6 @@ from bondgraph.export.tape_languages import arithmetic, call
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import BondsightError, UnusableInput
 
-__all__ = ["MODELICA", "RESERVED", "Identifiers", "quoted", "unit_text"]
-
 MAX_NAME = 200
 RESERVED = frozenset(
     # keywords

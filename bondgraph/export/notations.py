@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
     from bondgraph.laws import Law
 
-__all__ = ["NOTATIONS", "equations"]
-
 
 def equations(model: BondGraph, format: str = "ordered", *, laws: Iterable[type[Law]] = ()) -> str:
     """Return the equations of `model` as text.

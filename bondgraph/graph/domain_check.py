@@ -38,8 +38,6 @@ from bondgraph.graph.elements import (
 from bondgraph.signals.units import Dimension, parse_unit
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["UnitStatement", "dimensions_of", "domain_problems", "groups_of_bonds", "statements"]
-
 SECOND: Dimension = (0, 0, 1, 0, 0)
 
 

@@ -12,8 +12,6 @@ from bondgraph.graph.elements import GY, TF, Parameter, TwoPort
 from bondgraph.signals.units import Dimension, parse_unit
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["unit_notes"]
-
 Known = Dimension | None
 _BASE = ("m", "kg", "s", "A", "K")
 _NONE: Dimension = (0, 0, 0, 0, 0)

@@ -11,8 +11,6 @@ Every operator is a frozen dataclass; its memory is a tuple that the caller carr
 (1.0,)
 """
 
-from __future__ import annotations
-
 from bondgraph.hysteresis.catalogue import OPERATORS as OPERATORS
 from bondgraph.hysteresis.catalogue import operator_from_dict as operator_from_dict
 from bondgraph.hysteresis.composed.cascade import Cascade as Cascade

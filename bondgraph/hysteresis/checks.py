@@ -13,22 +13,6 @@ from numpy.typing import ArrayLike
 from bondgraph.hysteresis.errors import BadInput, BadMemory, BadParameter
 from bondgraph.support.ops import Expression, FloatArray
 
-__all__ = [
-    "all_numbers",
-    "entries",
-    "finite_record",
-    "is_number",
-    "memory_states",
-    "non_negative",
-    "numbers",
-    "parameter",
-    "parameters",
-    "positive",
-    "require_finite",
-    "same_length",
-    "strictly_increasing",
-]
-
 
 def is_number(value: Expression) -> bool:
     """Tell whether a stored parameter is a number, as opposed to an expression.

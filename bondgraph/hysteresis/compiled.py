@@ -25,8 +25,6 @@ from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.native import build, c_source
 from bondgraph.support.ops import CASADI, FloatArray
 
-__all__ = ["compiled_inverse", "compiled_record"]
-
 
 def compiled_record(
     operator: Operator, x: FloatArray, memory: Memory, step: float

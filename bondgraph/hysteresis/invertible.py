@@ -11,8 +11,6 @@ from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["Inverse", "InvertibleOperator", "SolvedInSteps"]
-
 Other = TypeVar("Other", bound=Operator, covariant=True)
 
 

@@ -8,8 +8,6 @@ from typing import Any
 from bondgraph.laws.law import Law, split
 from bondgraph.support.ops import CASADI
 
-__all__ = ["bracketed"]
-
 ROOT_STEPS = 30
 
 

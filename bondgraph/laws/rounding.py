@@ -11,8 +11,6 @@ from bondgraph.laws.law import Law
 from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["Resolution", "Rounding"]
-
 CONSTANT = 1e-10
 """Sub-division of a step within which the rounding error counts as constant."""
 

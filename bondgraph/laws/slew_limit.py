@@ -10,12 +10,10 @@ import numpy as np
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
+from bondgraph.support.arrays import Array
 from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
-__all__ = ["SlewLimit", "slew_limited"]
-
-Array = np.ndarray
 FASTEST = 1e-100
 """Slowness that stands for no limit at all: no division by zero, not even in its derivative."""
 

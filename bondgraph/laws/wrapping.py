@@ -10,8 +10,6 @@ from bondgraph.laws.law import Law
 from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
-__all__ = ["Wrapping"]
-
 
 @dataclass(frozen=True)
 class Wrapping(Law):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-Array = np.ndarray
+from bondgraph.support.arrays import Array
 
 
 def between_samples(u: Array, n_sub: int) -> Array:

@@ -7,7 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-Array = np.ndarray
+from bondgraph.support.arrays import Array
+
 TAPS = 8
 
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from bondgraph.signals.decimation import thinned
 from bondgraph.signals.files.any_file import read_table
 from bondgraph.signals.files.arrays import pick_arrays
-from bondgraph.signals.files.checks import FloatArray, check_file, check_finite, check_name, frozen
+from bondgraph.signals.files.checks import check_file, check_finite, check_name, frozen
 from bondgraph.signals.files.columns import OTHERS
 from bondgraph.signals.files.time_base import make_even
 from bondgraph.signals.interop import dataset_arrays, to_html, to_pandas, to_xarray, write_csv
@@ -26,6 +26,7 @@ from bondgraph.signals.recording_file import is_saved, open_fields, save_recordi
 from bondgraph.signals.split import Split, default_split
 from bondgraph.signals.units import parse_unit
 from bondgraph.signals.wrapping import unwrapped
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 
 __all__ = ["Channel", "Recording", "Split", "default_split"]

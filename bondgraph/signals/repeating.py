@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["first_peak", "likeness", "refined"]
-
-FloatArray = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray
 
 
 def likeness(v: FloatArray) -> FloatArray:

@@ -7,15 +7,14 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from bondgraph.signals.repeating import first_peak, likeness, refined
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
 if TYPE_CHECKING:
     from bondgraph.signals.recording import Recording
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.signals.fractional_delay import TAPS, interval_weights, warped
-
-__all__ = ["at_clock", "warped_within"]
-
-Array = np.ndarray
+from bondgraph.support.arrays import Array
 
 
 def warped_within(

@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["LONGEST", "blocked_record"]
-
-Array = np.ndarray
+from bondgraph.support.arrays import Array
 
 LONGEST = 64
 """Steps of a block."""

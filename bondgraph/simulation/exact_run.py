@@ -14,6 +14,7 @@ import numpy as np
 from bondgraph.equations.relation import FINE
 from bondgraph.signals.recorded_rates import with_rates
 from bondgraph.simulation.start import fine_inputs
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, unknown_name
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 # discrete and kernel need CasADi; they are imported when something is simulated
 
-Array = np.ndarray
 Memories = Mapping[str, Sequence[float]]
 LARGEST = 256
 """Sub-steps between two samples."""

@@ -14,8 +14,7 @@ import numpy as np
 
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.lure_layout import layout
-
-Array = np.ndarray
+from bondgraph.support.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,8 +21,6 @@ from bondgraph.simulation.lure import (
 )
 from bondgraph.support.ops import CASADI
 
-__all__ = ["ClosedLaws", "closed_laws"]
-
 
 @dataclass(frozen=True, slots=True)
 class ClosedLaws:

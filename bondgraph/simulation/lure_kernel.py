@@ -21,9 +21,8 @@ from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.lure_closing import ClosedLaws, closed_laws
 from bondgraph.simulation.lure_layout import KernelLayout, layout
 from bondgraph.simulation.lure_march import LANES, blocks_of, march_source
+from bondgraph.support.arrays import Array
 from bondgraph.support.native import FLAGS, build, compiler
-
-Array = np.ndarray
 
 MANY_STATES = 32
 """States from which a linear model runs in blocks."""

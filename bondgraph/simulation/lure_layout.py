@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from bondgraph.simulation.lure import Compiled
 
-__all__ = ["KernelLayout", "layout"]
-
 
 @dataclass(frozen=True, slots=True)
 class KernelLayout:

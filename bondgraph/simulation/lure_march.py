@@ -10,8 +10,6 @@ from bondgraph.simulation.lure_closing import ClosedLaws
 from bondgraph.simulation.lure_layout import KernelLayout
 from bondgraph.support.native import c_source
 
-__all__ = ["LANES", "blocks_of", "march_source"]
-
 LANES = 8
 """Directions that one instruction serves at best."""
 

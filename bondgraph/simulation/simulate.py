@@ -31,6 +31,7 @@ from bondgraph.simulation.timing import (
     without_timing,
 )
 from bondgraph.simulation.trajectory import Trajectory
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
 if TYPE_CHECKING:
@@ -38,8 +39,6 @@ if TYPE_CHECKING:
     from bondgraph.simulation.radau.native import GeneralRun
 
 # compiled models and programs need CasADi; they are imported when something is simulated
-
-Array = np.ndarray
 
 
 def simulate(

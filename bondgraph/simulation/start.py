@@ -10,12 +10,12 @@ import numpy as np
 
 from bondgraph.signals.band_limited import between_samples
 from bondgraph.signals.recorded_rates import slopes
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 
 if TYPE_CHECKING:
     from bondgraph.simulation.lure import Compiled
 
-Array = np.ndarray
 HOLDS = ("hold", "linear", "band-limited")
 
 

@@ -11,9 +11,8 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source
 from bondgraph.signals.fractional_delay import delayed
 from bondgraph.signals.varying_delay import at_clock
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import real_number
-
-Array = np.ndarray
 
 
 def is_timed(graph: BondGraph) -> bool:

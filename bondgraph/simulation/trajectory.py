@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, unknown_name
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

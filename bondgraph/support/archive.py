@@ -30,8 +30,6 @@ from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.json_codec import from_plain, to_plain
 from bondgraph.support.whole_file import replacing
 
-__all__ = ["FORMAT", "archive_schema", "read_archive", "software", "write_archive"]
-
 FORMAT = "bondsight-archive/1"
 """Name and version of the container."""
 DOCUMENT = "document.json"

@@ -11,8 +11,6 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated, Any, get_args, get_origin
 
-__all__ = ["MAX_NAME", "Bound", "Name", "NonNegative", "NonZero", "Positive", "Rising", "Signal"]
-
 MAX_NAME = 200
 
 

@@ -15,8 +15,6 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 
-__all__ = ["Damping", "Descended", "Ended", "LoweredPoint", "bounded_step", "descend"]
-
 
 class LoweredPoint(Protocol):
     """Where a descent stands."""

@@ -9,16 +9,6 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-__all__ = [
-    "BondsightError",
-    "GraphError",
-    "UnknownName",
-    "UnusableInput",
-    "nearest",
-    "real_number",
-    "unknown_name",
-]
-
 _SHOWN = 12
 _LONGEST = 80
 

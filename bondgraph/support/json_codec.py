@@ -13,8 +13,6 @@ import numpy as np
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["from_plain", "to_plain"]
-
 MAX_DEPTH = 60
 MAX_BITS = 4096
 

@@ -11,8 +11,6 @@ from typing import Any, NoReturn
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import MAX_INTEGER
 
-__all__ = ["MAX_BYTES", "MAX_CONTAINERS", "MAX_VALUES", "plain_data"]
-
 MAX_BYTES = 32 * 2**20
 MAX_CONTAINERS = 900_000
 """Lists and objects; counted before parsing, so that memory is bounded."""

@@ -6,8 +6,6 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 
-__all__ = ["triangle"]
-
 ROWS = 256
 """Rows of a stretch; more where there are many columns."""
 

@@ -26,25 +26,6 @@ import numpy as np
 from bondgraph.support.bounds import MAX_NAME, Bound
 from bondgraph.support.errors import BondsightError, UnusableInput, nearest
 
-__all__ = [
-    "MAX_INTEGER",
-    "MAX_TEXT",
-    "Rules",
-    "bad",
-    "chosen",
-    "hint",
-    "hints_of",
-    "make",
-    "needed",
-    "off_default",
-    "read",
-    "read_fields",
-    "record",
-    "require_list",
-    "require_object",
-    "shown",
-]
-
 MAX_TEXT = 2000
 MAX_LIST = 100_000
 MAX_INTEGER = 2**53

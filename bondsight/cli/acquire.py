@@ -11,8 +11,6 @@ from bondgraph.support.errors import UnusableInput
 from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
 from bondsight.cli.output import writable
 
-__all__ = ["add_acquire_command"]
-
 
 def add_acquire_command(verbs: Any) -> None:
     """Add the command to the sub-parsers of ``bondsight``."""

@@ -17,8 +17,6 @@ from typing import Any
 from bondgraph.support.errors import UnusableInput, unknown_name
 from hardware.errors import LinkLost
 
-__all__ = ["simulated"]
-
 PATIENCE = 60.0
 """For the start of the bench (s of the computer)."""
 

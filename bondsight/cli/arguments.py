@@ -61,3 +61,11 @@ def nonnegative(text: str) -> int:
     if value < 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
     return value
+
+
+def positive(text: str) -> int:
+    """Return a whole number of at least 1, such as a count."""
+    value = nonnegative(text)
+    if value == 0:
+        raise argparse.ArgumentTypeError("0 is too few; give at least 1")
+    return value

@@ -10,13 +10,6 @@ from bondgraph.support.errors import UnusableInput
 from bondsight.cli.arguments import nonnegative
 from bondsight.cli.checkout import evidence, has_evidence
 
-__all__ = [
-    "add_bench_serve_options",
-    "bench_config",
-    "bench_serve",
-    "station_writer",
-]
-
 
 def add_bench_serve_options(p: argparse.ArgumentParser) -> None:
     """Add the options of ``serve``."""

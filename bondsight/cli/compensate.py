@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from actuators.compensation import VirtualActuator
     from bondgraph.support.ops import FloatArray
 
-__all__ = ["add_compensate_command", "bench_response"]
-
 FORMATS = (".svg", ".png")
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.arguments import OUT, add_jobs, add_map, mapping_of, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, add_map, mapping_of, nonnegative, positive
 from bondsight.cli.output import writable
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def add_diagnose_command(verbs: Any) -> None:
         help="an effect that may not be named; may be repeated",
     )  # fmt: skip
     p.add_argument(
-        "--effects", type=_positive, default=None, metavar="N",
+        "--effects", type=positive, default=None, metavar="N",
         help="look for at most N effects, one after the other",
     )  # fmt: skip
     p.add_argument("--out", type=Path, default=OUT, help="folder for the results")
@@ -53,13 +53,6 @@ def add_diagnose_command(verbs: Any) -> None:
     add_jobs(p)
     p.add_argument("--seed", type=nonnegative, default=0)
     p.set_defaults(run=lambda options: diagnose_files(options)[0])
-
-
-def _positive(text: str) -> int:
-    value = nonnegative(text)
-    if value == 0:
-        raise argparse.ArgumentTypeError("0 is too few; give at least 1")
-    return value
 
 
 def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) -> tuple[int, Any]:

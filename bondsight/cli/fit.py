@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from identification.estimation import Estimation, Study
     from identification.estimation.starts import Starts
 
-__all__ = ["add_fit_command"]
-
 INTERRUPTED = 130
 
 

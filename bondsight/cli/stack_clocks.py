@@ -20,8 +20,6 @@ from hardware.synchrony import (
     merged,
 )
 
-__all__ = ["clock_skew"]
-
 Curves = dict[str, tuple[FloatArray, FloatArray]]
 FREQUENCIES = (2.0, 10.0, 100.0)
 END = (SAMPLES - 1) / RATE - 0.02

@@ -14,8 +14,6 @@ from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Acquisition, Chunk, Clock, Flag, WaveOut
 from hardware.errors import HardwareError, TimedOut
 
-__all__ = ["BlockPlan", "PartialTake", "block_arrays", "take_block"]
-
 _POLL: Final = 0.02
 FLAGS: Final = "flags"
 

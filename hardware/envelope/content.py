@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
-__all__ = ["above", "dominant"]
-
-Array = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray as Array
 
 
 def above(wave: Array, rate: float, frequency: float) -> Array:

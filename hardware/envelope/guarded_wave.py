@@ -12,6 +12,7 @@ from typing import NoReturn, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import WaveProgress
 from hardware.envelope.guard import GuardedOutput
@@ -23,9 +24,6 @@ from hardware.envelope.runs import trail
 from hardware.envelope.wave import check_join, check_wave
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault
 
-__all__ = ["GuardedWave"]
-
-Array = NDArray[np.float64]
 PATIENCE = 1.0
 """How long a stop waits for another thread that is inside the player (s, real time)."""
 

@@ -11,8 +11,6 @@ from bondgraph.support.errors import UnusableInput, real_number
 from hardware.envelope.capacitance import Capacitance
 from hardware.envelope.plain_numbers import engineering
 
-__all__ = ["Converter", "Dwell", "Envelope"]
-
 ROUNDING = 1e-9
 """Share of the range by which a command may miss a limit: what arithmetic leaves of 0 V."""
 

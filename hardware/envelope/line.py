@@ -16,8 +16,6 @@ from hardware.envelope.state import OutputState
 from hardware.envelope.watchdog import Heartbeat
 from hardware.errors import HardwareError, LimitViolation, ProtocolFault
 
-__all__ = ["OutputLine"]
-
 TICK = 2e-3
 """Longest time between two steps of a ramp (s)."""
 PLAUSIBLE = 0.05

@@ -9,8 +9,6 @@ from hardware.envelope.limits import Envelope
 from hardware.envelope.runs import lead, longest, trail
 from hardware.errors import LimitViolation
 
-__all__ = ["check_monitor", "doubt_of_step"]
-
 SHARE = 0.05
 """Share of the range by which a reading may miss its command."""
 SAMPLES = 8

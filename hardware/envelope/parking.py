@@ -11,8 +11,6 @@ from typing import Any, Protocol, Self, final
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["Parkable", "parked"]
-
 BOUNCE = 0.05
 """A second signal within this time is the same one (s, real time)."""
 

@@ -12,8 +12,6 @@ from hardware.envelope.line import OutputLine
 from hardware.envelope.monitor import check_monitor, doubt_of_step
 from hardware.errors import HardwareError, LimitViolation, ProtocolFault
 
-__all__ = ["compare", "noise_of", "probe_step", "prove"]
-
 SHARE = 0.02
 """Step, as a share of the range."""
 NOISE = 5e-3

@@ -5,14 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.contracts import WaveProgress
-
-__all__ = ["RawWave"]
-
-Array = NDArray[np.float64]
 
 
 @runtime_checkable

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.envelope.content import above, dominant
 from hardware.envelope.limits import ROUNDING, Converter, Envelope
 from hardware.envelope.plain_numbers import engineering, finite_number, finite_wave
 from hardware.envelope.runs import lead, longest
 from hardware.errors import LimitViolation
-
-__all__ = ["check_join", "check_wave"]
-
-Array = NDArray[np.float64]
 
 
 def check_wave(

@@ -15,8 +15,6 @@ from bondgraph.support.whole_file import regular_target, replacing
 from hardware.live.state import LiveState
 from hardware.live.text import one_line
 
-__all__ = ["Snapshot"]
-
 _SHOWN = ("x", "V", "V_mon", "i")
 _MAX_PANELS = 4
 

@@ -9,13 +9,10 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Air, Flag
 from hardware.optics.refraction import HELIUM_NEON, SENSOR_DOMAIN, ciddor_index
-
-__all__ = ["STALE_AFTER", "AirCorrected", "AirTrack", "correct_record"]
-
-Array = NDArray[np.float64]
 
 STALE_AFTER: Final = 4.0
 """Sensors speak about every second; older than this (s) they are taken as silent."""

@@ -6,11 +6,8 @@ from enum import Enum
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["FLAT", "ConicKind", "form_kind", "sample_kind"]
-
-Array = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray as Array
 
 FLAT: Final = 1e-6
 """Least ``4 k1 k2 / (k1 + k2)^2`` of an ellipse, k1 and k2 the principal values of its form.

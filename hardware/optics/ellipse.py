@@ -10,15 +10,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.optics.conic_kind import ConicKind, form_kind, sample_kind
 from hardware.optics.phase import quadrature_phase, unwrap
-
-__all__ = ["SHORTEST_ARC", "Ellipse", "EllipseFit", "fit_ellipse"]
-
-Array = NDArray[np.float64]
 
 SHORTEST_ARC: Final = 0.6
 """Fringes; on less the five numbers are not told apart well enough to improve on older ones."""

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.optics.step_filter import (
@@ -21,10 +22,6 @@ from hardware.optics.step_filter import (
     step_filter,
     step_spreads,
 )
-
-__all__ = ["Jump", "Miscounts", "Repair", "find_miscounts", "largest_amplitude", "repaired"]
-
-Array = NDArray[np.float64]
 
 _SIGMAS: Final = 5.0
 _NEAR: Final = 0.15

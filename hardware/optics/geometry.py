@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-__all__ = ["abbe_error", "cosine_corrected", "cosine_error", "dead_path_error"]
-
-Array = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray as Array
 
 
 def dead_path_error(dead_path: float, index: ArrayLike, index_at_zero: float) -> Array:

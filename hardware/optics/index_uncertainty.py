@@ -18,14 +18,6 @@ from hardware.optics.refraction import (
     ciddor_index,
 )
 
-__all__ = [
-    "IndexUncertainty",
-    "Sensitivity",
-    "SensorUncertainty",
-    "index_uncertainty",
-    "sensitivity",
-]
-
 IndexFormula = Callable[..., NDArray[np.float64]]
 
 _EQUATION: Final = 1e-8

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["quadrature_phase", "unwrap"]
-
-Array = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray as Array
 
 _TURN = 2.0 * np.pi
 

@@ -7,16 +7,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.optics.beam import BeamState, BeamWatch, watch_beam
 from hardware.optics.ellipse import Ellipse
 from hardware.optics.phase import quadrature_phase, unwrap
 from hardware.optics.refraction import HELIUM_NEON
-
-__all__ = ["Demodulated", "Demodulator", "displacement_of_phase", "quadrature_displacement"]
-
-Array = NDArray[np.float64]
 
 
 def displacement_of_phase(phase: ArrayLike, wavelength: float, index: ArrayLike = 1.0) -> Array:

@@ -11,22 +11,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
-
-__all__ = [
-    "FORMULA_DOMAIN",
-    "HELIUM_NEON",
-    "SENSOR_DOMAIN",
-    "ZERO_CELSIUS",
-    "ValidRange",
-    "ciddor_index",
-    "edlen_index",
-    "saturation_vapour_pressure",
-]
-
-Array = NDArray[np.float64]
 
 ZERO_CELSIUS: Final = 273.15
 """0 C (K)."""

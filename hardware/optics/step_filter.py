@@ -9,19 +9,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = [
-    "HALF",
-    "ORDER",
-    "motion_leak",
-    "robust_spread",
-    "step_estimates",
-    "step_filter",
-    "step_spreads",
-]
-
-Array = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray as Array
 
 HALF = 6
 """Samples on either side of the step."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.units import parse_unit
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.recorder.correcting import corrected
@@ -22,9 +23,6 @@ from hardware.recorder.plan import TakePlan
 from hardware.storage import ClockAlignment, JournalFile, Provenance, StreamData, StreamOrigin
 from hardware.synchrony import Alignment, Budget, ClockWiring, Stream, align, merged
 
-__all__ = ["Assembled", "assemble"]
-
-Array = NDArray[np.float64]
 Words = NDArray[np.uint16]
 OUTPUT = "output"
 INSTANT = "instant"

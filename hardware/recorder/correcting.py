@@ -19,8 +19,6 @@ from hardware.optics import (
 )
 from hardware.storage import StreamData
 
-__all__ = ["CorrectedStream", "corrected"]
-
 SHORTEST = 64
 """Samples below which nothing is looked for."""
 

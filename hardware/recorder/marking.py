@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.contracts import Flag
 from hardware.storage import StreamData
 from hardware.synchrony import Alignment
 
-__all__ = ["of_flags", "of_losses", "slip", "with_jitter_judged"]
-
-Array = NDArray[np.float64]
 Words = NDArray[np.uint16]
 
 STEP = 0.4

@@ -31,8 +31,6 @@ from hardware.storage import (
 )
 from hardware.synchrony import ClockWiring
 
-__all__ = ["Taken", "record"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Taken:

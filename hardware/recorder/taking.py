@@ -20,8 +20,6 @@ from hardware.errors import BeamLost, HardwareError, LinkLost, Overrun, TimedOut
 from hardware.recorder.plan import TakePlan
 from hardware.recorder.station import Station
 
-__all__ = ["Notebook", "TakeProgress", "check", "take"]
-
 POLL = 0.01
 """Pause between polls when the wave is over and a sensor is not (s)."""
 

@@ -8,13 +8,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.draw import Truth, deviation_ratio
 from hardware.simulators.excitation import N_SAMPLES, SAMPLE_RATE, training_samples, voltage
 from hardware.simulators.simulation import SUBSTEPS, simulate
-
-Array = NDArray[np.float64]
 
 CSV_HEADER = "t_s,V[V],x[m],i[A]"
 

@@ -5,13 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.noise import white
-
-__all__ = ["DeviceClock"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

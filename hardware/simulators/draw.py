@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.effects import (
     CATALOGUE,
     NONE,
@@ -23,8 +23,6 @@ from hardware.simulators.effects import (
 from hardware.simulators.excitation import N_SAMPLES, voltage
 from hardware.simulators.plant import NOMINAL, PlantParameters
 from hardware.simulators.simulation import sense, simulate
-
-Array = NDArray[np.float64]
 
 _COARSE = 3
 _TARGETS: Mapping[str, tuple[float, float]] = {

@@ -5,13 +5,9 @@ from __future__ import annotations
 from typing import Any, final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.plant_contract import EdgeDriven, Moved, Plant
-
-__all__ = ["EdgeDelay", "as_edges", "averages", "push"]
-
-Array = NDArray[np.float64]
 
 
 def averages(count: int, at: Array, volts: Array) -> Array:

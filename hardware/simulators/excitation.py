@@ -7,8 +7,8 @@ frequencies and levels.  No component is periodic in the record.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.plant import BIAS
 
 SAMPLE_RATE = 40_000.0
@@ -16,8 +16,6 @@ SAMPLE_RATE = 40_000.0
 
 N_SAMPLES = 8192
 """Samples of a full recording (0.2048 s)."""
-
-Array = NDArray[np.float64]
 
 _LEVELS = (8.0, 5.5, 6.8)
 _LINES = 150

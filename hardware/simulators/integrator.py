@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hardware.simulators.arrays import Array
+
 State = tuple[float, ...]
 Rate = Callable[[State, float], State]
 

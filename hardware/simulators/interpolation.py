@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["cubic", "linear"]
-
-Array = NDArray[np.float64]
+from hardware.simulators.arrays import Array
 
 
 def linear(values: Array, position: Array) -> Array:

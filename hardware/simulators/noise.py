@@ -5,11 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["white"]
-
-Array = NDArray[np.float64]
+from hardware.simulators.arrays import Array
 
 _BLOCK = 1024
 

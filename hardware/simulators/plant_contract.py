@@ -5,12 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
-
-__all__ = ["EdgeDriven", "Moved", "Plant", "PlantMotion", "Rewindable"]
-
-Array = NDArray[np.float64]
+from hardware.simulators.arrays import Array
 
 
 class Moved(Protocol):

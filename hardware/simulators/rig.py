@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.device_clock import DeviceClock
 from hardware.simulators.edges import push
 from hardware.simulators.interpolation import cubic, linear
@@ -24,8 +24,6 @@ from hardware.simulators.plant_contract import Moved, Plant, Rewindable
 from hardware.simulators.tape import GrowingTape
 
 __all__ = ["DeviceClock", "Extremes", "Rig", "RigState"]
-
-Array = NDArray[np.float64]
 
 _LONGEST = 100_000
 """Steps made at once."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.effects import HiddenEffect
 from hardware.simulators.excitation import SAMPLE_RATE
 from hardware.simulators.integrator import MarchedPath, SteppedSystem, march
@@ -25,8 +25,6 @@ from hardware.simulators.plant import (
 
 SUBSTEPS = 20
 """Steps of the integrator per sample, besides those at the kinks of the drive."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

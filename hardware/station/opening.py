@@ -17,8 +17,6 @@ from hardware.recorder.station import Preparation, Station, no_preparation
 from hardware.station.outputs import open_output
 from hardware.station.settings import ClockSettings, InterferometerSettings, StationSettings
 
-__all__ = ["OpenStation", "open_station"]
-
 MEMORY = 32_768
 """Samples of a block."""
 FINER = 4

@@ -38,16 +38,6 @@ from bondgraph.support.errors import UnusableInput, real_number
 from bondgraph.support.typed_reader import Rules, bad, make, off_default, record
 from hardware.envelope import PRESETS, Envelope
 
-__all__ = [
-    "AmplifierSettings",
-    "ClockSettings",
-    "InterferometerSettings",
-    "OutputSettings",
-    "StationSettings",
-    "read_settings",
-    "settings_from",
-]
-
 OUTPUTS = ("mf634", "mf624", "ni", "gcs", "pipython")
 
 

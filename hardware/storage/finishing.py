@@ -23,8 +23,6 @@ from hardware.storage.provenance import KEY, ClockAlignment, Provenance, StreamO
 from hardware.storage.reading import JournalFile, open_journal
 from hardware.storage.syncing import sync_folder
 
-__all__ = ["finish", "journal_header", "new_files", "open_raw", "with_provenance"]
-
 JOURNAL_ENDING = ".journal"
 
 

@@ -17,15 +17,6 @@ from hardware.contracts import Air, Identity
 from hardware.storage.flag_runs import FlagRun, expanded, flag_runs
 from hardware.storage.plain_fields import fields_of, made_from
 
-__all__ = [
-    "OUTPUT_ENDS",
-    "ClockAlignment",
-    "Provenance",
-    "Scale",
-    "StreamOrigin",
-    "flags_of",
-]
-
 KEY = "acquisition"
 SCHEMA = "bondsight-acquisition/1"
 OUTPUT_ENDS = ("parked", "driven", "unknown", "none")

@@ -24,8 +24,6 @@ from hardware.storage.provenance import ClockAlignment, Provenance, StreamOrigin
 from hardware.storage.reading import JournalFile, open_journal
 from hardware.storage.syncing import sync_folder
 
-__all__ = ["recover", "recovered"]
-
 MAX_PIECES = 100
 
 

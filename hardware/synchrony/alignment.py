@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.contracts import Flag
 from hardware.synchrony.held import Hold
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["Alignment", "How", "SilentLoss"]
-
-Array = NDArray[np.float64]
 How = Literal["shared clock", "copy", "copy, by its edges", "length", "phase"]
 
 

@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import i0
 
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.contracts import Flag
 
-__all__ = ["HALF_TAPS", "Between", "between"]
-
-Array = NDArray[np.float64]
 HALF_TAPS = 16
 BETA = 8.0
 PIECE = 65536

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.synchrony.alignment import Alignment, How, SilentLoss
 from hardware.synchrony.coarse import Coarse, first_guess
 from hardware.synchrony.edges import by_edges
@@ -21,9 +21,6 @@ from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.wiring import ClockWiring
 
-__all__ = ["align_by_copy"]
-
-Array = NDArray[np.float64]
 FIRST_LAG = 0.4
 """First guess of an unknown lag, in steps of the drive."""
 _Solved = tuple[Coarse, FittedTimeMap, tuple[FittedTimeMap, ...]]

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.synchrony.alignment import Alignment
 from hardware.synchrony.by_response import skew_by_response
@@ -31,9 +31,6 @@ from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.toned import Toned
 from hardware.synchrony.wiring import ClockWiring
 
-__all__ = ["SEPARABLE", "align_by_length"]
-
-Array = NDArray[np.float64]
 HARMONICS = 9
 PLAYS = (12, 20)
 SEPARABLE = 0.3

@@ -11,17 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from bondgraph.hysteresis import PrandtlIshlinskii
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.synchrony.stream import Stream
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["Skew", "skew_by_response"]
-
-Array = NDArray[np.float64]
 TAPS = 64
 """Past of the drive in the response, samples."""
 PLAYS = 12

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
 from bondgraph.support.errors import UnusableInput
@@ -13,9 +12,6 @@ from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess, f
 from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["Coarse", "first_guess"]
-
-Array = NDArray[np.float64]
 LEAST_CORRELATION = 0.5
 MOST_ALIKE = 6
 MOST_SCANNED = 150

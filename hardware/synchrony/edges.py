@@ -10,16 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess
 from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["by_edges"]
-
-Array = NDArray[np.float64]
 GRID = 17
 ZOOMS = 10
 WORSE = float(stats.chi2.ppf(0.95, 2))

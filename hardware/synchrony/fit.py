@@ -11,14 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.descent import Damping, Trial, descend
 from bondgraph.support.errors import UnusableInput
 from hardware.synchrony.held import Shape
 from hardware.synchrony.time_map import TimeMap
 
-__all__ = ["AlignmentData", "FittedTimeMap", "TimeMapGuess", "fit"]
-
-Array = NDArray[np.float64]
 LEAST_GAIN = 1e-8
 LEAST_LAG = 1e-3
 """Of a step of the drive: less is no lag."""

@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.synchrony.alignment import SilentLoss
 from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess, fit
 from hardware.synchrony.held import HeldColumns
 
-__all__ = ["find_gaps", "structured"]
-
-Array = NDArray[np.float64]
 BLOCK = 64
 SUSPECT = 3.0
 """Times the noise, in a block, that is no noise."""

@@ -6,14 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Literal, Protocol, Self, final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["HeldColumns", "Hold", "Shape"]
-
-Array = NDArray[np.float64]
 Hold = Literal["zero", "linear"]
 
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["jitter_of"]
+from bondgraph.support.arrays import FloatArray as Array
 
-Array = NDArray[np.float64]
 ROUNDS = 3
 
 

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.synchrony.alignment import Alignment
@@ -16,9 +17,6 @@ from hardware.synchrony.between import between
 from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.stream import Stream
 
-__all__ = ["Merged", "merged"]
-
-Array = NDArray[np.float64]
 STILL_EVEN = 1e-3
 """Of a sample: instants that leave an even grid by less need no interpolation."""
 

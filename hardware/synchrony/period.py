@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["fundamental", "one_loop"]
+from bondgraph.support.arrays import FloatArray as Array
 
-Array = NDArray[np.float64]
 REPEATS = 3e-4
 """Share of the power that may be left beside fundamental and harmonics."""
 HARMONICS = 20

@@ -6,14 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Self, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.hysteresis import PrandtlIshlinskii
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.synchrony.held import HeldColumns
-
-__all__ = ["Played"]
-
-Array = NDArray[np.float64]
 
 
 @final

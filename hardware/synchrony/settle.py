@@ -11,8 +11,6 @@ from hardware.synchrony.edges import by_edges
 from hardware.synchrony.fit import AlignmentData, FittedTimeMap, TimeMapGuess, fit
 from hardware.synchrony.held import HeldColumns
 
-__all__ = ["settled"]
-
 LAGS = (0.06, 0.15, 0.3, 0.6, 1.0, 1.6, 2.5, 4.0)
 """Starts for an unknown lag, in steps."""
 EDGY = 0.3

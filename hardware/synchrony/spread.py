@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.synchrony.fit import AlignmentData, FittedTimeMap
 
-__all__ = ["BLOCKS", "covariance_of", "reach", "spread_out"]
-
-Array = NDArray[np.float64]
 BLOCKS = 32
 
 

@@ -10,12 +10,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from hardware.contracts import Chunk, Flag
 
-__all__ = ["SPOILT", "Stream"]
-
-Array = NDArray[np.float64]
 SPOILT = Flag.BEAM_LOST | Flag.MISCOUNT | Flag.SATURATED
 """Samples that no estimate may use."""
 

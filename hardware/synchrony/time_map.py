@@ -6,13 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
-
-__all__ = ["TimeMap"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,17 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import BondsightError, UnusableInput, real_number, unknown_name
 from hardware.simulators.plant_contract import PlantMotion
 from hardware.virtual.steppers import March, march_of
-
-__all__ = ["ModelPlant"]
-
-Array = NDArray[np.float64]
 
 
 @final

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.equations.program import Program
 from bondgraph.graph.bond_graph import BondGraph
@@ -14,11 +13,8 @@ from bondgraph.simulation.exact_run import prepare, run_record
 from bondgraph.simulation.lure import Compiled, law_slices
 from bondgraph.simulation.simulate import exact_form
 from bondgraph.simulation.start import equilibrium
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import BondsightError, UnusableInput
-
-__all__ = ["March", "march_of"]
-
-Array = NDArray[np.float64]
 
 
 class March(Protocol):

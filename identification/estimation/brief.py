@@ -8,8 +8,6 @@ from bondgraph.support.arrays import Array
 from identification.study.problem import Problem
 from identification.study.residual import offset_scale, slots, windows
 
-__all__ = ["BRIEF", "brief", "carried"]
-
 BRIEF = 5000
 """Samples that tell apart what is far apart; a record of less than twice as many is short."""
 

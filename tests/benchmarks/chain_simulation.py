@@ -22,17 +22,14 @@ from scipy.integrate import solve_ivp
 from bondgraph import BondGraph, Df
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import Array
 from tests.benchmarks.chain import chain
-
-__all__ = ["ACCURACY", "FORCES", "SOLVERS", "Comparison", "compare"]
 
 STEP = 0.01  # s; the fastest mode of the chain has 10 Hz
 SOLVERS = ("DOP853", "RK45", "LSODA", "BDF", "Radau")
 TERMS = 20
 ACCURACY = 1e-4
 """Root mean square of the error over that of the reading: what `simulate` promises."""
-
-Array = np.ndarray
 
 
 def _noise(t: Array) -> Array:

@@ -20,16 +20,7 @@ from identification.experiments.design.multisine import multisine
 from identification.experiments.design.optimal import optimal_multisine
 from identification.experiments.design.sweep import sweep
 from identification.experiments.design.verification import verify
-
-
-def spring() -> BondGraph:
-    with BondGraph("spring") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        body >> R("d", 2.0, unit="N*s/m")
-        body >> C("k", stiffness=200.0, unit="N/m")
-        body >> Dq("x", unit="m")
-    return g
+from tests.spring import spring
 
 
 def _stage() -> BondGraph:

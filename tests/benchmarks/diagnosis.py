@@ -21,11 +21,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Recording, Se, Zero
+from bondgraph.support.arrays import Array
 from tests.benchmarks.graphs import limit_line
 
-__all__ = ["Case", "Cost", "cases", "chain", "cost", "diagnosis", "exponent", "record"]
-
-Array = np.ndarray
 STEP = 2e-3
 MASS, DAMPING, DRAG, STIFFNESS, GROUND = 0.5, 1.5, 2.0, 1500.0, 1500.0
 CONCEALED = ("hardening", "stop", "drag", "dry friction", "slack", "nothing")

@@ -18,7 +18,6 @@ from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.estimation import NO_NUISANCES, Estimation, Study, Vary, estimate
 from identification.estimation.starts import many_starts
-from tests.benchmarks.designs import spring
 from tests.benchmarks.fit_peers import (
     NOISE,
     TRUTH,
@@ -29,10 +28,8 @@ from tests.benchmarks.fit_peers import (
     duffing,
     duffing_record,
 )
+from tests.spring import spring
 
-__all__ = ["Spent", "bench_fit", "exponent", "operator_stack", "stack_study", "timed"]
-
-Array = np.ndarray
 Printer = Callable[[str], None]
 RATE = 1e5
 LIMIT = 10.0

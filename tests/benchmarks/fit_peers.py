@@ -17,20 +17,9 @@ from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import Array
 from identification.estimation import NO_NUISANCES, Study, estimate
 
-__all__ = [
-    "NOISE",
-    "TRUTH",
-    "Fitted",
-    "by_casadi",
-    "by_scipy",
-    "by_us",
-    "duffing",
-    "duffing_record",
-]
-
-Array = np.ndarray
 RATE = 100.0
 NOISE = 2e-4
 START = {"m": 0.5, "d": 1.0, "k": 100.0, "a_3_k": 15.0}

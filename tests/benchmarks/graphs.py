@@ -14,8 +14,6 @@ from tests.benchmarks.chain import FAMILIES
 from tests.benchmarks.chain_simulation import FORCES, compare
 from tests.benchmarks.peer import peer_time
 
-__all__ = ["PEER", "SIZES", "graphs", "limit_line"]
-
 PEER = "BONDSIGHT_PEER"
 """Environment variable: a Python with BondGraphTools."""
 

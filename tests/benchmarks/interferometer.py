@@ -19,8 +19,6 @@ from hardware.simulators.rig import Rig
 from hardware.simulators.siosifm import InterferometerFront, build
 from tests.hardware.devices.interferometer.bench import Follower
 
-__all__ = ["Figures", "StreamFigures", "measure", "stream"]
-
 _POLL = 0.02
 
 

@@ -16,8 +16,6 @@ from bondgraph.support.errors import UnusableInput
 from tests.benchmarks.chain import DAMPING, STIFFNESS, chain, mass
 from tests.proof.conformance.reader import read_expression
 
-__all__ = ["PeerTime", "peer_time"]
-
 _SCRIPT = Path(__file__).with_name("peer_chain.py")
 
 

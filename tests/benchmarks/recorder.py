@@ -13,8 +13,6 @@ import numpy as np
 from hardware.contracts import Chunk
 from hardware.storage import Journal, open_journal
 
-__all__ = ["bench_recorder"]
-
 BLOCK = 32_768
 
 

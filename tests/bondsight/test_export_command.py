@@ -16,10 +16,11 @@ import pytest
 
 from actuators.models.catalogue import MODELS
 from actuators.models.opening import load_model
-from bondgraph import BondGraph, C, Dq, I, One, R, Se, UnknownName, UnusableInput, simulate
+from bondgraph import BondGraph, UnknownName, UnusableInput, simulate
 from bondgraph.export.formats import FORMATS, export
 from bondgraph.export.notations import NOTATIONS, equations
 from bondsight.cli.export import add_export_command
+from tests.spring import spring
 
 LINEAR, MEMORY = "stack_with_payload", "stack_ang"
 ALL = tuple(FORMATS)
@@ -33,13 +34,7 @@ def command(*words: str) -> int:
 
 
 def carriage(name: str = "carriage") -> BondGraph:
-    with BondGraph(name) as g:
-        v = One("v")
-        _ = Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        _ = v >> R("d", 2.0, unit="N*s/m")
-        _ = v >> C("k", stiffness=200.0, unit="N/m")
-        _ = v >> Dq("x", unit="m")
-    return g
+    return spring(name=name)
 
 
 @pytest.mark.parametrize("name", ALL)

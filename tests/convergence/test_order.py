@@ -9,21 +9,17 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from actuators import stack_bond_graph
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph
 from bondgraph.laws import PiecewiseLinear, Polynomial, QuadraticDrag
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.simulation.simulate import simulate
+from tests.spring import spring
 
 
 def duffing(drag: bool = False) -> BondGraph:
-    with BondGraph("duffing") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.0)
-        body >> R("d", 0.3, law=QuadraticDrag(0.2) if drag else None)
-        body >> C("k", stiffness=4.0, law=Polynomial(size=1.0, orders=(3,)))
-        body >> Dq("x")
-    return g
+    friction = QuadraticDrag(0.2) if drag else None
+    return spring(1.0, 0.3, 4.0, Polynomial(size=1.0, orders=(3,)), friction)
 
 
 def radau(model: Compiled, p: Any, u_of_t: Any, t: Any, x0: Any, tight: float = 1e-11) -> Any:
@@ -72,12 +68,7 @@ def test_order_two() -> None:
 
 def test_kinked_law_converges() -> None:
     """A piecewise-linear spring: the kinks cost the order, not the convergence."""
-    with BondGraph("kinks") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.0)
-        body >> R("d", 0.3)
-        body >> C("k", stiffness=4.0, law=PiecewiseLinear((-1.0, -0.4, 0.4, 1.0), 1.0))
-        body >> Dq("x")
+    g = spring(1.0, 0.3, 4.0, PiecewiseLinear((-1.0, -0.4, 0.4, 1.0), 1.0))
     model = compile_model(g)
     free = [n for n in model.parameter_names if n.startswith("c_")]
     p = model.vector({n: c for n, c in zip(free, (1.5, 2.0), strict=True)})

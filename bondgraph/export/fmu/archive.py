@@ -12,8 +12,6 @@ from bondgraph.support.errors import BondsightError
 from bondgraph.support.native import compiler
 from bondgraph.support.whole_file import replacing
 
-__all__ = ["linux_binary", "write_archive"]
-
 # no -march=native: the binary travels; no debugging data and no build id: it stays the same
 FLAGS = (
     "-std=c99", "-O2", "-fPIC", "-shared", "-s", "-fvisibility=hidden",

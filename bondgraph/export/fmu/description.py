@@ -11,8 +11,6 @@ from bondgraph.export.fmu.variables import Variable
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["build_description", "description_2", "description_3"]
-
 TOOL = "Bondsight"
 
 

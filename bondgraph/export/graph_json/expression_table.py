@@ -12,8 +12,6 @@ import sympy as sp
 from bondgraph.graph.elements import Parameter, symbol
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["CONSTANTS", "NAMES", "OPERATIONS", "Operation", "Symbols"]
-
 MANY = 1000
 MAX_NODES_IN_ALL = 200_000
 

@@ -26,8 +26,6 @@ from bondgraph.support.bounds import Name, Signal
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import bad, hint, read, shown
 
-__all__ = ["MAX_DEPTH", "MAX_NODES", "read_expression", "write_expression"]
-
 MAX_NODES = 2000
 MAX_DEPTH = 40
 MAX_POWER = 100

@@ -32,8 +32,6 @@ from bondgraph.support.typed_reader import (
     shown,
 )
 
-__all__ = ["MAX_BONDS", "MAX_ELEMENTS", "SCHEMA", "from_json"]
-
 SCHEMA = "bondsight-graph/1"
 """Name and version of the format."""
 MAX_ELEMENTS = 200_000

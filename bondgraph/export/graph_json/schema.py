@@ -17,8 +17,6 @@ from bondgraph.laws import Law
 from bondgraph.support.bounds import Name, Signal
 from bondgraph.support.typed_reader import MAX_TEXT, Rules, hints_of, needed
 
-__all__ = ["graph_schema"]
-
 Schema = dict[str, Any]
 _RULES = Rules(names=NAMED)
 _BASES = {Law: "law", Operator: "operator", Drive: "drive"}

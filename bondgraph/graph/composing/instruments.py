@@ -18,16 +18,6 @@ from bondgraph.graph.modulation import displacement, effort, flow
 from bondgraph.laws.wrapping import Wrapping
 from bondgraph.support.errors import GraphError
 
-__all__ = [
-    "INSTRUMENTS",
-    "accelerometer",
-    "encoder",
-    "force_cell",
-    "monitor",
-    "strain_gauge",
-    "tachometer",
-]
-
 
 def encoder(
     name: str,

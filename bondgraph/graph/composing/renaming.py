@@ -15,17 +15,6 @@ from bondgraph.graph.elements import Element, Multiport, Parameter, symbol
 from bondgraph.laws.law import Law
 from bondgraph.support.errors import GraphError
 
-__all__ = [
-    "Renaming",
-    "apart",
-    "assemble",
-    "called",
-    "declared_parameters",
-    "mentioned_names",
-    "own_parameters",
-    "reading_other_bond",
-]
-
 Replacement: TypeAlias = str | sp.Expr
 """A new name, or the expression that takes the place of a parameter."""
 

@@ -9,8 +9,6 @@
 ([2.0, -1.0, 0.5], True)
 """
 
-from __future__ import annotations
-
 from bondgraph.hysteresis.fitting.excited import Unexcited as Unexcited
 from bondgraph.hysteresis.fitting.kuhnen_joint import JointFit as JointFit
 from bondgraph.hysteresis.fitting.kuhnen_joint import fit_kuhnen as fit_kuhnen

@@ -9,8 +9,6 @@ from bondgraph.hysteresis.fitting.excited import Unexcited
 from bondgraph.hysteresis.operator import Operator
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["Constraint", "LinearFit", "OperatorFit", "Treatment"]
-
 Constraint = Literal["prefix_sums", "non_negative", "none"]
 """Partial sums above a minimum (the inverse exists); weights not negative; anything."""
 

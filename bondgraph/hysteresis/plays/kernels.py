@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from bondgraph.support.native import build
 from bondgraph.support.ops import FloatArray
 
-__all__ = ["bank", "kernels_available", "states", "swings"]
-
 # -ffast-math itself would switch the whole process to flushing small numbers to zero
 FLAGS = (
     "-O3",

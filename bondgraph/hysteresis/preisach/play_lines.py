@@ -22,8 +22,6 @@ from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.play import play, play_chunks
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
-__all__ = ["Cell", "PlayLine", "PlayLines"]
-
 
 @final
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,6 @@ from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.rate.rate import measured_rate
 from bondgraph.support.ops import Expression, Ops
 
-__all__ = ["RatedPlays"]
-
 
 class RatedPlays(SolvedInSteps, ABC):
     """Weighted plays and the rate of the input over the last accepted step.

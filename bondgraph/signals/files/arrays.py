@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.signals.files.checks import FloatArray, check_total, readable
+from bondgraph.signals.files.checks import check_total, readable
 from bondgraph.signals.files.columns import ColumnTable, choose, is_rate, is_time
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
 

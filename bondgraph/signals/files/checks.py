@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import BondsightError, UnusableInput
-
-FloatArray = NDArray[np.float64]
 
 MAX_BYTES = 2**31
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.signals.files.checks import FloatArray, check_name, means_time
+from bondgraph.signals.files.checks import check_name, means_time
 from bondgraph.signals.units import Unit, parse_unit, split_header
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 
 OTHERS = "*"

@@ -20,8 +20,6 @@ from bondgraph.signals.files.columns import ColumnTable
 from bondgraph.signals.files.hdf5_file import MATLAB, is_hdf5, read_hdf5
 from bondgraph.signals.files.stored import StoredArray, pick_stored
 
-__all__ = ["read_mat"]
-
 _COMPRESSED = 15
 _DEPTH = 20
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.signals.files.checks import FloatArray, check_finite
+from bondgraph.signals.files.checks import check_finite
 from bondgraph.signals.files.columns import ColumnTable
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
 _EVEN, _MILD = 0.01, 0.20

@@ -20,11 +20,9 @@ from bondgraph.simulation.modes.resolve import mode_of
 from bondgraph.simulation.modes.states import Mode, taken_over
 from bondgraph.simulation.simulate import simulate
 from bondgraph.simulation.trajectory import Trajectory
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
 
-__all__ = ["Schedule", "simulate_modes"]
-
-Array = np.ndarray
 Schedule = Sequence[tuple[float, Mapping[str, bool]]]
 """Times of switching (s, rising) and what each changes."""
 

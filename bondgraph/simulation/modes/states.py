@@ -11,14 +11,12 @@ from bondgraph.causality.assignment import storage_ports
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, CField, Dq
 from bondgraph.simulation.modes.resolve import in_mode
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import GraphError
 
 if TYPE_CHECKING:
     from bondgraph.simulation.lure import Compiled
 
-__all__ = ["Mode", "taken_over"]
-
-Array = np.ndarray
 _ROUNDS = 8
 
 

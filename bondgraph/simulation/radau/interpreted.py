@@ -12,10 +12,7 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.simulation.radau.native_source import GeneralFunctions
-
-__all__ = ["Carried", "machine_record", "machine_step"]
-
-Array = np.ndarray
+from bondgraph.support.arrays import Array
 
 NEWTON = 8
 CONVERGED = 1e-8

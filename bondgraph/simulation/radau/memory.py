@@ -11,10 +11,7 @@ from bondgraph.equations.casadi_printer import to_casadi
 from bondgraph.equations.program import Program
 from bondgraph.simulation.radau.interpreted import Carried
 from bondgraph.simulation.radau.recorder import Key, Order, consistent, functions_of
-
-__all__ = ["relaxed_memory"]
-
-Array = np.ndarray
+from bondgraph.support.arrays import Array
 
 
 def relaxed_memory(program: Program, order: Order, begin: Carried) -> tuple[Array, Array]:

@@ -28,11 +28,8 @@ from bondgraph.simulation.radau.memory import relaxed_memory
 from bondgraph.simulation.radau.native_source import GeneralFunctions
 from bondgraph.simulation.radau.recorder import Key, Order, functions_of, recorder
 from bondgraph.simulation.start import fine_inputs, initial_state
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-
-__all__ = ["GeneralRun", "PreparedGeneral", "inputs_between", "prepare_general", "run_general"]
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True)

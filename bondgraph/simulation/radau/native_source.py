@@ -14,7 +14,6 @@ import casadi as ca
 from bondgraph.equations.program import Program
 
 PARTS = ("algebra", "loop")
-__all__ = ["GeneralFunctions", "general_functions", "general_source"]
 
 
 @dataclass(frozen=True, slots=True)

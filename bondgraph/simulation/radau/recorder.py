@@ -19,11 +19,8 @@ from bondgraph.simulation.radau.native_source import (
     general_functions,
     general_source,
 )
+from bondgraph.support.arrays import Array
 from bondgraph.support.native import build
-
-__all__ = ["Key", "Order", "Recorder", "consistent", "functions_of", "recorder"]
-
-Array = np.ndarray
 
 START = 48
 SOLVED = 1e-9

@@ -12,11 +12,8 @@ from bondgraph.equations.program import Program
 from bondgraph.signals.recorded_rates import slopes
 from bondgraph.simulation.radau.recorder import Key
 from bondgraph.simulation.start import own_input
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
-
-__all__ = ["evaluated", "inputs_of", "least_correction", "rest", "rests", "unknowns_at"]
-
-Array = np.ndarray
 
 SOLVED = 1e-12
 LOOSE = 1e-7

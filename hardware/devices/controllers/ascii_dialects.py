@@ -1,7 +1,5 @@
 """Dialects of some controllers, from public programs for them; none was tried on a device here."""
 
-from __future__ import annotations
-
 from types import MappingProxyType
 
 from hardware.devices.controllers.ascii_dialect import AsciiDialect

@@ -17,8 +17,6 @@ from hardware.contracts import Chunk, Identity
 from hardware.devices.controllers.gcs_controller import GcsController
 from hardware.errors import HardwareError, Overrun, ProtocolFault
 
-__all__ = ["GcsRecorder", "gcs_array"]
-
 POINTS = 0x16000200
 """Parameter number of the points of all recorder tables together."""
 

@@ -14,8 +14,6 @@ from hardware.devices.daq.register_map import RegisterMap
 from hardware.devices.daq.registers import Registers
 from hardware.errors import LimitViolation, LinkLost, ProtocolFault
 
-__all__ = ["CardState"]
-
 ALL_ONES = 0xFFFFFFFF
 
 

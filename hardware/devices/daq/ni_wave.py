@@ -20,8 +20,6 @@ from hardware.devices.amplifier.data import Amplifier
 from hardware.devices.daq.ni import NiChannel, NiTimedInputs, clocked, translated
 from hardware.errors import HardwareError, ProtocolFault, TimedOut
 
-__all__ = ["NiTerminals", "NiWave"]
-
 REPORT = 0.02
 _UNITS = {"V": "V", "V_mon": "V", "i": "A"}
 

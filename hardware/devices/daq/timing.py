@@ -22,8 +22,6 @@ from hardware.devices.daq.registers import Registers
 from hardware.devices.daq.socket_registers import SocketRegisters
 from hardware.devices.daq.wave import SoftwareTimedWave
 
-__all__ = ["RunTiming", "measure"]
-
 _AMPLIFIER = Amplifier(gain=20.0, monitors=Monitors(voltage=0.05, current=50.0))
 _RATES = (1e3, 3.125e3, 10e3, 50e3, 200e3, 500e3)
 

@@ -18,8 +18,6 @@ from hardware.devices.daq.holding import held
 from hardware.devices.daq.mapped import MappedRegisters
 from hardware.errors import DriverMissing, LinkLost
 
-__all__ = ["PciRegisters", "UioRegisters"]
-
 HUMUSOFT = 0x186C
 _PAGE = mmap.PAGESIZE
 _BOTH_WAYS = os.O_RDWR | getattr(os, "O_SYNC", 0)

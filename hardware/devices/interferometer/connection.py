@@ -13,8 +13,6 @@ from hardware.devices.interferometer.quietly import quietly
 from hardware.devices.interferometer.readouts import identity_of
 from hardware.errors import HardwareError, LinkLost, TimedOut
 
-__all__ = ["Connection"]
-
 Told = TypeVar("Told")
 
 

@@ -12,8 +12,6 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from hardware.simulators.rig import DeviceClock
 
-__all__ = ["AirConfig", "BenchConfig", "PlantConfig", "config_from", "load_config"]
-
 FRONTS = ("interferometer", "card", "gcs", "ascii")
 
 

@@ -11,8 +11,6 @@ from typing import Protocol, final
 
 from hardware.simulators.controllers.faults import Fault, FaultQueue
 
-__all__ = ["AnsweringDevice", "Doorway", "PtyDoorway", "Serving", "TcpDoorway"]
-
 
 class AnsweringDevice(Protocol):
     """What answers."""

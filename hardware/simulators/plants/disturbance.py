@@ -11,15 +11,11 @@ from dataclasses import dataclass
 from typing import Any, Protocol, final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.noise import white
 from hardware.simulators.plant_contract import Moved, Plant, PlantMotion
 from hardware.simulators.plants.wrapped import WrappedPlant
-
-__all__ = ["AirPath", "Disturbance", "Disturbed", "SensorNoise", "Vibration"]
-
-Array = NDArray[np.float64]
 
 _PER_KELVIN = -9.5e-7
 _PER_PASCAL = 2.7e-9

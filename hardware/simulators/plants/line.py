@@ -5,11 +5,8 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["DelayLine"]
-
-Array = NDArray[np.float64]
+from hardware.simulators.arrays import Array
 
 
 @final

@@ -7,16 +7,12 @@ from collections.abc import Sequence
 from typing import Any, final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.edges import as_edges
 from hardware.simulators.plant_contract import Moved, Plant, PlantMotion
 from hardware.simulators.plants.native import library, pointer
 from hardware.simulators.plants.wrapped import WrappedPlant
-
-__all__ = ["Creeping", "HystereticPlant"]
-
-Array = NDArray[np.float64]
 
 
 @final

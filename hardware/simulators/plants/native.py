@@ -8,14 +8,8 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from hardware.simulators.arrays import Array
 from hardware.simulators.compiling import compiled
-
-__all__ = ["library", "pointer"]
-
-Array = NDArray[np.float64]
 
 
 def library() -> ctypes.CDLL | None:

@@ -9,8 +9,8 @@ from dataclasses import astuple
 from typing import Any, final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.draw import Truth
 from hardware.simulators.edges import EdgeDelay, as_edges
 from hardware.simulators.effects import HiddenEffect
@@ -22,10 +22,6 @@ from hardware.simulators.plant_contract import PlantMotion
 from hardware.simulators.plants.line import DelayLine
 from hardware.simulators.plants.native import library, pointer
 from hardware.simulators.simulation import make_system, static_drive
-
-__all__ = ["StackPlant"]
-
-Array = NDArray[np.float64]
 
 STEP = 5e-6
 """Step of the plant (s): 1/7 of the shortest charging time that is drawn, 1/40 of a period."""

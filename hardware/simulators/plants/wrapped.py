@@ -4,15 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
-import numpy as np
-from numpy.typing import NDArray
-
+from hardware.simulators.arrays import Array
 from hardware.simulators.edges import push
 from hardware.simulators.plant_contract import Moved, Plant, PlantMotion, Rewindable
-
-__all__ = ["WrappedPlant"]
-
-Array = NDArray[np.float64]
 
 
 class WrappedPlant(ABC):

@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.noise import white
 from hardware.simulators.rig import Rig
 from hardware.simulators.siosifm.faults import Faults
@@ -18,10 +19,6 @@ from hardware.simulators.siosifm.optics import (
     index_of_air,
     signals,
 )
-
-__all__ = ["ROW", "Counter", "Settings"]
-
-Array = NDArray[np.float64]
 
 ROW = np.dtype(
     [

@@ -13,8 +13,6 @@ from hardware.simulators.siosifm.condition import Answer, Condition
 from hardware.simulators.siosifm.counter import OVERFLOW_DEVICE, OVERFLOW_LIBRARY, Counter
 from hardware.simulators.siosifm.run import START, Edges, MeasurementRun
 
-__all__ = ["SimulatedInterferometer"]
-
 CHANNEL, DATALEN, REQUEST, USB, NOT_IMPLEMENTED, TOO_FAST, PARAMETER = (
     -2, -4, -11, -12, -100, -18, -22,
 )  # fmt: skip

@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["VACUUM", "AirAround", "Quadrature", "index_of_air", "signals"]
-
-Array = NDArray[np.float64]
+from hardware.simulators.arrays import Array
 
 VACUUM = 632.991e-9
 """Vacuum wavelength of the laser (m)."""

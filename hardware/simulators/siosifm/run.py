@@ -6,15 +6,12 @@ from collections.abc import Callable, Sequence
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.noise import white
 from hardware.simulators.rig import DeviceClock
 from hardware.simulators.tape import GrowingTape
 
-__all__ = ["CLOCK", "EVENT", "START", "MeasurementRun"]
-
-Array = NDArray[np.float64]
 Edges = Callable[[int], Sequence[float]]
 """Gives the edges on a line but for the first so many."""
 

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from identification.statistics.sobol import sobol
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import start_point
 from identification.study.scaled import Free
 
-Array = NDArray[np.float64]
 DECADES = 2.0
 SCALES = 3.0
 

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.support.arrays import ComplexArray
+from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation.guessing.measured import Measured
 from identification.statistics.sobol import sobol
 from identification.study.joint import JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import output_delays, slots
 
-Array = NDArray[np.float64]
 FAR = 1e6
 """Misfit of what cannot be evaluated."""
 DECADES = 2.5 * np.log(10.0)

@@ -6,18 +6,17 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import whole
 from bondgraph.support.arrays import ComplexArray, IntArray
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.frequency.bla import response_of_periods
 from identification.experiments.frequency.local import local_fit
 from identification.experiments.frequency.periods import cut
 from identification.study.problem import Problem
 
-Array = NDArray[np.float64]
 Found: TypeAlias = tuple[Array, ComplexArray, Array]
 EXCITED = 1e-3
 LEAST = 3

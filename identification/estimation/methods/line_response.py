@@ -14,11 +14,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.simulation.first_order_hold import continuous, discretise
 from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import ComplexArray
+from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation.methods.periodic_lines import Lines
 from identification.study.problem import Problem
 from identification.study.residual import (
@@ -30,8 +30,6 @@ from identification.study.residual import (
     slots,
 )
 from identification.study.small_signal import SmallSignal
-
-Array = NDArray[np.float64]
 
 
 def line_evaluation(

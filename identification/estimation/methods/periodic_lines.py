@@ -11,11 +11,11 @@ from scipy.ndimage import uniform_filter1d
 
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import whole
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.frequency.periods import Periods, cut, run_in
 from identification.study.problem import Problem
 
-Array = NDArray[np.float64]
 EXCITED = 1e-3
 """Lines count from this share of the largest amplitude of a command on."""
 FREEDOM = 30

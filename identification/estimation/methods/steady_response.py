@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.methods.line_response import line_residuals
 from identification.estimation.methods.periodic_lines import Lines
@@ -18,7 +18,6 @@ from identification.study.residual import (
     parameters_at,
 )
 
-Array = NDArray[np.float64]
 REPEATS = (2, 3, 5, 9, 17, 33)
 SETTLED = 0.1
 """Largest change of a line from period to period, in its standard deviations (rms)."""

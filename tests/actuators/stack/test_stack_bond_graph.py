@@ -10,6 +10,7 @@ import sympy as sp
 from actuators import stack_bond_graph
 from bondgraph import StateSpace, derive
 from bondgraph.laws import Polynomial
+from tests.symbols import same
 
 Re, l, T, k, m, Rn = sp.symbols("R_e l T k m R_nl", positive=True)
 Vin, Fe, dFe, p, x1, mom = sp.symbols("V_in F_e dF_e q_C_nl q_k p_m", real=True)
@@ -31,10 +32,6 @@ def along(expression: Any, rates: dict[Any, Any]) -> Any:
     """Derivative by time along the dynamics; the voltage is constant, the force is not."""
     total = expression.diff(Fe) * dFe
     return total + sum(expression.diff(s) * rate for s, rate in rates.items())
-
-
-def same(a: Any, b: Any) -> bool:
-    return bool(sp.cancel(sp.expand(a - b)) == 0)
 
 
 def test_states(space: Any) -> None:

@@ -13,15 +13,12 @@ from actuators.models.catalogue import MODELS
 from bondgraph import BondGraph, C, DerivativeCausality, Df, GraphError, One, Se, derive, simulate
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, inverse_of_identity_plus
 from bondgraph.laws import Hysteretic
+from tests.symbols import same
 
 Cs, T, k, m, b, Re = sp.symbols("C T k m b R_e", positive=True)
 Vin, Fe, qH, qC, x, mom = sp.symbols("V_in F_e q_H q_C q_k p_m", real=True)
 TABLE = MaxwellResistiveCapacitor.stack_2hz()
 PER = 1000
-
-
-def same(a: Any, b: Any) -> bool:
-    return bool(sp.cancel(sp.expand(a - b)) == 0)
 
 
 @pytest.fixture(scope="module")

@@ -39,20 +39,10 @@ from bondgraph.graph.elements import RS, Field, Parameter, Sensor, TwoPort, symb
 from bondgraph.laws import Polynomial
 from identification.diagnosis.localisation.structural_classes import structure
 from tests.properties.graphs import pencil, random_graph
+from tests.spring import spring
+from tests.symbols import P, S, same
 
 s = LAPLACE
-
-
-def P(names: str) -> Any:
-    return sp.symbols(names, positive=True)
-
-
-def S(names: str) -> Any:
-    return sp.symbols(names, real=True)
-
-
-def same(a: Any, b: Any) -> bool:
-    return bool(sp.cancel(sp.expand(a - b)) == 0)
 
 
 def two_tanks() -> BondGraph:
@@ -162,12 +152,7 @@ def test_pipe_eliminated_from_two_relations() -> None:
 
 def test_position_of_a_spring_at_the_level_of_positions() -> None:
     """No needless derivative: ``F - m x'' - d x' - k x``."""
-    with BondGraph("spring") as g:
-        v = One("v")
-        Se("F") >> v >> I("m", 0.5)
-        v >> R("d", 2.0)
-        v >> C("k", stiffness=200.0)
-        v >> Dq("x")
+    g = spring()
     found = redundancy(g)
     m, d, k = P("m d k")
     F, x = S("F x")
@@ -382,12 +367,7 @@ def test_motion_in_time() -> None:
 
 def test_nonlinear_law_enters_as_a_deviation() -> None:
     """The residual without the law is what the law deviates by; with it, zero."""
-    with BondGraph("hard") as g:
-        v = One("v")
-        Se("F") >> v >> I("m", 0.5)
-        v >> R("d", 2.0)
-        v >> C("k", stiffness=20.0, law=Polynomial())
-        v >> Dq("x")
+    g = spring(k=20.0, law=Polynomial())
     found = redundancy(g)
     (r,) = found.relations
     assert list(r.deviations) == ["k"]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 import sympy as sp
@@ -21,14 +19,7 @@ from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.laws import Coulomb, Hysteretic, Polynomial
 from tests.bondgraph.energy.energy_models import coupled, crank, plate, rlc
 from tests.properties.test_random_graphs import random_graph
-
-
-def S(names: str) -> Any:
-    return sp.symbols(names, real=True)
-
-
-def P(names: str) -> Any:
-    return sp.symbols(names, positive=True)
+from tests.symbols import P, S
 
 
 def proved(g: BondGraph) -> PortHamiltonian:

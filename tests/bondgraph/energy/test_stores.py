@@ -24,14 +24,7 @@ from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic, Polynomial, TableLaw
 from bondgraph.support.ops import NUMPY
 from tests.bondgraph.energy.energy_models import coupled, crank, plate, rlc
-
-
-def S(names: str) -> Any:
-    return sp.symbols(names, real=True)
-
-
-def P(names: str) -> Any:
-    return sp.symbols(names, positive=True)
+from tests.symbols import P, S
 
 
 def with_field(kind: Any, **options: Any) -> BondGraph:

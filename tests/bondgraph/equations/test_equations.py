@@ -29,23 +29,12 @@ from bondgraph import (
 )
 from bondgraph.laws import Polynomial
 from bondgraph.simulation.lure import compile_model
-
-
-def P(names: str) -> Any:
-    return sp.symbols(names, positive=True)
-
-
-def S(names: str) -> Any:
-    return sp.symbols(names, real=True)
+from tests.symbols import P, S, same
 
 
 def rates(g: BondGraph) -> dict[Any, Any]:
     space = derive(g)
     return dict(zip(space.x, space.dxdt, strict=True))
-
-
-def same(a: Any, b: Any) -> bool:
-    return bool(sp.cancel(sp.expand(a - b)) == 0)
 
 
 def test_textbook_machines() -> None:

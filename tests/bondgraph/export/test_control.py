@@ -13,22 +13,17 @@ import pytest
 
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_ang, stack_hysteresis
-from bondgraph import BondGraph, C, Dq, I, One, R, Se, UnknownName, UnusableInput, simulate
+from bondgraph import BondGraph, UnknownName, UnusableInput, simulate
 from bondgraph.equations.codegen import program
 from bondgraph.export.control import control_module, to_control, to_nonlinear_control
 from bondgraph.export.linear import linear_model
 from bondgraph.laws import Coulomb, Polynomial
 from tests.bondgraph.export.loop_program import cubic_loop
+from tests.spring import spring
 
 
 def oscillator(law: Any = None, damper: Any = None, name: str = "oscillator") -> BondGraph:
-    with BondGraph(name) as g:
-        v = One("v")
-        _ = Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        _ = v >> R("d", 2.0, unit="N*s/m", law=damper)
-        _ = v >> C("k", stiffness=200.0, unit="N/m", law=law)
-        _ = v >> Dq("x", unit="m")
-    return g
+    return spring(law=law, friction=damper, name=name)
 
 
 def test_linear_response_is_that_of_the_simulation() -> None:

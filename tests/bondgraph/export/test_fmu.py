@@ -25,14 +25,13 @@ from bondgraph.equations.program import Program
 from bondgraph.export.fmu import fmu2_cosimulation, fmu3_model_exchange
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Coulomb, Hysteretic, Polynomial, Sliding
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnknownName, UnusableInput
 from bondgraph.support.native import compiler
 
 fmpy = pytest.importorskip("fmpy")
 validation = pytest.importorskip("fmpy.validation")
 pytestmark = pytest.mark.skipif(compiler() is None, reason="needs gcc")
-
-Array = np.ndarray
 
 
 def rlc() -> BondGraph:

@@ -15,7 +15,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph, Dq, I, One, R, Se
 from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.numpy_module import numpy_module
@@ -39,6 +39,7 @@ from tests.bondgraph.export.printed_models import (
     random_point,
 )
 from tests.bondgraph.hysteresis.examples import EXAMPLES, PI
+from tests.spring import spring
 
 ALONE = """
 import json, sys
@@ -121,12 +122,7 @@ def test_rates_outputs_and_memory_are_the_programs(name: str) -> None:
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_every_operator_as_a_law(name: str) -> None:
-    with BondGraph("positioner") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.0)
-        body >> R("d", 1.5)
-        body >> C("k", law=Hysteretic(EXAMPLES[name]))
-        body >> Dq("x")
+    g = spring(1.0, 1.5, None, Hysteretic(EXAMPLES[name]))
     model = program(g)
     printed = module(model)
     memory = model.virgin

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
 from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
@@ -23,6 +27,7 @@ from bondgraph.hysteresis import (
     RateDependentPrandtlIshlinskii,
     kuhnen_modified,
 )
+from bondgraph.support.ops import NUMPY
 
 STEP = 0.02
 """Time between samples for operators that depend on it, s."""
@@ -97,3 +102,44 @@ TIMED: dict[str, Operator] = {
     "parallel with creep": Parallel(PI, LINEAR),
 }
 EXAMPLES: dict[str, Operator] = {**UNTIMED, **TIMED}
+
+
+def invertible(operators: dict[str, Any]) -> dict[str, Any]:
+    """Those with an exact inverse."""
+    not_these = "generalised, two envelopes"
+    return {n: o for n, o in operators.items() if hasattr(o, "inverse") and n != not_these}
+
+
+FORWARD: dict[str, Any] = {
+    n: o
+    for n, o in EXAMPLES.items()
+    if (n in TIMED and "inverse" not in n) or n.startswith(("cascade", "parallel", "kuhnen"))
+} | {"hysteresis_with_creep, rate": HysteresisWithCreep(RATE, CREEP)}
+"""Timed and composed ones."""
+
+WITH_INVERSES: dict[str, Any] = {
+    **FORWARD,
+    **{f"inverse of {name}": o.inverse() for name, o in invertible(FORWARD).items()},
+    "closed form": RATE.closed_form_inverse(),
+}
+EVERY: dict[str, Any] = {**EXAMPLES, **WITH_INVERSES}
+
+
+def wander(seed: int, n: int = 60, size: float = 5.0) -> np.ndarray:
+    """Random record with reversals of all sizes."""
+    rng = np.random.default_rng(seed)
+    return np.asarray(size * rng.uniform(-1, 1, n) * rng.choice([0.05, 0.3, 1.0], n))
+
+
+def wandered_memory(operator: Operator, seed: int) -> Any:
+    """Memory with a past, and the input it was left at."""
+    x = wander(seed)
+    return operator.run(x, step=STEP)[1], float(x[-1])
+
+
+def step_by_step(operator: Operator, x: Any, memory: Any) -> Any:
+    outputs = []
+    for value in x:
+        outputs.append(float(operator.value(NUMPY, float(value), memory, STEP)))
+        memory = operator.advance(NUMPY, float(value), memory, STEP)
+    return np.array(outputs), memory

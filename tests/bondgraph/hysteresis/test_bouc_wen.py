@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 
 from bondgraph.hysteresis.duhem.bouc_wen import BoucWen
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.numeric_inverse import numeric_inverse
 from bondgraph.support.ops import CASADI, NUMPY
+from tests.bondgraph.hysteresis.checked import energy_of_a_move, found_back
 
 A = 1.3
 RATES = [
@@ -165,19 +165,7 @@ def test_claims_wiping_out_and_congruency_rightly_not(operator: Any) -> None:
 @OPERATORS
 @pytest.mark.parametrize("seed", range(5))
 def test_energy_balance_on_a_monotone_move(operator: Any, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    x = rng.uniform(-4, 4, 20)
-    memory, start, end = operator.run(x)[1], float(x[-1]), float(rng.uniform(-4, 4))
-    way = np.linspace(start, end, 100_001)
-    y, _ = operator.run(way, memory)
-    effort, displacement = (y, way) if operator.passive_port == "output" else (way, y)
-    work = float(np.sum(0.5 * (effort[1:] + effort[:-1]) * np.diff(displacement)))
-    first = float(operator.stored_energy(NUMPY, start, memory))
-    last = float(operator.stored_energy(NUMPY, end, memory))
-    lost = float(operator.dissipated_energy(NUMPY, end, memory))
-    assert min(first, last) >= -1e-14
-    assert lost >= 0.0
-    assert last - first + lost == pytest.approx(work, abs=1e-8)
+    energy_of_a_move(operator, seed, 4.0, least=-1e-14)
 
 
 def test_port_of_the_claim() -> None:
@@ -216,13 +204,7 @@ def test_loop_loss_is_the_area_of_the_settled_loop(operator: Any) -> None:
 @OPERATORS
 @pytest.mark.parametrize("seed", range(5))
 def test_numeric_inverse_from_a_memory_with_a_past(operator: Any, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    past, x = rng.uniform(-3, 3, 20), rng.uniform(-3, 3, 200)
-    memory = operator.run(past)[1]
-    y, after = operator.run(x, memory)
-    back, after_back = numeric_inverse(operator, y, memory, start=float(past[-1]))
-    assert np.max(np.abs(back - x)) < 1e-9
-    np.testing.assert_allclose(after_back, after, atol=1e-9)
+    found_back(operator, seed, (-3.0, 3.0))
 
 
 @pytest.mark.parametrize(

@@ -22,22 +22,14 @@ from bondgraph.hysteresis.composed.cascade import Cascade, inverse_memory_of, in
 from bondgraph.hysteresis.composed.parallel import Parallel
 from bondgraph.hysteresis.creep.hysteresis_with_creep import HysteresisWithCreep
 from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
-from bondgraph.hysteresis.creep.log_creep import LogCreep
 from bondgraph.hysteresis.numeric_inverse import numeric_inverse
 from bondgraph.support.ops import NUMPY
+from tests.bondgraph.hysteresis.examples import CREEP, PI, ZONES, wander
 
 quick = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)
 
-PI = PrandtlIshlinskii((0.0, 0.3, 1.0, 2.5), (1.2, 0.6, -0.4, 0.9))
-ZONES = DeadZones((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
-CREEP = LogCreep((50.0, 5.0, 0.5), (0.0, 0.4), (0.1, 0.2))
 FULL = Cascade(HysteresisWithCreep(PI, CREEP), ZONES)
-
-
-def wander(seed: int, n: int = 60) -> np.ndarray:
-    rng = np.random.default_rng(seed)
-    return np.asarray(5 * rng.uniform(-1, 1, n) * rng.choice([0.05, 0.3, 1.0], n))
 
 
 @quick

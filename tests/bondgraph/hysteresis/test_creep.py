@@ -21,14 +21,10 @@ from bondgraph.hysteresis.creep.hysteresis_with_creep import HysteresisWithCreep
 from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
 from bondgraph.hysteresis.creep.log_creep import LogCreep
 from bondgraph.support.ops import NUMPY
+from tests.bondgraph.hysteresis.examples import wander
 
 CREEP = LogCreep((30.0, 3.0, 0.3), (0.0, 0.5, 1.2), (0.1, 0.05, -0.02))
 LINEAR = KelvinVoigtCreep(1.0, (0.3, 0.1, 0.2), (0.01, 0.1, 3.0))
-
-
-def wander(seed: int, n: int = 60) -> np.ndarray:
-    rng = np.random.default_rng(seed)
-    return np.asarray(5 * rng.uniform(-1, 1, n) * rng.choice([0.05, 0.3, 1.0], n))
 
 
 def test_relaxation_keeps_its_digits() -> None:

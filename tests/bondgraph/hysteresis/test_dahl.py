@@ -9,8 +9,8 @@ import pytest
 
 from bondgraph.hysteresis.duhem.dahl import Dahl
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.numeric_inverse import numeric_inverse
 from bondgraph.support.ops import NUMPY
+from tests.bondgraph.hysteresis.checked import energy_of_a_move, found_back
 
 DAHL = Dahl(2.0, 1.5)
 
@@ -47,17 +47,8 @@ def test_one_step_is_a_thousand() -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_energy_balance_on_a_monotone_move(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    x = rng.uniform(-2, 2, 20)
-    memory, start, end = DAHL.run(x)[1], float(x[-1]), float(rng.uniform(-2, 2))
-    way = np.linspace(start, end, 100_001)
-    force, _ = DAHL.run(way, memory)
-    work = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(way)))
-    stored = [float(DAHL.stored_energy(NUMPY, at, memory)) for at in (start, end)]
-    lost = float(DAHL.dissipated_energy(NUMPY, end, memory))
-    assert stored[1] == pytest.approx(0.5 * float(force[-1]) ** 2 / 2.0, rel=1e-12)
-    assert stored[1] - stored[0] + lost == pytest.approx(work, abs=1e-8)
-    assert lost >= 0.0
+    force, stored = energy_of_a_move(DAHL, seed, 2.0)
+    assert stored == pytest.approx(0.5 * force**2 / 2.0, rel=1e-12)
 
 
 def test_loop_loss_tends_to_the_rectangle() -> None:
@@ -72,13 +63,7 @@ def test_loop_loss_tends_to_the_rectangle() -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_numeric_inverse_from_a_memory_with_a_past(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    past, x = rng.uniform(-1, 1, 20), rng.uniform(-1, 1, 200)
-    memory = DAHL.run(past)[1]
-    force, after = DAHL.run(x, memory)
-    back, after_back = numeric_inverse(DAHL, force, memory, start=float(past[-1]))
-    assert np.max(np.abs(back - x)) < 1e-9
-    np.testing.assert_allclose(after_back, after, atol=1e-9)
+    found_back(DAHL, seed, (-1.0, 1.0))
 
 
 @pytest.mark.parametrize(("values", "name"), [((0.0, 1.0), "stiffness"), ((1.0, -1.0), "coulomb")])

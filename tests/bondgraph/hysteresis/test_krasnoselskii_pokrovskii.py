@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.numeric_inverse import numeric_inverse
 from bondgraph.hysteresis.preisach.krasnoselskii_pokrovskii import KrasnoselskiiPokrovskii
 from bondgraph.hysteresis.preisach.preisach_grid import preisach_from_relays
-from bondgraph.support.ops import NUMPY
+from tests.bondgraph.hysteresis.checked import energy_of_a_move, found_back
 
 COUNT = 5
 WEIGHTS = tuple(np.random.default_rng(9).uniform(0.1, 1.0, COUNT * (COUNT + 1) // 2))
@@ -102,17 +101,7 @@ def test_wiping_out_and_congruency(seed: int) -> None:
 
 @seeds
 def test_energy_balance_on_a_monotone_move(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    x = rng.uniform(-4, 4, 20)
-    memory, start, end = OPERATOR.run(x)[1], float(x[-1]), float(rng.uniform(-4, 4))
-    way = np.linspace(start, end, 200_001)
-    y, _ = OPERATOR.run(way, memory)
-    work = float(np.sum(0.5 * (way[1:] + way[:-1]) * np.diff(y)))
-    first = float(OPERATOR.stored_energy(NUMPY, start, memory))
-    last = float(OPERATOR.stored_energy(NUMPY, end, memory))
-    lost = float(OPERATOR.dissipated_energy(NUMPY, end, memory))
-    assert min(first, last, lost) >= 0.0
-    assert last - first + lost == pytest.approx(work, abs=1e-7)
+    energy_of_a_move(OPERATOR, seed, 4.0, near=1e-7)
 
 
 def test_loop_loss() -> None:
@@ -136,14 +125,8 @@ def test_saturates_at_the_sum_of_the_weights() -> None:
 
 @seeds
 def test_numeric_inverse_from_a_memory_with_a_past(seed: int) -> None:
-    rng = np.random.default_rng(seed)
     # the ridges of width 0 cover this range without a gap, so the output rises strictly
-    past, x = rng.uniform(-1.9, 2.6, 20), rng.uniform(-1.9, 2.6, 100)
-    memory = OPERATOR.run(past)[1]
-    y, after = OPERATOR.run(x, memory)
-    back, after_back = numeric_inverse(OPERATOR, y, memory, start=float(past[-1]))
-    assert np.max(np.abs(back - x)) < 1e-10
-    np.testing.assert_allclose(after_back, after, atol=1e-10)
+    found_back(OPERATOR, seed, (-1.9, 2.6), 100, near=1e-10)
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from bondgraph.hysteresis.errors import BadParameter
-from bondgraph.hysteresis.numeric_inverse import numeric_inverse
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.hysteresis.preisach.preisach import Preisach
 from bondgraph.hysteresis.preisach.preisach_grid import preisach_from_everett, preisach_from_relays
 from bondgraph.support.ops import NUMPY
+from tests.bondgraph.hysteresis.checked import energy_of_a_move, found_back
 
 KNOTS = (-3.0, -0.4, 1.0, 2.5)
 DENSITIES = (0.3, 0.7, 0.1, 0.6, 0.2, 0.4, 0.0, 0.9, 0.3)
@@ -125,19 +125,7 @@ def test_congruency(seed: int) -> None:
 
 @seeds
 def test_energy_balance_on_a_monotone_move(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    x = rng.uniform(-5, 5, 20)
-    memory, start, end = OPERATOR.run(x)[1], float(x[-1]), float(rng.uniform(-5, 5))
-    way = np.linspace(start, end, 200_001)
-    y, _ = OPERATOR.run(way, memory)
-    work = float(np.sum(0.5 * (way[1:] + way[:-1]) * np.diff(y)))
-    stored = OPERATOR.stored_energy(NUMPY, end, memory) - OPERATOR.stored_energy(
-        NUMPY, start, memory
-    )
-    lost = float(OPERATOR.dissipated_energy(NUMPY, end, memory))
-    assert lost >= 0.0
-    assert float(stored) + lost == pytest.approx(work, abs=1e-7)
-    assert float(OPERATOR.stored_energy(NUMPY, end, memory)) >= 0.0
+    energy_of_a_move(OPERATOR, seed, 5.0, near=1e-7)
 
 
 @pytest.mark.parametrize(("low", "high"), [(-2.0, 2.0), (-4.5, 0.7), (0.2, 1.1), (-9.0, 9.0)])
@@ -187,13 +175,7 @@ def test_saturation() -> None:
 
 @seeds
 def test_numeric_inverse_from_a_memory_with_a_past(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    past, x = rng.uniform(-5, 5, 20), rng.uniform(-5, 5, 100)
-    memory = OPERATOR.run(past)[1]
-    y, after = OPERATOR.run(x, memory)
-    back, after_back = numeric_inverse(OPERATOR, y, memory, start=float(past[-1]))
-    assert np.max(np.abs(back - x)) < 1e-10
-    np.testing.assert_allclose(after_back, after, atol=1e-10)
+    found_back(OPERATOR, seed, (-5.0, 5.0), 100, near=1e-10)
 
 
 def test_initial_memory_is_reachable() -> None:

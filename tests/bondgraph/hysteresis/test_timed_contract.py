@@ -4,83 +4,25 @@ from __future__ import annotations
 
 from typing import Any
 
-import casadi as ca
 import numpy as np
 import pytest
-import sympy
 
-from bondgraph.hysteresis import (
-    AlJanaideh,
-    BadInput,
-    BadMemory,
-    DeadZones,
-    MaxwellResistiveCapacitor,
-    PrandtlIshlinskii,
+from bondgraph.hysteresis import BadInput
+from bondgraph.hysteresis.composed.cascade import inverse_memory_of
+from bondgraph.support.ops import NUMPY
+from tests.bondgraph.hysteresis.examples import (
+    FORWARD,
+    STEP,
+    WITH_INVERSES,
+    invertible,
+    step_by_step,
+    wander,
+    wandered_memory,
 )
-from bondgraph.hysteresis.composed.cascade import Cascade, inverse_memory_of
-from bondgraph.hysteresis.composed.parallel import Parallel
-from bondgraph.hysteresis.creep.hysteresis_with_creep import HysteresisWithCreep
-from bondgraph.hysteresis.creep.kelvin_voigt_creep import KelvinVoigtCreep
-from bondgraph.hysteresis.creep.log_creep import LogCreep
-from bondgraph.hysteresis.plays.kuhnen_modified import kuhnen_modified
-from bondgraph.hysteresis.rate.ang_rate_dependent import AngRateDependent
-from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
-from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
-STEP = 0.02
-PI = PrandtlIshlinskii((0.0, 0.3, 1.0, 2.5), (1.2, 0.6, -0.4, 0.9))
-ZONES = DeadZones((-2.0, -0.5, 0.0, 0.7, 3.0), (0.3, -0.2, 1.0, 0.5, -0.8))
-CREEP = LogCreep((50.0, 5.0, 0.5), (0.0, 0.4), (0.1, 0.2))
-LINEAR = KelvinVoigtCreep(1.0, (0.3, -0.1, 0.2), (0.01, 0.1, 3.0))
-RATE = RateDependentPrandtlIshlinskii((0, 0.3, 1), (0, 0.002, 0.003), (1.2, 0.6, -0.4), 0.05)
-ANG = AngRateDependent((0, 0.3, 1), (1.2, 0.6, -0.4), (0.001, 0.002, 0.0005))
-ENVELOPE = AlJanaideh(q=1.0, c=1.5, sigma=0.4, alpha=0.5, beta=0.3, count=4)
-MODEL = HysteresisWithCreep(PI, CREEP)
-FORWARD: dict[str, Any] = {
-    "log_creep": CREEP,
-    "kelvin_voigt_creep": LINEAR,
-    "hysteresis_with_creep": MODEL,
-    "hysteresis_with_creep envelope": HysteresisWithCreep(ENVELOPE, CREEP),
-    "hysteresis_with_creep bent line": HysteresisWithCreep(ZONES, CREEP),
-    "hysteresis_with_creep rate": HysteresisWithCreep(RATE, CREEP),
-    "cascade": Cascade(PI, ZONES),
-    "cascade bent input": Cascade(ZONES, PI),
-    "cascade full": Cascade(MODEL, ZONES),
-    "cascade of two memories": Cascade(PI, ENVELOPE),
-    "cascade with linear creep": Cascade(LINEAR, PI),
-    "parallel": Parallel(PI, MaxwellResistiveCapacitor((2.0, 1.0), (0.4, 0.5))),
-    "parallel with creep": Parallel(PI, LINEAR),
-    "rate_dependent": RATE,
-    "rate_dependent linear": RateDependentPrandtlIshlinskii((0,), (0,), (2.0,)),
-    "ang_rate_dependent": ANG,
-    "kuhnen_modified": kuhnen_modified((0, 0.5, 1), (1, 0.5, 0.2), (-1, 1, 3), (0.3, 1, 0.6, 0.2)),
-}
-INVERTIBLE = {name: f for name, f in FORWARD.items() if hasattr(f, "inverse")}
-EVERY = {
-    **FORWARD,
-    **{f"inverse of {name}": f.inverse() for name, f in INVERTIBLE.items()},
-    "closed form": RATE.closed_form_inverse(),
-}
-every = pytest.mark.parametrize("operator", EVERY.values(), ids=EVERY.keys())
-invertible = pytest.mark.parametrize("operator", INVERTIBLE.values(), ids=INVERTIBLE.keys())
-
-
-def wander(seed: int, n: int = 60, size: float = 5.0) -> np.ndarray:
-    rng = np.random.default_rng(seed)
-    return np.asarray(size * rng.uniform(-1, 1, n) * rng.choice([0.05, 0.3, 1.0], n))
-
-
-def wandered_memory(operator: Any, seed: int) -> Any:
-    x = wander(seed)
-    return operator.run(x, step=STEP)[1], float(x[-1])
-
-
-def step_by_step(operator: Any, x: Any, memory: Any) -> Any:
-    outputs = []
-    for value in x:
-        outputs.append(float(operator.value(NUMPY, float(value), memory, STEP)))
-        memory = operator.advance(NUMPY, float(value), memory, STEP)
-    return np.array(outputs), memory
+INVERTIBLE = invertible(FORWARD)
+every = pytest.mark.parametrize("operator", WITH_INVERSES.values(), ids=WITH_INVERSES.keys())
+each_invertible = pytest.mark.parametrize("operator", INVERTIBLE.values(), ids=INVERTIBLE.keys())
 
 
 @every
@@ -115,76 +57,6 @@ def test_a_timed_operator_needs_its_step(operator: Any) -> None:
 
 
 @every
-def test_array_input_is_many_trial_points(operator: Any) -> None:
-    memory, _ = wandered_memory(operator, 3)
-    trial = np.linspace(-4, 4, 9)
-    together = operator.value(NUMPY, trial, memory, STEP)
-    single = [float(operator.value(NUMPY, float(x), memory, STEP)) for x in trial]
-    assert together.shape == trial.shape
-    np.testing.assert_allclose(together, single, rtol=1e-15, atol=1e-15)
-
-
-@every
-@pytest.mark.parametrize("matrix", [ca.SX, ca.MX])
-def test_casadi_agrees(operator: Any, matrix: Any) -> None:
-    x, memory, h = matrix.sym("x"), matrix.sym("m", operator.n_memory), matrix.sym("h")
-    compiled = ca.Function(
-        "f",
-        [x, memory, h],
-        [operator.value(CASADI, x, memory, h), ca.vertcat(*operator.advance(CASADI, x, memory, h))],
-    )
-    for seed in range(6):
-        states, _ = wandered_memory(operator, seed)
-        at = float(np.random.default_rng(seed).uniform(-5, 5))
-        value, after = compiled(at, ca.DM(states), STEP)
-        expected = float(operator.value(NUMPY, at, states, STEP))
-        assert float(value) == pytest.approx(expected, rel=1e-12, abs=1e-12)
-        np.testing.assert_allclose(
-            np.array(after).ravel(),
-            operator.advance(NUMPY, at, states, STEP),
-            rtol=1e-12,
-            atol=1e-12,
-        )
-
-
-@every
-def test_sympy_agrees(operator: Any) -> None:
-    x = sympy.Symbol("x", real=True)
-    states, _ = wandered_memory(operator, 1)
-    value = operator.value(SYMPY, x, states, STEP)
-    after = operator.advance(SYMPY, x, states, STEP)
-    for at in (-3.1, 0.4, 2.7):
-        expected = float(operator.value(NUMPY, at, states, STEP))
-        assert float(sympy.sympify(value).subs(x, at)) == pytest.approx(expected, rel=1e-11)
-        np.testing.assert_allclose(
-            [float(sympy.sympify(state).subs(x, at)) for state in after],
-            operator.advance(NUMPY, at, states, STEP),
-            rtol=1e-10,
-            atol=1e-12,
-        )
-
-
-@every
-def test_derivative_by_input(operator: Any) -> None:
-    """CasADi's derivative is the difference quotient away from kinks."""
-    x, memory = ca.SX.sym("x"), ca.SX.sym("m", operator.n_memory)
-    output = operator.value(CASADI, x, memory, STEP)
-    slope = ca.Function("s", [x, memory], [ca.jacobian(output, x)])
-    h, checked = 1e-6, 0
-    for seed in range(20):
-        states, _ = wandered_memory(operator, seed)
-        at = float(np.random.default_rng(seed).uniform(-5, 5))
-        points = (operator.value(NUMPY, at + d, states, STEP) for d in (-h, 0.0, h))
-        below, mid, above = map(float, points)
-        if abs(above - 2 * mid + below) > 1e-12:
-            continue
-        quotient = (above - below) / (2 * h)
-        assert float(slope(at, ca.DM(states))) == pytest.approx(quotient, rel=1e-7, abs=1e-12)
-        checked += 1
-    assert checked >= 10
-
-
-@every
 def test_linear_slope_is_the_slope_of_a_small_jump(operator: Any) -> None:
     memory = operator.advance(NUMPY, 0.0, operator.initial_memory(0.0))
     h = 1e-3
@@ -192,21 +64,7 @@ def test_linear_slope_is_the_slope_of_a_small_jump(operator: Any) -> None:
     assert float(quotient) == pytest.approx(operator.linear_slope, rel=1e-9)
 
 
-@every
-def test_memory_is_a_fixed_point_of_initial_memory(operator: Any) -> None:
-    for seed in range(8):
-        memory, x0 = wandered_memory(operator, seed)
-        again = operator.initial_memory(x0, memory)
-        np.testing.assert_allclose(again, memory, rtol=1e-12, atol=1e-12)
-
-
-@every
-def test_virgin_memory_is_a_straight_way_from_zero(operator: Any) -> None:
-    straight = operator.advance(NUMPY, 3.0, operator.initial_memory(0.0))
-    np.testing.assert_allclose(straight, operator.initial_memory(3.0), rtol=1e-15, atol=1e-15)
-
-
-@invertible
+@each_invertible
 def test_inverse_from_a_memory_with_a_past(operator: Any) -> None:
     for seed in range(12):
         memory, _ = wandered_memory(operator, seed)
@@ -220,7 +78,7 @@ def test_inverse_from_a_memory_with_a_past(operator: Any) -> None:
         np.testing.assert_allclose(after_back, end, rtol=1e-9, atol=1e-10)
 
 
-@invertible
+@each_invertible
 def test_inverse_of_the_inverse(operator: Any) -> None:
     x = wander(4)
     again = operator.inverse().inverse()
@@ -248,13 +106,3 @@ def test_claims_hold(operator: Any) -> None:
         loops.append(np.ptp(operator.run([1.5, -1.0, *up, *up[::-1]], memory)[0][2:]))
     if operator.congruent:
         assert np.ptp(loops) < 1e-12
-
-
-@every
-def test_errors_name_the_culprit(operator: Any) -> None:
-    with pytest.raises(BadInput, match=r"x\[2\] = nan"):
-        operator.run([0.0, 1.0, np.nan], step=STEP)
-    with pytest.raises(BadInput, match="x = nan"):
-        operator.advance(NUMPY, float("nan"), operator.initial_memory(), STEP)
-    with pytest.raises(BadMemory, match=f"has {operator.n_memory} memory states"):
-        operator.value(NUMPY, 0.0, (0.0,) * (operator.n_memory + 1), STEP)

@@ -8,10 +8,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-import sympy as sp
 from scipy.integrate import solve_ivp
 
-from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import (
     AsymmetricDamping,
     Backlash,
@@ -35,7 +34,9 @@ from bondgraph.laws import (
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.simulation.simulate import simulate
-from bondgraph.support.ops import CASADI, NUMPY, SYMPY
+from bondgraph.support.ops import NUMPY
+from tests.bondgraph.laws.back_ends import back_ends_agree
+from tests.spring import spring
 
 SPRINGS: dict[str, Law] = {
     "backlash": Backlash(stiffness=3.0, width=0.15, centre=0.05),
@@ -77,21 +78,6 @@ def walk(n: int, seed: int = 3) -> Any:
     return np.clip(np.cumsum(np.random.default_rng(seed).normal(size=n)) * 0.3, -1.2, 1.2)
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_parameters_memory_and_structure(name: str) -> None:
-    law = LAWS[name]
-    names = [q.name for q in law.parameters("spring")]
-    assert len(set(names)) == len(names)
-    assert all(n.endswith("_spring") for n in names)
-    memory = law.initial_memory(0.3)
-    assert len(memory) == law.n_memory == len(law.memory_sensitivity(0.3))
-    h = 1e-6
-    pairs = zip(law.initial_memory(0.3 + h), law.initial_memory(0.3 - h), strict=True)
-    central = [(a - b) / (2 * h) for a, b in pairs]
-    np.testing.assert_allclose(law.memory_sensitivity(0.3), central, atol=1e-9)
-    assert hash(law) == hash(LAWS[name])
-
-
 def test_numbers_of_a_recording_are_no_structure() -> None:
     assert DahlFriction(1.0, 0.2).structure == DahlFriction(3.0, 0.7).structure
     assert Backlash(coefficient="k", width=0.1).structure == Backlash(width=0.7).structure
@@ -104,26 +90,7 @@ def test_numbers_of_a_recording_are_no_structure() -> None:
 
 @pytest.mark.parametrize("name", LAWS)
 def test_back_ends_agree(name: str) -> None:
-    law = LAWS[name]
-    p = numbers(law)
-    s, m, q = ca.SX.sym("s"), ca.SX.sym("m", law.n_memory), ca.SX.sym("q", len(p))
-    ms, qs = tuple(ca.vertsplit(m)) if law.n_memory else (), tuple(ca.vertsplit(q))
-    compiled = ca.Function(
-        "law",
-        [s, m, q],
-        [law.deviation(CASADI, s, ms, qs), ca.vertcat(*law.advance(CASADI, s, ms, qs))],
-    )
-    x = sp.Symbol("x", real=True)
-    memory = law.initial_memory(0.0)
-    for value in walk(25):
-        plain = float(law.deviation(NUMPY, value, memory, p))
-        new = law.advance(NUMPY, value, memory, p)
-        from_casadi, casadi_memory = compiled(value, list(memory), p)
-        symbolic = sp.sympify(law.deviation(SYMPY, x, memory, p)).subs(x, value)
-        assert float(from_casadi) == pytest.approx(plain, abs=1e-12)
-        assert float(symbolic) == pytest.approx(plain, abs=1e-12)
-        np.testing.assert_allclose(casadi_memory.full().ravel(), new, atol=1e-14)
-        memory = new
+    back_ends_agree(LAWS[name], numbers(LAWS[name]), walk(25))
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -170,12 +137,7 @@ def test_bristle_is_second_order_and_settles_in_stiction() -> None:
     """Few long steps agree with many short ones, and a short bristle does not ring."""
 
     def record(way: float, n_sub: int) -> Any:
-        with BondGraph("rubbing") as g:
-            body = One("body")
-            Se("F") >> body >> I("m", 1.3)
-            body >> R("d", 0.9, law=DahlFriction(1.0, way))
-            body >> C("k", stiffness=30.0)
-            body >> Dq("x")
+        g = spring(1.3, 0.9, 30.0, friction=DahlFriction(1.0, way))
         model = compile_model(g)
         t = 0.02 * np.arange(600)
         u = (6 * np.sin(2.1 * t) + 5 * np.sin(5.3 * t))[:, None]
@@ -228,14 +190,8 @@ def test_energy_of_a_resistor(name: str) -> None:
 
 def oscillator(name: str) -> Compiled:
     law = LAWS[name]
-    with BondGraph("oscillator") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.3)
-        body >> R("d", 0.4, law=law if name in RESISTORS else None)
-        body >> C("k", stiffness=3.0, law=law if name in STORES else None)
-        body >> Dq("x")
-        body >> Df("v")
-    return compile_model(g)
+    spring_law, friction = (law if name in names else None for names in (STORES, RESISTORS))
+    return compile_model(spring(1.3, 0.4, 3.0, spring_law, friction, speed="v"))
 
 
 @pytest.mark.parametrize("name", [n for n in LAWS if n != "short bristle"])
@@ -320,12 +276,7 @@ def test_a_lossy_spring_is_a_damper_that_the_spring_modulates() -> None:
 
 def test_a_shared_coefficient_is_one_parameter() -> None:
     """A gap wider than the motion leaves no spring, whatever the spring's value is."""
-    with BondGraph("loose") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.0)
-        body >> R("d", 0.4)
-        body >> C("k", stiffness=3.0, law=Backlash(coefficient="k", stiffness=9.0, width=50.0))
-        body >> Dq("x")
+    g = spring(1.0, 0.4, 3.0, Backlash(coefficient="k", stiffness=9.0, width=50.0))
     model = compile_model(g)
     assert model.vector({})[model.parameter_names.index("k")] == 3.0
     t = np.arange(100) * 0.05

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
+from bondgraph import BondGraph, C, De, Dq, One, R, Sf, Zero
 from bondgraph.equations.codegen import program
 from bondgraph.equations.derivation import system
 from bondgraph.graph.drives import Drive
@@ -35,6 +35,7 @@ from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import GraphError, UnusableInput
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
+from tests.spring import spring
 
 DIRECTED: dict[str, Law] = {
     "uneven": AsymmetricCoulomb(0.8, 0.3),
@@ -65,14 +66,7 @@ def memories(law: Law) -> list[tuple[float, ...]]:
 
 
 def oscillator(law: Law) -> BondGraph:
-    with BondGraph("oscillator") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.3)
-        body >> C("k", stiffness=30.0)
-        body >> R("d", 0.9, law=law)
-        body >> Dq("x")
-        body >> Df("v")
-    return g
+    return spring(1.3, 0.9, 30.0, friction=law, speed="v")
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import casadi as ca
 import numpy as np
 import pytest
-import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Dq, I, One, R, Se
 from bondgraph.laws import Ageing, Law, Odometer, Onset, Periodic, Push, TimedSlope, Tone
 from bondgraph.simulation.simulate import simulate
-from bondgraph.support.ops import CASADI, NUMPY, SYMPY
+from bondgraph.support.ops import NUMPY
+from tests.bondgraph.laws.back_ends import back_ends_agree
 
 LAWS: tuple[Law, ...] = (
     Tone(3.0, 0.5),
@@ -37,17 +34,7 @@ def numbers(law: Law) -> list[float]:
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 def test_back_ends_agree_along_a_walk(law: Law) -> None:
-    p, x = numbers(law), sp.Symbol("x", real=True)
-    s, m = ca.SX.sym("s"), ca.SX.sym("m", law.n_memory)
-    memories = tuple(ca.vertsplit(m)) if law.n_memory else ()
-    compiled = ca.Function("law", [s, m], [law.deviation(CASADI, s, memories, p)])
-    memory: tuple[Any, ...] = law.initial_memory(0.0)
-    for value in np.random.default_rng(1).normal(size=30):
-        plain = float(law.deviation(NUMPY, value, memory, p))
-        assert float(compiled(value, list(memory))) == pytest.approx(plain, abs=1e-12)
-        symbolic = sp.sympify(law.deviation(SYMPY, x, memory, p)).subs(x, value)
-        assert float(symbolic) == pytest.approx(plain, abs=1e-12)
-        memory = law.advance(NUMPY, value, memory, p)
+    memory = back_ends_agree(law, numbers(law), np.random.default_rng(1).normal(size=30))
     assert len(memory) == law.n_memory
     assert all(v == pytest.approx(30 * STEP) for v in memory)
 

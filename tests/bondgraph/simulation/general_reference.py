@@ -8,8 +8,7 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.equations.program import Program
-
-Array = np.ndarray
+from bondgraph.support.arrays import Array
 
 NEWTON = 5
 CONVERGED = 1e-6

@@ -33,11 +33,12 @@ from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.radau.native import GeneralRun, prepare_general, run_general
 from bondgraph.simulation.radau.start import inputs_of
 from bondgraph.simulation.start import fine_inputs
+from bondgraph.support.arrays import Array
 from bondgraph.support.native import compiler
 from tests.bondgraph.simulation.general_reference import Runner
 from tests.counted import calls
+from tests.spring import spring
 
-Array = np.ndarray
 STEP = 0.02
 
 
@@ -430,12 +431,8 @@ def test_random_points_do_not_hang() -> None:
 
 
 def test_relaxed_memory_starts_as_the_exact_step_does() -> None:
-    with BondGraph("bent") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.3)
-        body >> R("d", 0.4, law=Sliding(MaxwellResistiveCapacitor((3.0, 2.0), (0.1, 0.3))))
-        body >> C("k", stiffness=3.0, law=StopSum((0.1, 0.3), height=0.7))
-        body >> Dq("x")
+    slip = Sliding(MaxwellResistiveCapacitor((3.0, 2.0), (0.1, 0.3)))
+    g = spring(1.3, 0.4, 3.0, StopSum((0.1, 0.3), height=0.7), slip)
     exact_model, made = compile_model(g), program(g)
     p = np.array(made.nominal)
     places = [made.parameters.index(n) for n in exact_model.parameter_names]

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.descent import Damping, Ended, Trial, bounded_step, descend
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,14 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.contracts import Chunk, Flag, Identity, WaveProgress
 from hardware.envelope import P840_1_UNIPOLAR, GuardedOutput, GuardedWave
 from hardware.errors import LinkLost
 from hardware.simulators.control import LocalClock
 from hardware.simulators.plant_contract import PlantMotion
 from hardware.simulators.rig import Rig
-
-Array = NDArray[np.float64]
 
 GAIN = 49e-9
 """m/V."""

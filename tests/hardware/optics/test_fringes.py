@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.optics import find_miscounts, largest_amplitude, repaired
-
-Array = NDArray[np.float64]
 
 FRINGE = 316.405e-9
 

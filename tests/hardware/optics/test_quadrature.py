@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.optics import (
@@ -19,8 +19,6 @@ from hardware.optics import (
     watch_beam,
 )
 from tests.counted import calls
-
-Array = NDArray[np.float64]
 
 LASER, INDEX = 632.9908e-9, 1.00027
 # offsets 3 and 4 %, gain 7 %, 4 degrees from quadrature

@@ -10,13 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.hysteresis import AlJanaideh
+from bondgraph.support.arrays import FloatArray as Array
 from hardware.simulators.rig import DeviceClock
 from hardware.synchrony import HeldColumns, Stream, TimeMap
 
-Array = NDArray[np.float64]
 RATE, SAMPLES, LAG = 3125.0, 32768, 100e-6
 STACK = AlJanaideh.stack_2hz()
 

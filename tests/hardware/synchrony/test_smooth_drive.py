@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.signal import lfilter
 
 from actuators.stack.loop_width import loop_of
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.synchrony import (
     ClockWiring,
@@ -23,7 +23,6 @@ from hardware.synchrony import (
 )
 from tests.hardware.synchrony.bench import RATE, STACK, many
 
-Array = NDArray[np.float64]
 SMOOTH = ClockWiring(hold="linear", lag=0.0)
 SKEW = TimeMap(skew=37e-6)
 LATE = TimeMap(160e-6, 37e-6)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.graph.elements import Sensor
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
@@ -17,21 +17,13 @@ from hardware.simulators.plant_contract import Plant, Rewindable
 from hardware.simulators.rig import Rig
 from hardware.virtual import ModelPlant
 from tests.bondgraph.readings_bench import bench, shaken
+from tests.spring import spring
 
 STEP = 1e-4
 
 
-def oscillator(spring: Any = None, second: bool = False) -> BondGraph:
-    """Mass, spring and damper under a force."""
-    with BondGraph("positioner") as g:
-        body = One("body")
-        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        body >> R("d", 4.0, unit="N*s/m")
-        body >> C("k", stiffness=2e3, unit="N/m", law=spring)
-        body >> Dq("x", unit="m")
-        if second:
-            body >> Df("v", unit="m/s")
-    return g
+def oscillator(law: Any = None, second: bool = False) -> BondGraph:
+    return spring(0.5, 4.0, 2e3, law, name="positioner", speed="v" if second else "")
 
 
 def hysteretic() -> BondGraph:

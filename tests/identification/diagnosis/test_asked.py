@@ -21,7 +21,7 @@ from identification.study.calibration import Known
 from identification.study.priors import LogNormal
 from identification.study.specification import Nuisances, Vary
 from identification.study.study import ESTIMATED, Study
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, NOISE = 1500, 0.005, 2e-6
 OPTIONS = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)

@@ -13,7 +13,7 @@ from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, NOISE = 1200, 0.01, 2e-5
 

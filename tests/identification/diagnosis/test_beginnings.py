@@ -21,7 +21,7 @@ from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation import brief
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, NOISE = 1200, 0.005, 2e-6
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.evidence.block_score import LEAST, BlockScore
 from identification.diagnosis.evidence.leave_out import LeftOut, Rows, stretched
 
 N, B = 2000, 40
 ROWS = Rows(np.arange(N), np.zeros(N, int), np.arange(N) * B // N)
-Array = np.ndarray
 
 
 def scored(residual: Array, rows: Rows = ROWS) -> BlockScore:

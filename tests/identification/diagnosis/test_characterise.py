@@ -9,17 +9,17 @@ import pytest
 from scipy.signal import cont2discrete, lfilter
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se
 from bondgraph.hysteresis import play_record
 from bondgraph.laws import Coulomb
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.memory.creep import lagged
 from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import latent
 from identification.diagnosis.explanation.loops import cycles, loops
 from identification.diagnosis.screening.port_history import PortHistory
+from tests.spring import spring
 
-Array = np.ndarray
 DT = 5e-3
 
 
@@ -156,14 +156,7 @@ def test_loops_count_and_close() -> None:
 
 
 def mass(friction: float = 0.0) -> BondGraph:
-    with BondGraph("mass") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.0)
-        body >> R("d", 0.5, law=Coulomb(friction) if friction else None)
-        body >> C("k", stiffness=100.0)
-        body >> Dq("x")
-        body >> Df("v")
-    return g
+    return spring(1.0, 0.5, 100.0, friction=Coulomb(friction) if friction else None, speed="v")
 
 
 def respond(w: Array) -> Array:

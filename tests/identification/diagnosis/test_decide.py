@@ -30,7 +30,7 @@ from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.search.one_step import along_best, as_good
 from identification.study.problem import Data
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, BLOCKS = 4000, 40
 ROWS = Rows(np.arange(N), np.zeros(N, int), np.arange(N) * BLOCKS // N)

@@ -16,7 +16,7 @@ from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 pytestmark = pytest.mark.slow
 

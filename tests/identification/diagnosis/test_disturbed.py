@@ -17,7 +17,7 @@ from identification.diagnosis.evidence.predicted import Predicted, predicted
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import in_words, verdict
 from identification.study.study import Study
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, NOISE, PUSH = 1500, 0.005, 2e-6, 0.03
 OPTIONS = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)

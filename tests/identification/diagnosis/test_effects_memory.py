@@ -12,6 +12,7 @@ from bondgraph.graph.elements import GY, TF, C, Df, Dq, Element, I, One, R, Se, 
 from bondgraph.laws import Law
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import exact_form, simulate
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.memory.creep import Creep, lagged
 from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis
@@ -34,7 +35,6 @@ from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate, start_point
 
-Array = np.ndarray
 N, DT = 400, 2e-3
 EFFECTS: tuple[Effect, ...] = (
     Hysteresis(),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.screening.mixups import forgotten
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, G = 700, 0.01, 9.80665
 UNITS = {"F": "N", "x": "m", "w": "m/s", "a": "m/s^2", "f": "N"}
@@ -24,7 +26,7 @@ CELL = Reading("f", effort("k"), unit="N")
 def found(wrong: str, factor: float, *read: Sensor) -> Diagnosis:
     """Diagnose a spring whose values are declared 15 to 25 % off, one channel by a factor."""
 
-    def model(**values: float) -> BondGraph:
+    def model(**values: Any) -> BondGraph:
         g = spring(**values).remove("x")
         for s in read:
             if isinstance(s, Reading):

@@ -5,27 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.screening.tangent_space import freedom
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate
+from tests.spring import spring
 
 N = 300
 
 
 @pytest.mark.parametrize("window", [None, 60])
 def test_tangents_match_differences(window: int | None) -> None:
-    with BondGraph("mass") as g:
-        body = One("body")
-        Se("F") >> body >> I("m", 1.0)
-        body >> R("d", 2.0)
-        body >> C("k", stiffness=80.0)
-        body >> Dq("x")
-        body >> Df("v")
+    g = spring(1.0, 2.0, 80.0, speed="v")
     t = 0.01 * np.arange(N)
     u = np.sin(4 * t) + np.sin(11 * t)
     run = simulate(g, t, {"F": u})

@@ -18,7 +18,7 @@ from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.material import given_noise
 from identification.diagnosis.verdict import verdict
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, NOISE = 900, 2e-5
 

@@ -9,6 +9,7 @@ import pytest
 
 from bondgraph import BondGraph
 from bondgraph.signals.recording import Recording
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
@@ -17,7 +18,6 @@ from tests.proof.trial.generator import draw
 from tests.proof.trial.generator.making import record
 from tests.proof.trial.models import blind_model
 
-Array = np.ndarray
 Channels = dict[str, Array]
 SAMPLES = 1200
 OPTIONS = DiagnosisOptions(jobs=1, keep=2, more=0, effects=1)

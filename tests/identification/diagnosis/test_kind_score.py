@@ -30,7 +30,7 @@ from identification.diagnosis.screening.score_test import Screened, screen, trai
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, NOISE = 900, 0.01, 1e-5
 

@@ -18,7 +18,7 @@ from identification.diagnosis.search.candidates import attempt, go_on
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import start_cost
 from identification.study.problem import Data
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, NOISE = 1200, 0.005, 2e-6
 SOFTER = -2.0e4

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bondgraph.signals.split import interleaved
+from bondgraph.support.arrays import Array
 from identification.diagnosis.evidence.leave_out import (
     BLOCKS,
     HEAVY,
@@ -23,8 +24,6 @@ from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
 from tests.identification.diagnosis.effect_plants import PLANTS, scene
-
-Array = np.ndarray
 
 
 def one_channel(count: int, blocks: int) -> Rows:

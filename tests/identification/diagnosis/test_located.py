@@ -14,7 +14,7 @@ from identification.diagnosis.localisation.places_without_name import located
 from identification.diagnosis.search import looks
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 
 def pushed() -> Recording:

@@ -20,7 +20,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import held_to_residual, nominal_fit
 from identification.estimation.single_record import Fit
 from identification.study.problem import Data
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT = 900, 0.01
 NOISE = np.array([2e-5, 3e-4])

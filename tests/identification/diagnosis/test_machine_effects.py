@@ -18,7 +18,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.estimate import estimate
 from identification.study.study import Study
 from tests.identification.diagnosis.effect_plants import response, scene
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 
 def coil(law: Law | None = None) -> BondGraph:

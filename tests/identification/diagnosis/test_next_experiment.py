@@ -19,7 +19,7 @@ from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.single_record import Fit, fit
 from identification.study.joint import stack_of
 from identification.study.problem import Data, Problem
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, NOISE = 1500, 0.01, 1e-3
 TIME = DT * np.arange(N)

@@ -26,7 +26,7 @@ from identification.diagnosis.search.one_step import _idle
 from identification.estimation.single_record import fit
 from identification.estimation.sub_steps import settled_fit
 from identification.study.problem import Data, Problem
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, NOISE = 1500, 0.005, 2e-6
 OPTIONS = DiagnosisOptions(jobs=1)

@@ -10,7 +10,7 @@ from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 pytestmark = pytest.mark.slow
 

@@ -21,7 +21,7 @@ from identification.diagnosis.search.one_step import (
     overlooked,
     unexplained,
 )
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 SPRING = spring()
 COSTLY = next(e.name for e in CATALOGUE if e.costly)

@@ -24,7 +24,7 @@ from identification.diagnosis.search.base import base_of
 from identification.diagnosis.search.candidates import DiagnosisOptions, fitted_insertions
 from identification.diagnosis.search.refining import refined
 from identification.diagnosis.verdict import retold, sentence, verdict
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 KEPT = ("nonlinear_stiffness", "bilinear_stiffness", "quadratic_drag", "coulomb_friction")
 OPTIONS = DiagnosisOptions(

@@ -40,8 +40,8 @@ from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold
 from identification.report.numbers import axis_scale, percent, prefixed, quantity, short
-from tests.identification.diagnosis.spring import spring
 from tests.patience import HANGS
+from tests.spring import spring
 
 N = 400
 HOSTILE = '<script>alert("x")</script> & $\\frac{'

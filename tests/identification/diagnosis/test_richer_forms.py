@@ -26,7 +26,7 @@ from identification.diagnosis.search.looks import Looks
 from identification.diagnosis.search.one_step import SearchTask, best_form, scored
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT = 900, 0.02
 STOPS = StopSum((0.009, 0.018, 0.045), height=40.0)

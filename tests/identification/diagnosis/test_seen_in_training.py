@@ -16,7 +16,7 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N, DT, NOISE = 3000, 0.01, 2e-5
 HIT = slice(1702, 1735)

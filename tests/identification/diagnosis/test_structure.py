@@ -12,7 +12,7 @@ from identification.diagnosis.localisation.structural_classes import (
     splitting_signals,
     structure,
 )
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 W = np.geomspace(1.0, 1e4, 20)
 

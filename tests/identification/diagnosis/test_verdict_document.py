@@ -22,7 +22,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict, write_verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold, sentence
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
 N = 450
 

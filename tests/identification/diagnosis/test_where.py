@@ -10,6 +10,7 @@ import pytest
 from bondgraph import BondGraph, C, I, One, R, Se
 from bondgraph.graph.elements import TF, Element
 from bondgraph.signals.recording import Split
+from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording import axes_of, where, words
 from identification.diagnosis.localisation.recording.bands import bands, spectrum
 from identification.diagnosis.localisation.recording.binned import heat_map, profile
@@ -23,9 +24,8 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point
-from tests.identification.diagnosis.spring import spring
+from tests.spring import spring
 
-Array = np.ndarray
 N, DT, FLOOR = 4000, 0.01, 0.1
 
 

@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
+from bondgraph import BondGraph, C, De, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.laws.table import TableLaw
 from bondgraph.signals.fractional_delay import delayed
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation import Estimation, Study, Vary
+from tests.spring import spring as shared_spring
 
-Array = NDArray[np.float64]
 TRUTH = {"m": 0.5, "d": 2.0, "k": 200.0}
 NOISE = 2e-4
 FREE = ("m", Vary("d", start=1.0), Vary("k", start=300.0))
 
 
-def spring(*, speed: bool = False, **changed: float) -> BondGraph:
-    v = {**TRUTH, **changed}
-    with BondGraph("spring") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", v["m"], unit="kg")
-        body >> R("d", v["d"], unit="N*s/m")
-        body >> C("k", stiffness=v["k"], unit="N/m")
-        body >> Dq("x", unit="m")
-        if speed:
-            body >> Df("w", unit="m/s")
-    return g
+def spring(*, speed: bool = False, **changed: Any) -> BondGraph:
+    return shared_spring(**{**TRUTH, **changed}, speed="w" if speed else "")
 
 
 def force(n: int, fs: float, seed: int) -> Array:

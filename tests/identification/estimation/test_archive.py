@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.archive import read_archive, write_archive
@@ -25,18 +24,9 @@ from identification.estimation import (
     estimate,
 )
 from identification.estimation.archive import SCHEMA, open_fit, save_fit
+from tests.spring import spring
 
 N, DT = 900, 0.01
-
-
-def spring(k: float = 200.0) -> BondGraph:
-    with BondGraph("spring") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        body >> R("d", 2.0, unit="N*s/m")
-        body >> C("k", stiffness=k, unit="N/m")
-        body >> Dq("x", unit="m")
-    return g
 
 
 def recording(name: str, seed: int) -> Recording:
@@ -52,7 +42,7 @@ def recording(name: str, seed: int) -> Recording:
 def fitted() -> Estimation:
     split = Split(slice(100, 600), slice(600, N), "a third", slice(0, 100), 100)
     study = Study(
-        spring(260.0),
+        spring(k=260.0),
         [recording("one", 1), recording("two", 2)],
         free=(
             Vary("k", start=240.0, lower=10.0, upper=1e4, prior=LogNormal(200.0, 2.0)),

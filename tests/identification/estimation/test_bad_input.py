@@ -9,10 +9,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import (
     NO_NUISANCES,
@@ -38,7 +38,6 @@ from tests.identification.estimation.plants import (
     study,
 )
 
-Array = NDArray[np.float64]
 METHODS = ("single_shooting", "multiple_shooting")
 
 

@@ -13,7 +13,7 @@ from identification.estimation.brief import BRIEF, brief, carried
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, offset_scale, start_point
-from tests.identification.experiments.design.plants import spring
+from tests.spring import spring
 
 DT, NOISE = 0.01, 1e-4
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
@@ -244,13 +244,7 @@ def test_first_samples_of_a_validation_record_give_its_state() -> None:
 
 
 def hardening() -> BondGraph:
-    with BondGraph("hardening") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        body >> R("d", 2.0, unit="N*s/m")
-        body >> C("k", stiffness=200.0, unit="N/m", law=Polynomial(orders=(3,)))
-        body >> Dq("x", unit="m")
-    return g
+    return spring(law=Polynomial(orders=(3,)), name="hardening")
 
 
 def test_correction_of_few_substeps_ends_where_many_would() -> None:

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Parameter
 from bondgraph.signals.fractional_delay import delayed
@@ -19,20 +18,10 @@ from identification.estimation.single_record import best, fit
 from identification.study.joint import NUISANCE_LAG
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, slots, start_point
+from tests.spring import spring
 
 N, DT, NOISE = 1500, 0.01, 2e-4
 TRUTH = {"m": 0.5, "d": 2.0, "k": 200.0}
-
-
-def spring(**changed: float) -> BondGraph:
-    v = {**TRUTH, **changed}
-    with BondGraph("spring") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", v["m"], unit="kg")
-        body >> R("d", v["d"], unit="N*s/m")
-        body >> C("k", stiffness=v["k"], unit="N/m")
-        body >> Dq("x", unit="m")
-    return g
 
 
 def measured(offset: float = 0.0, lag: float = 0.0, noise: float = NOISE, n: int = N) -> Data:
@@ -52,9 +41,8 @@ def data() -> Data:
 
 
 def test_true_parameters_lie_in_their_intervals(data: Data) -> None:
-    start = {"m": 0.65, "d": 1.2, "k": 260.0}
     # force, mass, damping and stiffness: all three show in the displacement from a known force
-    f = fit(Problem(spring(**start), data))
+    f = fit(Problem(spring(0.65, 1.2, 260.0), data))
     assert f.status is FitStatus.CONVERGED
     assert f.chi2("test") == pytest.approx(1.0, abs=0.15)
     for e in f.estimates:

@@ -14,6 +14,7 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.laws.stop_sum import StopSum
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import (
     NO_NUISANCES,
@@ -29,8 +30,6 @@ from identification.estimation.methods.periodic_lines import Lines, lines_of
 from identification.estimation.methods.steady_response import settled_course, steady_evaluation
 from identification.experiments.design import multisine
 from identification.study.residual import Point, slots
-
-Array = np.ndarray
 
 
 def recorded(

@@ -20,6 +20,7 @@ from identification.estimation import Study, Vary, estimate
 from identification.estimation.guess import Guess, explained_guess, guess
 from identification.estimation.guessing.measured import measured_response
 from identification.experiments.design import multisine
+from tests.spring import spring
 
 Array = NDArray[Any]
 
@@ -112,13 +113,7 @@ def rough_carriage() -> BondGraph:
 def hysteretic_spring() -> BondGraph:
     """Memory whose weights are free beside the linear parameters."""
     law = StopSum((0.01, 0.03), height=40.0, scale=40.0, unit="N/m")
-    with BondGraph("hysteretic_spring") as g:
-        body = One("body")
-        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        body >> R("d", 2.0, unit="N*s/m")
-        body >> C("k", stiffness=200.0, unit="N/m", law=law)
-        body >> Dq("x", unit="m")
-    return g
+    return spring(law=law, name="hysteretic_spring")
 
 
 def wrong(graph: BondGraph, record: Recording, seed: int, reach: float = 2.0) -> Study:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from bondgraph.signals.recording import Recording
+from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation import Estimation, estimate
 from identification.statistics.autoregression import innovations, whitening_filter
 from tests.identification.estimation.plants import TRUTH, force, misses, moved, record, study
 
-Array = NDArray[np.float64]
 COLOURS = {"first order": [1.0, -0.9], "second order": [1.0, -1.5, 0.8]}
 LEVEL = 1e-4
 

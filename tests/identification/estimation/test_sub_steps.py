@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.recording import Split
@@ -29,25 +29,16 @@ from identification.estimation.sub_steps import (
 )
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, start_point
-from tests.identification.experiments.design.plants import spring
+from tests.spring import spring
 
 N, DT, MANY = 1200, 0.02, 16
 NOISE = {"cubic": 5e-7, "dry": 2e-5}
 
 
 def plant(law: str, **values: float) -> BondGraph:
-    with BondGraph("plant") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        if law == "dry":
-            body >> R("d", 2.0, law=Coulomb(0.5), unit="N*s/m")
-            body >> C("k", stiffness=200.0, unit="N/m")
-        else:
-            body >> R("d", 2.0, unit="N*s/m")
-            body >> C("k", stiffness=200.0, law=Polynomial(0.0, 0.05, 4.0, (3,)), unit="N/m")
-        body >> Dq("x", unit="m")
-    hard = {"a_3_k": 3.0} if law == "cubic" else {}
-    return g.with_values(hard | values)
+    if law == "dry":
+        return spring(friction=Coulomb(0.5)).with_values(values)
+    return spring(law=Polynomial(0.0, 0.05, 4.0, (3,))).with_values({"a_3_k": 3.0} | values)
 
 
 @cache

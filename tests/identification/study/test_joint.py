@@ -8,16 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Parameter
+from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation import Nuisances, SettledSetting, Study, Vary
 from identification.estimation.levenberg_marquardt import FitStatus, minimise
 from identification.study.joint import STATE_WEIGHT, JointPoint, JointProblem, refine_states
 from tests.identification.estimation.plants import record, spring
 
-Array = NDArray[np.float64]
 TAU = Parameter("tau", 0.013, "s", lower=0.0)
 
 

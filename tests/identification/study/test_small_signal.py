@@ -7,11 +7,10 @@ import pytest
 
 from bondgraph import BondGraph, C, Df, One, R, Se, Zero
 from bondgraph.simulation.radau.start import rests
+from bondgraph.support.arrays import Array
 from identification.study.engine import Engine, GeneralEngine, engine_of
 from tests.identification.study.general_plants import coupled, general, motor, pendulum, tank
 from tests.identification.study.test_engine import drum
-
-Array = np.ndarray
 
 
 def still(engine: Engine, **bias: float) -> Array:

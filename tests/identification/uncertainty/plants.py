@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, simulate
 from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.arrays import FloatArray
 from identification.estimation import Estimation, Nuisances, Study, Vary, estimate
 
-FloatArray = NDArray[np.float64]
 N, DT, NOISE = 600, 0.01, 2e-4
 TRUTH = {"m": 0.5, "d": 2.0, "k": 200.0}
 WHOLE = Split(slice(0, N), slice(N, N), "all")

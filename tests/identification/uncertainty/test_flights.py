@@ -12,6 +12,7 @@ from identification.uncertainty.finding import Finding
 from identification.uncertainty.postflight import postflight
 from identification.uncertainty.preflight import preflight, thousand
 from tests.identification.uncertainty.plants import NOISE, recorded, signals, spring
+from tests.spring import spring as shared_spring
 
 T, U, X = signals(n=1200)
 
@@ -72,12 +73,7 @@ def test_unexcited_parameters() -> None:
 
 def test_slow_samples_and_short_records() -> None:
     assert "slow samples" in before(x=X[::50], u=U[::50], t=T[::50])
-    with BondGraph("slow") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", 100.0, unit="kg")
-        body >> R("d", 0.5, unit="N*s/m")
-        body >> C("k", stiffness=1e-4, unit="N/m")
-        body >> Dq("x", unit="m")
+    g = shared_spring(100.0, 0.5, 1e-4)
     kinds = {f.kind for f in preflight(Study(g, recorded(T, U, X)))}
     assert "short record" in kinds
 

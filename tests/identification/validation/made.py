@@ -6,9 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.validation.validation_data import Number, ValidationData, ValidationRecord
-
-Array = np.ndarray
 
 
 def coloured(rng: np.random.Generator, n: int, phi: float) -> Array:

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
@@ -19,20 +18,11 @@ from identification.estimation.starts import many_starts
 from identification.validation import compare, judge
 from identification.validation.figures import waterfall_figure
 from identification.validation.report import page, write_report
+from tests.spring import spring
 
 N, DT, NOISE = 1500, 0.01, 2e-4
 SHA = "0123456789abcdef" * 4
 EVIL = "<img src=x onerror=alert(1)>"
-
-
-def spring(m: float = 0.5) -> BondGraph:
-    with BondGraph("spring") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", m, unit="kg")
-        body >> R("d", 2.0, unit="N*s/m")
-        body >> C("k", stiffness=200.0, unit="N/m")
-        body >> Dq("x", unit="m")
-    return g
 
 
 def recording(name: str, seed: int) -> Recording:

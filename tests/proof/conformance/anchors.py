@@ -21,8 +21,6 @@ from tests.proof.conformance.check import REFUSED, UNSAID, Judgement, judge
 from tests.proof.conformance.implicit import from_relations
 from tests.proof.conformance.reader import read_expression
 
-__all__ = ["TIME_LIMIT", "NotExpressible", "describe", "judge_bondgraphtools", "peer_version"]
-
 TIME_LIMIT = 30.0
 _SCRIPT = Path(__file__).with_name("peer_bondgraphtools.py")
 _OWN = "conformance"

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from tests.proof.conformance.case import Case
 from tests.proof.conformance.numbers import evaluate, random_values
 
-__all__ = ["Answer", "NoPoint"]
-
 _STEPS = 60
 _STARTS = (1.0, 2.5, 0.3)
 

@@ -12,13 +12,11 @@ import scipy.linalg as sla
 import sympy as sp
 from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Floats
 from bondgraph.support.errors import UnusableInput
 from tests.proof.conformance.case import STORES, Case, Part
 from tests.proof.conformance.numbers import evaluate
 
-__all__ = ["eigenvalues", "mismatch", "transfer"]
-
-Floats = NDArray[np.float64]
 _STEPS = 50
 _ENOUGH = 1e-13
 

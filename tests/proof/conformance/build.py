@@ -30,8 +30,6 @@ from bondgraph.graph.modulation import effort, port_variables
 from bondgraph.support.errors import UnusableInput
 from tests.proof.conformance.case import SOURCES, Case, Part
 
-__all__ = ["Built", "build"]
-
 _PLAIN: dict[str, type[Element]] = {"Se": Se, "Sf": Sf, "0": Zero, "1": One}
 _VALUED = {"R": R, "C": C, "I": I}
 _TWO_PORT = {"TF": TF, "GY": GY, "RE": RE}

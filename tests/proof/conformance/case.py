@@ -14,8 +14,6 @@ import sympy as sp
 from bondgraph.support.errors import UnusableInput, unknown_name
 from tests.proof.conformance.reader import read_expression
 
-__all__ = ["Case", "Part", "Transfer", "case", "cases"]
-
 TYPES = ("Se", "Sf", "MSe", "R", "C", "I", "CF", "RE", "TF", "GY", "0", "1")
 SOURCES = ("Se", "Sf")
 STORES = {"C": "q", "I": "p", "CF": "q"}

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from tests.proof.conformance.case import Case
     from tests.proof.conformance.check import Judgement
 
-__all__ = ["add_conformance_command"]
-
 
 @dataclass(frozen=True)
 class Column:

@@ -11,8 +11,6 @@ from tests.proof.conformance.case import Case
 from tests.proof.conformance.numbers import evaluate
 from tests.proof.conformance.reader import read_expression
 
-__all__ = ["final_error"]
-
 
 def final_error(case: Case, answer: Answer) -> float:
     """Return the largest deviation of the final states from those published.

@@ -14,8 +14,6 @@ from tests.proof.conformance.answer import Answer
 from tests.proof.conformance.case import Case
 from tests.proof.conformance.numbers import evaluate, random_values
 
-__all__ = ["from_relations"]
-
 _RANK = 1e-9
 _SEED = 5
 

@@ -10,8 +10,6 @@ import sympy as sp
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["evaluate", "random_values"]
-
 _FUNCTIONS = {sp.exp: cmath.exp, sp.log: cmath.log, sp.sin: cmath.sin, sp.cos: cmath.cos}
 
 

@@ -19,8 +19,6 @@ from tests.proof.conformance.build import Built, build
 from tests.proof.conformance.case import STORES, Case
 from tests.proof.conformance.check import REFUSED, RIGHT, Judgement, judge
 
-__all__ = ["answer_of", "judge_bondsight"]
-
 
 def judge_bondsight(case: Case) -> Judgement:
     """Derive the equations of a case and judge them."""

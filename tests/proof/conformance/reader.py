@@ -11,8 +11,6 @@ import sympy as sp
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["FUNCTIONS", "read_expression"]
-
 FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     "exp": sp.exp,
     "log": sp.log,

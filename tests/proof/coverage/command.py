@@ -7,9 +7,7 @@ import sys
 import time
 from typing import Any
 
-from bondsight.cli.arguments import jobs, nonnegative
-
-__all__ = ["add_coverage_command"]
+from bondsight.cli.arguments import jobs, nonnegative, positive
 
 DEMO = "demo"
 KINDS = ("fisher", "sandwich", "profile")
@@ -25,8 +23,8 @@ def add_coverage_command(verbs: Any) -> None:
         help="a model as for the other commands, at its declared values; or demo (default): a "
         "linear and a hysteretic spring, white and coloured noise",
     )  # fmt: skip
-    p.add_argument("--trials", type=_positive, default=200)
-    p.add_argument("--samples", type=_positive, default=None, help="of each record (default: 800)")
+    p.add_argument("--trials", type=positive, default=200)
+    p.add_argument("--samples", type=positive, default=None, help="of each record (default: 800)")
     p.add_argument("--noise", type=float, default=0.02, help="deviation over the rms of a reading")
     p.add_argument("--amplitude", type=float, default=1.0, help="peak of the commands of MODEL, SI")
     p.add_argument("--top", type=float, default=None, help="highest frequency for MODEL, Hz")
@@ -36,13 +34,6 @@ def add_coverage_command(verbs: Any) -> None:
     p.add_argument("--first", type=nonnegative, default=0, help="number of the first trial")
     p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
     p.set_defaults(run=_coverage)
-
-
-def _positive(text: str) -> int:
-    value = nonnegative(text)
-    if value == 0:
-        raise argparse.ArgumentTypeError("0 is too few; give at least 1")
-    return value
 
 
 def _coverage(options: argparse.Namespace) -> int:

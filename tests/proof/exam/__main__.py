@@ -10,7 +10,7 @@ from pathlib import Path
 from bondgraph.support.errors import BondsightError
 from bondsight.cli.arguments import jobs, nonnegative
 from tests.proof.exam.cells import CELLS
-from tests.proof.exam.truths import read_exam_truths
+from tests.proof.exam.truths import ExamTruth, read_exam_truths
 from tests.proof.trial.layout import Layout
 
 FOLDER = Path("bondsight-out/exam")
@@ -87,15 +87,19 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _asked(options: argparse.Namespace) -> tuple[Layout, dict[str, ExamTruth]]:
+    layout = Layout(options.folder)
+    truths = read_exam_truths(layout.truths)
+    cells = options.cells
+    return layout, {i: t for i, t in truths.items() if not cells or t.cell in cells}
+
+
 def _score(options: argparse.Namespace) -> int:
     from tests.proof.exam.counting import score_exam
     from tests.proof.exam.printing import bad_lines, table_lines
     from tests.proof.exam.said import read_exam_answers
 
-    layout = Layout(options.folder)
-    truths = read_exam_truths(layout.truths)
-    if options.cells:
-        truths = {i: t for i, t in truths.items() if t.cell in options.cells}
+    layout, truths = _asked(options)
     new = read_exam_answers(options.answers or layout.answers)
     again = {
         word: read_exam_answers(folder)
@@ -118,10 +122,7 @@ def _score(options: argparse.Namespace) -> int:
 def _certify(options: argparse.Namespace) -> int:
     from tests.proof.exam.certifying import certify_lines, read_contents
 
-    layout = Layout(options.folder)
-    truths = read_exam_truths(layout.truths)
-    if options.cells:
-        truths = {i: t for i, t in truths.items() if t.cell in options.cells}
+    layout, truths = _asked(options)
     contents = read_contents(options.answers or layout.answers)
     print("\n".join(certify_lines(truths, [c for c in contents if str(c["id"]) in truths])))
     return 0

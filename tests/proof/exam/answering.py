@@ -23,8 +23,6 @@ from tests.proof.trial.layout import Layout
 from tests.proof.trial.running import graph_of, ports_of, recording_of
 from tests.proof.trial.truths import Public
 
-__all__ = ["WORKS", "exam_answer", "half_answer", "transplant_answer"]
-
 BLOCKS = 40
 """Pieces in which residuals are drawn anew, so that what is left of their colour stays."""
 

@@ -22,8 +22,6 @@ from tests.proof.trial.generator.drawing import stream
 from tests.proof.trial.generator.parameters import ALL_PLANTS, PLANTS, SPREAD
 from tests.proof.trial.generator.vocabulary import Choice, choices
 
-__all__ = ["CELLS", "CONTROLS", "draw_exam", "shares"]
-
 CELLS: Mapping[str, int] = {
     "control": 108,
     "single": 72,

@@ -28,8 +28,6 @@ from tests.proof.exam.stored import evidence_of
 from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.rates import Rate, rate
 
-__all__ = ["GATES", "GRID", "Setting", "certify_lines", "replayed"]
-
 LEVEL = 0.05
 """Probability below which a gate is certified."""
 

@@ -6,31 +6,19 @@ import statistics
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 from tests.proof.exam.judging import ExamOutcome, judge_exam
 from tests.proof.exam.said import ExamAnswer
 from tests.proof.exam.separable import kind_separable, name_separable, no_law_fits
 from tests.proof.exam.truths import ExamTruth
+from tests.proof.trial.calibration import Reliability, reliability
 from tests.proof.trial.rates import Rate, rate
 from tests.proof.trial.vocabulary import FAMILIES
-
-__all__ = ["ExamScore", "Reliability", "score_exam"]
 
 LEFT = 1.0
 """A declared model leaves a misfit if more than this many times the noise remains beside it."""
 
 _BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Reliability:
-    """Names with a stated probability between two bounds, and how many were right."""
-
-    low: float
-    high: float
-    stated: float
-    right: Rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,10 +267,4 @@ def _reliability(outcomes: Sequence[ExamOutcome]) -> tuple[Reliability, ...]:
         for c in o.claims
         if c.claim.probability is not None and c.claim.answer in ("exact", "approximate")
     ]
-    table = []
-    for low, high in pairwise(_BINS):
-        here = [(p, right) for p, right in stated if low <= p < high or p == high == 1.0]
-        if here:
-            mean = statistics.fmean(p for p, _ in here)
-            table.append(Reliability(low, high, mean, rate(right for _, right in here)))
-    return tuple(table)
+    return reliability(stated, _BINS)

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from joblib import Parallel, delayed
-
 from tests.proof.exam.cells import draw_exam
 from tests.proof.exam.making import exam_record
-from tests.proof.trial.generating import Progress, write_public
-from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.writing import generate
+from tests.proof.trial.generating import Progress, make_all
 from tests.proof.trial.layout import Layout
-
-__all__ = ["generate_exam"]
 
 
 def generate_exam(
@@ -24,18 +18,5 @@ def generate_exam(
 ) -> int:
     """Draw and make an exam; recordings that are there are kept. Returns how many it has."""
     cases = draw_exam(seed, count)
-    made = Parallel(n_jobs=jobs, return_as="generator_unordered")(
-        delayed(_make)(case, layout) for case in cases
-    )
-    for done, name in enumerate(made, start=1):
-        if progress is not None:
-            progress(f"recording {name}", done / len(cases))
-    generate(cases, layout.data, make=exam_record)  # all are there: this only lists them
-    write_public(layout, [case.id for case in cases])
+    make_all(cases, layout, exam_record, jobs, progress)
     return len(cases)
-
-
-def _make(case: Case, layout: Layout) -> str:
-    # the list of truths that this call writes is written anew at the end
-    generate([case], layout.data, make=exam_record)
-    return case.id

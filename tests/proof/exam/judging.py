@@ -10,8 +10,6 @@ from tests.proof.exam.said import Claim, ExamAnswer
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth
 from tests.proof.trial.vocabulary import FAMILY_OF
 
-__all__ = ["ExamOutcome", "JudgedClaim", "judge_exam", "remaining"]
-
 MISFIT = 3.0
 """A misfit that exceeds this many times the noise must not be called explained."""
 

@@ -6,18 +6,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from tests.proof.exam.vocabulary import kinds_of, names_of, places_of
 from tests.proof.trial.generator.case import Case
 from tests.proof.trial.generator.making import UNIT, disturbed, noisy, together
 from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.sizing import Bench, Sized, bench_of, size
 from tests.proof.trial.vocabulary import FAMILY_OF
-
-__all__ = ["STRETCHES", "active_stretches", "exam_record"]
-
-Array = NDArray[np.float64]
 
 STRETCHES = 40
 """Equal parts of a record in which an effect is called active or not."""

@@ -10,8 +10,6 @@ from tests.proof.exam.counting import ExamScore
 from tests.proof.exam.judging import ExamOutcome
 from tests.proof.trial.rates import Rate
 
-__all__ = ["bad_lines", "table_lines"]
-
 _WIDE = 76
 
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
-
-__all__ = ["REASSURING", "Claim", "ExamAnswer", "read_exam_answers"]
+from tests.proof.trial.answers import read_each
 
 REASSURING = ("explained", "parameters_only")
 """Verdicts that say that nothing is missing."""
@@ -168,11 +166,4 @@ def read_exam_answers(folder: Path) -> dict[str, ExamAnswer]:
     """
     if not folder.is_dir():
         raise UnusableInput(f"{folder}: no answers here; run python -m tests.proof.exam run first")
-    found = {}
-    for path in sorted(folder.glob("*.json")):
-        try:
-            answer = exam_answer_of(json.loads(path.read_text(encoding="utf-8")))
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise UnusableInput(f"{path}: no answer ({error!r}); remove it and run again") from None
-        found[answer.id] = answer
-    return found
+    return read_each(folder, exam_answer_of)

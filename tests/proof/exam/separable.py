@@ -11,8 +11,6 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue import UNNAMED
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth
 
-__all__ = ["SURE", "kind_separable", "name_separable", "no_law_fits"]
-
 SURE = 3.0
 """Standard errors over the stretches by which a wrong hypothesis must lose against the truth."""
 

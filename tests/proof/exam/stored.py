@@ -25,8 +25,6 @@ from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.search import one_step
 from identification.diagnosis.search.forward_selection import SelectionStage, steps
 
-__all__ = ["StoredScore", "evidence_of", "recorded", "stored"]
-
 
 @dataclass(frozen=True, eq=False)
 class StoredScore:

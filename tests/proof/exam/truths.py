@@ -10,8 +10,6 @@ from typing import Any
 
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["SHOWS", "ConcealedEffect", "ExamTruth", "read_exam_truths"]
-
 SHOWS = 3.0
 """An effect shows if it moves a reading by more than this many times its noise (rms)."""
 

@@ -19,21 +19,6 @@ from tests.proof.trial.generator.vocabulary import (
     Places,
 )
 
-__all__ = [
-    "DISTURBED",
-    "EXAM_FORMS",
-    "EXAM_OUTSIDE",
-    "EXAM_SINGLES",
-    "KINDS",
-    "RARE",
-    "REWRITTEN",
-    "SLOW",
-    "Table",
-    "kinds_of",
-    "names_of",
-    "places_of",
-]
-
 Table = Sequence[tuple[str, str, Places]]
 
 _SOURCES: Places = {name: (plant.source[0],) for name, plant in EXAM_PLANTS.items()}

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import time
 from typing import Any
 
 from bondgraph.signals.recording import Recording
-from identification.datasets import protocol
+from identification.datasets.public_set import Protocol
 from identification.estimation import Estimation
 from tests.proof.published.models.bouc_wen import bouc_wen
 from tests.proof.published.outcome import Compared, Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels, free_run_error, scaled, settled, stage
-
-__all__ = ["BETA", "PUBLISHED", "TARGET", "fit", "run"]
 
 TARGET = 7.5e-6
 """Largest error on either test, m."""
@@ -49,15 +45,8 @@ def fit(train: Recording, *, progress: Progress | None = None) -> Estimation:
     return stage(graph, [train], names, made.values, progress=scaled(progress, 0.3, 0.9), **options)
 
 
-def run(
-    folder: str | os.PathLike[str] | None = None,
-    *,
-    share: float = 1.0,
-    progress: Progress | None = None,
-) -> Outcome:
-    """Run the protocol; parameters as `tests.proof.published.silverbox.run`."""
-    begin = time.perf_counter()
-    parts = protocol("bouc_wen", folder)
+def run(parts: Protocol, share: float, progress: Progress | None) -> Outcome:
+    """Run the protocol; parameters as `tests.proof.published.catalogue.run_protocol`."""
     train = parts.train[0].slice(0, round(share * parts.train[0].n))
     made = fit(train, progress=progress)
     tests = parts.tests
@@ -76,7 +65,7 @@ def run(
         "train: five periods of a multisine with noise, from rest; test: one settled period of "
         "another (the second pass of its repetition is scored) and a sweep from rest",
         split_hash(("train", channels(train)), *(("test", channels(r)) for r in tests.values())),
-        0, errors, compared, values=made.values, seconds=time.perf_counter() - begin,
+        0, errors, compared, values=made.values,
         notes=(
             f"simulated data; beta = {BETA:g} is not identifiable and is set",
             "published (table of Iacob et al.): best of state-space networks 7.53e-6 m",

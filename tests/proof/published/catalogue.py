@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
+import time
+from dataclasses import replace
 from importlib import import_module
 from typing import cast
 
 from bondgraph.support.errors import unknown_name
+from identification.datasets import protocol
 from tests.proof.published.outcome import Outcome
 from tests.proof.published.staging import Progress
-
-__all__ = ["PROTOCOLS", "run_protocol"]
 
 PROTOCOLS = (
     "silverbox", "wiener_hammerstein", "bouc_wen", "coupled_drives", "emps", "steering_mirror",
@@ -35,7 +36,8 @@ def run_protocol(
     folder : path, optional
         Folder of the recordings; `BONDSIGHT_RECORDINGS` if not given.
     share : float
-        Part of the training samples that is used; below 1 the outcome is a trial.
+        Part of the training samples that is used, from their start; below 1 the outcome is a
+        trial and does not count as official.
     progress : callable, optional
         Called with a text and a fraction between 0 and 1.
 
@@ -49,4 +51,6 @@ def run_protocol(
     if name not in PROTOCOLS:
         raise unknown_name("published protocol", name, "tests.proof.published", PROTOCOLS)
     module = import_module(f"tests.proof.published.{name}")
-    return cast("Outcome", module.run(folder, share=share, progress=progress))
+    begin = time.perf_counter()
+    made = cast("Outcome", module.run(protocol(name, folder), share, progress))
+    return replace(made, seconds=time.perf_counter() - begin)

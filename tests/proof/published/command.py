@@ -7,8 +7,6 @@ import json
 import sys
 from typing import Any
 
-__all__ = ["add_published_command"]
-
 
 def add_published_command(verbs: Any) -> None:
     """Add the command to the sub-parsers of ``bondsight``."""

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import time
 from collections.abc import Sequence
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.recording import Recording, Split
-from identification.datasets import protocol
 from identification.datasets.public_set import Protocol
 from identification.estimation import Estimation, Nuisances, Vary
 from tests.proof.published.models.coupled_drives import coupled_drives
 from tests.proof.published.outcome import Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels, joined, rms, scaled, stage
-
-__all__ = ["fit", "records", "run"]
 
 UNIT = "sensor units"
 FRICTIONS = (0.5, 1.0, 2.0, 3.0, 4.0)
@@ -78,15 +73,8 @@ def _training_misfit(made: Estimation, found: Sequence[Recording]) -> float:
     return float(sum(parts))
 
 
-def run(
-    folder: str | os.PathLike[str] | None = None,
-    *,
-    share: float = 1.0,
-    progress: Progress | None = None,
-) -> Outcome:
-    """Run the protocol; parameters as `tests.proof.published.silverbox.run`."""
-    begin = time.perf_counter()
-    parts = protocol("coupled_drives", folder)
+def run(parts: Protocol, share: float, progress: Progress | None) -> Outcome:
+    """Run the protocol; parameters as `tests.proof.published.catalogue.run_protocol`."""
     found, splits = records(parts, share)
     kinds = {
         "rectified, dry friction": (True, True),
@@ -107,6 +95,6 @@ def run(
         "first 400 samples of each of three records train, last 100 test; the simulation runs on "
         "from the training part",
         split_hash(*(("record", channels(r)) for r in found)),
-        parts.init, tuple(errors), values=values, seconds=time.perf_counter() - begin,
+        parts.init, tuple(errors), values=values,
         notes=("common parameters but for the gain of each record; input held",),
     )  # fmt: skip

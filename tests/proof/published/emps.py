@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import time
 from collections.abc import Mapping
 
 from bondgraph.signals.recording import Recording, Split
-from identification.datasets import protocol
+from identification.datasets.public_set import Protocol
 from identification.estimation import NO_NUISANCES, Estimation, Study, estimate
 from tests.proof.published.models.positioning_axis import positioning_axis
 from tests.proof.published.outcome import Compared, Outcome, Reached, split_hash
@@ -20,8 +18,6 @@ from tests.proof.published.staging import (
     scaled,
     stage,
 )
-
-__all__ = ["PUBLISHED", "TOLERANCE", "fit", "position_error", "refit", "run"]
 
 PUBLISHED = {
     "M": ("M", 95.1, "kg"),
@@ -59,15 +55,8 @@ def refit(
     )  # fmt: skip
 
 
-def run(
-    folder: str | os.PathLike[str] | None = None,
-    *,
-    share: float = 1.0,
-    progress: Progress | None = None,
-) -> Outcome:
-    """Run the protocol; parameters as `tests.proof.published.silverbox.run`."""
-    begin = time.perf_counter()
-    parts = protocol("emps", folder)
+def run(parts: Protocol, share: float, progress: Progress | None) -> Outcome:
+    """Run the protocol; parameters as `tests.proof.published.catalogue.run_protocol`."""
     train = parts.train[0].slice(0, round(share * parts.train[0].n))
     (name, test), *_ = parts.tests.items()
     held = fit(train, progress=scaled(progress, 0.0, 0.4))
@@ -102,7 +91,7 @@ def run(
         "its initial state is fitted to its init samples",
         split_hash(("train", channels(train)), ("test", channels(test))),
         parts.init, errors, compared,
-        values=whole.values, seconds=time.perf_counter() - begin, notes=tuple(notes),
+        values=whole.values, notes=tuple(notes),
     )  # fmt: skip
 
 

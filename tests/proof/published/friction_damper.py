@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import time
-
 import numpy as np
 
 from bondgraph.signals.recording import Recording
-from identification.datasets import protocol
+from identification.datasets.public_set import Protocol
 from identification.estimation import Estimation
 from tests.proof.published.models.band_brake import band_brake
 from tests.proof.published.outcome import Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels, fitted_start, rms, stage
-
-__all__ = ["FREE", "fit", "relative_error", "run"]
 
 RUNS = ("harmonic_0p25Hz_1p5in_36lb", "harmonic_0p5Hz_1in_30lb", "harmonic_1Hz_0p5in_36lb")
 EDGE = 16
@@ -46,15 +41,8 @@ def relative_error(
     return error / float(np.std(force)), error
 
 
-def run(
-    folder: str | os.PathLike[str] | None = None,
-    *,
-    share: float = 1.0,
-    progress: Progress | None = None,
-) -> Outcome:
-    """Run the protocol; parameters as `tests.proof.published.silverbox.run`."""
-    begin = time.perf_counter()
-    parts = protocol("friction_damper", folder)
+def run(parts: Protocol, share: float, progress: Progress | None) -> Outcome:
+    """Run the protocol; parameters as `tests.proof.published.catalogue.run_protocol`."""
     whole = [parts[f"train/{name}"] for name in RUNS]
     runs = [r.slice(EDGE, EDGE + round(share * min(LENGTH, r.n - 2 * EDGE))) for r in whole]
     made = fit([r.select({"v": "v", "F": "F"}) for r in runs], progress=progress)
@@ -68,6 +56,6 @@ def run(
         "the first 8 s of three harmonic runs (36 and 30 lb; published: 13 runs) train; the "
         "published windows of two earthquakes judge, from the measured velocity alone",
         split_hash(*(("train", channels(r)) for r in runs)),
-        0, tuple(errors), values=made.values, seconds=time.perf_counter() - begin,
+        0, tuple(errors), values=made.values,
         notes=(*notes, "the published displacement of the earthquakes is probably half too large"),
     )  # fmt: skip

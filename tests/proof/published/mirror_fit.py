@@ -13,8 +13,6 @@ from bondgraph.support.errors import UnusableInput
 from tests.proof.published.mirror_lines import FloatArray, Spectra
 from tests.proof.published.mirror_model import MirrorModel, Modes
 
-__all__ = ["Fitted", "cost", "fitted"]
-
 SMALLEST = 1e-9
 LARGEST = 1e4
 

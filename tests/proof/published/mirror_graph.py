@@ -20,8 +20,6 @@ from tests.proof.published.mirror_terms import RATE
 from tests.proof.published.models.plays_and_powers import PlaysAndPowers
 from tests.proof.published.models.steering_mirror import MirrorValues, steering_mirror
 
-__all__ = ["free_run", "graph_of", "values_of"]
-
 
 def values_of(model: MirrorModel, p: FloatArray, drive: float) -> MirrorValues:
     """Return the numbers of the bond graph at a relative drive level (see `MirrorModel.drive`).

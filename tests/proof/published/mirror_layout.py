@@ -12,9 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["OMEGA", "Layout", "Parts"]
-
-FloatArray = NDArray[np.float64]
+from bondgraph.support.arrays import FloatArray
 
 OMEGA = 2e3 * np.pi
 """Reference angular frequency, rad/s: frequencies are logarithms over it."""

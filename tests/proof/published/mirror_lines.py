@@ -16,8 +16,6 @@ from scipy import fft
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 
-__all__ = ["INPUTS", "OUTPUTS", "Lines", "Spectra", "smoothed", "spectra", "total_rms"]
-
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
 

@@ -21,8 +21,6 @@ from tests.proof.published.mirror_layout import DELAY, OMEGA, Layout, Parts
 from tests.proof.published.mirror_lines import ComplexArray, FloatArray, Lines, Spectra
 from tests.proof.published.mirror_terms import Terms
 
-__all__ = ["MirrorModel", "Modes", "Settled"]
-
 ACCURACY = 1e-5
 MOST = 40
 

@@ -12,8 +12,6 @@ import numpy as np
 from tests.proof.published.mirror_layout import DELAY, OMEGA, Layout
 from tests.proof.published.mirror_lines import ComplexArray, FloatArray, Lines, Spectra
 
-__all__ = ["add_mode", "first_modes", "response", "vector_fit"]
-
 SLENDER = (0.003, 0.1)
 """Damping ratios of poles that are taken for modes; others fill gaps of the rational fit."""
 

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from bondgraph.hysteresis.plays.play import play_record
 from tests.proof.published.mirror_lines import ComplexArray, FloatArray, Lines
 
-__all__ = ["RATE", "Terms", "Touched"]
-
 RATE = 6e3
 """Unit of the rate of the voltage: rad/s times V."""
 

@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Compared", "Outcome", "Reached", "split_hash"]
-
-Array = np.ndarray
+from bondgraph.support.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)

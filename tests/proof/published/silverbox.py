@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import time
 from typing import Any
 
 from bondgraph.signals.recording import Recording
-from identification.datasets import protocol
+from identification.datasets.public_set import Protocol
 from identification.estimation import Estimation, Nuisances
 from tests.proof.published.models.silverbox import silverbox
 from tests.proof.published.outcome import Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels, free_run_error, scaled, stage
-
-__all__ = ["TARGETS", "fit", "fit_linear", "run"]
 
 TARGETS = {"multisine": 0.30, "arrow_full": 0.40, "arrow_no_extrapolation": 0.27}
 """Largest errors, mV."""
@@ -47,26 +43,8 @@ def fit_linear(train: Recording, *, progress: Progress | None = None) -> Estimat
     return stage(silverbox(), [train], LINEAR, straight, progress=progress, **OPTIONS)
 
 
-def run(
-    folder: str | os.PathLike[str] | None = None,
-    *,
-    share: float = 1.0,
-    progress: Progress | None = None,
-) -> Outcome:
-    """Run the protocol.
-
-    Parameters
-    ----------
-    folder : path, optional
-        Folder of the recordings; `BONDSIGHT_RECORDINGS` if not given.
-    share : float
-        Part of the training samples that is used, from their start; below 1 the outcome is a
-        trial and does not count as official.
-    progress : callable, optional
-        Called with a text and a fraction between 0 and 1.
-    """
-    begin = time.perf_counter()
-    parts = protocol("silverbox", folder)
+def run(parts: Protocol, share: float, progress: Progress | None) -> Outcome:
+    """Run the protocol; parameters as `tests.proof.published.catalogue.run_protocol`."""
     train = parts.train[0].slice(0, round(share * parts.train[0].n))
     init, tests = parts.init, parts.tests
     made = fit(train, progress=scaled(progress, 0.0, 0.8))
@@ -82,7 +60,7 @@ def run(
         "train: first 75 % of the multisines; test: their last 25 %, the arrow, the arrow's first "
         "32000 samples; the initial state of a test is fitted to its init samples",
         split_hash(("train", channels(train)), *(("test", channels(r)) for r in tests.values())),
-        init, tuple(errors), values=made.values, seconds=time.perf_counter() - begin,
+        init, tuple(errors), values=made.values,
         notes=(
             f"{len(made.free)} parameters, band-limited input",
             "published (third-party tables): linear 6.96 / 14.4 / 6.58, DT-SUBNET (Beintema 2021) "

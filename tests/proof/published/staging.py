@@ -11,24 +11,12 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Modulated, Sensor
 from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.arrays import Array
 from identification.estimation import NO_NUISANCES, Estimation, Study, Vary, estimate
 from identification.estimation.result import free_run
 from identification.study.joined import provenance
 from identification.study.problem import Problem, data_for
 
-__all__ = [
-    "Progress",
-    "channels",
-    "fitted_start",
-    "free_run_error",
-    "joined",
-    "rms",
-    "scaled",
-    "settled",
-    "stage",
-]
-
-Array = np.ndarray
 Progress = Callable[[str, float], None]
 
 

@@ -16,8 +16,6 @@ refuses the values. ``Sizes(reach=0, dampers=10)`` is passive, and its bond grap
 
 from __future__ import annotations
 
-import os
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -25,7 +23,7 @@ import numpy as np
 
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
-from identification.datasets import protocol
+from identification.datasets.public_set import Protocol
 from tests.proof.published.mirror_fit import fitted
 from tests.proof.published.mirror_layout import OMEGA, Layout
 from tests.proof.published.mirror_lines import (
@@ -42,18 +40,6 @@ from tests.proof.published.mirror_start import add_mode, first_modes, response
 from tests.proof.published.mirror_terms import Terms
 from tests.proof.published.outcome import Outcome, Reached, split_hash
 from tests.proof.published.staging import Progress, channels
-
-__all__ = [
-    "LINEAR",
-    "Comparison",
-    "Sizes",
-    "by_level",
-    "compare",
-    "errors_of",
-    "linear_modes",
-    "run",
-    "with_memory",
-]
 
 RATE, PERIOD, LAST = 6400.0, 8192, 3839
 LINEAR = (
@@ -250,18 +236,8 @@ def by_level(recordings: Sequence[Recording]) -> dict[str, list[Recording]]:
     return found
 
 
-def run(
-    folder: str | os.PathLike[str] | None = None,
-    *,
-    share: float = 1.0,
-    progress: Progress | None = None,
-) -> Outcome:
-    """Run the protocol; `share` below 1 takes fewer iterations, and realisations of outer levels.
-
-    Parameters as `tests.proof.published.silverbox.run`.
-    """
-    begin = time.perf_counter()
-    parts = protocol("steering_mirror", folder)
+def run(parts: Protocol, share: float, progress: Progress | None) -> Outcome:
+    """Run the protocol; `share` below 1: fewer iterations, and realisations of outer levels."""
     train = by_level(parts.train)
     middle = list(train)[len(train) // 2]  # three commands need three realisations there
     for k in train:
@@ -282,5 +258,5 @@ def run(
         "steering_mirror", parts.about.title, bool(parts.official) and share == 1.0,
         "train: all levels together; test: one settled period of another realisation at each "
         "level. Targets are the errors of a linear model of the same modes, fitted to that level",
-        split_hash(*used), 0, errors, (), {}, time.perf_counter() - begin, tuple(made.lines()),
+        split_hash(*used), 0, errors, notes=tuple(made.lines()),
     )  # fmt: skip

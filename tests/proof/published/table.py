@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 from tests.proof.published.outcome import Compared, Outcome, Reached
 
-__all__ = ["lines_of", "table"]
-
 WORDS = {True: "reached", False: "NOT reached", None: ""}
 
 

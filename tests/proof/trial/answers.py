@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from bondgraph.support.errors import UnusableInput
 from tests.proof.trial.vocabulary import FAMILIES, FAMILY_OF
 
-__all__ = ["Answer", "Statement", "answer_of", "read_answers", "share_of", "statement_of"]
-
+Kept = TypeVar("Kept")
 SPELLINGS = {
     "exact": "exact",
     "approximate": "exact",
@@ -200,7 +199,12 @@ def _number(value: Any) -> float:
 
 
 def read_answers(folder: Path) -> dict[str, Answer]:
-    """Read every answer of a folder by the id of its recording.
+    """Read every answer of a folder by the id of its recording."""
+    return read_each(folder, answer_of)
+
+
+def read_each(folder: Path, read: Callable[[Mapping[str, Any]], Kept]) -> dict[str, Kept]:
+    """Read every file of a folder by the id that stands in it.
 
     Raises
     ------
@@ -210,8 +214,8 @@ def read_answers(folder: Path) -> dict[str, Answer]:
     found = {}
     for path in sorted(folder.glob("*.json")):
         try:
-            answer = answer_of(json.loads(path.read_text(encoding="utf-8")))
+            content = json.loads(path.read_text(encoding="utf-8"))
+            found[str(content["id"])] = read(content)
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise UnusableInput(f"{path}: no answer ({error!r}); remove it and run again") from None
-        found[answer.id] = answer
     return found

@@ -13,8 +13,6 @@ from tests.proof.trial.matching import Outcome
 from tests.proof.trial.oracles import OracleAnswer
 from tests.proof.trial.rates import Rate, rate
 
-__all__ = ["RULES", "Baseline", "baselines", "best_candidate", "information_criterion"]
-
 Choice = tuple[str, str]
 """Effect and element; both empty for "nothing is missing"."""
 NOTHING: Choice = ("", "")

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from tests.proof.trial.bench_sensing import LateEdges, SensorCarried
 from tests.proof.trial.generator.case import Case
@@ -24,10 +24,6 @@ from tests.proof.trial.generator.parameters import PLANTS
 from tests.proof.trial.generator.resuming import Going
 from tests.proof.trial.generator.sensing import SENSOR_LAWS
 from tests.proof.trial.generator.sizing import COARSEST, FINEST, Bench, Sized, bench_of, size
-
-__all__ = ["Moved", "TrialPlant", "drawn"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

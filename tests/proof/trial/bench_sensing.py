@@ -5,14 +5,10 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bondgraph.support.arrays import FloatArray as Array
 from tests.proof.trial.generator.sensing import sense
 from tests.proof.trial.generator.sizing import Sized
-
-__all__ = ["LateEdges", "SensorCarried"]
-
-Array = NDArray[np.float64]
 
 _NEEDS_TIME = ("linear_in_time", "warming_up")
 _LAGS = {"sensor_first_order": 1, "sensor_two_lags": 2}

@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["black_box"]
+from bondgraph.support.arrays import FloatArray as Array
 
-Array = NDArray[np.float64]
 LAGS = (0, 1, 2, 3, 5, 8, 12, 18, 27, 40)
 RIDGES = tuple(10.0**k for k in range(-6, 5))
 

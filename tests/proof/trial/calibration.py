@@ -9,8 +9,6 @@ from itertools import pairwise
 from tests.proof.trial.matching import Outcome
 from tests.proof.trial.rates import Rate, rate
 
-__all__ = ["Calibration", "calibration"]
-
 EDGES = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
 
 
@@ -52,10 +50,17 @@ def calibration(outcomes: Sequence[Outcome]) -> Calibration:
     if not points:
         return Calibration(float("nan"), 0, ())
     brier = sum((c - ok) ** 2 for c, ok in points) / len(points)
+    return Calibration(brier, len(points), reliability(points, EDGES))
+
+
+def reliability(
+    points: Sequence[tuple[float, bool]], edges: Sequence[float]
+) -> tuple[Reliability, ...]:
+    """Return what was stated beside how often it was right, between every two edges."""
     table = []
-    for low, high in pairwise(EDGES):
+    for low, high in pairwise(edges):
         inside = [(c, ok) for c, ok in points if low <= c < high or (high == 1.0 and c >= 1.0)]
         if inside:
             stated = sum(c for c, _ in inside) / len(inside)
             table.append(Reliability(low, high, stated, rate(ok for _, ok in inside)))
-    return Calibration(brier, len(points), tuple(table))
+    return tuple(table)

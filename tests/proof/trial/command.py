@@ -8,9 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from bondsight.cli.arguments import jobs, nonnegative
-
-__all__ = ["add_blind_command"]
+from bondsight.cli.arguments import jobs, nonnegative, positive
 
 FOLDER = Path("bondsight-out/blind")
 
@@ -39,16 +37,9 @@ def add_blind_command(verbs: Any) -> None:
                 "--kind", choices=("trial", "development", "reduced"), default="development",
                 help="a trial takes its salt from the operating system",
             )  # fmt: skip
-            s.add_argument("--count", type=_positive, default=None, help="of development only")
+            s.add_argument("--count", type=positive, default=None, help="of development only")
         if name not in ("score", "interim"):
             s.add_argument("--seed", type=nonnegative, default=None)
-
-
-def _positive(text: str) -> int:
-    value = nonnegative(text)
-    if value == 0:
-        raise argparse.ArgumentTypeError("0 is too few; give at least 1")
-    return value
 
 
 def _generate(options: argparse.Namespace) -> int:

@@ -24,8 +24,6 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.truths import Truth, canonical, read_truths
 
-__all__ = ["commit", "reveal", "source_hash", "tool_commit", "truths_hash", "verify"]
-
 SCHEMA = "bondsight.commitment/1"
 PACKAGES = ("bondsight", "bondgraph", "actuators", "identification", "hardware")
 WORDS = {

@@ -14,8 +14,6 @@ from tests.proof.trial.scoring import Score
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["figures"]
-
 LINE, LIGHT = AFTER, MUTED
 
 

@@ -11,8 +11,6 @@ from tests.proof.trial.matching import Judged, Outcome
 from tests.proof.trial.oracles import OracleAnswer, repair_ratio
 from tests.proof.trial.rates import Rate, rate
 
-__all__ = ["Gate", "gates", "sorted_out"]
-
 INSIDE = ("single", "form", "look_alike", "double")
 """Cells whose effects the catalogue has."""
 

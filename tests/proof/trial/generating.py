@@ -15,11 +15,10 @@ from bondgraph.support.whole_file import write_atomically
 from tests.proof.trial.commitment import commit
 from tests.proof.trial.generator.case import Case
 from tests.proof.trial.generator.drawing import draw
+from tests.proof.trial.generator.making import record
 from tests.proof.trial.generator.parameters import ALL_PLANTS
-from tests.proof.trial.generator.writing import generate, load_case
+from tests.proof.trial.generator.writing import Make, generate, load_case
 from tests.proof.trial.layout import Layout
-
-__all__ = ["HOLDS", "KINDS", "generate_trial"]
 
 KINDS = ("trial", "development", "reduced")
 HOLDS: Mapping[str, str] = {"zero": "hold", "linear": "linear"}
@@ -65,14 +64,7 @@ def generate_trial(
         )
     salt = _salt(layout, kind, seed)
     cases = draw(kind, salt, count)
-    made = Parallel(n_jobs=jobs, return_as="generator_unordered")(
-        delayed(_make)(case, layout) for case in cases
-    )
-    for done, name in enumerate(made, start=1):
-        if progress is not None:
-            progress(f"recording {name}", done / len(cases))
-    truths = generate(cases, layout.data)  # all are there: this only lists them
-    write_public(layout, [case.id for case in cases])
+    truths = make_all(cases, layout, record, jobs, progress)
     commit(layout, truths, salt, kind)
     return len(cases)
 
@@ -87,9 +79,24 @@ def _salt(layout: Layout, kind: str, seed: int | None) -> str:
     return salt
 
 
-def _make(case: Case, layout: Layout) -> str:
+def make_all(
+    cases: Sequence[Case], layout: Layout, make: Make, jobs: int, progress: Progress | None
+) -> list[dict[str, Any]]:
+    """Make the recordings that are not there, list what is public, return all truths."""
+    made = Parallel(n_jobs=jobs, return_as="generator_unordered")(
+        delayed(_make)(case, layout, make) for case in cases
+    )
+    for done, name in enumerate(made, start=1):
+        if progress is not None:
+            progress(f"recording {name}", done / len(cases))
+    truths = generate(cases, layout.data, make=make)  # all are there: this only lists them
+    write_public(layout, [case.id for case in cases])
+    return truths
+
+
+def _make(case: Case, layout: Layout, make: Make) -> str:
     # the list of truths that this call writes is written anew at the end
-    generate([case], layout.data)
+    generate([case], layout.data, make=make)
     return case.id
 
 

@@ -28,8 +28,6 @@ from tests.proof.trial.scoring import rate_row
 from tests.proof.trial.summary import gates_table
 from tests.proof.trial.truths import Public, Truth
 
-__all__ = ["Withheld", "publish_withheld", "run_withheld", "score_withheld"]
-
 
 @dataclass(frozen=True, slots=True)
 class _Without:

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from tests.proof.trial.answers import Answer, Statement
 from tests.proof.trial.truths import TrueEffect, Truth
 
-__all__ = ["Judged", "Outcome", "judge"]
-
 
 @dataclass(frozen=True, slots=True)
 class Judged:

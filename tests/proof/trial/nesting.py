@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from identification.diagnosis.catalogue import CATALOGUE
 
-__all__ = ["containing"]
-
 
 def containing(effect: str, simpler: Mapping[str, Sequence[str]] | None = None) -> tuple[str, ...]:
     """Return `effect` and every effect that contains it, directly or through another.

@@ -28,8 +28,6 @@ from identification.diagnosis.search.candidates import (
 from identification.statistics.blocks import paired_z
 from identification.study.problem import drives
 
-Array = np.ndarray
-
 
 @dataclass(frozen=True)
 class OracleResult:

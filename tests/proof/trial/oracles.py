@@ -31,8 +31,6 @@ from tests.proof.trial.oracle import oracle
 from tests.proof.trial.running import Progress, finite, graph_of, recording_of, run_all
 from tests.proof.trial.truths import Public, TrueEffect, Truth
 
-__all__ = ["LEAST_EXCESS", "LEAST_Z", "OracleAnswer", "ask_oracles", "read_oracles", "repair_ratio"]
-
 LEAST_Z = 3.0
 """Standard errors by which the true law must beat the best rival."""
 LEAST_EXCESS = 3.0

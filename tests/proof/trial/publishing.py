@@ -14,8 +14,6 @@ from tests.proof.trial.figures import figures
 from tests.proof.trial.scoring import Score, plain, rows
 from tests.proof.trial.summary import summary
 
-__all__ = ["publish"]
-
 
 def publish(score: Score, commitment: Mapping[str, Any], folder: Path) -> Path:
     """Write everything into `folder`; returns the path of ``RESULTS.md``."""

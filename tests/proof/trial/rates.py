@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from scipy.stats import binomtest
 
-__all__ = ["Rate", "rate"]
-
 
 @dataclass(frozen=True, slots=True)
 class Rate:

@@ -31,8 +31,6 @@ from tests.proof.trial.models import blind_model
 from tests.proof.trial.sparse import sparse_regression
 from tests.proof.trial.truths import Public
 
-__all__ = ["Work", "answer", "graph_of", "recording_of", "run_all"]
-
 Progress = Callable[[str, float], None]
 Work = Callable[[Layout, Public, int], dict[str, Any]]
 """What is done with one recording: returns the content of its file."""

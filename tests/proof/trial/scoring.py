@@ -27,8 +27,6 @@ from tests.proof.trial.tables import (
 )
 from tests.proof.trial.truths import Truth
 
-__all__ = ["Score", "rows", "score"]
-
 
 @dataclass(frozen=True, eq=False)
 class Score:

@@ -14,12 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.graph.elements import Sensor
+from bondgraph.support.arrays import FloatArray as Array
 from tests.proof.trial.models import MODELS
 from tests.proof.trial.state_equations import EQUATIONS, Equation, Port
 
-__all__ = ["sparse_regression"]
-
-Array = NDArray[np.float64]
 THRESHOLD = 0.05
 """Least contribution of a term, over the root mean square of the rate."""
 ROUNDS = 10

@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import detrend, savgol_filter
 
-__all__ = ["EQUATIONS", "Equation", "Port"]
+from bondgraph.support.arrays import FloatArray as Array
 
-Array = NDArray[np.float64]
 Readings = Mapping[str, Array]
 WINDOW, ORDER = 7, 3
 

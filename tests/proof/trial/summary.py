@@ -11,8 +11,6 @@ from tests.proof.trial.gates import Gate
 from tests.proof.trial.scoring import Score
 from tests.proof.trial.tables import Confusion
 
-__all__ = ["gate_lines", "gates_table", "summary"]
-
 
 def summary(score: Score, commitment: Mapping[str, Any], title: str = "Sealed trial") -> str:
     """Return the whole score as Markdown; intervals are Wilson's, 95 %."""

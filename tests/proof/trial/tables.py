@@ -12,15 +12,6 @@ from tests.proof.trial.matching import Outcome
 from tests.proof.trial.oracles import OracleAnswer
 from tests.proof.trial.rates import Rate, rate
 
-__all__ = [
-    "Confusion",
-    "cells",
-    "name_confusion",
-    "pairs",
-    "place_confusion",
-    "power",
-]
-
 NOTHING = "(nothing)"
 
 

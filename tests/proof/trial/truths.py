@@ -12,16 +12,6 @@ from typing import Any
 from bondgraph.support.errors import UnusableInput
 from tests.proof.trial.vocabulary import FAMILY_OF
 
-__all__ = [
-    "CELLS",
-    "Public",
-    "TrueEffect",
-    "Truth",
-    "canonical",
-    "read_public",
-    "read_truths",
-]
-
 CELL_OF: Mapping[str, str] = MappingProxyType(
     {
         "control": "control",

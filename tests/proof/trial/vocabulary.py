@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-__all__ = ["FAMILIES", "FAMILY_OF"]
-
 FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
     {
         "memory": ("hysteresis", "creep"),

@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["RECIPES", "Recipe", "make"]
-
 Array = NDArray[np.float64]
 MASS, DAMPING, STIFFNESS = 0.5, 4.0, 2000.0
 INNER = 40

@@ -23,8 +23,6 @@ from identification.diagnosis.catalogue.places import SPRINGS, TANKS, has_unit
 from identification.diagnosis.catalogue.starts import at_least, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["FRICTION_FORMS", "SHORTEST", "friction_forms", "way_of"]
-
 FRICTION_FORMS = (
     "lugre", "maxwell_slip", "asymmetric_coulomb", "coulomb_along_way", "coulomb_under_load",
 )  # fmt: skip

@@ -13,8 +13,6 @@ from identification.diagnosis.catalogue.memory.creep import Creep
 from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis, stops_at
 from identification.diagnosis.screening.port_history import FittedModel
 
-__all__ = ["hysteresis_forms"]
-
 PLAIN = Hysteresis()
 Values = Mapping[str, float]
 

@@ -10,26 +10,19 @@ import numpy as np
 
 from bondgraph import TF, BondGraph, C, Df, Dq, I, One, R, Recording, Se, Zero
 from bondgraph.signals.recording import Split
+from bondgraph.support.arrays import Array
 from identification.estimation.prediction.kalman import KalmanFilter, kalman_filter
 from identification.study.specification import NO_NUISANCES
 from identification.study.study import Study
+from tests.spring import spring as shared_spring
 
-Array = np.ndarray
 MASS, DAMPING, STIFFNESS = 0.5, 2.0, 200.0
 UNITS = {"F": "N", "V": "V", "x": "m", "s": "m/s", "Q": "C", "f": "N", "phi": "rad", "T": "N*m"}
 
 
 def spring(both: bool = False, stiffness: float = STIFFNESS) -> BondGraph:
     """Mass, spring and damper; reads the displacement, with `both` the speed too."""
-    with BondGraph("spring") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", MASS, unit="kg")
-        body >> R("d", DAMPING, unit="N*s/m")
-        body >> C("k", stiffness=stiffness, unit="N/m")
-        body >> Dq("x", unit="m")
-        if both:
-            body >> Df("s", unit="m/s")
-    return g
+    return shared_spring(MASS, DAMPING, stiffness, speed="s" if both else "")
 
 
 def transducer() -> BondGraph:

@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import quad_vec
 from scipy.linalg import expm, solve_continuous_lyapunov
 
+from bondgraph.support.arrays import Array
 from identification.estimation.prediction.diffusion import added_covariance
 
-Array = np.ndarray
 NONE = np.zeros((0, 3, 3))
 
 

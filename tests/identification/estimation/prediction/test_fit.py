@@ -11,6 +11,7 @@ import pytest
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Coulomb, Polynomial, StopSum
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import Array
 from identification.estimation import Estimation, FitStatus, Vary, estimate
 from identification.estimation.prediction.fit import FilterFit, fit_filter
 from identification.estimation.prediction.likelihood import evaluate
@@ -29,7 +30,6 @@ from tests.identification.estimation.prediction.plants import (
     study_of,
 )
 
-Array = np.ndarray
 DT, N, SIGMA, NOISE = 0.02, 600, 0.3, 5e-4
 TRUTH = {"m": MASS, "d": DAMPING, "k": STIFFNESS}
 RUNS = 24

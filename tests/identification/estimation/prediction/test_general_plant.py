@@ -37,7 +37,6 @@ from tests.identification.estimation.prediction.test_likelihood import (
     assert_the_same_without_a_compiler,
 )
 
-Array = np.ndarray
 DT = 0.02
 
 

@@ -10,6 +10,7 @@ from scipy.stats import multivariate_normal
 from bondgraph import BondGraph, C, De, I, One, R, Se, Zero
 from bondgraph.laws import Coulomb, Polynomial, QuadraticDrag, StopSum
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.estimation.prediction.exact_plant import ExactPlant
 from identification.estimation.prediction.kalman import KalmanFilter
@@ -28,7 +29,6 @@ from tests.identification.estimation.prediction.plants import (
     transducer,
 )
 
-Array = np.ndarray
 DT = 0.02
 
 

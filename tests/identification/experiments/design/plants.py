@@ -9,16 +9,6 @@ from bondgraph.laws import Hysteretic
 NOISE = {"x": 2e-4}
 
 
-def spring() -> BondGraph:
-    with BondGraph("spring") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        body >> R("d", 2.0, unit="N*s/m")
-        body >> C("k", stiffness=200.0, unit="N/m")
-        body >> Dq("x", unit="m")
-    return g
-
-
 def stage() -> BondGraph:
     with BondGraph("stage") as g:
         body = One("v")

@@ -27,11 +27,10 @@ from identification.experiments.design import (
 )
 from identification.experiments.design.linear_response import response_and_sensitivity
 from identification.study.engine import GeneralEngine, engine_of
-from tests.identification.experiments.design.plants import NOISE, spring, stage
+from tests.identification.experiments.design.plants import NOISE, stage
 from tests.identification.study.general_plants import coupled, general, pendulum, tank
 from tests.identification.study.test_engine import drum
-
-Array = np.ndarray
+from tests.spring import spring
 
 
 # -- linear -----------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import pytest
 from actuators.stack.excitation import demagnetisation
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.signals.drive_limits import DriveLimits
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.experiments.design import (
     demagnetise,
@@ -23,7 +24,6 @@ from identification.experiments.design import (
 from identification.experiments.design.crest import course, crest_factor, phases_of
 
 RATE, N = 1000.0, 1000
-Array = np.ndarray
 
 
 def amplitudes(values: Array) -> Array:

@@ -14,7 +14,8 @@ from identification.experiments.design import (
     reversal_curves,
     verify,
 )
-from tests.identification.experiments.design.plants import NOISE, spring, stage
+from tests.identification.experiments.design.plants import NOISE, stage
+from tests.spring import spring
 
 
 def test_fits_reach_the_expected_intervals() -> None:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.experiments.design import optimal_weights
 
-Array = np.ndarray
 POINTS = np.linspace(-1, 1, 41)
 ENDS = [0, 20, 40]
 

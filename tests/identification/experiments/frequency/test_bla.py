@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import freqz, lfilter
 
 from bondgraph.signals.recording import Recording
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.experiments.design.multisine import multisine, orthogonal_multisines
 from identification.experiments.frequency import (
@@ -23,7 +24,6 @@ PLANTS = {
     ("z", "u"): ([0.02, -0.01], [1.0, -0.5]),
     ("z", "v"): ([0.2], [1.0, -1.2, 0.6]),
 }
-Array = np.ndarray
 
 
 def true(response: FrequencyResponse) -> Array:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.experiments.design.multisine import multisine
 from identification.experiments.frequency import distortions, plot_distortions
+from tests.spring import spring
 
 RATE, N = 200.0, 1000
 
@@ -87,12 +87,7 @@ def test_a_drive_that_is_not_clean_is_allowed_for() -> None:
 
 
 def duffing(cube: float) -> Recording:
-    with BondGraph("duffing") as g:
-        body = One("v")
-        Se("F", unit="N") >> body >> I("m", 0.05, unit="kg")
-        body >> R("d", 0.5, unit="N*s/m")
-        body >> C("k", stiffness=100.0, unit="N/m", law=Polynomial(0.0, 0.01, 1.0, (2, 3), "N"))
-        body >> Dq("x", unit="m")
+    g = spring(0.05, 0.5, 100.0, Polynomial(0.0, 0.01, 1.0, (2, 3), "N"), name="duffing")
     u = multisine(
         RATE, N, band=(0.2, 20.0), kind="random_odd", periods=5, rms=0.5, seed=1, name="F", unit="N"
     )

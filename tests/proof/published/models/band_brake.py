@@ -5,8 +5,6 @@ from __future__ import annotations
 from bondgraph import BondGraph, C, De, R, Sf, Zero
 from bondgraph.laws import AsymmetricCoulomb, Backlash
 
-__all__ = ["band_brake"]
-
 
 def band_brake(stiffness: float = 5e6, gap: float = 1e-3, friction: float = 1e4) -> BondGraph:
     """Return a slider of another level each way in series with a spring that has free play.

@@ -6,8 +6,6 @@ from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.hysteresis import BoucWen
 from bondgraph.laws import Hysteretic
 
-__all__ = ["bouc_wen"]
-
 
 def bouc_wen(
     mass: float = 2.2,

@@ -6,8 +6,6 @@ from bondgraph import TF, BondGraph, C, De, I, MSe, MSf, One, R, Se, Zero
 from bondgraph.graph.modulation import effort, flow
 from bondgraph.laws import Coulomb, TableLaw
 
-__all__ = ["RECTIFIER", "coupled_drives"]
-
 RECTIFIER = TableLaw((-1.0, 0.0, 1.0), (1.0, 0.0, 1.0), flat=False)
 """Absolute value: a pulse counter does not see the direction."""
 

@@ -10,8 +10,6 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.laws.law import Law
 from bondgraph.support.ops import Ops
 
-__all__ = ["DiodeClamp"]
-
 STEPS = 6
 SMALLEST = 1e-9
 

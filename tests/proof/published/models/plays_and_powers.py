@@ -10,8 +10,6 @@ from bondgraph.hysteresis.plays.play import play
 from bondgraph.laws.law import Law
 from bondgraph.support.ops import Ops
 
-__all__ = ["PlaysAndPowers"]
-
 
 @dataclass(frozen=True)
 class PlaysAndPowers(Law):

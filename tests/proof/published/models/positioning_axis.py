@@ -5,8 +5,6 @@ from __future__ import annotations
 from bondgraph import BondGraph, Dq, I, One, R, Se
 from bondgraph.laws import Coulomb
 
-__all__ = ["positioning_axis"]
-
 
 def positioning_axis(
     mass: float = 80.0, viscous: float = 300.0, coulomb: float = 15.0

@@ -6,8 +6,6 @@ from bondgraph import BondGraph, C, Dq, I, MSe, MSf, One, R, Se
 from bondgraph.graph.modulation import displacement, effort
 from bondgraph.laws import Polynomial
 
-__all__ = ["silverbox"]
-
 AHEAD = 2e-5  # s; far below the sampling interval, so that its value does not matter
 RANGE = 0.25  # V; the coefficients are what each term adds at this displacement
 

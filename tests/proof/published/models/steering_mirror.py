@@ -8,16 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, Zero
 from bondgraph.graph.drives import Drive
+from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from tests.proof.published.models.plays_and_powers import PlaysAndPowers
-
-__all__ = ["MirrorValues", "dampers_that_feed", "steering_mirror"]
-
-FloatArray = NDArray[np.float64]
 
 FAR = 1e-3
 """Share of an actuator's force that the modes far above the band take: its square is what they

@@ -8,8 +8,6 @@ from bondgraph import BondGraph, C, De, I, MSe, One, R, Se, Zero
 from bondgraph.graph.modulation import effort
 from tests.proof.published.models.diode_clamp import DiodeClamp
 
-__all__ = ["wiener_hammerstein"]
-
 LEVEL = 1e3  # ohm; the impedance of a buffered section cannot be seen from outside
 
 

@@ -7,18 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from bondgraph import simulate
 from bondgraph.graph.elements import TwoPort, Valued
+from bondgraph.support.arrays import FloatArray as Array
 from tests.proof.trial.generator.case import canonical
 from tests.proof.trial.generator.drawing import draw
 from tests.proof.trial.generator.laws_exam import EXAM_LAWS
 from tests.proof.trial.generator.native import Row, Run, run
 from tests.proof.trial.generator.parameters import EXAM_PLANTS
 from tests.proof.trial.models import EXAM_MODELS, blind_model
-
-Array = NDArray[np.float64]
 
 
 def moved(plant: str) -> dict[str, float]:

@@ -20,12 +20,12 @@ from identification.diagnosis.evidence.decision import decide
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
-from tests.identification.diagnosis.spring import spring
 from tests.proof.exam import certifying
 from tests.proof.exam.certifying import GATES, GRID, UNTOLD, certify_lines, replayed, settings
 from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.stored import evidence_of, recorded
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth
+from tests.spring import spring
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from bondgraph.support.arrays import FloatArray as Array
 from tests.proof.trial.black_box import black_box
 from tests.proof.trial.models import MODELS
 from tests.proof.trial.sparse import sparse_regression
 from tests.proof.trial.state_equations import EQUATIONS
-
-Array = NDArray[np.float64]
 
 
 def test_black_box_learns_a_bent_filter_and_nothing_from_noise() -> None:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.signal import StateSpace, lsim
 
 from bondgraph import UnknownName, UnusableInput, simulate
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Source, TwoPort, Valued
+from bondgraph.support.arrays import FloatArray as Array
 from tests.proof.trial.generator.parameters import PLANTS
 from tests.proof.trial.models import MODELS, blind_model
-
-Array = NDArray[np.float64]
 
 
 def chain(p: dict[str, float]) -> tuple[Array, Array, Array, Array]:

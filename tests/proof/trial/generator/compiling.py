@@ -10,8 +10,6 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-__all__ = ["compiled"]
-
 _FLAGS = ("-O2", "-std=c11", "-shared", "-fPIC")
 
 

@@ -13,8 +13,6 @@ from tests.proof.trial.generator.lookalikes import PAIRS
 from tests.proof.trial.generator.parameters import PLANTS, SPREAD
 from tests.proof.trial.generator.vocabulary import FORMS, OUTSIDE, SINGLES, Choice, choices
 
-__all__ = ["CONTROLS", "COUNTS", "draw"]
-
 COUNTS: Mapping[str, Mapping[str, int]] = {
     "trial": {
         "control": 160,

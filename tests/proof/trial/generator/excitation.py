@@ -7,8 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["AMPLITUDE", "KINDS", "LOOPS", "command", "tone"]
-
 Array = NDArray[np.float64]
 
 AMPLITUDE: Mapping[str, float] = {

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from tests.proof.trial.generator.scale import Scale
 
-__all__ = ["Build", "Law", "Numbers", "between", "sign"]
-
 Numbers = Mapping[str, float]
 Build = Callable[[float, Scale, Sequence[float]], Numbers]
 

@@ -10,7 +10,5 @@ from tests.proof.trial.generator.laws_other import OTHER_LAWS
 from tests.proof.trial.generator.laws_resistor import RESISTOR_LAWS
 from tests.proof.trial.generator.laws_storage import STORAGE_LAWS
 
-__all__ = ["LAWS"]
-
 LAWS: Mapping[str, Law] = {**STORAGE_LAWS, **RESISTOR_LAWS, **OTHER_LAWS, **EXAM_LAWS}
 """The laws by name, without those of sensors and clocks."""

@@ -9,8 +9,6 @@ import numpy as np
 from tests.proof.trial.generator.law import Law, Numbers, between
 from tests.proof.trial.generator.scale import Scale
 
-__all__ = ["EXAM_LAWS"]
-
 
 def _bristle(numbers: Numbers, z: Scale) -> float:
     return z.f * numbers["stiffness"] / numbers["level"] + numbers["damping"] / z.mass

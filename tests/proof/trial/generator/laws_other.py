@@ -9,8 +9,6 @@ import numpy as np
 from tests.proof.trial.generator.law import Build, Law, Numbers, between
 from tests.proof.trial.generator.scale import Scale
 
-__all__ = ["OTHER_LAWS"]
-
 
 def _resonator(cubic: float) -> Build:
     def build(s: float, z: Scale, d: Sequence[float]) -> Numbers:

@@ -9,8 +9,6 @@ import numpy as np
 from tests.proof.trial.generator.law import Law, Numbers, between, sign
 from tests.proof.trial.generator.scale import Scale
 
-__all__ = ["RESISTOR_LAWS"]
-
 
 def _dry(numbers: Numbers, z: Scale) -> float:
     return (numbers["level"] + numbers.get("extra", 0.0)) / (0.004 * z.fr * z.mass)

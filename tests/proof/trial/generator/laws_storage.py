@@ -9,8 +9,6 @@ import numpy as np
 from tests.proof.trial.generator.law import Build, Law, Numbers, between, sign
 from tests.proof.trial.generator.scale import Scale
 
-__all__ = ["STORAGE_LAWS"]
-
 
 def _contact(numbers: Numbers, z: Scale) -> float:
     return float(3 * np.sqrt(numbers["stiffness"] / z.mass)) if z.mass != 1 else 0.0

@@ -12,8 +12,6 @@ from tests.proof.trial.generator.case import Case
 from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.sizing import Bench, Sized, bench_of, size
 
-__all__ = ["UNIT", "disturbed", "noisy", "record", "together"]
-
 Array = NDArray[np.float64]
 
 UNIT = 2.4

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from tests.proof.trial.generator.compiling import compiled
 from tests.proof.trial.generator.parameters import ALL_PLANTS
 
-__all__ = ["OPEN_LOOP", "Row", "Run", "run"]
-
 Array = NDArray[np.float64]
 OPEN_LOOP = (0.0, 0.0, 0.0, 0.0, 0.0)
 _ORDER = tuple(ALL_PLANTS)

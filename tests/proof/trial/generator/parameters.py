@@ -43,8 +43,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-__all__ = ["ALL_PLANTS", "EXAM_PLANTS", "PLANTS", "SPREAD", "Plant"]
-
 SPREAD = 0.25
 """Half width of the spread of a true value, in natural logarithm."""
 

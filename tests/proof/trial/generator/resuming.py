@@ -14,8 +14,6 @@ from tests.proof.trial.generator.compiling import compiled
 from tests.proof.trial.generator.native import _ORDER, Row, _pointer
 from tests.proof.trial.generator.parameters import PLANTS
 
-__all__ = ["Going"]
-
 Array = NDArray[np.float64]
 
 

@@ -10,8 +10,6 @@ import numpy as np
 from tests.proof.trial.generator.native import Run
 from tests.proof.trial.generator.parameters import ALL_PLANTS
 
-__all__ = ["BESIDE", "SOURCE_SLOT", "Scale", "scale_of"]
-
 SOURCE_SLOT = 100
 _MASSES: Mapping[str, Mapping[str, tuple[str, float]]] = {
     # the inertia that an element acts on, and its share: for stiffness against the sub-step

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["OVER", "SENSOR_LAWS", "over_for", "sense", "sensor_numbers"]
-
 Array = NDArray[np.float64]
 
 OVER = 8

@@ -16,8 +16,6 @@ from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.scale import Scale, scale_of
 from tests.proof.trial.generator.sensing import SENSOR_LAWS, over_for, sense, sensor_numbers
 
-__all__ = ["Bench", "Sized", "bench_of", "size"]
-
 Array = NDArray[np.float64]
 Numbers = Mapping[str, float]
 

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from tests.proof.trial.generator.parameters import PLANTS
 
-__all__ = ["FORMS", "OUTSIDE", "SINGLES", "Choice", "choices"]
-
 
 @dataclass(frozen=True, slots=True)
 class Choice:

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from tests.proof.trial.generator.case import Case, canonical
 from tests.proof.trial.generator.making import record
 
-__all__ = ["generate", "load_case", "load_truths", "seal"]
-
 Array = NDArray[np.float64]
 Make = Callable[[Case], tuple[Mapping[str, Any], dict[str, Any]]]
 

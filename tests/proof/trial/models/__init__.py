@@ -23,8 +23,6 @@ from tests.proof.trial.models.servo import servo
 from tests.proof.trial.models.stack import stack
 from tests.proof.trial.models.tanks import tanks
 
-__all__ = ["EXAM_MODELS", "MODELS", "blind_model"]
-
 Models = MappingProxyType[str, Callable[[Sequence[str] | None], BondGraph]]
 
 MODELS: Models = MappingProxyType(
