@@ -3,6 +3,7 @@ from bondgraph.laws.asymmetric import AsymmetricCoulomb as AsymmetricCoulomb
 from bondgraph.laws.asymmetric import AsymmetricDamping as AsymmetricDamping
 from bondgraph.laws.backlash import Backlash as Backlash
 from bondgraph.laws.bilinear import Bilinear as Bilinear
+from bondgraph.laws.bouc_wen import BoucWenMemory as BoucWenMemory
 from bondgraph.laws.contact_loss import ContactLoss as ContactLoss
 from bondgraph.laws.dahl import DahlFriction as DahlFriction
 from bondgraph.laws.diode import Diode as Diode

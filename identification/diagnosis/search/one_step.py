@@ -217,42 +217,47 @@ def _with_laws(
 def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: bool) -> Evidence:
     """Fit richer forms of a law that explains much, but not all.
 
-    Of all laws that explain nearly what the best does; where nothing can be named, half of it.
-    A form takes the place of its law only where held-out samples and the
-    stretches left out are both surely better with it than with any law, and little is left; beside
-    a name only noise: what is missing elsewhere may not be made part of a name.
+    Of all laws that explain nearly what the best does; where nothing can be named, half of it, and
+    at first also forms that need no simpler law to begin from: what is large and softens or hardens
+    bends the model until no simple law does anything. A form takes the place of its law only where
+    held-out samples and the stretches left out are both surely better with it than with any law,
+    and little is left; beside a name only noise: what is missing elsewhere may not be made part of
+    a name. Forms that the data do not tell from it come along.
     """
     named = [s for s in evidence.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
     if not named or named[0].left.most <= task.limits.noise:
         return evidence
     best, plain = named[0], evidence.plain
     most, excess = gained(best, plain), plain.square - 1.0
-    if most <= 0:
-        return evidence
     least = MUCH * most if unknown else max(MUCH * excess, NEARLY * most)
     made: dict[tuple[str, object], tuple[Insertion, ...]] = {}
-    for s in named:
+    for s in named if most > 0 else ():
         effect = next(e for e in found.options.catalogue if e.name == s.trial.effect)
         at = (s.element, effect.richer or effect.name)  # laws of friction share their forms
         if at not in made and gained(s, plain) >= least:
-            made[at] = _forms_of(effect, s, named, found)
-    every = [f for forms in made.values() for f in forms]
-    form = best_form(_fitted_forms(every, best, found, task), best, task.limits) if every else None
+            made[at] = _forms_of(effect, s.element, named, found)
+    for r in found.ranked if unknown and found.number == 0 else ():
+        at = (r.element.name, r.effect.richer)
+        if r.effect.richer and r.home and at not in made:
+            made[at] = _forms_of(r.effect, r.element.name, (), found)
+    every = [f for forms in made.values() for f in forms if f.starts]
+    forms = _fitted_forms(every, best, found, task) if every else ()
+    form = best_form(forms, best, task.limits)
     if form is None or not (unknown or form.left.most <= task.limits.noise):
         return evidence
-    kept = [
-        o for o in evidence.laws
-        if (o.trial.effect, o.element) != (form.trial.effect, form.element)
-    ]  # fmt: skip
-    return replace(evidence, laws=tuple(sorted((form, *kept), key=lambda o: o.score.loss)))
+    alike = [f for f in forms if f.trial.itself and f.score.behind(form.score) < task.limits.z]
+    laws: dict[tuple[str, str], Scored] = {}
+    for law in (form, *sorted(alike, key=lambda o: o.score.loss), *evidence.laws):
+        laws.setdefault((law.trial.effect, law.element), law)
+    return replace(evidence, laws=tuple(sorted(laws.values(), key=lambda o: o.score.loss)))
 
 
 def _forms_of(
-    effect: Effect, law: Scored, named: Sequence[Scored], found: Searched
+    effect: Effect, place: str, named: Sequence[Scored], found: Searched
 ) -> tuple[Insertion, ...]:
-    """Return richer forms of a law, which start where the laws at its place ended."""
-    ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == law.element}
-    return effect.forms(found.seen, found.seen.graph[law.element], ended)
+    """Return richer forms of an effect, which start where the laws at its place ended."""
+    ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == place}
+    return effect.forms(found.seen, found.seen.graph[place], ended)
 
 
 def _fitted_forms(

@@ -45,6 +45,7 @@ from bondgraph.laws import (
 from bondgraph.support.errors import GraphError, UnusableInput
 from bondgraph.support.ops import NUMPY
 from tests.bondgraph.laws.back_ends import back_ends_agree
+from tests.bondgraph.laws.test_bouc_wen_memory import LAWS as BOUC_WEN_LAWS
 from tests.bondgraph.laws.test_effect_laws import LAWS as EFFECT_LAWS
 from tests.bondgraph.laws.test_graded_friction import LAWS as GRADED_LAWS
 from tests.bondgraph.laws.test_laws_in_time_and_way import LAWS as TIMED_LAWS
@@ -76,6 +77,7 @@ LAWS: dict[str, Law] = {
 # their back ends, solutions and energy are tested where their tables stand
 EVERY: dict[str, Law] = {
     **LAWS,
+    **BOUC_WEN_LAWS,
     **EFFECT_LAWS,
     **GRADED_LAWS,
     **{f"{type(law).__name__} {i}": law for i, law in enumerate(TIMED_LAWS)},

@@ -1,4 +1,4 @@
-"""Hysteresis that creeps, saturates or widens with the rate: its form is told, and only if due."""
+"""Hysteresis that creeps, saturates, widens or hardens: its form is told, and only if due."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, One, R, Zero
-from bondgraph.laws import LawSum, Polynomial, StopSum
-from bondgraph.signals.recording import Split
+from bondgraph.laws import BoucWenMemory, LawSum, Polynomial, StopSum
+from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import exact_form, simulate
-from identification.diagnosis.catalogue import Insertion, by_name
+from identification.diagnosis.catalogue import CATALOGUE, Insertion, by_name
+from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.search.base import base_of
@@ -130,8 +131,8 @@ def test_plain_stops_keep_their_name() -> None:
         return np.asarray(run["x"])
 
     plain_one = response(lead.trial.insertion.graph, dict(lead.trial.fit.values))
-    assert len(forms) == 3
-    for made in forms:
+    assert len(forms) == 4
+    for made in (f for f in forms if f.law != "bouc_wen"):  # which holds no stops
         assert made.graph.check() == ()
         own = [n for n in made.strengths if n not in lead.trial.insertion.strengths]
         values = {**made.starts[0], **dict.fromkeys(own, 1e-9)}
@@ -143,3 +144,31 @@ def test_plain_stops_keep_their_name() -> None:
 def test_a_law_of_a_signal_has_no_forms() -> None:
     _, _, seen, _ = found(with_law(STOPS))
     assert by_name("hysteresis").forms(seen, seen.graph["F"], {}) == ()
+
+
+def test_loops_that_harden_are_named_though_stops_explain_next_to_nothing() -> None:
+    """Of Bouc and Wen with beta + gamma < 0; a damper takes the place of what stops could explain.
+
+    Forms without a law say that a memory is possible at the spring, and its richer laws are tried.
+    """
+    true = spring(m=0.2).with_element("k", law=BoucWenMemory(200.0, 2.0, -2.8, 200.0, reach=0.08))
+    true = true.with_values({"k": 150.0})
+    rng, t = np.random.default_rng(0), DT * np.arange(450)
+    u = sum(8.0 * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f in np.linspace(0.3, 9.0, 25))
+    u = u * np.minimum(t, 1.0)
+    x = np.asarray(simulate(true, t, {"F": u}, x0=np.zeros(2), accuracy=1e-6)["x"])
+    level = 3e-3 * float(x.std())
+    x = x + level * rng.standard_normal(x.size)
+    record = Recording("loops", t, {"F": u, "x": x}, units={"F": "N", "x": "m"})
+    kept = ("hysteresis", "creep", "nonlinear_stiffness", "presliding_friction", "low_pass")
+    others = tuple(e.name for e in CATALOGUE if e.name not in kept)
+    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=1, without=others)
+    told = diagnose(spring(m=0.2), record, options=options, hold="linear", noise={"x": level})
+    (found,) = told.findings
+    assert found.chosen is not None
+    assert (found.answer, found.chosen.label) == ("exact", "hysteresis at k")
+    assert found.chosen.insertion.law == "bouc_wen"
+    values = found.chosen.fit.values
+    rates = np.array([values["beta_k"], values["gamma_k"]]) / values["reach_1_k"]
+    np.testing.assert_allclose(rates, [25.0, -35.0], rtol=0.1)
+    np.testing.assert_allclose([values["k"], values["h_k"]], [150.0, 200.0], rtol=0.1)

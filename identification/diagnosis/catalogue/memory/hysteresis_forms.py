@@ -1,4 +1,4 @@
-"""Richer forms of hysteresis: with creep, in a potential that saturates, wider with the rate."""
+"""Other forms of hysteresis: creeping, saturating, wider with the rate, or loops that harden."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+import numpy as np
+
 from bondgraph.graph.elements import C, Element
-from bondgraph.laws import Law, LawSum, Parametrised, Polynomial
+from bondgraph.laws import BoucWenMemory, Law, LawSum, Parametrised, Polynomial
 from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.catalogue.memory.creep import Creep
 from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis, stops_at
+from identification.diagnosis.catalogue.starts import rebalanced
 from identification.diagnosis.screening.port_history import FittedModel
 
 PLAIN = Hysteresis()
@@ -20,22 +23,27 @@ Values = Mapping[str, float]
 def hysteresis_forms(
     scene: FittedModel, element: Element, ended: Mapping[str, Values]
 ) -> tuple[Insertion, ...]:
-    """Return stops of a storage that creep, that saturate, or that slip later in fast motion.
+    """Return stops of a storage that creep, saturate, or slip later in fast motion; and Bouc-Wen.
 
     Creep in series: Kuhnen and Janocha 1998. Third and fifth power of a Landau potential:
     Devonshire, Phil. Mag. 40 (1949) 1040; Landis, J. Mech. Phys. Solids 50 (2002) 127. Thresholds
     that grow with the rate: Al Janaideh and Krejci, IEEE/ASME Trans. Mechatronics 18 (2013) 1498.
+    Stops only soften after a turn; loops of Bouc and Wen may harden too.
 
     Parameters
     ----------
     ended : mapping of str to mapping of str to float
         Where the laws at `element` ended, by effect: the forms start from the plain stops there.
+        Without them only Bouc-Wen is left, which holds no stops.
     """
     if not isinstance(element, C):
         return ()
     past, known = scene.of(element), ended.get(PLAIN.name, {})
-    stops = stops_at(element, past)
     reach = float(abs(past.argument).max()) or 1.0
+    state = _bouc_wen(scene, element, reach)
+    if not known:
+        return (state,)
+    stops = stops_at(element, past)
     # odd about zero, not about the middle of the record
     potential = Polynomial(0.0, reach, 0.1 * past.swing, (3, 5))
     saturating = LawSum((
@@ -53,7 +61,32 @@ def hysteresis_forms(
             "rate_dependent_prandtl_ishlinskii", (),
             "its output depends on the turning points of the past, with loops wider with speed",
         ),
+        state,
     )  # fmt: skip
+
+
+SHAPES = ((4.0, 4.0), (1.0, 1.0), (1.0, -1.0), (1.5, -2.5))
+"""Beta and gamma of loops that slip early, soften, stay straight and harden."""
+
+
+def _bouc_wen(scene: FittedModel, element: Element, reach: float) -> Insertion:
+    """Insert a state of its own, which takes half of the slope at first."""
+    past = scene.of(element)
+    unit = stops_at(element, past).unit
+    law = Parametrised(BoucWenMemory(scale=0.1 * past.slope, unit=unit, reach=reach), ("reach",))
+    graph, (height, beta, gamma) = PLAIN.with_law(scene, element, law)
+    half = 0.5 * past.slope
+    rest = rebalanced(element, past, half * past.argument)
+    starts = tuple({height: half, beta: b, gamma: g, **rest} for b, g in SHAPES)
+    made = PLAIN.inserted(element, graph, starts, (height,), ((beta, OPEN, np.inf),))
+    return replace(
+        made, law="bouc_wen", form=True,
+        sentence="its output follows a state of its own, whose loops soften or harden",
+    )  # fmt: skip
+
+
+OPEN = 0.01
+"""Part by which the slope after a turn differs, over the reach, below which there is no loop."""
 
 
 def _creeping(scene: FittedModel, element: Element, known: Values) -> Insertion:
