@@ -283,8 +283,10 @@ def _named(
                 "its numbers to predict them: record more of it"
             )
         else:
-            answer, physics, places = "unknown", set(), e.located
-            reasons.append("the improvement does not show on the held-out part")
+            answer, physics = "unknown", set()
+            places = e.located or (places if _agreed(members, e) else ())
+            where = f"; training shows it at {', '.join(places)}" if places else ""
+            reasons.append(f"the improvement does not show on the held-out part{where}")
     decided = replace(
         quiet, kind="missing_physics" if answer in ("exact", "approximate", "family")
         else "unknown_physics",
@@ -343,6 +345,24 @@ def _replicated(chosen: Scored, e: Evidence) -> bool:
     there = max(e.nominal - noise, 0.5 * e.nominal)
     least = 0.5 if e.named else 0.25
     return e.nominal - chosen.trial.test > least * min(gained, there)
+
+
+def _agreed(members: Sequence[Scored], e: Evidence) -> bool:
+    """Whether several recordings train, and every law in question does much in each of them.
+
+    Then something acts where they sit, though yet another recording wants other laws of it: one
+    recording alone may mislead all of its stretches. What may follow anything tells no place.
+    """
+    rows = e.plain.out.rows
+    run = np.searchsorted(members[0].trial.fit.problem.data.breaks, rows.sample, side="right")
+    count, before = np.bincount(run), np.bincount(run, e.plain.out.residual**2)
+    left = [np.bincount(run, s.score.out.residual**2) for s in members]
+    physical = all(s.trial.insertion.kind not in ANYTHING for s in members)
+    return physical and np.sum(count > 0) > 1 and all((x <= HALF * before).all() for x in left)
+
+
+HALF = 0.5
+"""Part of a recording's misfit that a law leaves at most if it does much there."""
 
 
 def _borne_out(law: Scored, e: Evidence, t: Thresholds) -> bool:

@@ -353,6 +353,28 @@ def test_an_equal_that_fails_on_the_held_out_part_leaves_nothing_known() -> None
     assert "held-out" in failing.reasons[-1]
 
 
+@pytest.mark.parametrize(
+    ("breaks", "where", "places"),
+    [
+        ((N // 2,), 1.0, ("k", "d")),  # two recordings agree
+        ((), 1.0, ()),  # one alone may mislead all of its stretches
+        ((N // 2,), np.where(ROWS.sample < N // 2, 1.0, 0.0), ()),  # nothing to see in the second
+    ],
+)
+def test_what_several_recordings_agree_on_keeps_its_place_though_another_one_refutes_the_laws(
+    breaks: tuple[int, ...], where: Any, places: tuple[str, ...]
+) -> None:
+    case = Case(9.0, where=where).law("hysteresis at k", 2.0, test=99.0)
+    case.law("coulomb_friction at d", 2.0, test=99.0).kind("memory", "k", 2.0)
+    for s in case.laws:
+        problem: Any = s.trial.fit.problem
+        problem.data = replace(problem.data, breaks=breaks)
+    d = case.decided()
+    assert (d.kind, d.answer, d.physics) == ("unknown_physics", "unknown", "")
+    assert set(d.places) == set(places)
+    assert "held-out" in d.reasons[-1]
+
+
 def test_what_training_leaves_open_is_told_as_a_kind_if_held_out_samples_bear_it_out() -> None:
     """A stop that was touched once: how stiff it is, is open; held out it is touched again."""
 

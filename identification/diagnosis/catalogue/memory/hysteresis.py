@@ -39,6 +39,7 @@ class Hysteresis(Effect):
     )
     richer = (
         "hysteresis_with_creep", "stops_in_a_potential", "rate_dependent_prandtl_ishlinskii",
+        "bouc_wen",
     )  # fmt: skip
     source = "Krasnosel'skii and Pokrovskii, Systems with Hysteresis, 1989"
 
@@ -58,7 +59,7 @@ class Hysteresis(Effect):
     def forms(
         self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
     ) -> tuple[Insertion, ...]:
-        """Return stops that creep too, saturate, or slip later the faster they are moved."""
+        """Return stops that creep, saturate, or slip later in fast motion, and Bouc-Wen."""
         from identification.diagnosis.catalogue.memory.hysteresis_forms import hysteresis_forms
 
         return hysteresis_forms(scene, element, ended)
