@@ -274,6 +274,7 @@ def _named(
     members = [chosen, *others]
     physics = {s.trial.insertion.kind for s in members}
     places = tuple(dict.fromkeys([s.element for s in members] + [s.element for s in same]))
+    shown = (here,) if here is not None else ()
     # one that fails there though it is as good here shows that here decides nothing
     if not all(_replicated(s, e) for s in members):
         if len(physics) == 1 and all(_borne_out(s, e, t) for s in members):
@@ -284,9 +285,14 @@ def _named(
             )
         else:
             answer, physics = "unknown", set()
-            places = e.located or (places if _agreed(members, e) else ())
-            where = f"; training shows it at {', '.join(places)}" if places else ""
-            reasons.append(f"the improvement does not show on the held-out part{where}")
+            reasons.append("the improvement does not show on the held-out part")
+            equal = [*members, *(s for s in alike if s.trial in same)]
+            if e.located or not _agreed(equal, e):
+                places = e.located
+            else:
+                own = {(s.element, s.trial.insertion.kind) for s in equal}
+                shown = tuple(k for k in e.kinds if (k.element, k.kind) in own)
+                reasons.append("all recordings that train agree on it: the laws are not complete")
     decided = replace(
         quiet, kind="missing_physics" if answer in ("exact", "approximate", "family")
         else "unknown_physics",
@@ -295,7 +301,7 @@ def _named(
         answer=answer,
         physics=plainest(physics if answer == "family" or len(physics) == 1 else ()),
         places=places,
-        law_fit=fit, kinds=(here,) if here is not None else (),
+        law_fit=fit, kinds=shown,
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
 
@@ -350,8 +356,9 @@ def _replicated(chosen: Scored, e: Evidence) -> bool:
 def _agreed(members: Sequence[Scored], e: Evidence) -> bool:
     """Whether several recordings train, and every law in question does much in each of them.
 
-    Then something acts where they sit, though yet another recording wants other laws of it: one
-    recording alone may mislead all of its stretches. What may follow anything tells no place.
+    Then something of their kinds acts where they sit, though yet another recording wants other laws
+    of it: one recording alone may mislead all of its stretches. What may follow anything says
+    nothing.
     """
     rows = e.plain.out.rows
     run = np.searchsorted(members[0].trial.fit.problem.data.breaks, rows.sample, side="right")
