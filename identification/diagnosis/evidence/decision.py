@@ -274,7 +274,7 @@ def _named(
     members = [chosen, *others]
     physics = {s.trial.insertion.kind for s in members}
     places = tuple(dict.fromkeys([s.element for s in members] + [s.element for s in same]))
-    shown = (here,) if here is not None else ()
+    shown: tuple[KindScore, ...] = (here,) if here is not None else ()
     # one that fails there though it is as good here shows that here decides nothing
     if not all(_replicated(s, e) for s in members):
         if len(physics) == 1 and all(_borne_out(s, e, t) for s in members):
@@ -364,8 +364,9 @@ def _agreed(members: Sequence[Scored], e: Evidence) -> bool:
     run = np.searchsorted(members[0].trial.fit.problem.data.breaks, rows.sample, side="right")
     count, before = np.bincount(run), np.bincount(run, e.plain.out.residual**2)
     left = [np.bincount(run, s.score.out.residual**2) for s in members]
-    physical = all(s.trial.insertion.kind not in ANYTHING for s in members)
-    return physical and np.sum(count > 0) > 1 and all((x <= HALF * before).all() for x in left)
+    if np.count_nonzero(count) < 2 or any(s.trial.insertion.kind in ANYTHING for s in members):
+        return False
+    return bool(np.all(np.stack(left) <= HALF * before))
 
 
 HALF = 0.5

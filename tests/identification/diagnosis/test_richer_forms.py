@@ -153,7 +153,8 @@ def test_loops_that_harden_are_named_though_stops_explain_next_to_nothing() -> N
     """
     true = spring(m=0.2).with_element("k", law=BoucWenMemory(200.0, 2.0, -2.8, 200.0, reach=0.08))
     true = true.with_values({"k": 150.0})
-    rng, t = np.random.default_rng(0), DT * np.arange(450)
+    rng = np.random.default_rng(0)
+    t: Any = DT * np.arange(450)
     u = sum(8.0 * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f in np.linspace(0.3, 9.0, 25))
     u = u * np.minimum(t, 1.0)
     x = np.asarray(simulate(true, t, {"F": u}, x0=np.zeros(2), accuracy=1e-6)["x"])
