@@ -73,7 +73,7 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     if not kinds:
         return _nothing(quiet, e, t)
     if not _matters(kinds[0], e, t):
-        return _slight(quiet, e, kinds[0])
+        return _slight(quiet, e, kinds[0], kind_told(quiet, e, kinds, law, t).places)
     sure = foretold(kinds, e, t)
     if sure is not None:
         kinds, e, law, reason = sure
@@ -81,11 +81,22 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     return _rest_of(kind_told(quiet, e, kinds, law, t), e, best.score, t)
 
 
-def _slight(quiet: Decision, e: Evidence, h: Hypothesis) -> Decision:
-    """Something improves the model surely, but leaves nearly all of the misfit."""
+def _slight(quiet: Decision, e: Evidence, h: Hypothesis, places: tuple[str, ...] = ()) -> Decision:
+    """Something improves the model surely, but leaves much of the misfit.
+
+    Where most of it goes with a form at one of `places`, they are told, and no kind.
+    """
     said = h.label if isinstance(h, KindScore) else h.trial.label
+    part = (e.plain.square - h.score.square) / max(e.plain.square - 1.0, 1e-300)
+    if places and part > HALF:
+        reason = f"{said} explains {100 * part:.0f} % of the misfit, too little for a kind"
+        return replace(quiet, kind="unknown_physics", places=places, reasons=(reason,))
     reason = f"{said} explains little of the misfit: {e.before.words}"
     return replace(quiet, kind="unknown_physics", places=e.located, reasons=(reason,))
+
+
+HALF = 0.5
+"""Part of the misfit above the noise from which a form tells where it sits, if not of what kind."""
 
 
 def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -> bool:

@@ -455,6 +455,18 @@ def test_a_place_stays_known_where_laws_explain_little_or_fail() -> None:
     assert (d.answer, d.physics, d.places) == ("unknown", "", ("k",))
 
 
+@pytest.mark.parametrize(("left", "places"), [(6.0, ("k",)), (6.8, ())])
+def test_a_form_that_removes_most_tells_its_place_before_its_kind(
+    left: float, places: tuple[str, ...]
+) -> None:
+    d = Case(9.0).kind("restoring", "k", left).decided()
+    assert (d.kind, d.answer, d.physics, d.places) == ("unknown_physics", "unknown", "", places)
+    many = Case(9.0)
+    for name in "abcdefgh":
+        many.kind("restoring", name, left)
+    assert many.decided().places == ()
+
+
 @pytest.mark.parametrize("before", [QUIET, LOUD])
 def test_what_shows_elsewhere_is_not_explained_because_it_cannot_sit_there(
     before: Remaining,
