@@ -99,7 +99,10 @@ def minimise(
         if not keep_on_interrupt:
             raise
         status = FitStatus.CANCELLED
-    return Descent(best.point, best.evaluations, status, best.cost, tuple(trace))
+    whole = best.evaluations
+    if any(np.isnan(e.y).any() for e in whole):  # what is not scored was left out on the way
+        whole = stack.evaluate(best.point)
+    return Descent(best.point, whole, status, best.cost, tuple(trace))
 
 
 DAMPING = Damping(start=1e-3, less=6.0, more=8.0)
@@ -119,7 +122,7 @@ class _Stand:
 
 
 def _at(stack: JointProblem, point: JointPoint, *, derivatives: bool = True) -> _Stand:
-    made = stack.evaluate(point, derivatives=derivatives)
+    made = stack.evaluate(point, derivatives=derivatives, scored=True)
     return _Stand(point, made, stack.cost(made, point))
 
 
