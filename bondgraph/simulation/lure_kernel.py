@@ -11,7 +11,6 @@ from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -198,13 +197,13 @@ def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runne
         given = [np.ascontiguousarray(v, float) for v in (m, q, slopes, by_q)]
         iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
 
-        def at(v: Array) -> Any:
-            return v.ctypes.data_as(pointer)
+        def at(v: Array) -> ctypes.c_void_p:
+            return ctypes.c_void_p(v.ctypes.data)
 
         counts = map(ctypes.c_longlong, (n, n_sub, width, lead))
         arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
         march(
-            at(u), *counts, live.ctypes.data_as(ctypes.c_void_p), at(carried), *map(at, given),
+            at(u), *counts, at(live), at(carried), *map(at, given),
             at(y), at(seen), iw, at(work), arg, res,
         )  # fmt: skip
         return y, seen, carried[:, :width]
@@ -213,7 +212,7 @@ def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runne
 
 
 def _entries(lay: KernelLayout) -> tuple[Array, Array]:
-    """Where inputs enter the packed matrices, and the matrix of every other entry (else the last)."""
+    """Where inputs enter the packed matrices, and of which matrix the other entries are."""
     marks = [np.zeros(shape, bool) for shape in lay.pieces]
     for piece, mark in enumerate(marks):
         if piece in (1, 2, 7):

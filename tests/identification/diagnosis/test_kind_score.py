@@ -16,6 +16,8 @@ from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, by_name
 from identification.diagnosis.catalogue.effect import Signature
 from identification.diagnosis.evidence.block_score import BlockScore, score
+from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.evidence.kind_pairs import in_every_pair, pair_scores
 from identification.diagnosis.evidence.kind_score import (
     KindScore,
     bench_of,
@@ -46,6 +48,7 @@ TRUTHS: dict[str, Callable[[], BondGraph]] = {
     "cubic": lambda: hardening(0.3),
     "strongly cubic": lambda: hardening(4.0),
     "dry": lambda: spring().with_element("d", law=Coulomb(0.1)),
+    "both": lambda: hardening(0.3).with_element("d", law=Coulomb(0.1)),
 }
 ANYTHING = ("sensing", "time", "exogenous")
 """Kinds that depend on the reading itself, or on time alone: along a good trajectory they follow
@@ -105,6 +108,24 @@ def test_no_kind_beats_a_model_that_is_right() -> None:
     _, plain, found = seen("nothing")
     assert plain.noise[0] == pytest.approx(1.0, abs=0.1)
     assert max(plain.behind(k.score) for k in found) < 3.0
+
+
+def test_two_effects_show_in_the_pairs_that_hold_them() -> None:
+    made, _, found = seen("both")
+    looked = scene(made)
+    asked = [k for k in found if k.kind in ("restoring", "dissipative", "slow")]
+    pairs = pair_scores(bench_of(made, made), looked, (), asked)
+    alone = min((k.score for k in found), key=lambda s: s.loss)
+    assert alone.noise[0] > 8.0  # each effect lies in the way of the other
+    best = min(pairs, key=lambda p: p.score.loss)
+    assert {place for place, _ in best.members} == {"k", "d"}
+    assert best.score.noise[0] < 1.5
+    held = in_every_pair(pairs, asked, alone, Thresholds())
+    assert set(held) == {("k", "restoring"), ("d", "dissipative")}
+    # a pair that hardly does better than one effect says nothing
+    assert in_every_pair(pairs, asked, best.score, Thresholds()) == ()
+    others = [p for p in pairs if "d" not in {place for place, _ in p.members}]
+    assert in_every_pair(others, asked, alone, Thresholds()) in ((), (("k", "restoring"),))
 
 
 @pytest.mark.parametrize("truth", list(TRUTHS))
