@@ -78,8 +78,8 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     if sure is not None:
         kinds, e, law, reason = sure
         quiet = replace(quiet, reasons=(reason,))
-    elif e.paired:
-        kinds = _in_every_pair(kinds, e)
+    elif held := _in_every_pair(kinds, e):
+        kinds = held
         quiet = replace(quiet, reasons=(IN_EVERY_PAIR,))
     return _rest_of(kind_told(quiet, e, kinds, law, t), e, best.score, t)
 
@@ -88,11 +88,10 @@ IN_EVERY_PAIR = "more than one effect is missing; every pair that explains as mu
 
 
 def _in_every_pair(kinds: Sequence[KindScore], e: Evidence) -> list[KindScore]:
-    """Leave in question what all good pairs hold; of several such kinds the likeliest is told."""
+    """Return what all good pairs hold; of several such kinds the likeliest, at places alike."""
     held = [k for k in kinds if (k.element, k.kind) in e.paired]
-    first = held[0] if held else kinds[0]
-    same = [k for k in held if k.kind == first.kind]
-    return [k for k in same if together(k.element, first.element, e.classes)] or list(kinds)
+    same = [k for k in held if k.kind == held[0].kind]
+    return [k for k in same if together(k.element, held[0].element, e.classes)]
 
 
 def _slight(quiet: Decision, e: Evidence, h: Hypothesis) -> Decision:

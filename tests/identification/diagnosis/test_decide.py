@@ -1067,3 +1067,18 @@ def test_whatever_the_scores_the_answer_hangs_together(seed: int) -> None:
     if d.answer == "kind":
         assert d.physics
         assert d.places
+
+
+def test_of_kinds_in_question_stays_what_every_good_pair_holds() -> None:
+    case = Case(20.0).kind("slow", "C", 4.0).kind("memory", "R", 4.1).kind("slow", "R", 4.2)
+    evidence = case.evidence()
+    assert (decide(evidence).answer, decide(evidence).physics) == ("unknown", "")
+    d = decide(replace(evidence, paired=(("R", "memory"),)))
+    assert (d.kind, d.answer, d.physics, d.places) == ("unknown_physics", "kind", "memory", ("R",))
+    assert "more than one effect is missing" in d.reasons[0]
+    # of two effects that every pair holds the one is told that explains most by itself
+    both = decide(replace(evidence, paired=(("R", "memory"), ("C", "slow"))))
+    assert (both.answer, both.physics, both.places) == ("kind", "slow", ("C",))
+    # what is not in question any more is not told
+    gone = decide(replace(evidence, paired=(("m", "surface"),)))
+    assert (gone.answer, gone.physics) == ("unknown", "")
