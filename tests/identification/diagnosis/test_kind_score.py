@@ -148,7 +148,7 @@ def lagging(x: Array) -> Array:
 
 
 def creeping(x: Array) -> Array:
-    return x + 0.1 * lagged(x, 1.0, DT)
+    return np.asarray(x + 0.1 * lagged(x, 1.0, DT))
 
 
 @pytest.mark.parametrize(
