@@ -140,7 +140,7 @@ def test_two_effects_show_in_the_pairs_that_hold_them() -> None:
 
 
 def saturated(u: Array) -> Array:
-    return np.clip(u, -5.0, 5.0)
+    return np.asarray(np.clip(u, -5.0, 5.0))
 
 
 def lagging(x: Array) -> Array:
