@@ -23,6 +23,7 @@ def _coefficients(first: int, last: int) -> Array:
     return np.array(rows)
 
 
+@lru_cache(maxsize=64)
 def lagrange(fraction: float) -> tuple[Array, Array]:
     """Eight-point Lagrange weights for a delay of `fraction` in [0, 1) samples, and derivatives.
 

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -172,7 +171,8 @@ def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runne
     march.restype = None
     pointer = ctypes.POINTER(ctypes.c_double)
     width, row = 1 + lay.n_d, LANES * blocks_of(lay) if lay.n_d else 1
-    inputs, deviations = _entries(lay)
+    inputs, number = _entries(lay)
+    sizes = (max(laws.sz_iw(), 1), max(laws.sz_w(), 1), laws.sz_arg(), laws.sz_res())
 
     def wide(first: Array, rest: Array, lanes: int) -> Array:
         """Return rows of a number and its derivatives, cut or padded to `lanes`."""
@@ -189,21 +189,21 @@ def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runne
         moving = np.flatnonzero(dm.any(axis=0))
         lead = 1 + (int(moving[-1]) + 1) // LANES if moving.size else 1
         slopes = wide(np.where(inputs, m, 0.0), dm, LANES * lead if lay.n_d else 1)
-        live = np.array([dm[at].any() for at in deviations], dtype=np.int64)
+        touched = number[dm.any(axis=1)]
+        live = (np.bincount(touched, minlength=len(lay.pieces) + 1)[:-1] > 0).astype(np.int64)
         carried = wide(z[:, 0], z[:, 1:], row)
         by_q = wide(np.zeros(lay.n_q), dq, row)
         y, seen = np.empty((n, lay.n_y, width)), np.empty((n, 2 * lay.n_w))
         given = [np.ascontiguousarray(v, float) for v in (m, q, slopes, by_q)]
-        iw = (ctypes.c_longlong * max(laws.sz_iw(), 1))()
-        work = np.empty(max(laws.sz_w(), 1))
+        iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
 
-        def at(v: Array) -> Any:
-            return v.ctypes.data_as(pointer)
+        def at(v: Array) -> ctypes.c_void_p:
+            return ctypes.c_void_p(v.ctypes.data)
 
         counts = map(ctypes.c_longlong, (n, n_sub, width, lead))
-        arg, res = (pointer * laws.sz_arg())(), (pointer * laws.sz_res())()
+        arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
         march(
-            at(u), *counts, live.ctypes.data_as(ctypes.c_void_p), at(carried), *map(at, given),
+            at(u), *counts, at(live), at(carried), *map(at, given),
             at(y), at(seen), iw, at(work), arg, res,
         )  # fmt: skip
         return y, seen, carried[:, :width]
@@ -211,8 +211,8 @@ def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runne
     return run
 
 
-def _entries(lay: KernelLayout) -> tuple[Array, tuple[Array, ...]]:
-    """Where inputs enter the packed matrices, and the other entries, matrix by matrix."""
+def _entries(lay: KernelLayout) -> tuple[Array, Array]:
+    """Where inputs enter the packed matrices, and of which matrix the other entries are."""
     marks = [np.zeros(shape, bool) for shape in lay.pieces]
     for piece, mark in enumerate(marks):
         if piece in (1, 2, 7):
@@ -220,9 +220,8 @@ def _entries(lay: KernelLayout) -> tuple[Array, tuple[Array, ...]]:
         mark |= piece == 4  # what inputs add to the laws' arguments
     flat = [mark.ravel(order="F") for mark in marks]
     inputs = np.append(np.concatenate(flat), False)
-    number = np.append(np.repeat(np.arange(len(flat)), [f.size for f in flat]), -1)
-    others = tuple((number == piece) & ~inputs for piece in range(len(flat)))
-    return inputs, others
+    number = np.append(np.repeat(np.arange(len(flat)), [f.size for f in flat]), len(flat))
+    return inputs, np.where(inputs, len(flat), number)
 
 
 def _machine_runner(step: ca.Function, lay: KernelLayout) -> Runner:

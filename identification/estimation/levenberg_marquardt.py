@@ -65,11 +65,13 @@ def minimise(
     tolerance: float = 1e-5,
     report: Report | None = None,
     keep_on_interrupt: bool = False,
+    whole: bool = True,
 ) -> Descent:
     """Minimise the misfit of `stack` from `start`.
 
     Converged if an iteration lowers the cost by less than `tolerance` (relative). With
-    `keep_on_interrupt` a KeyboardInterrupt ends the descent with the best point so far.
+    `keep_on_interrupt` a KeyboardInterrupt ends the descent with the best point so far. Windows
+    without training samples are simulated at the end, if `whole`; else their readings are NaN.
     """
     lower, upper = stack.bounds
     begun = _at(stack, replace(start, theta=np.clip(start.theta, lower, upper)))
@@ -99,7 +101,10 @@ def minimise(
         if not keep_on_interrupt:
             raise
         status = FitStatus.CANCELLED
-    return Descent(best.point, best.evaluations, status, best.cost, tuple(trace))
+    made_there = best.evaluations
+    if whole and any(np.isnan(e.y).any() for e in made_there):
+        made_there = stack.evaluate(best.point)
+    return Descent(best.point, made_there, status, best.cost, tuple(trace))
 
 
 DAMPING = Damping(start=1e-3, less=6.0, more=8.0)
@@ -119,7 +124,7 @@ class _Stand:
 
 
 def _at(stack: JointProblem, point: JointPoint, *, derivatives: bool = True) -> _Stand:
-    made = stack.evaluate(point, derivatives=derivatives)
+    made = stack.evaluate(point, derivatives=derivatives, scored=True)
     return _Stand(point, made, stack.cost(made, point))
 
 

@@ -97,14 +97,15 @@ def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = Non
     """
     stack = stack_of((problem,))
     begin = stack.start() if start is None else stack.gathered([start])
-    made = minimise(stack, begin, max_iterations=max_iterations)
+    parted = problem.window is not None or bool(problem.data.breaks)
+    made = minimise(stack, begin, max_iterations=max_iterations, whole=not parted)
     point, e = stack.local(made.point, 0), made.evaluations[0]
     if made.status is FitStatus.BROKEN:
         return Fit(problem, point, made.status, np.inf, 0, e.y)
     if not np.isfinite(e.jacobian).all():
         raise np.linalg.LinAlgError("derivatives are not finite where the fit ended")
     y = e.y
-    if problem.window is not None or problem.data.breaks:
+    if parted:
         point = held_out_states(problem, point)
         y = evaluate(problem, point, derivatives=False).y
     cost = float(np.mean(e.residual**2)) if e.residual.size else np.inf

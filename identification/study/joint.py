@@ -113,11 +113,11 @@ class JointProblem:
         return self.gathered([start_point(p) for p in self.problems])
 
     def evaluate(
-        self, point: JointPoint, *, derivatives: bool = True
+        self, point: JointPoint, *, derivatives: bool = True, scored: bool = False
     ) -> tuple[ResidualEvaluation, ...]:
-        """Simulate every record."""
+        """Simulate every record, or of each what is scored; see `evaluate` of one."""
         return tuple(
-            evaluate(p, self.local(point, r), derivatives=derivatives)
+            evaluate(p, self.local(point, r), derivatives=derivatives, scored=scored)
             for r, p in enumerate(self.problems)
         )
 
@@ -388,30 +388,31 @@ def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
     free = problem.free_states
     scored = _scored(problem)
     damping = np.full(len(scored), 1e-6)
-    now = evaluate(problem, Point(point.theta, states))
+    begun = evaluate(problem, Point(point.theta, states), scored=True)
+    residual, columns = begun.residual.copy(), list(begun.local)
     for _ in range(passes):
         trial = states.copy()
-        for k, (i, (rows, local)) in enumerate(zip(scored, now.local, strict=True)):
+        for k, (i, (rows, local)) in enumerate(zip(scored, columns, strict=True)):
             a = local * scale[free]
             size = np.sqrt(damping[k]) * np.diag(np.linalg.norm(a, axis=0) + 1e-9)
-            right = np.concatenate([now.residual[rows], np.zeros(free.size)])
+            right = np.concatenate([residual[rows], np.zeros(free.size)])
             if not (np.isfinite(size).all() and np.isfinite(right).all()):
                 continue  # a run that ran away says nothing; LAPACK would print it
             moved = np.linalg.lstsq(np.vstack([a, size]), right, rcond=1e-12)[0]
             trial[i, free] += moved * scale[free]
-        after = evaluate(problem, Point(point.theta, trial))
+        after = evaluate(problem, Point(point.theta, trial), scored=True)
         gain = 0.0
-        for k, (i, (rows, _)) in enumerate(zip(scored, now.local, strict=True)):
-            old = float(now.residual[rows] @ now.residual[rows])
+        for k, (i, (rows, _)) in enumerate(zip(scored, columns, strict=True)):
+            old = float(residual[rows] @ residual[rows])
             new = float(after.residual[rows] @ after.residual[rows])
             if np.isfinite(new) and new <= old:
-                states[i] = trial[i]
+                states[i], residual[rows] = trial[i], after.residual[rows]
+                columns[k] = after.local[k]
                 damping[k] = max(damping[k] / 10, 1e-12)
                 gain = max(gain, (old - new) / max(old, 1e-300))
             else:
                 damping[k] = min(damping[k] * 100, 1e6)
                 gain = max(gain, 1e-2)
-        now = evaluate(problem, Point(point.theta, states))
         if gain < 1e-4:
             break
     return Point(point.theta, states)

@@ -130,8 +130,13 @@ def parameters_at(problem: Problem, theta: Array) -> Array:
     return p
 
 
-def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> ResidualEvaluation:
-    """Simulate at `point`; with derivatives also the Jacobians."""
+def evaluate(
+    problem: Problem, point: Point, *, derivatives: bool = True, scored: bool = False
+) -> ResidualEvaluation:
+    """Simulate at `point`; with derivatives also the Jacobians.
+
+    With `scored` only the windows that have training samples are simulated.
+    """
     data, engine, at = problem.data, problem.engine, slots(problem)
     n_y, n_free = len(data.names), len(problem.free)
     p = parameters_at(problem, point.theta)
@@ -147,6 +152,9 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Res
     rest, by_p = _rest(problem, p, directions)
     ready = by_step(lambda h: engine.prepare(p, h, problem.steps, directions, derivatives))
     for w, x0 in zip(windows(problem), point.states, strict=True):
+        chosen = train[w]
+        if scored and not chosen.any():
+            continue
         run = engine.run(
             ready(data.step(w)),
             problem.inputs[w],
@@ -163,7 +171,6 @@ def evaluate(problem: Problem, point: Point, *, derivatives: bool = True) -> Res
         y[w] = seen.y + point.theta[at.offsets] * offsets
         if problem.correction is not None:
             y[w] += problem.correction[w]
-        chosen = train[w]
         if not chosen.any():
             continue
         part = weighted(problem, (data.readings[w] - y[w])[chosen].T[:, :, None])

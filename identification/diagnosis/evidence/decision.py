@@ -78,7 +78,20 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     if sure is not None:
         kinds, e, law, reason = sure
         quiet = replace(quiet, reasons=(reason,))
+    elif held := _in_every_pair(kinds, e):
+        kinds = held
+        quiet = replace(quiet, reasons=(IN_EVERY_PAIR,))
     return _rest_of(kind_told(quiet, e, kinds, law, t), e, best.score, t)
+
+
+IN_EVERY_PAIR = "more than one effect is missing; every pair that explains as much as any holds it"
+
+
+def _in_every_pair(kinds: Sequence[KindScore], e: Evidence) -> list[KindScore]:
+    """Return what all good pairs hold; of several such kinds the likeliest, at places alike."""
+    held = [k for k in kinds if (k.element, k.kind) in e.paired]
+    same = [k for k in held if k.kind == held[0].kind]
+    return [k for k in same if together(k.element, held[0].element, e.classes)]
 
 
 def _slight(quiet: Decision, e: Evidence, h: Hypothesis, places: tuple[str, ...] = ()) -> Decision:

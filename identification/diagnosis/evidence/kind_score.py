@@ -10,7 +10,7 @@ that any law of its kind could reach.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -169,15 +169,23 @@ def kind_scores(
         Masses have resonances too (`mode_forms`).
     """
     elements = bench.problem.graph.elements
-    asked = [
+    found = Parallel(n_jobs=jobs, backend="threading")(
+        delayed(_scores)(bench, scene, ranked, elements[name], forms, modes)
+        for name in asked_places(bench, scene, places)
+    )
+    return sorted((k for each in found for k in each), key=lambda k: k.score.loss)
+
+
+def asked_places(
+    bench: Bench, scene: FittedModel, places: Iterable[str] | None = None
+) -> list[str]:
+    """Return those of the places (all, unless given) whose history and answer are known."""
+    elements = bench.problem.graph.elements
+    return [
         name
         for name in places or list(elements)
         if name in scene.past and bench.probed.knows(name) and name in elements
     ]
-    found = Parallel(n_jobs=jobs, backend="threading")(
-        delayed(_scores)(bench, scene, ranked, elements[name], forms, modes) for name in asked
-    )
-    return sorted((k for each in found for k in each), key=lambda k: k.score.loss)
 
 
 def _scores(
@@ -188,6 +196,17 @@ def _scores(
     made: Forms,
     modes: bool,
 ) -> list[KindScore]:
+    return scores_at(bench, element.name, forms_at(scene, ranked, element, made, modes))
+
+
+def forms_at(
+    scene: FittedModel,
+    ranked: Sequence[Screened],
+    element: Element,
+    made: Forms = flexible_forms,
+    modes: bool = True,
+) -> dict[str, Signature]:
+    """Return the forms of every kind at an element, what its laws would add among them."""
     forms = dict(made(element, scene.past[element.name]))
     if modes:
         forms |= mode_forms(scene, element)
@@ -200,7 +219,7 @@ def _scores(
                 known = forms.get(k)
                 both = column if known is None else np.hstack([known.columns, column])
                 forms[k] = Signature(both)
-    return scores_at(bench, element.name, forms)
+    return forms
 
 
 def _kinds_of(kind: str, element: Element) -> tuple[str, ...]:
@@ -210,8 +229,21 @@ def _kinds_of(kind: str, element: Element) -> tuple[str, ...]:
 
 
 def scores_at(bench: Bench, element: str, forms: Mapping[str, Signature]) -> list[KindScore]:
-    """Score the forms of one element; columns that kinds share are sent through the model once."""
-    found, known = [], dict[bytes, Array]()
+    """Score the forms of one element."""
+    return [
+        KindScore(element, kind, *scored_beside(bench, columns, x))
+        for kind, columns, x in answers_at(bench, element, forms)
+    ]
+
+
+def answers_at(
+    bench: Bench, element: str, forms: Mapping[str, Signature]
+) -> Iterator[tuple[str, Array, Array]]:
+    """Yield each kind with its columns (N, k) and what they change in the residual (M, k).
+
+    Columns that kinds share are sent through the model once.
+    """
+    known = dict[bytes, Array]()
     for kind, form in forms.items():
         kept = _moving(form)
         if not kept.columns.shape[1]:
@@ -228,14 +260,13 @@ def scores_at(bench: Bench, element: str, forms: Mapping[str, Signature]) -> lis
             known |= {keys[j]: rows[:, i] for i, j in enumerate(new)}
         x = np.stack([known[key] for key in keys]).T
         if np.isfinite(x).all():
-            found.append(KindScore(element, kind, *_scored(bench, kept.columns, x)))
-    return found
+            yield kind, kept.columns, x
 
 
 def alone(bench: Bench) -> BlockScore:
     """Score the columns of a bench without any form."""
     nothing = np.zeros((bench.residual.size, 0))
-    return _scored(bench, nothing[:0], nothing)[0]
+    return scored_beside(bench, nothing[:0], nothing)[0]
 
 
 def _key(form: Signature, column: int) -> bytes:
@@ -255,7 +286,8 @@ def _moving(form: Signature) -> Signature:
     return Signature(x[:, kept] / sizes, flow)
 
 
-def _scored(bench: Bench, form: Array, x: Array) -> tuple[BlockScore, Array]:
+def scored_beside(bench: Bench, form: Array, x: Array) -> tuple[BlockScore, Array]:
+    """Fit columns `x` (M, k) beside those of the bench; what the `form` (N, k) adds then."""
     both = bench.stretched.beside(x)
     total = both.products.sum(axis=0)
     size = np.sqrt(np.diag(total))

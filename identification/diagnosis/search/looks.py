@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 from joblib import Parallel, delayed, effective_n_jobs
@@ -10,6 +10,7 @@ from joblib import Parallel, delayed, effective_n_jobs
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import Effect
+from identification.diagnosis.evidence.kind_pairs import KindPair, pair_scores
 from identification.diagnosis.evidence.kind_score import KindScore, bench_of, kind_scores
 from identification.diagnosis.localisation.blind_relations import BlindRelation, blind_relations
 from identification.diagnosis.localisation.places_without_name import located
@@ -71,6 +72,14 @@ class Looks:
         try:
             bench = bench_of(base, better, self.plain)
             return kind_scores(bench, *self.of(better), places, jobs=self.jobs)
+        except BondsightError:
+            return []
+
+    def pairs(self, base: Fit, better: Fit, asked: Sequence[KindScore]) -> list[KindPair]:
+        """Score every kind in question beside every other one, along the histories of `better`."""
+        try:
+            bench = bench_of(base, better, self.plain)
+            return pair_scores(bench, *self.of(better), asked, jobs=self.jobs)
         except BondsightError:
             return []
 

@@ -15,6 +15,7 @@ from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.decision import MOSTLY, decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
+from identification.diagnosis.evidence.kind_pairs import MANY, in_every_pair
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import CURVES, alike_kinds
 from identification.diagnosis.evidence.remaining import remaining
@@ -157,7 +158,28 @@ def decided(found: Searched, task: SearchTask) -> Decision:
         decision = _decided_there(found, task, evidence, decision)
     if where:
         decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
+    elif found.number == 0 and in_doubt(decision, limits):
+        decision = _decided_in_pairs(found, task, evidence, decision)
     return decision
+
+
+def in_doubt(decision: Decision, limits: Thresholds) -> bool:
+    """Whether a few kinds are in question, none is told, and each leaves more than noise."""
+    open_ones = decision.kind == "unknown_physics" and decision.answer == "unknown"
+    few = 2 <= len(decision.kinds) <= MANY
+    return open_ones and few and all(k.score.noise.max() > limits.noise for k in decision.kinds)
+
+
+def _decided_in_pairs(
+    found: Searched, task: SearchTask, evidence: Evidence, decision: Decision
+) -> Decision:
+    """Decide with what every good pair of kinds holds: another effect may lie in the way."""
+    along = evidence.laws[0].trial.fit if evidence.laws else found.base.fit
+    task.say("looking two effects deep", 0.93)
+    pairs = task.done.pairs(found.base.fit, along, decision.kinds)
+    single = min((k.score for k in evidence.kinds), key=lambda s: s.loss)
+    held = in_every_pair(pairs, decision.kinds, single, task.limits, task.classes)
+    return decide(replace(evidence, paired=held), task.limits) if held else decision
 
 
 def _decided_there(

@@ -8,6 +8,7 @@ perfect one has the misfit ``lag(z)``.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from types import SimpleNamespace
 from typing import Any
 
@@ -28,7 +29,7 @@ from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.evidence.shares import UNUSUAL
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
-from identification.diagnosis.search.one_step import along_best, as_good
+from identification.diagnosis.search.one_step import along_best, as_good, in_doubt
 from identification.study.problem import Data
 from tests.spring import spring
 
@@ -1079,3 +1080,31 @@ def test_whatever_the_scores_the_answer_hangs_together(seed: int) -> None:
     if d.answer == "kind":
         assert d.physics
         assert d.places
+
+
+def test_of_kinds_in_question_stays_what_every_good_pair_holds() -> None:
+    case = Case(20.0).kind("slow", "C", 4.0).kind("memory", "R", 4.1).kind("slow", "R", 4.2)
+    evidence = case.evidence()
+    assert (decide(evidence).answer, decide(evidence).physics) == ("unknown", "")
+    d = decide(replace(evidence, paired=(("R", "memory"),)))
+    assert (d.kind, d.answer, d.physics, d.places) == ("unknown_physics", "kind", "memory", ("R",))
+    assert "more than one effect is missing" in d.reasons[0]
+    # of two effects that every pair holds the one is told that explains most by itself
+    both = decide(replace(evidence, paired=(("R", "memory"), ("C", "slow"))))
+    assert (both.answer, both.physics, both.places) == ("kind", "slow", ("C",))
+    # what is not in question any more is not told
+    gone = decide(replace(evidence, paired=(("m", "surface"),)))
+    assert (gone.answer, gone.physics, gone.reasons) == ("unknown", "", decide(evidence).reasons)
+
+
+def test_pairs_are_asked_for_where_a_few_loud_kinds_are_in_question() -> None:
+    def asked(left: float, places: str, *kinds: str) -> bool:
+        case = Case(20.0)
+        for i, (kind, place) in enumerate(product(kinds, places)):
+            case.kind(kind, place, left * (1.0 + 0.01 * i))
+        return in_doubt(case.decided(), Thresholds())
+
+    assert asked(4.0, "CR", "slow", "memory")
+    assert not asked(4.0, "C", "memory")  # it is told
+    assert not asked(0.1, "CR", "slow", "memory")  # each leaves noise
+    assert not asked(4.0, "CRS", "slow", "memory", "ratio")  # too many

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,15 +14,22 @@ from bondgraph.graph.modulation import displacement, flow
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.split import interleaved
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, by_name
 from identification.diagnosis.catalogue.effect import Signature
+from identification.diagnosis.catalogue.memory.creep import lagged
 from identification.diagnosis.evidence.block_score import BlockScore, score
+from identification.diagnosis.evidence.decision import decide
+from identification.diagnosis.evidence.hypotheses import Evidence, Thresholds
+from identification.diagnosis.evidence.kind_pairs import in_every_pair, pair_scores
 from identification.diagnosis.evidence.kind_score import (
     KindScore,
     bench_of,
     kind_scores,
     scores_at,
 )
+from identification.diagnosis.evidence.kinds_told import alike_kinds
+from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.screening.flexible_forms import KINDS
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
@@ -46,17 +54,25 @@ TRUTHS: dict[str, Callable[[], BondGraph]] = {
     "cubic": lambda: hardening(0.3),
     "strongly cubic": lambda: hardening(4.0),
     "dry": lambda: spring().with_element("d", law=Coulomb(0.1)),
+    "both": lambda: hardening(0.3).with_element("d", law=Coulomb(0.1)),
 }
 ANYTHING = ("sensing", "time", "exogenous")
 """Kinds that depend on the reading itself, or on time alone: along a good trajectory they follow
 whatever there is."""
 
 
+T = np.asarray(DT * np.arange(N), np.float64)
+
+
 @cache
-def seen(truth: str, along_truth: bool = False) -> tuple[Fit, BlockScore, list[KindScore]]:
-    t = np.asarray(DT * np.arange(N), np.float64)
-    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 3 * np.sin(2 * np.pi * 2.3 * t + 1)
-    x = simulate(TRUTHS[truth](), t, {"F": u})["x"]
+def seen(
+    truth: str,
+    along_truth: bool = False,
+    command: Callable[[Array], Array] = np.asarray,
+    reading: Callable[[Array], Array] = np.asarray,
+) -> tuple[Fit, BlockScore, list[KindScore]]:
+    t, u = T, 4 * np.sin(2 * np.pi * 0.7 * T) + 3 * np.sin(2 * np.pi * 2.3 * T + 1)
+    x = reading(simulate(TRUTHS[truth](), t, {"F": command(u)})["x"])
     y = (x + NOISE * np.random.default_rng(1).standard_normal(N))[:, None]
     floor = np.array([NOISE])
     split = interleaved(0, N)
@@ -105,6 +121,65 @@ def test_no_kind_beats_a_model_that_is_right() -> None:
     _, plain, found = seen("nothing")
     assert plain.noise[0] == pytest.approx(1.0, abs=0.1)
     assert max(plain.behind(k.score) for k in found) < 3.0
+
+
+def test_two_effects_show_in_the_pairs_that_hold_them() -> None:
+    made, _, found = seen("both")
+    looked = scene(made)
+    asked = [k for k in found if k.kind in ("restoring", "dissipative", "slow")]
+    pairs = pair_scores(bench_of(made, made), looked, (), asked)
+    alone = min((k.score for k in found), key=lambda s: s.loss)
+    assert alone.noise[0] > 8.0  # each effect lies in the way of the other
+    best = min(pairs, key=lambda p: p.score.loss)
+    assert {place for place, _ in best.members} == {"k", "d"}
+    assert best.score.noise[0] < 1.5
+    held = in_every_pair(pairs, asked, alone, Thresholds())
+    assert set(held) == {("k", "restoring"), ("d", "dissipative")}
+    # a pair that hardly does better than one effect says nothing
+    assert in_every_pair(pairs, asked, best.score, Thresholds()) == ()
+
+
+def saturated(u: Array) -> Array:
+    return np.asarray(np.clip(u, -5.0, 5.0))
+
+
+def lagging(x: Array) -> Array:
+    return lagged(x, 0.03, DT)
+
+
+def creeping(x: Array) -> Array:
+    return np.asarray(x + 0.1 * lagged(x, 1.0, DT))
+
+
+@pytest.mark.parametrize(
+    ("truth", "command", "reading", "place", "kind"),
+    [
+        ("nothing", saturated, lagging, "F", "command"),
+        ("cubic", np.asarray, creeping, "k", "restoring"),
+    ],
+)
+def test_of_many_kinds_in_question_every_good_pair_holds_a_true_one(
+    truth: str,
+    command: Callable[[Array], Array],
+    reading: Callable[[Array], Array],
+    place: str,
+    kind: str,
+) -> None:
+    made, plain, found = seen(truth, command=command, reading=reading)
+    e = Evidence(
+        plain, (), tuple(found), remaining(made), made.chi2("test"), made.chi2("train")
+    )  # fmt: skip
+    asked = alike_kinds(e, Thresholds())
+    assert len({k.element for k in asked}) > 2
+    assert decide(e).answer == "unknown"
+    looked = scene(made)
+    ranked = screen(looked, probes(made, spring()), (*CATALOGUE, UNNAMED))
+    pairs = pair_scores(bench_of(made, made), looked, ranked, asked)
+    alone = min((k.score for k in found), key=lambda s: s.loss)
+    held = in_every_pair(pairs, asked, alone, Thresholds())
+    assert held == ((place, kind),)
+    told = decide(replace(e, paired=held))
+    assert (told.answer, told.physics, told.places) == ("kind", kind, (place,))
 
 
 @pytest.mark.parametrize("truth", list(TRUTHS))

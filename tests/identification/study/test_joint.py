@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from functools import cache
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Parameter
+from bondgraph.signals.split import Split
 from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation import Nuisances, SettledSetting, Study, Vary
 from identification.estimation.levenberg_marquardt import FitStatus, minimise
-from identification.study.joint import STATE_WEIGHT, JointPoint, JointProblem, refine_states
+from identification.study.joint import (
+    STATE_WEIGHT,
+    JointPoint,
+    JointProblem,
+    refine_states,
+    stack_of,
+)
+from identification.study.residual import evaluate, windows
 from tests.identification.estimation.plants import record, spring
 
 TAU = Parameter("tau", 0.013, "s", lower=0.0)
@@ -268,3 +278,45 @@ def test_states_of_windows_improve_one_by_one() -> None:
             old, new = before.residual[rows], after.residual[rows]
             assert new @ new <= old @ old * (1 + 1e-9)
         assert after.residual @ after.residual < 0.5 * (before.residual @ before.residual)
+
+
+def judged(stack: JointProblem) -> JointProblem:
+    """Return the first record alone, of whose windows the last half judges."""
+    p = stack.problems[0]
+    split = Split(slice(0, p.data.n // 2), slice(p.data.n // 2, p.data.n), "halves")
+    return stack_of((replace(p, data=replace(p.data, split=split), built=p.engine),))
+
+
+def test_what_is_scored_is_the_same_without_the_windows_that_judge() -> None:
+    stack = judged(made("windows"))
+    p, local = stack.problems[0], stack.local(stack.start(), 0)
+    whole, scored = (evaluate(p, local, scored=s) for s in (False, True))
+    assert np.array_equal(scored.residual, whole.residual)
+    assert np.array_equal(scored.jacobian, whole.jacobian)
+    for (rows, columns), (here, same) in zip(scored.local, whole.local, strict=True):
+        assert rows == here
+        assert np.array_equal(columns, same)
+    train = p.data.mask("train")
+    assert np.array_equal(scored.y[train], whole.y[train])
+    assert np.isnan(scored.y[~train]).all()
+    assert np.isfinite(whole.y).all()
+
+
+def test_no_window_runs_without_need() -> None:
+    stack = judged(made("windows"))
+    p, point = stack.problems[0], stack.start()
+    run, runs = type(p.engine).run, Counter[int]()
+
+    def counted(engine: Any, ready: Any, u: Array, *more: Any, **named: Any) -> Any:
+        runs[u.ctypes.data] += 1
+        return run(engine, ready, u, *more, **named)
+
+    own = {p.inputs[windows(p)[i]].ctypes.data for i in stack.scored(0)}
+    assert p.state_scale.all()  # known from a run of its own
+    with patch.object(type(p.engine), "run", counted):
+        refine_states(p, stack.local(point, 0), passes=1)
+        assert runs == dict.fromkeys(own, 2)
+        runs.clear()
+        found = minimise(stack, point, max_iterations=2).evaluations[0]
+    assert {n for u, n in runs.items() if u not in own} == {1}
+    assert np.isfinite(found.y).all()

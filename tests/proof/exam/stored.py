@@ -127,6 +127,7 @@ def stored(e: Evidence) -> dict[str, Any]:
         "elements": elements,
         "located": list(e.located),
         "along": e.along,
+        "held": [list(x) for x in e.paired],
     }
 
 
@@ -187,6 +188,7 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
         content["trained"], classes, tuple(content["named"]),
         tuple((effect, place) for effect, place in content.get("untried", ())),
         tuple(content.get("located", ())), content.get("along", False),
+        tuple((place, kind) for place, kind in content.get("held", ())),
     )  # fmt: skip
 
 
