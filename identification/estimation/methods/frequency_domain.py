@@ -89,9 +89,9 @@ class _LineStack(JointProblem):
     courses: tuple[Course | None, ...] = ()
 
     def evaluate(
-        self, point: JointPoint, *, derivatives: bool = True
+        self, point: JointPoint, *, derivatives: bool = True, scored: bool = False
     ) -> tuple[ResidualEvaluation, ...]:
-        """Return the residuals of all lines of all records."""
+        """Return the residuals of all lines of all records; every line is scored."""
         found = []
         for r, (p, f, c) in enumerate(zip(self.problems, self.lines, self.courses, strict=True)):
             local = self.local(point, r)
