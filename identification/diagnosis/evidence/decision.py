@@ -390,10 +390,10 @@ def _agreed(members: Sequence[Scored], e: Evidence) -> bool:
     left = [np.bincount(run, s.score.out.residual**2) for s in members]
     if np.count_nonzero(count) < 2 or any(s.trial.insertion.kind in ANYTHING for s in members):
         return False
-    return bool(np.all(np.stack(left) <= HALF * before))
+    return bool(np.all(np.stack(left) <= MUCH * before))
 
 
-HALF = 0.5
+MUCH = 0.5
 """Part of a recording's misfit that a law leaves at most if it does much there."""
 
 

@@ -35,6 +35,7 @@ def _prepared(read: Recording) -> LoadedRecording:
 
 
 _DRY = "the firmware measures the least duty at which the motor turns"
+_WARM = "the motor warms up over about 50 s"
 _CONCAVE = "speed over voltage is concave; drag and a bent source are look-alikes in one speed"
 
 
@@ -53,9 +54,10 @@ def _case(part: str, comment: str) -> RealCase:
             Truth("quadratic_drag", ("b",), _CONCAVE),
             Truth("saturation", ("u",), _CONCAVE),
             Truth("nonlinear_ratio", ("K",), _CONCAVE),
-            Truth("time_varying_parameter", ("b", "R_a"), "the motor warms up over about 50 s"),
+            Truth("time_varying_parameter", ("b", "R_a"), _WARM),
+            Truth("self_heating", ("b", "R_a"), f"{_WARM}; what a warm resistor does"),
         ),
-        kinds=("dissipative", "command", "ratio", "time"),
+        kinds=("dissipative", "command", "ratio", "time", "slow"),
         comment=(
             f"{comment}; one speed cannot tell a bent source from a bent load, so a set of "
             "look-alikes is honest. The unit of the pulse counter is declared"
