@@ -17,7 +17,7 @@ from identification.diagnosis.evidence.decision import MOSTLY, decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_pairs import MANY, in_every_pair
 from identification.diagnosis.evidence.kind_score import KindScore
-from identification.diagnosis.evidence.kinds_told import CURVES, alike_kinds
+from identification.diagnosis.evidence.kinds_told import CURVES, RICHER, alike_kinds
 from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.evidence.shares import explained
 from identification.diagnosis.localisation.blind_relations import BlindRelation
@@ -150,7 +150,7 @@ def decided(found: Searched, task: SearchTask) -> Decision:
             evidence = _with_laws(found, task, evidence, rivals)
             evidence = along_best(found, task, evidence)
         decision = decide(evidence, limits)
-    richer = _with_forms(found, task, evidence, decision.kind == "unknown_physics")
+    richer = _with_forms(found, task, evidence, decision)
     if richer is not evidence:
         evidence = along_best(found, task, richer)
         decision = decide(evidence, limits)
@@ -236,7 +236,9 @@ def _with_laws(
     return replace(evidence, laws=laws, untried=untried)
 
 
-def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: bool) -> Evidence:
+def _with_forms(
+    found: Searched, task: SearchTask, evidence: Evidence, decision: Decision
+) -> Evidence:
     """Fit richer forms of a law that explains much, but not all.
 
     Of all laws that explain nearly what the best does; where nothing can be named, half of it, and
@@ -244,8 +246,10 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: 
     bends the model until no simple law does anything. A form takes the place of its law only where
     held-out samples and the stretches left out are both surely better with it than with any law,
     and little is left; beside a name only noise: what is missing elsewhere may not be made part of
-    a name. Forms that the data do not tell from it come along.
+    a name. Forms that the data do not tell from it come along. Where a kind is told, a form has to
+    be of that kind.
     """
+    unknown = decision.kind == "unknown_physics"
     named = [s for s in evidence.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
     if not named or named[0].left.most <= task.limits.noise:
         return evidence
@@ -262,7 +266,7 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: 
         at = (r.element.name, r.effect.richer)
         if r.effect.richer and r.home and at not in made:
             made[at] = _forms_of(r.effect, r.element.name, (), found)
-    every = [f for forms in made.values() for f in forms if f.starts]
+    every = [f for forms in made.values() for f in forms if f.starts and of_told_kind(f, decision)]
     forms = _fitted_forms(every, best, found, task) if every else ()
     form = best_form(forms, best, task.limits)
     if form is None or not (unknown or form.left.most <= task.limits.noise):
@@ -272,6 +276,15 @@ def _with_forms(found: Searched, task: SearchTask, evidence: Evidence, unknown: 
     for law in (form, *sorted(alike, key=lambda o: o.score.loss), *evidence.laws):
         laws.setdefault((law.trial.effect, law.element), law)
     return replace(evidence, laws=tuple(sorted(laws.values(), key=lambda o: o.score.loss)))
+
+
+def of_told_kind(form: Insertion, decision: Decision) -> bool:
+    """Whether a form may be what a decision has told: of its kind, or one that holds the other.
+
+    A surface of displacement and flow at a place is no memory there, nor the other way round.
+    """
+    told = {k.kind for k in decision.kinds} if decision.answer == "kind" else {form.kind}
+    return form.kind in told or bool(told & CURVES if form.kind in RICHER else told & set(RICHER))
 
 
 def _forms_of(
