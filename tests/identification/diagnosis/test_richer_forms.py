@@ -14,7 +14,11 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import exact_form, simulate
 from identification.diagnosis.catalogue import CATALOGUE, Insertion, by_name
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
+from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.leave_out import LeftOut, Rows
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.search.base import base_of
 from identification.diagnosis.search.candidates import (
@@ -24,7 +28,12 @@ from identification.diagnosis.search.candidates import (
     fitted_insertions,
 )
 from identification.diagnosis.search.looks import Looks
-from identification.diagnosis.search.one_step import SearchTask, best_form, scored
+from identification.diagnosis.search.one_step import (
+    SearchTask,
+    best_form,
+    of_told_kind,
+    scored,
+)
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from tests.spring import spring
@@ -173,3 +182,21 @@ def test_loops_that_harden_are_named_though_stops_explain_next_to_nothing() -> N
     rates = np.array([values["beta_k"], values["gamma_k"]]) / values["reach_1_k"]
     np.testing.assert_allclose(rates, [25.0, -35.0], rtol=0.1)
     np.testing.assert_allclose([values["k"], values["h_k"]], [150.0, 200.0], rtol=0.1)
+
+
+def test_a_form_has_to_be_of_the_kind_that_is_told() -> None:
+    nothing, at = np.zeros(3), np.zeros(3, int)
+    plainly = BlockScore(LeftOut(Rows(at, at, at), nothing, nothing, nothing))
+
+    def told(kind: str, answer: str = "kind") -> Decision:
+        kinds = (KindScore("k", kind, plainly, nothing),)
+        return Decision(
+            "unknown_physics", None, (), (), 0.0, 0.0, (), answer=answer, physics=kind, kinds=kinds
+        )
+
+    form = Insertion("hysteresis", "memory", "bouc_wen", "k", plain(), (), ("h",), kind="memory")
+    assert not of_told_kind(form, told("surface"))
+    assert not of_told_kind(form, told("slow"))
+    assert of_told_kind(form, told("memory"))
+    assert of_told_kind(form, told("dissipative"))  # a memory holds a curve
+    assert of_told_kind(form, told("surface", answer="unknown"))
