@@ -311,7 +311,7 @@ def _named(
             answer, physics = "unknown", set()
             reasons.append("the improvement does not show on the held-out part")
             equal = [*members, *(s for s in alike if s.trial in same)]
-            if e.located or not _agreed(equal, e):
+            if e.located or not (e.several and _agreed(equal, e)):
                 places = e.located
             else:
                 own = {(s.element, s.trial.insertion.kind) for s in equal}

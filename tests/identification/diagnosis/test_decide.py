@@ -365,7 +365,8 @@ def test_an_equal_that_fails_on_the_held_out_part_leaves_nothing_known() -> None
 def test_what_several_recordings_agree_on_stays_in_question_though_another_refutes_the_laws(
     breaks: tuple[int, ...], where: Any, places: tuple[str, ...]
 ) -> None:
-    case = Case(9.0, where=where).law("hysteresis at k", 2.0, test=99.0)
+    several = Case(9.0, where=where, several=bool(breaks))
+    case = several.law("hysteresis at k", 2.0, test=99.0)
     case.law("coulomb_friction at d", 2.0, test=99.0).kind("memory", "k", 2.0)
     case.kind("dissipative", "d", 4.0)
     for s in case.laws:
