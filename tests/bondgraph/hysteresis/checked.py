@@ -12,13 +12,13 @@ from bondgraph.support.ops import NUMPY
 
 
 def energy_of_a_move(
-    operator: Any, seed: int, size: float, near: float = 1e-8, least: float = 0.0
+    operator: Any, seed: int, size: float, points: int, near: float, least: float = 0.0
 ) -> tuple[float, float]:
     """Work of a monotone move is what is stored and lost; return its end's output and store."""
     rng = np.random.default_rng(seed)
     x = rng.uniform(-size, size, 20)
     memory, start, end = operator.run(x)[1], float(x[-1]), float(rng.uniform(-size, size))
-    way = np.linspace(start, end, 200_001)
+    way = np.linspace(start, end, points)
     y, _ = operator.run(way, memory)
     effort, displacement = (y, way) if operator.passive_port == "output" else (way, y)
     work = float(np.sum(0.5 * (effort[1:] + effort[:-1]) * np.diff(displacement)))

@@ -165,7 +165,7 @@ def test_claims_wiping_out_and_congruency_rightly_not(operator: Any) -> None:
 @OPERATORS
 @pytest.mark.parametrize("seed", range(5))
 def test_energy_balance_on_a_monotone_move(operator: Any, seed: int) -> None:
-    energy_of_a_move(operator, seed, 4.0, least=-1e-14)
+    energy_of_a_move(operator, seed, 4.0, 100_001, 1e-8, least=-1e-14)
 
 
 def test_port_of_the_claim() -> None:

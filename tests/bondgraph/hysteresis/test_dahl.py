@@ -47,7 +47,7 @@ def test_one_step_is_a_thousand() -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_energy_balance_on_a_monotone_move(seed: int) -> None:
-    force, stored = energy_of_a_move(DAHL, seed, 2.0)
+    force, stored = energy_of_a_move(DAHL, seed, 2.0, 100_001, 1e-8)
     assert stored == pytest.approx(0.5 * force**2 / 2.0, rel=1e-12)
 
 

@@ -101,7 +101,7 @@ def test_wiping_out_and_congruency(seed: int) -> None:
 
 @seeds
 def test_energy_balance_on_a_monotone_move(seed: int) -> None:
-    energy_of_a_move(OPERATOR, seed, 4.0, near=1e-7)
+    energy_of_a_move(OPERATOR, seed, 4.0, 200_001, 1e-7)
 
 
 def test_loop_loss() -> None:

@@ -125,7 +125,7 @@ def test_congruency(seed: int) -> None:
 
 @seeds
 def test_energy_balance_on_a_monotone_move(seed: int) -> None:
-    energy_of_a_move(OPERATOR, seed, 5.0, near=1e-7)
+    energy_of_a_move(OPERATOR, seed, 5.0, 200_001, 1e-7)
 
 
 @pytest.mark.parametrize(("low", "high"), [(-2.0, 2.0), (-4.5, 0.7), (0.2, 1.1), (-9.0, 9.0)])
