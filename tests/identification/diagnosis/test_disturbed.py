@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from bondgraph import BondGraph
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
+from bondsight.cli.main import main
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.predicted import Predicted, predicted
 from identification.diagnosis.search.candidates import DiagnosisOptions
@@ -93,3 +96,21 @@ def test_stretches_agree_on_what_predicts_better() -> None:
     once = better.losses.copy()
     once[3] += 100.0  # one stretch is no proof
     assert replace(better, losses=once).behind(better) < 1.5
+
+
+def test_the_command_takes_places_and_names_wrong_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    r = record(4e4)
+    run = tmp_path / "run.csv"
+    table = np.column_stack([r.time, r["F"], r["x"]])
+    np.savetxt(run, table, delimiter=",", header="time[s],F[N],x[m]", comments="")
+    model, out = "tests.spring:spring", tmp_path / "out"
+    words = ["diagnose", str(run), "--model", model, "--out", str(out), "--jobs", "1"]
+    assert main([*words, "--process-noise", "q"]) == 2
+    assert "no place for process noise 'q'" in capsys.readouterr().err
+    few = ["--effects", "1", "--hold", "linear", "--noise", f"x={NOISE}"]
+    assert main([*words, *few, "--process-noise", "m"]) == 0
+    said = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
+    assert [f["effect"] for f in said["findings"]] == ["nonlinear_stiffness"]
+    assert any("process noise at m" in n for n in said["notes"])
