@@ -83,10 +83,10 @@ class Evidence:
         The only places where the mismatch may sit, whatever its law; empty where that is not known.
     along : bool
         Kinds were held against the true course of what was added there.
-    several : bool
-        More than one recording is fitted.
     paired : tuple of (str, str)
         Elements and kinds, of those in question, that all good pairs hold (`kind_pairs`).
+    several : bool
+        More than one recording is fitted.
     """
 
     plain: BlockScore
@@ -100,8 +100,8 @@ class Evidence:
     untried: tuple[tuple[str, str], ...] = ()
     located: tuple[str, ...] = ()
     along: bool = False
-    several: bool = False
     paired: tuple[tuple[str, str], ...] = ()
+    several: bool = False
 
     @property
     def here(self) -> Evidence:
