@@ -1,18 +1,9 @@
 """Optics of a displacement interferometer: air, fringes, quadrature; functions of arrays."""
 
-from hardware.optics.air_track import STALE_AFTER as STALE_AFTER
-from hardware.optics.air_track import AirCorrected as AirCorrected
-from hardware.optics.air_track import AirTrack as AirTrack
-from hardware.optics.air_track import correct_record as correct_record
 from hardware.optics.beam import BeamState as BeamState
 from hardware.optics.beam import BeamWatch as BeamWatch
 from hardware.optics.beam import watch_beam as watch_beam
-from hardware.optics.counting import block_duration as block_duration
 from hardware.optics.counting import displacement_per_fringe as displacement_per_fringe
-from hardware.optics.counting import increments_of_bits as increments_of_bits
-from hardware.optics.counting import largest_rate as largest_rate
-from hardware.optics.counting import largest_speed as largest_speed
-from hardware.optics.counting import smallest_step as smallest_step
 from hardware.optics.counting import wavelength_in_air as wavelength_in_air
 from hardware.optics.ellipse import SHORTEST_ARC as SHORTEST_ARC
 from hardware.optics.ellipse import Ellipse as Ellipse
@@ -24,15 +15,6 @@ from hardware.optics.fringes import Repair as Repair
 from hardware.optics.fringes import find_miscounts as find_miscounts
 from hardware.optics.fringes import largest_amplitude as largest_amplitude
 from hardware.optics.fringes import repaired as repaired
-from hardware.optics.geometry import abbe_error as abbe_error
-from hardware.optics.geometry import cosine_corrected as cosine_corrected
-from hardware.optics.geometry import cosine_error as cosine_error
-from hardware.optics.geometry import dead_path_error as dead_path_error
-from hardware.optics.index_uncertainty import IndexUncertainty as IndexUncertainty
-from hardware.optics.index_uncertainty import Sensitivity as Sensitivity
-from hardware.optics.index_uncertainty import SensorUncertainty as SensorUncertainty
-from hardware.optics.index_uncertainty import index_uncertainty as index_uncertainty
-from hardware.optics.index_uncertainty import sensitivity as sensitivity
 from hardware.optics.quadrature import Demodulated as Demodulated
 from hardware.optics.quadrature import Demodulator as Demodulator
 from hardware.optics.quadrature import displacement_of_phase as displacement_of_phase
@@ -42,5 +24,4 @@ from hardware.optics.refraction import HELIUM_NEON as HELIUM_NEON
 from hardware.optics.refraction import SENSOR_DOMAIN as SENSOR_DOMAIN
 from hardware.optics.refraction import ValidRange as ValidRange
 from hardware.optics.refraction import ciddor_index as ciddor_index
-from hardware.optics.refraction import edlen_index as edlen_index
 from hardware.optics.refraction import saturation_vapour_pressure as saturation_vapour_pressure

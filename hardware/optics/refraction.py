@@ -1,8 +1,7 @@
-"""Refraction index of air from temperature, pressure and humidity: Ciddor and Edlen.
+"""Refraction index of air from temperature, pressure and humidity, by Ciddor.
 
-Both in the form of J. A. Stone and J. H. Zimmerman, "Index of refraction of air", NIST Engineering
-Metrology Toolbox, appendix A: P. E. Ciddor, Appl. Opt. 35 (1996) 1566; Edlen's equation as revised
-by K. P. Birch and M. J. Downs, Metrologia 30 (1993) 155 and 31 (1994) 315.
+In the form of J. A. Stone and J. H. Zimmerman, "Index of refraction of air", NIST Engineering
+Metrology Toolbox, appendix A: P. E. Ciddor, Appl. Opt. 35 (1996) 1566.
 """
 
 from __future__ import annotations
@@ -98,56 +97,6 @@ def saturation_vapour_pressure(temperature: ArrayLike) -> Array:
     s = T / 273.16
     ice = 611.657 * np.exp(-13.928169 * (1.0 - s**-1.5) + 34.7078238 * (1.0 - s**-1.25))
     return np.asarray(np.where(T < ZERO_CELSIUS, ice, water))
-
-
-def edlen_index(
-    temperature: ArrayLike,
-    pressure: ArrayLike,
-    humidity: ArrayLike,
-    wavelength: float = HELIUM_NEON,
-    *,
-    water_term: str = "nist",
-    domain: ValidRange = SENSOR_DOMAIN,
-) -> Array:
-    """Refraction index of air by Edlen's equation, revision of Birch and Downs, 450 ppm CO2.
-
-    Parameters
-    ----------
-    temperature, pressure, humidity : array_like
-        K, Pa, relative (0 to 1); broadcast.
-    wavelength : float
-        In vacuum (m).
-    water_term : {"nist", "1994"}
-        NIST's, that holds away from 20 C too, or as printed in 1994 (most devices).
-    domain : ValidRange
-        Values outside are refused.
-
-    Returns
-    -------
-    ndarray
-        Index.
-
-    Raises
-    ------
-    UnusableInput
-        A value outside of the domain, or not finite; which, and what is allowed.
-
-    Examples
-    --------
-    >>> f"{edlen_index(293.15, 101325.0, 0.2, 633e-9):.9f}"
-    '1.000271629'
-    """
-    T, p, h, s = _checked(temperature, pressure, humidity, wavelength, domain)
-    t = T - ZERO_CELSIUS
-    f = h * saturation_vapour_pressure(T)
-    standard = 1e-8 * (8342.54 + 2406147.0 / (130.0 - s) + 15998.0 / (38.9 - s))
-    density = (1.0 + 1e-8 * (0.601 - 0.00972 * t) * p) / (1.0 + 0.003661 * t)
-    if water_term not in {"nist", "1994"}:
-        raise UnusableInput(f"Edlen's equation has no water term {water_term!r}; nist or 1994")
-    factor = 292.75 / T if water_term == "nist" else 1.0
-    return np.asarray(
-        1.0 + p * standard / 96095.43 * density - 1e-10 * factor * (3.7345 - 0.0401 * s) * f
-    )
 
 
 def ciddor_index(

@@ -1,10 +1,6 @@
 """Amplifiers without a digital interface, behind any converter."""
 
 from hardware.devices.amplifier.analogue import AnalogueAmplifier as AnalogueAmplifier
-from hardware.devices.amplifier.calibration import CalibrationLine as CalibrationLine
-from hardware.devices.amplifier.calibration import calibrated as calibrated
-from hardware.devices.amplifier.calibration import fit_line as fit_line
-from hardware.devices.amplifier.calibration import monitor_calibrated as monitor_calibrated
 from hardware.devices.amplifier.channel import AnalogueChannel as AnalogueChannel
 from hardware.devices.amplifier.channel import AnalogueInputs as AnalogueInputs
 from hardware.devices.amplifier.channel import DigitalLines as DigitalLines

@@ -19,5 +19,3 @@ from hardware.devices.interferometer.readouts import OpticalReading as OpticalRe
 from hardware.devices.interferometer.streaming import NORMAL_RATE as NORMAL_RATE
 from hardware.devices.interferometer.streaming import Streaming as Streaming
 from hardware.devices.interferometer.streaming import Triggered as Triggered
-from hardware.devices.interferometer.thesis import Superfast as Superfast
-from hardware.devices.interferometer.thesis import ThesisInterface as ThesisInterface

@@ -19,9 +19,6 @@ from hardware.devices.amplifier import (
     Monitors,
     UltrasonicDriver,
     UltrasonicLimits,
-    calibrated,
-    fit_line,
-    monitor_calibrated,
 )
 from hardware.devices.daq import Card, CardChannel, CardInputs, SoftwareTimedWave
 from hardware.errors import LimitViolation, LinkLost, TimedOut
@@ -71,40 +68,6 @@ def test_an_amplifier_that_is_none_is_refused(wrong: dict[str, float]) -> None:
         Monitors(voltage=0.0)
     with pytest.raises(UnusableInput, match="no monitor"):
         Monitors(voltage=0.1).scaled("i", np.zeros(1))
-
-
-def test_the_line_and_its_uncertainty_cover_the_truth() -> None:
-    rng = np.random.default_rng(5)
-    x = np.linspace(0.0, 5.0, 21)
-    pulls = []
-    for _ in range(300):
-        line = fit_line(x, 19.87 * x + 0.13 + 0.02 * rng.standard_normal(21))
-        pulls.append(
-            ((line.slope - 19.87) / line.u_slope, (line.intercept - 0.13) / line.u_intercept)
-        )
-    # Student's t with 19 degrees of freedom: variance 19/17
-    assert np.std(pulls, axis=0) == pytest.approx(math.sqrt(19 / 17), rel=0.15)
-
-
-def test_a_calibration_goes_into_the_provenance() -> None:
-    x = np.array([0.0, 1.0, 2.0, 3.0])
-    a = calibrated(EPA_104, x, 20.1 * x - 0.3 + np.array([0.01, -0.01, -0.01, 0.01]))
-    told = a.provenance()
-    assert told["gain"] == pytest.approx(20.1)
-    assert told["offset"] == pytest.approx(-0.3)
-    assert 0.0 < float(told["u_gain"]) < 0.02
-    assert "4 measured pairs" in str(told["source"])
-    m = monitor_calibrated(Monitors(voltage=0.05), 20.0 * x, 1.01 * x + 0.02)
-    assert m.scaled("V_mon", 1.01 * x + 0.02) == pytest.approx(20.0 * x)
-
-
-@pytest.mark.parametrize(
-    ("x", "y"),
-    [([1, 2], [1, 2]), ([1, 1, 1], [1, 2, 3]), ([1, 2, np.nan], [1, 2, 3]), ([1, 2, 3], [1, 2])],
-)
-def test_pairs_that_give_no_line_are_refused(x: list[float], y: list[float]) -> None:
-    with pytest.raises(UnusableInput, match="calibration"):
-        fit_line(x, y)
 
 
 def test_it_is_a_raw_output_that_says_it_has_no_watchdog() -> None:
