@@ -108,12 +108,23 @@ def ciddor_index(
     carbon_dioxide: float = 450e-6,
     domain: ValidRange = SENSOR_DOMAIN,
 ) -> Array:
-    """Refraction index of air by Ciddor's equation; all but the carbon dioxide as in `edlen_index`.
+    """Refraction index of air by Ciddor's equation.
 
     Parameters
     ----------
+    temperature, pressure, humidity : array_like
+        K, Pa, relative (0 to 1); broadcast.
+    wavelength : float
+        In vacuum (m).
     carbon_dioxide : float
         Mole fraction; 450e-6 in a room, 400e-6 out of doors.
+    domain : ValidRange
+        Values outside are refused.
+
+    Raises
+    ------
+    UnusableInput
+        A value outside of the domain, or not finite; which, and what is allowed.
 
     Examples
     --------

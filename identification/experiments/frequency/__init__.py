@@ -7,8 +7,6 @@ from identification.experiments.frequency.bla import response_of_periods as resp
 from identification.experiments.frequency.distortions import DistortionLevel as DistortionLevel
 from identification.experiments.frequency.distortions import Distortions as Distortions
 from identification.experiments.frequency.distortions import distortions as distortions
-from identification.experiments.frequency.figures import plot_distortions as plot_distortions
-from identification.experiments.frequency.figures import plot_response as plot_response
 from identification.experiments.frequency.local import local_polynomial as local_polynomial
 from identification.experiments.frequency.periods import Periods as Periods
 from identification.experiments.frequency.periods import cut as cut

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Split
 from identification import datasets as data
 from identification.estimation import NO_NUISANCES, Estimation, FitStatus, Study, estimate
-from identification.estimation.prediction import deficient_equations
 
 pytestmark = pytest.mark.recordings
 
@@ -71,15 +69,3 @@ def test_output_errors_are_further_off(record: tuple[Recording, Split]) -> None:
     assert with_noise.filtered is not None
     assert without.filtered is not None
     assert with_noise.filtered.log_likelihood > without.filtered.log_likelihood + 1e4
-
-
-def test_the_deficient_equation_of_the_viscous_model(record: tuple[Recording, Split]) -> None:
-    whole, split = record
-    every = {n: v[::4] for n, v in whole.channels.items()}
-    short = replace(whole, time=whole.time[::4], channels=every)
-    parts = [split.train, split.test]
-    train, test = (slice(-(-s.start // 4), -(-s.stop // 4)) for s in parts if isinstance(s, slice))
-    thinned = short, Split(train, test, "every fourth sample")
-    report = deficient_equations(study(False, thinned, noise={"x": 1e-6}))
-    assert report.places[0].place == "p_M"
-    assert "p_M is deficient" in str(report)

@@ -17,7 +17,6 @@ from bondgraph.graph.modulation import displacement
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.support.errors import BondsightError
 from identification.estimation import FitStatus, Vary, estimate
-from identification.estimation.prediction import deficient_equations
 from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.likelihood import evaluate, pass_over
 from identification.study.engine import GeneralEngine
@@ -168,7 +167,7 @@ def test_a_pendulum_with_process_noise(swings: list[Recording]) -> None:
     assert np.mean(levels) == pytest.approx(SIGMA, rel=0.05)
 
 
-def test_all_swings_at_once_and_where_the_noise_enters(swings: list[Recording]) -> None:
+def test_all_swings_at_once(swings: list[Recording]) -> None:
     study = study_of(pendulum(), swings[:2], ("T",), n_sub=None)
     found = estimate(study, method="prediction_error")
     for name, true in TRUTH.items():
@@ -176,9 +175,6 @@ def test_all_swings_at_once_and_where_the_noise_enters(swings: list[Recording]) 
         assert abs(e.value - true) < 1.6 * 0.5 * (e.ci95[1] - e.ci95[0])
     # a random torque is what moves the momentum
     assert found.estimate_of("sigma T").value == pytest.approx(SIGMA, rel=0.1)
-    report = deficient_equations(found)
-    assert report.places[0].place == "p_J"
-    assert report.places[0].sigma == pytest.approx(SIGMA, rel=0.1)
 
 
 @pytest.mark.parametrize(

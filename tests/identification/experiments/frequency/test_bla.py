@@ -14,7 +14,6 @@ from identification.experiments.frequency import (
     FrequencyResponse,
     best_linear_approximation,
     local_polynomial,
-    plot_response,
 )
 
 RATE, N, NOISE = 1000.0, 512, 0.02
@@ -156,13 +155,10 @@ def test_bad_input_says_what() -> None:
         found.band(900.0, 901.0)
 
 
-def test_tables_and_figure() -> None:
+def test_tables() -> None:
     found = best_linear_approximation(single(2), ["u"], ["y"])
     frame = found.to_pandas()
     assert frame.shape == (202, 3)
     assert frame.index.name == "f_Hz"
     assert "noise" in repr(found)
-    figure = plot_response(found)
-    assert len(figure.axes) == 2
-    assert len(figure.axes[0].lines) == 3
     assert found.band(100.0, 200.0).frequency.size < 60
