@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.equations.program import Program
+from bondgraph.equations.program import FunctionNames, Program
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter
 from bondgraph.simulation.exact_run import KernelRun, Memories, Prepared, prepare, run_prepared
@@ -37,18 +37,8 @@ class Engine(ABC):
 
     @property
     @abstractmethod
-    def name(self) -> str:
-        """Name of the model."""
-
-    @property
-    @abstractmethod
-    def input_names(self) -> tuple[str, ...]:
-        """Names of the inputs, rates and pseudo-inputs among them."""
-
-    @property
-    @abstractmethod
-    def output_names(self) -> tuple[str, ...]:
-        """Names of the readings, in their order."""
+    def names(self) -> FunctionNames:
+        """Names of states, inputs, parameters and readings, in the order of their vectors."""
 
     @property
     @abstractmethod
@@ -56,24 +46,29 @@ class Engine(ABC):
         """Declared parameters, in order."""
 
     @property
-    @abstractmethod
+    def name(self) -> str:
+        """Name of the model."""
+        return self.names.name
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of the inputs, rates and pseudo-inputs among them."""
+        return self.names.inputs
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of the readings, in their order."""
+        return self.names.outputs
+
+    @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states."""
-
-    @property
-    @abstractmethod
-    def state_units(self) -> tuple[str, ...]:
-        """SI units of the states; empty where unknown."""
-
-    @property
-    @abstractmethod
-    def has_memory(self) -> bool:
-        """Whether a law carries memory."""
+        return self.names.states
 
     @property
     def input_rates(self) -> tuple[str, ...]:
         """The inputs that are time derivatives of others."""
-        return ()
+        return self.names.input_rates
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -81,9 +76,9 @@ class Engine(ABC):
         own = {n for n in self.input_names if own_input(n, 1) is not None}
         return tuple(n for n in self.input_names if n not in {*own, *self.input_rates})
 
-    @abstractmethod
     def vector(self, values: Mapping[str, float]) -> Array:
         """Parameter vector with some values changed by name."""
+        return self.names.vector(values)
 
     @abstractmethod
     def inputs(
@@ -168,54 +163,26 @@ class ExactEngine(Engine):
 
     compiled: Compiled
 
-    @property
-    def name(self) -> str:
-        """Name of the model."""
-        return self.compiled.space.name
-
-    @property
-    def input_names(self) -> tuple[str, ...]:
-        """Names of the inputs, pseudo-inputs among them."""
-        return tuple(self.compiled.space.input_names)
-
-    @property
-    def output_names(self) -> tuple[str, ...]:
-        """Names of the readings, in their order."""
-        return tuple(self.compiled.space.output_names)
+    @cached_property
+    def names(self) -> FunctionNames:
+        """Names of the state space."""
+        space = self.compiled.space
+        states = {str(s.symbol): s.unit for s in space.states}
+        return FunctionNames(
+            space.name, tuple(states), (), space.input_names, tuple(space.parameters), (),
+            space.output_names, space.recorded, states, tuple(self.compiled.nominal().tolist()),
+            (), (), (),
+        )  # fmt: skip
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
         """Declared parameters, in order."""
         return self.compiled.space.parameters
 
-    @cached_property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the states."""
-        return tuple(str(s.symbol) for s in self.compiled.space.states)
-
-    @property
-    def state_units(self) -> tuple[str, ...]:
-        """SI units of the states."""
-        return tuple(s.unit for s in self.compiled.space.states)
-
-    @property
-    def has_memory(self) -> bool:
-        """Whether a law carries memory."""
-        return any(port.law.n_memory for port in self.compiled.space.laws)
-
     @property
     def exact_step(self) -> bool:
         """Whether there is no law between the steps."""
         return not self.compiled.space.laws
-
-    def vector(self, values: Mapping[str, float]) -> Array:
-        """Parameter vector with some values changed by name."""
-        return self.compiled.vector(values)
-
-    @property
-    def input_rates(self) -> tuple[str, ...]:
-        """The inputs that are time derivatives of others."""
-        return self.compiled.space.recorded
 
     def inputs(
         self, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()
@@ -283,48 +250,14 @@ class GeneralEngine(Engine):
     declared: Mapping[str, Parameter]
 
     @property
-    def name(self) -> str:
-        """Name of the model."""
-        return self.program.name
-
-    @property
-    def input_names(self) -> tuple[str, ...]:
-        """Names of the inputs, rates and pseudo-inputs among them."""
-        return self.program.inputs
-
-    @property
-    def output_names(self) -> tuple[str, ...]:
-        """Names of the readings, in their order."""
-        return self.program.outputs
+    def names(self) -> FunctionNames:
+        """Names of the program."""
+        return self.program
 
     @cached_property
     def parameters(self) -> Mapping[str, Parameter]:
         """Declared parameters, in the order of the program."""
         return {n: self.declared[n] for n in self.program.parameters}
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the states."""
-        return self.program.states
-
-    @property
-    def state_units(self) -> tuple[str, ...]:
-        """SI units of the states."""
-        return tuple(self.program.units.get(n, "") for n in self.program.states)
-
-    @property
-    def has_memory(self) -> bool:
-        """Whether a law carries memory."""
-        return self.program.has_memory
-
-    @property
-    def input_rates(self) -> tuple[str, ...]:
-        """The inputs that are time derivatives of others."""
-        return self.program.input_rates
-
-    def vector(self, values: Mapping[str, float]) -> Array:
-        """Parameter vector with some values changed by name."""
-        return self.program.vector(values)
 
     def inputs(
         self, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()

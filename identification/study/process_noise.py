@@ -83,7 +83,9 @@ def diffusion_at(engine: Engine, graph: BondGraph, place: str) -> Diffusion:
     elements = [n.partition("_")[2] for n in engine.state_names]
     for i, names in enumerate(zip(engine.state_names, elements, strict=True)):
         if place in names:
-            return Diffusion(place, i, False, f"{engine.state_units[i] or 'SI'}/s^0.5")
+            return Diffusion(
+                place, i, False, f"{engine.names.units.get(engine.state_names[i]) or 'SI'}/s^0.5"
+            )
     if place not in engine.input_names or place not in graph.elements:
         sources = [n for n in engine.input_names if n in graph.elements]
         known = [*engine.state_names, *elements, *sources]

@@ -45,7 +45,7 @@ def test_engines_agree_on_names_rest_and_inputs() -> None:
     assert set(exact.parameter_names) == set(other.parameter_names)
     assert set(exact.state_names) == set(other.state_names)
     assert exact.n_x == other.n_x == 2
-    assert not other.has_memory
+    assert not other.names.memory
     order = [other.state_names.index(n) for n in exact.state_names]
     u = np.array([3.0])
     values = {"m": 0.5, "d": 1.5, "k": 150.0}
