@@ -7,8 +7,8 @@ unstable plants do not multiply their growth from window to window.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar, final
 
 import numpy as np
@@ -17,8 +17,9 @@ from scipy.sparse.linalg import splu
 
 from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
+from bondgraph.support.descent import Damping, Ended, Trial, descend
 from bondgraph.support.errors import UnusableInput
-from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.levenberg_marquardt import STATUS, FitStatus
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.methods.trajectory import observed, windows_of
 from identification.study.joint import JointPoint, JointProblem
@@ -282,131 +283,136 @@ def _moved(stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, delta: Ar
     return _Nodes(nodes.theta + delta[: stack.n], states)
 
 
+@dataclass(frozen=True, eq=False)
+class _Stand:
+    """Where a descent stands: nodes, their sweep, what is lowered, its last relative gain."""
+
+    nodes: _Nodes
+    sweep: _Sweep
+    cost: float
+    gain: float = 1.0
+
+
+DRAWN = Damping(most=1e8)
+JOINED = Damping(least=1e-12, most=1e10)
+
+
 def _approached(
     stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, options: FitOptions
 ) -> tuple[_Nodes, list[float], bool]:
-    """Return where the stages lead, the costs on the way, and whether Ctrl-C ended them."""
+    """Draw the windows together: gaps cost more from stage to stage.
+
+    With loose windows the misfit has no wrong minima that come from many periods; the constraints
+    alone would close the gaps before the parameters are near. Returns where the stages lead, the
+    costs on the way, and whether Ctrl-C ended them.
+    """
     trace: list[float] = []
+
+    def taken(at: _Stand) -> None:
+        nonlocal nodes
+        nodes = at.nodes
+        trace.append(at.sweep.cost)
+        if options.report is not None and len(trace) > 1:
+            options.report(len(trace) - 1, at.sweep.cost)
+
     try:
-        for found, cost in _stages(stack, cut, nodes):
-            nodes = found
-            trace.append(cost)
-            if options.report is not None and len(trace) > 1:
-                options.report(len(trace) - 1, cost)
+        at = _Stand(nodes, sweep := _swept(stack, cut, nodes), sweep.cost)
+        taken(at)
+        for weight in STAGES if np.isfinite(at.cost) else ():
+            at = descend(
+                replace(at, cost=_soft(at.sweep, weight)),
+                partial(_loose_steps, stack, cut, weight),
+                DRAWN, STAGE_ITERATIONS,
+                lambda old, new: old.cost - new.cost < 1e-2 * max(old.cost, 1e-300),
+                taken=taken,
+            ).at  # fmt: skip
     except KeyboardInterrupt:
         return nodes, trace or [np.inf], True
     return nodes, trace, False
 
 
-def _stages(
-    stack: JointProblem, cut: list[list[slice]], nodes: _Nodes
-) -> Iterator[tuple[_Nodes, float]]:
-    """Draw the windows together: gaps cost more from stage to stage.
-
-    With loose windows the misfit has no wrong minima that come from many periods; the constraints
-    alone would close the gaps before the parameters are near.
-    """
-    now = _swept(stack, cut, nodes)
-    yield nodes, now.cost
-    if not np.isfinite(now.cost):
-        return
-    lower, upper = stack.bounds
-    for weight in STAGES:
-        damping = 1e-3
-        cost = _soft(stack, now, nodes, weight)
-        for _ in range(STAGE_ITERATIONS):
-            system = _assembled(stack, cut, nodes, now)
-            gram = system.gram + weight * (system.joint.T @ system.joint)
-            right = system.right - weight * (system.joint.T @ system.gap)
-            better = None
-            while damping < 1e8:
-                delta = _loose_step(stack, cut, nodes, gram, right, damping)
-                trial = _moved(stack, cut, nodes, delta)
-                trial = _Nodes(np.clip(trial.theta, lower, upper), trial.states)
-                after = _swept(stack, cut, trial)
-                new = _soft(stack, after, trial, weight)
-                if np.isfinite(new) and new <= cost:
-                    better = (trial, after, new)
-                    break
-                damping *= 8.0
-            if better is None:
-                break
-            gain = (cost - better[2]) / max(cost, 1e-300)
-            nodes, now, cost = better
-            damping = max(damping / 6.0, 1e-9)
-            yield nodes, now.cost
-            if gain < 1e-2:
-                break
-
-
-def _soft(stack: JointProblem, sweep: _Sweep, nodes: _Nodes, weight: float) -> float:
+def _soft(sweep: _Sweep, weight: float) -> float:
     count = max(sum(e.size for _, e, _, _ in sweep.blocks), 1)
     gaps = sum(float(g @ g) for _, g, _, _ in sweep.joints)
     return sweep.cost * count + weight * gaps
 
 
-def _loose_step(
-    stack: JointProblem,
-    cut: list[list[slice]],
-    nodes: _Nodes,
-    gram: sparse.csc_matrix,
-    right: Array,
-    damping: float,
-) -> Array:
+def _loose_steps(
+    stack: JointProblem, cut: list[list[slice]], weight: float, at: _Stand
+) -> Trial[_Stand]:
+    """Linearise with gaps of a weight; what makes the damped steps from there."""
+    system = _assembled(stack, cut, at.nodes, at.sweep)
+    gram = system.gram + weight * (system.joint.T @ system.joint)
+    right = system.right - weight * (system.joint.T @ system.gap)
     lower, upper = stack.bounds
     free = _held(stack, cut, upper <= lower)
     size = gram.diagonal()
-    h = (gram + sparse.diags(damping * size + 1e-14 * size.max())).tocsc()
-    delta = np.zeros(size.size)
-    delta[free] = splu(h[free][:, free].tocsc()).solve(right[free])
-    delta[: stack.n] = np.clip(delta[: stack.n], -stack.lowest, stack.lowest)
-    return delta
+
+    def trial(damping: float, number: int) -> _Stand:
+        h = (gram + sparse.diags(damping * size + 1e-14 * size.max())).tocsc()
+        delta = np.zeros(size.size)
+        delta[free] = splu(h[free][:, free].tocsc()).solve(right[free])
+        delta[: stack.n] = np.clip(delta[: stack.n], -stack.lowest, stack.lowest)
+        moved = _moved(stack, cut, at.nodes, delta)
+        moved = replace(moved, theta=np.clip(moved.theta, lower, upper))
+        sweep = _swept(stack, cut, moved)
+        return _Stand(moved, sweep, _soft(sweep, weight))
+
+    return trial
 
 
 def _descend(
     stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, options: FitOptions
 ) -> tuple[_Nodes, FitStatus, tuple[float, ...], _System]:
-    now = _swept(stack, cut, nodes)
-    if not np.isfinite(now.cost):
-        system = _assembled(stack, cut, nodes, now)
-        return nodes, FitStatus.BROKEN, (np.inf,), system
-    count = max(sum(e.size for _, e, _, _ in now.blocks), 1)
-    system = _assembled(stack, cut, nodes, now)
-    trace, damping, penalty, gain = [now.cost], 1e-3, 0.0, 1.0
-    status = FitStatus.ITERATIONS
+    best = _Stand(nodes, sweep := _swept(stack, cut, nodes), 0.0)
+    trace, penalty = [sweep.cost], 0.0
+    if not np.isfinite(sweep.cost):
+        return nodes, FitStatus.BROKEN, (np.inf,), _assembled(stack, cut, nodes, sweep)
+    count = max(sum(e.size for _, e, _, _ in sweep.blocks), 1)
+
+    def merit(sweep: _Sweep) -> float:
+        gaps = sum(float(np.abs(g).sum()) for _, g, _, _ in sweep.joints)
+        return sweep.cost * count + penalty * gaps
+
+    def steps_from(at: _Stand) -> Trial[_Stand]:
+        system = _assembled(stack, cut, at.nodes, at.sweep)
+
+        def trial(damping: float, number: int) -> _Stand | None:
+            nonlocal penalty
+            found = _stepped(stack, cut, at.nodes, system, damping)
+            if found is None:
+                return None
+            delta, multipliers = found
+            penalty = max(penalty, 2.0 * float(np.abs(multipliers).max(initial=0.0)))
+            moved = _moved(stack, cut, at.nodes, delta)
+            sweep, old = _swept(stack, cut, moved), merit(at.sweep)
+            # a penalty that rises changes what is lowered: only the change of each step counts
+            change = merit(sweep) - old
+            gain = -change / max(old, 1e-300)
+            return _Stand(moved, sweep, at.cost + change - 1e-12 * old, gain)
+
+        return trial
+
+    def taken(at: _Stand) -> None:
+        nonlocal best
+        best = at
+        trace.append(at.sweep.cost)
+        if options.report is not None:
+            options.report(len(trace) - 1, at.sweep.cost)
+
+    def settled(at: _Stand, tolerance: float) -> bool:
+        return at.gain < tolerance and at.sweep.gap_size < CLOSED
+
     try:
-        for _ in range(options.max_iterations):
-            accepted = None
-            while damping < 1e10:
-                found = _stepped(stack, cut, nodes, system, damping)
-                if found is not None:
-                    delta, multipliers = found
-                    penalty = max(penalty, 2.0 * float(np.abs(multipliers).max(initial=0.0)))
-                    trial = _moved(stack, cut, nodes, delta)
-                    after = _swept(stack, cut, trial)
-                    old = now.cost * count + penalty * float(np.abs(system.gap).sum())
-                    gap = np.concatenate([g for _, g, _, _ in after.joints] or [np.zeros(1)])
-                    new = after.cost * count + penalty * float(np.abs(gap).sum())
-                    if np.isfinite(new) and new <= old * (1 + 1e-12):
-                        accepted = (trial, after, (old - new) / max(old, 1e-300))
-                        break
-                damping *= 8.0
-            if accepted is None:
-                settled = gain < 100 * options.tolerance and now.gap_size < CLOSED
-                status = FitStatus.CONVERGED if settled else FitStatus.NO_PROGRESS
-                break
-            nodes, now, gain = accepted
-            system = _assembled(stack, cut, nodes, now)
-            trace.append(now.cost)
-            damping = max(damping / 6.0, 1e-12)
-            if options.report is not None:
-                options.report(len(trace) - 1, now.cost)
-            if gain < options.tolerance and now.gap_size < CLOSED:
-                status = FitStatus.CONVERGED
-                break
+        made = descend(
+            best, steps_from, JOINED, options.max_iterations,
+            lambda old, new: settled(new, options.tolerance), taken=taken,
+        )  # fmt: skip
+        near = made.ended is Ended.STUCK and settled(best, 100 * options.tolerance)
+        status = FitStatus.CONVERGED if near else STATUS[made.ended]
     except KeyboardInterrupt:
         status = FitStatus.CANCELLED
-    return nodes, status, tuple(trace), system
+    return best.nodes, status, tuple(trace), _assembled(stack, cut, best.nodes, best.sweep)
 
 
 def _information(stack: JointProblem, cut: list[list[slice]], system: _System) -> Array:
