@@ -13,7 +13,6 @@ from bondgraph.hysteresis.fitting.excited import Unexcited as Unexcited
 from bondgraph.hysteresis.fitting.kuhnen_joint import JointFit as JointFit
 from bondgraph.hysteresis.fitting.kuhnen_joint import fit_kuhnen as fit_kuhnen
 from bondgraph.hysteresis.fitting.least_squares import fit_linear_blocks as fit_linear_blocks
-from bondgraph.hysteresis.fitting.least_squares import fit_linear_weights as fit_linear_weights
 from bondgraph.hysteresis.fitting.loading_curve import LoadingCurveFit as LoadingCurveFit
 from bondgraph.hysteresis.fitting.loading_curve import elements_from_slopes as elements_from_slopes
 from bondgraph.hysteresis.fitting.loading_curve import fit_loading_curve as fit_loading_curve

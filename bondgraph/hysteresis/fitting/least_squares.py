@@ -14,40 +14,37 @@ from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from threadpoolctl import threadpool_limits
 
 from bondgraph.hysteresis.errors import BadInput, BadParameter
 from bondgraph.hysteresis.fitting.bounded import bounded_least_squares, column_norms
 from bondgraph.hysteresis.fitting.excited import Unexcited, unexcited_columns
-from bondgraph.hysteresis.fitting.records import require_regressors
 from bondgraph.hysteresis.fitting.reduction import Reduced, reduce_blocks
 from bondgraph.hysteresis.fitting.result import Constraint, LinearFit, Treatment
 from bondgraph.support.ops import FloatArray
 
 
-def fit_linear_weights(
-    regressors: ArrayLike,
-    y: ArrayLike,
-    constraint: Constraint = "non_negative",
+def fit_linear_blocks(
+    blocks: Iterable[tuple[FloatArray, FloatArray]],
+    constraint: Constraint,
     *,
-    minimum: float | Sequence[float] = 0.0,
+    minimum: float | Sequence[float] | FloatArray = 0.0,
     offset: bool = False,
     unexcited: Treatment = "drop",
     ridge: float = 1e-6,
     names: Sequence[str] | None = None,
     advice: str = "",
 ) -> LinearFit:
-    """Fit the weights of any operators whose outputs are known.
+    """Fit the weights of any operators whose outputs are known, block by block.
 
     Parameters
     ----------
-    regressors : array
-        Phi, outputs of the single operators, shape (N, n).
-    y : array
-        Output to explain, shape (N,).
-    constraint : {"non_negative", "prefix_sums", "none"}, optional
+    blocks : iterable of (array, array)
+        Outputs of the single operators, shape (samples, n), and what they are to explain, shape
+        (samples,), both finite; `records.require_regressors` makes one of arrays of any kind.
+    constraint : {"non_negative", "prefix_sums", "none"}
         Condition on the weights.
     minimum : float or sequence of float, optional
         Lower bound of every weight (``"non_negative"``) or partial sum (``"prefix_sums"``), not
@@ -67,64 +64,21 @@ def fit_linear_weights(
     Returns
     -------
     LinearFit
-        The global minimum.
+        The global minimum over all blocks.
 
     Raises
     ------
     BadInput
-        If the shapes do not fit, an entry is not finite (names the first), there are fewer samples
-        than weights, or no regressor moves.
+        If there are fewer samples than weights, or no regressor moves.
     BadParameter
         If an option is unknown or out of its domain.
 
     Examples
     --------
-    >>> fit = fit_linear_weights([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]], [2.0, -1.0, 2.0])
+    >>> outputs = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    >>> fit = fit_linear_blocks([(outputs, np.array([2.0, -1.0, 2.0]))], "non_negative")
     >>> fit.weights.round(12).tolist(), fit.active
     ([2.0, 0.0], (1,))
-    """
-    matrix, output = require_regressors(regressors, y)
-    return fit_linear_blocks(
-        ((matrix, output),),
-        constraint,
-        minimum=minimum,
-        offset=offset,
-        unexcited=unexcited,
-        ridge=ridge,
-        names=names,
-        advice=advice,
-    )
-
-
-def fit_linear_blocks(
-    blocks: Iterable[tuple[FloatArray, FloatArray]],
-    constraint: Constraint,
-    *,
-    minimum: float | Sequence[float] | FloatArray = 0.0,
-    offset: bool = False,
-    unexcited: Treatment = "drop",
-    ridge: float = 1e-6,
-    names: Sequence[str] | None = None,
-    advice: str = "",
-) -> LinearFit:
-    """Fit like `fit_linear_weights`, from regressors that come in blocks of samples.
-
-    Parameters
-    ----------
-    blocks : iterable of (array, array)
-        Regressors, shape (samples, n), and outputs, shape (samples,), both finite.
-    constraint, minimum, offset, unexcited, ridge, names, advice
-        As in `fit_linear_weights`.
-
-    Returns
-    -------
-    LinearFit
-        The global minimum over all blocks.
-
-    Raises
-    ------
-    BadInput, BadParameter
-        As in `fit_linear_weights`.
     """
     _check_options(constraint, unexcited, ridge)
     # The matrices are small: more threads only wait for each other, badly on a busy machine.

@@ -15,8 +15,9 @@ from scipy.optimize import lsq_linear, nnls
 
 import bondgraph.hysteresis.fitting
 from bondgraph.hysteresis import BadInput, BadParameter
-from bondgraph.hysteresis.fitting import fit_linear_blocks, fit_linear_weights
+from bondgraph.hysteresis.fitting import fit_linear_blocks
 from bondgraph.hysteresis.fitting.bounded import bounded_least_squares
+from bondgraph.hysteresis.fitting.records import require_regressors
 from bondgraph.hysteresis.fitting.reduction import reduce_blocks
 
 quick = settings(max_examples=30, deadline=None, derandomize=True, database=None)
@@ -26,6 +27,11 @@ MODULES = [
     f"bondgraph.hysteresis.fitting.{m.name}"
     for m in iter_modules(bondgraph.hysteresis.fitting.__path__)
 ]
+
+
+def fit_linear_weights(phi: Any, y: Any, constraint: Any = "non_negative", **options: Any) -> Any:
+    """Fit of all samples in one block."""
+    return fit_linear_blocks((require_regressors(phi, y),), constraint, **options)
 
 
 def random_problem(rng: np.random.Generator, *, decades: float = 6.0) -> tuple[Any, Any]:
