@@ -14,8 +14,8 @@ import numpy as np
 from bondgraph.hysteresis.fitting.bounded import column_norms
 from bondgraph.support.ops import FloatArray
 
-Action = Literal["dropped", "ridge", "kept"]
-"""What a fit did: weight 0; a weak pull of the weight to 0; weight fitted, on thin evidence."""
+Action = Literal["dropped", "kept"]
+"""What a fit did: weight 0; weight fitted, on thin evidence."""
 
 # Regressors are exact to rounding; a column closer than this to its neighbours is one of them.
 _RANK_TOLERANCE = 1e-9
@@ -35,7 +35,7 @@ class Unexcited:
         What it is, such as ``"play 3 (r = 12.5)"``.
     reason : str
         Why, in words.
-    action : {"dropped", "ridge", "kept"}
+    action : {"dropped", "kept"}
         What the fit did with it.
     """
 

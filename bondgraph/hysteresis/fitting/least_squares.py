@@ -10,7 +10,7 @@ Sizes: N samples, n operators.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -22,7 +22,7 @@ from bondgraph.hysteresis.errors import BadInput, BadParameter
 from bondgraph.hysteresis.fitting.bounded import bounded_least_squares, column_norms
 from bondgraph.hysteresis.fitting.excited import Unexcited, unexcited_columns
 from bondgraph.hysteresis.fitting.reduction import Reduced, reduce_blocks
-from bondgraph.hysteresis.fitting.result import Constraint, LinearFit, Treatment
+from bondgraph.hysteresis.fitting.result import Constraint, LinearFit
 from bondgraph.support.ops import FloatArray
 
 
@@ -32,12 +32,12 @@ def fit_linear_blocks(
     *,
     minimum: float | Sequence[float] | FloatArray = 0.0,
     offset: bool = False,
-    unexcited: Treatment = "drop",
-    ridge: float = 1e-6,
     names: Sequence[str] | None = None,
     advice: str = "",
 ) -> LinearFit:
     """Fit the weights of any operators whose outputs are known, block by block.
+
+    Columns that never move or are combinations of others get weight 0.
 
     Parameters
     ----------
@@ -51,11 +51,6 @@ def fit_linear_blocks(
         negative; shape () or (n,); output per unit of a regressor.
     offset : bool, optional
         Fit an unknown constant as well.
-    unexcited : {"drop", "ridge"}, optional
-        What to do with columns that never move or are combinations of others: weight 0, or a pull
-        of all weights to 0 that shares the evidence among them.
-    ridge : float, optional
-        Strength of that pull, relative to the norm of a column.
     names : sequence of str, optional
         Names of the operators for the reasons, shape (n,).
     advice : str, optional
@@ -80,12 +75,14 @@ def fit_linear_blocks(
     >>> fit.weights.round(12).tolist(), fit.active
     ([2.0, 0.0], (1,))
     """
-    _check_options(constraint, unexcited, ridge)
+    if constraint not in ("prefix_sums", "non_negative", "none"):
+        raise BadParameter(
+            f"constraint = {constraint!r} is unknown; take 'prefix_sums', 'non_negative' or 'none'"
+        )
     # The matrices are small: more threads only wait for each other, badly on a busy machine.
     with threadpool_limits(1, user_api="blas"):
         reduced = reduce_blocks(_with_ones(blocks))
-        problem = _problem(reduced, constraint, minimum, offset, names, advice)
-        return problem.solve(ridge if unexcited == "ridge" else 0.0)
+        return _problem(reduced, constraint, minimum, offset, names, advice).solve()
 
 
 def _problem(
@@ -110,17 +107,6 @@ def _problem(
 def _with_ones(blocks: Iterable[tuple[FloatArray, FloatArray]]) -> Iterator[FloatArray]:
     for matrix, y in blocks:
         yield np.concatenate((np.ones((y.size, 1)), matrix, y[:, None]), axis=1)
-
-
-def _check_options(constraint: str, unexcited: str, ridge: float) -> None:
-    if constraint not in ("prefix_sums", "non_negative", "none"):
-        raise BadParameter(
-            f"constraint = {constraint!r} is unknown; take 'prefix_sums', 'non_negative' or 'none'"
-        )
-    if unexcited not in ("drop", "ridge"):
-        raise BadParameter(f"unexcited = {unexcited!r} is unknown; take 'drop' or 'ridge'")
-    if not 0.0 < ridge < 1.0:
-        raise BadParameter(f"ridge = {ridge} must lie between 0 and 1, far below 1")
 
 
 def _lower_bounds(
@@ -149,17 +135,15 @@ class _Problem:
     names: list[str]
     advice: str
 
-    def solve(self, ridge: float) -> LinearFit:
+    def solve(self) -> LinearFit:
         """Choose the columns, solve, and go back to the weights."""
         triangle, n_rows = self.reduced.triangle, self.reduced.n_rows
-        kept, silent = self._choose(keep_all=ridge > 0.0)
+        kept, silent = self._choose()
         used = triangle[:, self._columns(kept)]
-        pull = _ridge_rows(used, int(self.offset), ridge)
         back = self._back(kept)
-        matrix = np.vstack((used, pull)) @ back
-        target = np.concatenate((triangle[:, -1], np.zeros(pull.shape[0])))
+        matrix = used @ back
         bounds = np.concatenate((np.full(int(self.offset), -np.inf), self._bounds(kept)))
-        solution, on_bound = bounded_least_squares(matrix, target, bounds)
+        solution, on_bound = bounded_least_squares(matrix, triangle[:, -1], bounds)
         fitted = back @ solution
         residual = used @ fitted - triangle[:, -1]
         misfit = float(residual @ residual)
@@ -181,7 +165,7 @@ class _Problem:
             condition=float(np.linalg.cond(matrix / column_norms(matrix))),
         )
 
-    def _choose(self, *, keep_all: bool) -> tuple[list[int], tuple[Unexcited, ...]]:
+    def _choose(self) -> tuple[list[int], tuple[Unexcited, ...]]:
         """Return the operators to fit, and the reasons against the others."""
         triangle, n = self.reduced.triangle, self.lower.size
         kept, silent = unexcited_columns(
@@ -197,8 +181,6 @@ class _Problem:
                 f"none of the {n} operators moves on this record; take smaller thresholds or a "
                 "larger input" + (f"; {self.advice}" if self.advice else "")
             )
-        if keep_all:
-            return list(range(n)), tuple(replace(s, action="ridge") for s in silent)
         return kept, silent
 
     def _columns(self, kept: list[int]) -> list[int]:
@@ -219,15 +201,6 @@ class _Problem:
         if self.offset:
             back[1, 0] = 0.0
         return back
-
-
-def _ridge_rows(used: FloatArray, n_offset: int, ridge: float) -> FloatArray:
-    """Return rows that pull the weights, not the offset, to 0; none without a ridge."""
-    if not ridge:
-        return used[:0]
-    norms = np.linalg.norm(used, axis=0)
-    pull = ridge * np.where(norms > 0.0, norms, norms.max())
-    return np.diag(pull)[n_offset:]
 
 
 def _standard_errors(

@@ -17,7 +17,7 @@ from bondgraph.hysteresis.fitting.bank import play_bank, play_blocks
 from bondgraph.hysteresis.fitting.excited import Unexcited
 from bondgraph.hysteresis.fitting.least_squares import fit_linear_blocks
 from bondgraph.hysteresis.fitting.records import paired_records, require_rising
-from bondgraph.hysteresis.fitting.result import LinearFit, OperatorFit, Treatment
+from bondgraph.hysteresis.fitting.result import LinearFit, OperatorFit
 from bondgraph.hysteresis.fitting.starting import Past, choose_start, with_given_up
 from bondgraph.hysteresis.plays.maxwell import MaxwellResistiveCapacitor
 from bondgraph.support.ops import FloatArray
@@ -31,8 +31,6 @@ def fit_maxwell(
     offset: bool = False,
     memory: Past = None,
     scored_share: float = 0.5,
-    unexcited: Treatment = "drop",
-    ridge: float = 1e-6,
 ) -> OperatorFit[MaxwellResistiveCapacitor]:
     """Fit ``v = sum_i k_i stop_(q_i)[q]`` with ``k_i >= 0`` for given slip points q_i.
 
@@ -44,7 +42,7 @@ def fit_maxwell(
         Voltage (effort), shape (N,).
     thresholds : sequence of float
         Slip points q_i > 0, shape (n,), strictly increasing, unit of ``q``.
-    offset, memory, scored_share, unexcited, ridge : optional
+    offset, memory, scored_share : optional
         As in `fit_weights`, with anchors for the states of plays, in the unit of ``q``. Elements
         that never slip cannot be told from each other: they are unexcited.
 
@@ -90,8 +88,6 @@ def fit_maxwell(
         blocks(),
         "non_negative",
         offset=offset,
-        unexcited=unexcited,
-        ridge=ridge,
         names=names[: used.n_memory],
     )
     widths = np.array(used.thresholds[1:])

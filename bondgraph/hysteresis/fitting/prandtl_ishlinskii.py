@@ -20,7 +20,7 @@ from bondgraph.hysteresis.fitting.bank import (
 )
 from bondgraph.hysteresis.fitting.least_squares import fit_linear_blocks
 from bondgraph.hysteresis.fitting.records import paired_records, require_rising
-from bondgraph.hysteresis.fitting.result import Constraint, OperatorFit, Treatment
+from bondgraph.hysteresis.fitting.result import Constraint, OperatorFit
 from bondgraph.hysteresis.fitting.starting import Past, choose_start, with_given_up
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.support.ops import FloatArray
@@ -39,10 +39,10 @@ def fit_weights(
     offset: bool = False,
     memory: Past = None,
     scored_share: float = 0.5,
-    unexcited: Treatment = "drop",
-    ridge: float = 1e-6,
 ) -> OperatorFit[PrandtlIshlinskii]:
     """Fit the weights of given plays: ``min |PI[x] + y0 - y|^2``, a convex problem.
+
+    Plays the record says nothing about get weight 0 and a reason.
 
     Parameters
     ----------
@@ -68,11 +68,6 @@ def fit_weights(
     scored_share : float, optional
         With an unknown past, at least this share of the record is scored; plays that forget too
         late for that get weight 0 and a reason.
-    unexcited : {"drop", "ridge"}, optional
-        What to do with plays the record says nothing about: weight 0, or a weak pull of all weights
-        to 0.
-    ridge : float, optional
-        Strength of that pull, relative to the norm of a column.
 
     Returns
     -------
@@ -119,8 +114,6 @@ def fit_weights(
         constraint,
         minimum=bounds,
         offset=offset,
-        unexcited=unexcited,
-        ridge=ridge,
         names=names,
         advice=play_advice(float(np.ptp(inside))),
     )

@@ -12,9 +12,6 @@ from bondgraph.support.ops import FloatArray
 Constraint = Literal["prefix_sums", "non_negative", "none"]
 """Partial sums above a minimum (the inverse exists); weights not negative; anything."""
 
-Treatment = Literal["drop", "ridge"]
-"""Operators without evidence get weight 0, or a weak pull of all weights to 0."""
-
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)

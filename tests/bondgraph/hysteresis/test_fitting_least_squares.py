@@ -202,16 +202,6 @@ def test_dependent_and_still_columns_are_dropped_with_reasons() -> None:
     assert [s.index for s in with_offset.unexcited if s.action == "dropped"] == [1, 3, 4, 5]
 
 
-def test_ridge_shares_among_dependent_columns() -> None:
-    rng = np.random.default_rng(7)
-    a, b = rng.normal(size=(2, 80))
-    phi = np.column_stack((a, a, b, np.zeros(80)))
-    fit = fit_linear_weights(phi, 2.0 * a + 3.0 * b, unexcited="ridge")
-    np.testing.assert_allclose(fit.weights, [1.0, 1.0, 3.0, 0.0], atol=1e-6)
-    assert {s.action for s in fit.unexcited} == {"ridge"}
-    assert fit.standard_errors[0] > 1e3 * fit.standard_errors[2]
-
-
 def test_dropped_columns_repeat_the_partial_sum() -> None:
     """The bound of a dropped operator passes to the sum that it repeats."""
     rng = np.random.default_rng(8)
@@ -240,8 +230,6 @@ def test_as_many_samples_as_weights() -> None:
         ([[1.0], [2.0]], [], {}, BadInput, "y must have shape"),
         ([[1.0], [1.0]], [1, 2], {}, BadInput, "none of the 1 operators moves"),
         ([[1.0], [2.0]], [1, 2], {"constraint": "positive"}, BadParameter, "'positive'"),
-        ([[1.0], [2.0]], [1, 2], {"unexcited": "keep"}, BadParameter, "'keep'"),
-        ([[1.0], [2.0]], [1, 2], {"ridge": 0.0}, BadParameter, "ridge = 0"),
         ([[1.0], [2.0]], [1, 2], {"minimum": -1.0}, BadParameter, "minimum = -1"),
         ([[1.0], [2.0]], [1, 2], {"minimum": [1.0, 2.0]}, BadParameter, "one number or 1"),
     ],

@@ -207,14 +207,6 @@ def test_the_stated_misfit_is_the_one_of_the_operator(constraint: Any, past: Any
     assert fit.rms < 0.02 * np.ptp(y)
 
 
-def test_ridge_holds_unexcited_plays_at_zero() -> None:
-    thresholds = (0.0, 20.0, 120.0)
-    truth = PrandtlIshlinskii(thresholds, (1.0, 0.5, 0.3))
-    fit = fit_weights(thresholds, unipolar(), truth.run(unipolar())[0], unexcited="ridge")
-    np.testing.assert_allclose(fit.weights, (1.0, 0.5, 0.0), atol=1e-6)
-    assert fit.unexcited[0].action == "ridge"
-
-
 def test_forty_weights_on_a_long_record_take_blocks_and_not_samples() -> None:
     truth = random_truth(np.random.default_rng(0), 39)
 
