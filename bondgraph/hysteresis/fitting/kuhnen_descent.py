@@ -17,6 +17,7 @@ from bondgraph.hysteresis.fitting.reduction import Reduced, reduce_blocks
 from bondgraph.hysteresis.plays.ang import Ang
 from bondgraph.hysteresis.plays.dead_zone import DeadZones
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
+from bondgraph.support.descent import Damping, Trial, descend
 from bondgraph.support.ops import FloatArray
 
 _HALVINGS = 8
@@ -69,33 +70,39 @@ class ScoredRecord:
         return reduce_blocks(blocks()).triangle
 
 
-def descend(
-    scored: ScoredRecord,
-    stages: Stages,
-    slopes: FloatArray,
-    on_bound: np.ndarray,
-    rms: float,
-    max_steps: int,
-) -> tuple[FloatArray, np.ndarray, float, int]:
-    """Lower the output error by bounded Gauss-Newton steps; it never rises.
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class KuhnenPoint:
+    """Slopes, which of them lie on their bounds, and the rms output error there."""
+
+    slopes: FloatArray
+    on_bound: np.ndarray
+    cost: float
+
+
+def lower_error(
+    scored: ScoredRecord, stages: Stages, start: KuhnenPoint, max_steps: int
+) -> tuple[KuhnenPoint, int]:
+    """Lower the output error by bounded Gauss-Newton steps, halved until it falls; count them.
 
     The output does not change when all slopes are scaled, so the Jacobian times the present
     slopes is 0 and the linearised problem can be written in the new slopes themselves.
     """
     weight = float(np.linalg.norm(scored.y))
-    for step in range(max_steps):
-        triangle = scored.linearised(stages, slopes)
-        aim, aim_on_bound = stages.solve(triangle[:, :-1], triangle[:, -1], weight)
-        for halving in range(_HALVINGS):
-            trial = slopes + 0.5**halving * (aim - slopes)
-            reached = scored.rms(stages, trial)
-            if reached < rms:
-                break
-        else:
-            return slopes, on_bound, rms, step
-        gain = rms - reached
-        slopes, rms = trial, reached
-        on_bound = aim_on_bound if halving == 0 else on_bound & aim_on_bound
-        if gain < _WORTHWHILE * rms:
-            return slopes, on_bound, rms, step + 1
-    return slopes, on_bound, rms, max_steps
+
+    def steps_from(at: KuhnenPoint) -> Trial[KuhnenPoint]:
+        triangle = scored.linearised(stages, at.slopes)
+        aim, on_bound = stages.solve(triangle[:, :-1], triangle[:, -1], weight)
+
+        def trial(damping: float, number: int) -> KuhnenPoint:
+            slopes = at.slopes + 0.5**number * (aim - at.slopes)
+            held = on_bound if number == 0 else at.on_bound & on_bound
+            return KuhnenPoint(slopes, held, scored.rms(stages, slopes))
+
+        return trial
+
+    made = descend(
+        start, steps_from, Damping(most=np.inf, tries=_HALVINGS), max_steps,
+        lambda old, new: old.cost - new.cost < _WORTHWHILE * new.cost,
+    )  # fmt: skip
+    return made.at, made.steps

@@ -17,7 +17,7 @@ from bondgraph.hysteresis.checks import numbers, parameters
 from bondgraph.hysteresis.errors import BadInput, BadParameter
 from bondgraph.hysteresis.fitting.bank import play_advice, play_bank, play_names
 from bondgraph.hysteresis.fitting.excited import Unexcited, unexcited_columns
-from bondgraph.hysteresis.fitting.kuhnen_descent import ScoredRecord, descend
+from bondgraph.hysteresis.fitting.kuhnen_descent import KuhnenPoint, ScoredRecord, lower_error
 from bondgraph.hysteresis.fitting.kuhnen_stages import Stages
 from bondgraph.hysteresis.fitting.records import paired_records, require_rising
 from bondgraph.hysteresis.fitting.reduction import Reduced
@@ -154,7 +154,8 @@ def fit_kuhnen(
     # The matrices are small: more threads only wait for each other, badly on a busy machine.
     with threadpool_limits(1, user_api="blas"):
         setup = _set_up(scored, minimum, prefix_sums=constraint == "prefix_sums")
-        found = _solve(scored, setup, max_steps)
+        convex = _convex(scored, setup)
+        found, steps = lower_error(scored, setup.stages, convex, max_steps)
     play_weights, zone_weights = setup.stages.weights(found.slopes, len(plays.thresholds))
     forward = PrandtlIshlinskii(plays.thresholds, tuple(play_weights.tolist()))
     inverse = DeadZones(zones.thresholds, tuple(zone_weights.tolist()))
@@ -164,9 +165,9 @@ def fit_kuhnen(
         memory=start.memory,
         start=start.sample,
         inverse_dead_zone=inverse,
-        rms=found.rms,
-        rms_convex=found.rms_convex,
-        steps=found.steps,
+        rms=found.cost,
+        rms_convex=convex.cost,
+        steps=steps,
         active_plays=tuple(columns[:k][found.on_bound[:k]].tolist()),
         active_dead_zones=tuple(columns[k:][found.on_bound[k:]].tolist()),
         unexcited_plays=(*setup.silent_plays, *late_plays(play_names(plays), used.n_memory + 1)),
@@ -182,17 +183,6 @@ class _Setup:
     triangle: FloatArray
     silent_plays: tuple[Unexcited, ...]
     silent_zones: tuple[Unexcited, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Found:
-    """The fitted slopes and how good they are."""
-
-    slopes: FloatArray
-    on_bound: np.ndarray
-    rms: float
-    rms_convex: float
-    steps: int
 
 
 def _set_up(scored: ScoredRecord, minimum: float, *, prefix_sums: bool) -> _Setup:
@@ -222,16 +212,11 @@ def _set_up(scored: ScoredRecord, minimum: float, *, prefix_sums: bool) -> _Setu
     return _Setup(stages, reduced.triangle[:, columns], silent_plays, silent_zones)
 
 
-def _solve(scored: ScoredRecord, setup: _Setup, max_steps: int) -> _Found:
-    """Solve the convex problem, then descend in the output error."""
+def _convex(scored: ScoredRecord, setup: _Setup) -> KuhnenPoint:
+    """Solve the convex problem."""
     weight = float(np.linalg.norm(scored.y))
-    target = np.zeros(setup.triangle.shape[0])
-    slopes, on_bound = setup.stages.solve(setup.triangle, target, weight)
-    before = scored.rms(setup.stages, slopes)
-    slopes, on_bound, rms, steps = descend(
-        scored, setup.stages, slopes, on_bound, before, max_steps
-    )
-    return _Found(slopes, on_bound, rms, before, steps)
+    slopes, on_bound = setup.stages.solve(setup.triangle, np.zeros(setup.triangle.shape[0]), weight)
+    return KuhnenPoint(slopes, on_bound, scored.rms(setup.stages, slopes))
 
 
 def _check(constraint: str, minimum: float, max_steps: int) -> None:
