@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,35 +18,20 @@ def rubbing_units(element: Element) -> tuple[str, str, str]:
     return ("N*m", "rad/s", "rad") if turning else ("N", "m/s", "m")
 
 
-@dataclass(frozen=True)
-class Shared:
-    """The coefficient of an element as laws want it that need it too.
+def shared_slope(element: Element, past: PortHistory, unit: str = "") -> dict[str, Any]:
+    """Return the fields of a `SharedSlope` law: the coefficient of a linear storage or resistor.
 
-    Attributes
-    ----------
-    coefficient : str
-        Name of the parameter, "" where an expression stands.
-    stiffness : float
-        Slope along the record.
-    inverse : bool
-        The parameter is a compliance or a capacity.
+    Its parameter by name, "" where an expression stands; in `unit` where the element says none.
     """
-
-    coefficient: str
-    stiffness: float
-    inverse: bool
-
-
-def shared_slope(element: Element, past: PortHistory) -> Shared:
-    """Coefficient of a linear storage or resistor, by name if it has one."""
     assert isinstance(element, C | R)
     inverse = isinstance(element, C) and element.stiffness is None
     value = element.stiffness if isinstance(element, C) and not inverse else element.value
-    if isinstance(value, str):
-        return Shared(value, past.slope, inverse)
-    if isinstance(value, int | float):
-        return Shared(element.name, past.slope, inverse)
-    return Shared("", past.slope, False)
+    named = isinstance(value, str | int | float)
+    name = value if isinstance(value, str) else element.name
+    return {
+        "coefficient": name if named else "", "stiffness": past.slope,
+        "inverse": named and inverse, "stiffness_unit": element.unit or unit,
+    }  # fmt: skip
 
 
 def rebalanced(element: Element, past: PortHistory, addition: Array) -> dict[str, float]:

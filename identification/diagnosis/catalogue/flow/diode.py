@@ -53,10 +53,9 @@ class DiodeEffect(Effect):
         shape = dict(sense=1.0, onset=ONSETS[1], width=WIDTHS[1]) if hint is None else hint.shape
         sense, reach = float(shape["sense"]), _reach(past)
         onset, width = float(shape["onset"]) * reach, float(shape["width"]) * reach
-        shared, unit = shared_slope(element, past), getattr(element, "unit", "")
+        unit = getattr(element, "unit", "")
         law = Diode(
-            coefficient=shared.coefficient, stiffness=shared.stiffness, stiffness_unit=unit,
-            onset=onset, width=width, sense=sense,
+            **shared_slope(element, past), onset=onset, width=width, sense=sense,
             unit="A" if has_unit(element, ("ohm",)) else f"V/({unit})",
         )  # fmt: skip
         graph, _ = self.with_law(scene, element, law)

@@ -49,10 +49,8 @@ class BacklashEffect(Effect):
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Insert a gap that takes away what the spring itself gives."""
         past = scene.of(element)
-        shared = shared_slope(element, past)
         law = Backlash(
-            coefficient=shared.coefficient, stiffness=shared.stiffness, inverse=shared.inverse,
-            stiffness_unit=getattr(element, "unit", "") or "N/m", width=0.05 * past.half,
+            **shared_slope(element, past, "N/m"), width=0.05 * past.half,
             centre=past.centre, size=past.half, unit=rubbing_units(element)[2],
         )  # fmt: skip
         graph, (_, width, centre) = self.with_law(scene, element, law)

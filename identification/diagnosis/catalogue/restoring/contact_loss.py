@@ -62,10 +62,8 @@ class ContactLossEffect(Effect):
             depth = at_least(side * (float(hint.shape["lift"]) - edge), 0.1 * past.half)
             shallow = (OUTSIDE - 0.9) * past.half
             tried = [depth, 0.5 * (depth + shallow), shallow]
-        shared = shared_slope(element, past)
         law = ContactLoss(
-            coefficient=shared.coefficient, stiffness=shared.stiffness, inverse=shared.inverse,
-            stiffness_unit=getattr(element, "unit", "") or "N/m", depth=tried[0], size=past.half,
+            **shared_slope(element, past, "N/m"), depth=tried[0], size=past.half,
             edge=edge, side=side, unit=rubbing_units(element)[2],
         )  # fmt: skip
         graph, (_, depth_name) = self.with_law(scene, element, law)

@@ -51,10 +51,8 @@ class OverflowEffect(Effect):
             depth = at_least(top - float(hint.shape["rim"]), 0.1 * past.half)
             # what flowed in while it spilled lifts the linear model: the true rim is often lower
             tried = [depth, depth + 0.3 * past.half]
-        shared = shared_slope(element, past)
         law = Overflow(
-            coefficient=shared.coefficient, stiffness=shared.stiffness, inverse=shared.inverse,
-            stiffness_unit=getattr(element, "unit", "") or "m3/Pa", depth=tried[0], size=past.half,
+            **shared_slope(element, past, "m3/Pa"), depth=tried[0], size=past.half,
             top=top,
         )  # fmt: skip
         graph, (_, depth_name) = self.with_law(scene, element, law)
