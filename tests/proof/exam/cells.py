@@ -7,16 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.proof.exam.vocabulary import (
-    DISTURBED,
-    EXAM_FORMS,
-    EXAM_OUTSIDE,
-    EXAM_SINGLES,
-    RARE,
-    REWRITTEN,
-    SLOW,
-    Table,
-)
+from tests.proof.exam.vocabulary import Table
+from tests.proof.exam.world import EXAM, World
 from tests.proof.trial.generator.case import Case, Hidden
 from tests.proof.trial.generator.drawing import stream
 from tests.proof.trial.generator.parameters import ALL_PLANTS, PLANTS, SPREAD
@@ -49,14 +41,6 @@ CONTROLS: Mapping[str, int] = {
 }
 """What disturbs a control instead of missing physics, with shares."""
 
-_TABLES: Mapping[str, Table] = {
-    "single": EXAM_SINGLES,
-    "form": EXAM_FORMS,
-    "rewritten": REWRITTEN,
-    "outside": EXAM_OUTSIDE,
-    "disturbed": DISTURBED,
-}
-
 QUIET_EVERY = 4
 """In slow and broadband records every fourth conceals nothing."""
 
@@ -70,10 +54,13 @@ _WHOLE = ("absolute_value",)
 _RESTLESS = ("cylinder", "corner")
 """Plants whose command is a flow: a long step of it carries them away."""
 
+_DIRECT = ("stack", "frame")
+"""Plants with a reading that jumps with a held command: it has no value at the samples."""
+
 Rng = np.random.Generator
 
 
-def shares(count: int) -> dict[str, int]:
+def shares(count: int, cells: Mapping[str, int] = CELLS) -> dict[str, int]:
     """Return the recordings of each cell in an exam of `count`; what is left over goes in turn.
 
     Examples
@@ -81,8 +68,8 @@ def shares(count: int) -> dict[str, int]:
     >>> sum(shares(37).values()), shares(420) == dict(CELLS)
     (37, True)
     """
-    total = sum(CELLS.values())
-    exact = {cell: n * count / total for cell, n in CELLS.items()}
+    total = sum(cells.values())
+    exact = {cell: n * count / total for cell, n in cells.items()}
     out = {cell: int(x) for cell, x in exact.items()}
     nearest = sorted(exact, key=lambda cell: out[cell] - exact[cell])
     for cell in nearest[: count - sum(out.values())]:
@@ -92,33 +79,48 @@ def shares(count: int) -> dict[str, int]:
 
 def draw_exam(seed: int, count: int) -> list[Case]:
     """Return the cases of an exam in a drawn order; the same for the same two numbers."""
+    return draw_cells("exam", seed, shares(count), EXAM)
+
+
+def draw_cells(kind: str, entropy: str | int, cells: Mapping[str, int], world: World) -> list[Case]:
+    """Return cases in a drawn order: so many of each cell, from what a world has.
+
+    Parameters
+    ----------
+    kind : str
+        Draws of different kinds never meet, whatever their entropy.
+    """
     cases = []
-    for cell, n in shares(count).items():
+    for cell, n in cells.items():
         for i in range(n):
-            order = stream("exam", seed, cell)
-            cases.append(_one(cell, i, order, stream("exam", seed, f"{cell}{i}")))
-    turn = stream("exam", seed, "order").permutation(len(cases))
-    return [replace(cases[k], id=f"e{i:04d}") for i, k in enumerate(turn)]
+            order = stream(kind, entropy, cell)
+            case = _one(cell, i, order, stream(kind, entropy, f"{cell}{i}"), world)
+            cases.append(case)
+    turn = stream(kind, entropy, "order").permutation(len(cases))
+    return [replace(cases[k], id=f"{kind[0]}{i:04d}") for i, k in enumerate(turn)]
 
 
-def _one(cell: str, i: int, order: Rng, rng: Rng) -> Case:
+def _one(cell: str, i: int, order: Rng, rng: Rng, world: World) -> Case:
     match cell:
         case "control":
-            return _control(i, rng)
-        case "single" | "form" | "rewritten" | "outside" | "disturbed":
-            effect = _effect(_TABLES[cell], i, order, rng, _strength(rng))
-            return _case(cell, *effect, rng)
+            return _control(i, rng, world)
         case "two" | "three":
-            return _several(cell, 2 if cell == "two" else 3, rng)
+            return _several(cell, 2 if cell == "two" else 3, rng, world)
         case "weak_further":
-            return _weak_further(i, order, rng)
+            return _weak_further(i, order, rng, world)
         case "rare":
-            plant, effects = _effect(RARE, i, order, rng, float(rng.uniform(0, 30)))
+            table = world.tables[cell]
+            plant, effects = _effect(table, i, order, rng, float(rng.uniform(0, 30)))
             return _case(cell, plant, effects, rng, "rare")
         case "slow":
-            return _slow(i, order, rng)
+            return _slow(i, order, rng, world)
+        case "broadband":
+            return _broadband(i, order, rng, world)
+        case "mixed_up":
+            case = _case(cell, *_effect(world.tables[cell], i, order, rng, 30.0), rng)
+            return replace(case, sensors=tuple(ALL_PLANTS[case.plant].sensors))
         case _:
-            return _broadband(i, order, rng)
+            return _case(cell, *_effect(world.tables[cell], i, order, rng, _strength(rng)), rng)
 
 
 def _strength(rng: Rng) -> float:
@@ -174,7 +176,7 @@ def _case(cell: str, plant: str, effects: Sequence[Hidden], rng: Rng, excitation
     kind = excitation or _excitation(plant, effects, rng)
     # a held command jumps: a limit of its rate would be seen at every sample, and a current that
     # jumps with it has no value at the samples
-    even = plant == "stack" or any(e.law in _TIMED for e in effects) or rng.random() < 0.4
+    even = plant in _DIRECT or any(e.law in _TIMED for e in effects) or rng.random() < 0.4
     noise = str(rng.choice(["white", "coloured", "quantised"], p=[0.55, 0.27, 0.18]))
     return Case(
         id="",
@@ -192,8 +194,8 @@ def _case(cell: str, plant: str, effects: Sequence[Hidden], rng: Rng, excitation
     )
 
 
-def _control(i: int, rng: Rng) -> Case:
-    plant = list(ALL_PLANTS)[int(rng.integers(len(ALL_PLANTS)))]
+def _control(i: int, rng: Rng, world: World) -> Case:
+    plant = _plant(world, rng)
     kinds = [kind for kind, n in CONTROLS.items() for _ in range(n)]
     # neighbours in the list differ, so that a short exam has every kind
     kind = kinds[7 * i % len(kinds)]
@@ -214,6 +216,10 @@ def _control(i: int, rng: Rng) -> Case:
             return case
 
 
+def _plant(world: World, rng: Rng) -> str:
+    return world.plants[int(rng.integers(len(world.plants)))]
+
+
 def _others(plant: str, table: Table, without: Sequence[Hidden]) -> list[list[Choice]]:
     """Return the choices of each law of a plant whose effect is not there yet."""
     known = {e.effect for e in without}
@@ -224,53 +230,52 @@ def _others(plant: str, table: Table, without: Sequence[Hidden]) -> list[list[Ch
 
 
 def _further(
-    plant: str, effects: tuple[Hidden, ...], levels: Sequence[float], rng: Rng
+    plant: str, effects: tuple[Hidden, ...], levels: Sequence[float], rng: Rng, world: World
 ) -> tuple[Hidden, ...]:
     """Return the effects with further ones of the catalogue, each of another name."""
     for db in levels:
-        laws = _others(plant, EXAM_SINGLES, effects)
+        laws = _others(plant, world.tables["single"], effects)
         at = laws[int(rng.integers(len(laws)))]
         effects = (*effects, _hidden(at[int(rng.integers(len(at)))], db, rng))
     return effects
 
 
-def _several(cell: str, n: int, rng: Rng) -> Case:
-    plant = list(ALL_PLANTS)[int(rng.integers(len(ALL_PLANTS)))]
+def _several(cell: str, n: int, rng: Rng, world: World) -> Case:
+    plant = _plant(world, rng)
     levels = [float(x) for x in rng.uniform(6, 36, n)]
-    return _case(cell, plant, _further(plant, (), levels, rng), rng)
+    return _case(cell, plant, _further(plant, (), levels, rng, world), rng)
 
 
-def _weak_further(i: int, order: Rng, rng: Rng) -> Case:
+def _weak_further(i: int, order: Rng, rng: Rng, world: World) -> Case:
     """Return one strong effect with one or two of 1 to 5 % of its mean square."""
     strong = float(rng.uniform(20, 40))
-    table = (*EXAM_SINGLES, *EXAM_FORMS, *REWRITTEN)
-    plant, effects = _effect(table, i, order, rng, strong)
+    plant, effects = _effect(world.inside, i, order, rng, strong)
     parts = 10 ** rng.uniform(-2, np.log10(0.05), int(rng.integers(1, 3)))
     levels = [strong + 10 * float(np.log10(x)) for x in parts]
-    return _case("weak_further", plant, _further(plant, effects, levels, rng), rng)
+    return _case("weak_further", plant, _further(plant, effects, levels, rng, world), rng)
 
 
-def _slow(i: int, order: Rng, rng: Rng) -> Case:
-    plants = [name for name in ALL_PLANTS if name not in _RESTLESS]
+def _slow(i: int, order: Rng, rng: Rng, world: World) -> Case:
+    plants = [name for name in world.plants if name not in _RESTLESS]
     effects: tuple[Hidden, ...] = ()
     if i % QUIET_EVERY == 0:
         plant = plants[int(rng.integers(len(plants)))]
     else:
         table = [
-            (e, law, {p: at for p, at in places.items() if p in plants}) for e, law, places in SLOW
+            (e, law, {p: at for p, at in places.items() if p in plants})
+            for e, law, places in world.tables["slow"]
         ]
         plant, effects = _effect(table, i, order, rng, _strength(rng))
     case = _case("slow", plant, effects, rng, "slow")
     return replace(case, samples=max(case.samples, 4000))
 
 
-def _broadband(i: int, order: Rng, rng: Rng) -> Case:
+def _broadband(i: int, order: Rng, rng: Rng, world: World) -> Case:
     """Return a record that begins in motion: its first tenth is cut off."""
     effects: tuple[Hidden, ...] = ()
     if i % QUIET_EVERY == 0:
-        plant = list(ALL_PLANTS)[int(rng.integers(len(ALL_PLANTS)))]
+        plant = _plant(world, rng)
     else:
-        table = (*EXAM_SINGLES, *EXAM_FORMS, *REWRITTEN)
-        plant, effects = _effect(table, i, order, rng, _strength(rng))
+        plant, effects = _effect(world.inside, i, order, rng, _strength(rng))
     case = _case("broadband", plant, effects, rng, "broadband")
     return replace(case, extra={"lead": float(case.samples // 10)})

@@ -10,9 +10,10 @@ import numpy as np
 from bondgraph.support.arrays import FloatArray as Array
 from tests.proof.exam.vocabulary import kinds_of, names_of, places_of
 from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.making import UNIT, disturbed, noisy, together
+from tests.proof.trial.generator.making import UNIT, converted, disturbed, noisy, together
 from tests.proof.trial.generator.parameters import ALL_PLANTS
-from tests.proof.trial.generator.sizing import Bench, Sized, bench_of, size
+from tests.proof.trial.generator.sensing import MISREAD
+from tests.proof.trial.generator.sizing import Bench, Sized, bench_of, following, size
 from tests.proof.trial.vocabulary import FAMILY_OF
 
 STRETCHES = 40
@@ -59,11 +60,16 @@ def exam_record(case: Case) -> tuple[dict[str, Array | str], dict[str, Any]]:
     found = [size(bench, hidden, excess) for hidden in case.effects]
     (command, clean), sized = together(bench, [e for e, _ in found])
     rng = np.random.default_rng(np.random.SeedSequence([case.seed, 1]))
-    y = noisy(case, clean, bench.noise[: case.samples], wanted)
+    level = noise_level(case.plant, wanted, sized)
+    y = noisy(case, clean, bench.noise[: case.samples], level)
     noise = y - clean
-    y, nuisance = disturbed(case, y, wanted, rng)
-    if case.control_kind == "outliers":
-        noise = y - clean
+    y, nuisance = disturbed(case, y, level, rng)
+    units = UNIT * level * (case.noise["kind"] == "quantised")
+    if "bits" in case.extra:
+        y, read = converted(case, y, level)
+        units = np.maximum(units, read)
+    if case.control_kind == "outliers" or "bits" in case.extra:
+        noise = y - clean - np.asarray(nuisance.get("offset", 0.0))
     std = np.sqrt(np.mean(noise[lead:] ** 2, axis=0))
     channels: dict[str, Array | str] = {
         "time": np.asarray(plant.step * np.arange(case.samples - lead)),
@@ -72,7 +78,7 @@ def exam_record(case: Case) -> tuple[dict[str, Array | str], dict[str, Any]]:
         "plant": case.plant,
         "hold": case.hold,
         "declared_delay": np.asarray(case.extra.get("declared_delay", 0.0)),
-        "declared_resolution": UNIT * wanted[kept] * (case.noise["kind"] == "quantised"),
+        "declared_resolution": units[kept],
     }
 
     def over_noise(difference: Array) -> dict[str, float]:
@@ -94,6 +100,20 @@ def exam_record(case: Case) -> tuple[dict[str, Array | str], dict[str, Any]]:
         "nuisance": nuisance,
     }
     return channels, truth
+
+
+def noise_level(plant: str, wanted: Array, effects: Sequence[Sized]) -> Array:
+    """Return the rms of the noise of each channel: it goes with its sensor, and with its unit."""
+    level = wanted.copy()
+    for e in effects:
+        place, law = e.hidden.place, e.hidden.law
+        k = list(ALL_PLANTS[plant].sensors).index(place) if law in MISREAD else 0
+        if law == "swapped":
+            other = following(plant, place)
+            level[k], level[other] = level[other], level[k]
+        elif law in MISREAD:
+            level[k] *= abs(e.numbers.get("gain", 1.0) * e.numbers.get("factor", 1.0))
+    return level
 
 
 def _readings(bench: Bench, effects: Sequence[Sized]) -> Array:

@@ -89,7 +89,12 @@ class ExamTruth:
     def single(self) -> bool:
         """One effect, or one beside which the others are weak, and it has a name."""
         alone = len(self.effects) == 1 or self.cell == "weak_further"
-        return alone and self.main is not None and bool(self.main.names)
+        return alone and not self.mixed_up and self.main is not None and bool(self.main.names)
+
+    @property
+    def mixed_up(self) -> bool:
+        """The recording is at fault: no physics is missing, a mistake is to be told."""
+        return self.cell == "mixed_up"
 
     @property
     def words(self) -> str:

@@ -74,19 +74,21 @@ _NEW: Mapping[str, Places] = {
 """Places of the three plants that only the exam has, by law."""
 
 
-def _widened(table: Table) -> Table:
-    return tuple((e, law, {**at, **_NEW.get(law, {})}) for e, law, at in table)
+def widened(table: Table, new: Mapping[str, Places]) -> Table:
+    """Return a table whose laws may also hide at new places."""
+    return tuple((e, law, {**at, **new.get(law, {})}) for e, law, at in table)
 
 
-def _of_laws(table: Table, laws: str) -> Table:
+def of_laws(table: Table, laws: str) -> Table:
+    """Return the rows of some laws, named in one text."""
     kept = laws.split()
     return tuple(row for row in table if row[1] in kept)
 
 
-EXAM_SINGLES: Table = _widened(SINGLES)
+EXAM_SINGLES: Table = widened(SINGLES, _NEW)
 """Effects by laws that the catalogue may be expected to hold."""
 
-EXAM_FORMS: Table = _widened(FORMS)
+EXAM_FORMS: Table = widened(FORMS, _NEW)
 """The same physics, written otherwise than in the catalogue."""
 
 REWRITTEN: Table = (
@@ -104,24 +106,20 @@ REWRITTEN: Table = (
 )
 """Known physics by laws that only the exam has (`laws_exam`)."""
 
-EXAM_OUTSIDE: Table = _widened(OUTSIDE)
+EXAM_OUTSIDE: Table = widened(OUTSIDE, _NEW)
 """Physics that no effect of the vocabulary describes."""
 
-_INSIDE: Table = (*EXAM_SINGLES, *EXAM_FORMS, *REWRITTEN)
-
-RARE: Table = _of_laws(_INSIDE, "linear_stop round_contact preload hard_limit sharp_overflow weir")
+RARE_LAWS = "linear_stop round_contact preload hard_limit sharp_overflow weir"
 """Limits, stops and contacts: they act only where the motion is large."""
 
-SLOW: Table = _of_laws(
-    _INSIDE,
+SLOW_LAWS = (
     "kelvin_voigt log_creep spread_creep prandtl_ishlinskii uneven_yield relay_continuum leak "
-    "warming levelling_warming coulomb linear_in_time warming_up linear_drift exponential_drift",
+    "warming levelling_warming coulomb linear_in_time warming_up linear_drift exponential_drift"
 )
 """What shows in minutes rather than in periods."""
 
-DISTURBED: Table = _of_laws(
-    _INSIDE,
-    "sine_force pulse_force bursts linear_drift exponential_drift periodic_parameter sudden_change",
+DISTURBED_LAWS = (
+    "sine_force pulse_force bursts linear_drift exponential_drift periodic_parameter sudden_change"
 )
 """Forces from outside and parameters that change."""
 
@@ -137,11 +135,15 @@ _NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "orifice_leak": ("square_root_flow", "nonlinear_resistance"),
         "orifice_power": ("nonlinear_resistance",),
         "amplifier_slew": ("slew_limit",),
+        "tilted_loop": ("presliding_friction",),
     }
 )
 """Further names that are as true as the effect's own, by law: one function of one port."""
 
-_ONE_SIDED = ("linear_stop", "round_contact")
+_ONE_SIDED = ("linear_stop", "round_contact", "damped_contact")
+
+_BESIDE = ("bouc_wen", "dahl", "lugre", "slip_bristles", "letting_go_gap", "tilted_loop")
+"""Laws that a spring and the damper beside it can hold alike."""
 
 _KINDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -184,6 +186,8 @@ _KINDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "sensor_dead_time": ("sensing",),
         "letting_go_gap": ("restoring", "surface"),
         "cross_stiffness": ("surface",),
+        "squeezed_film": ("surface",),
+        "swapped": ("sensing",),
         "siphon": ("memory", "dissipative"),
         "diffusive_drag": ("slow", "mode", "dissipative"),
         "displacement_damping": ("surface",),
@@ -230,7 +234,7 @@ def places_of(plant: str, law: str, place: str) -> tuple[str, ...]:
     """Return the elements that are right, the one with the law first."""
     if law == "orifice_leak" and plant == "cylinder":
         return (place, "R_l")
-    if law in ("bouc_wen", "dahl", "lugre", "slip_bristles", "letting_go_gap"):
+    if law in _BESIDE:
         pairs = [(k, b) for (p, k), b in BESIDE.items() if p == plant]
         both = [pair for pair in pairs if place in pair]
         return (place, *(e for e in (both[0] if both else ()) if e != place))

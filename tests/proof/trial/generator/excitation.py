@@ -19,6 +19,10 @@ AMPLITUDE: Mapping[str, float] = {
     "cylinder": 2.0e-4,
     "servo": 0.3,
     "oven": 50.0,
+    "frame": 30.0,
+    "press": 200.0,
+    "table": 4.0,
+    "speaker": 5.0,
 }
 """Usual rms of the command of each plant, in its unit."""
 
@@ -32,6 +36,10 @@ BAND: Mapping[str, tuple[float, float]] = {
     "cylinder": (0.004, 0.40),
     "servo": (0.004, 0.40),
     "oven": (0.002, 0.20),
+    "frame": (0.004, 0.40),
+    "press": (0.004, 0.40),
+    "table": (0.002, 0.30),
+    "speaker": (0.004, 0.25),
 }
 """Band of the excitation, in parts of the Nyquist frequency."""
 

@@ -26,6 +26,28 @@ def noisy(case: Case, clean: Array, e: Array, std: Array) -> Array:
     return np.asarray(unit * np.round((clean + 0.72 * e * std) / unit))
 
 
+COARSE = 3.5
+"""Largest unit of a converter in parts of the rms of the noise: a laboratory takes a finer one."""
+
+BOW = 0.2
+"""Largest bow of a converter's line in parts of the rms of the noise, and half a unit at most."""
+
+
+def converted(case: Case, y: Array, std: Array) -> tuple[Array, Array]:
+    """Return what a converter of the drawn width makes of the readings, and its units.
+
+    Its range holds the largest reading with the drawn headroom; its line is bowed a little. The
+    width grows by two bits where a unit would hide the noise.
+    """
+    largest = case.extra["headroom"] * np.max(np.abs(y), axis=0) + 1e-300
+    unit = 2 * largest / 2 ** case.extra["bits"]
+    finer = np.ceil(np.log2(np.maximum(unit / (COARSE * std), 1)) / 2)
+    unit = unit / 4**finer
+    bow = case.extra["bow"] * np.minimum(BOW * std, unit / 2)
+    part = y / np.max(np.abs(y), axis=0).clip(1e-300)
+    return unit * np.round((y + bow * part * (1 - part**2) * 2.6) / unit), unit
+
+
 def disturbed(
     case: Case, y: Array, std: Array, rng: np.random.Generator
 ) -> tuple[Array, Mapping[str, Any]]:

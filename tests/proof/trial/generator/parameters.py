@@ -23,7 +23,7 @@ probe
     Force ``F`` on ``m``, ``k``, ``b``; a coil (gyrator ``K_g``) drives ``R_g`` and ``C_f`` in
     series: emf = K_g * velocity, back force = K_g * current; ``v_f`` is the voltage of ``C_f``.
 
-Three more are drawn by the development exam only, so that the draws of the trial stay as they are:
+Three more came with the development exam:
 
 cylinder
     Oil flow ``q_v`` into the chamber ``C_h`` with the leak ``R_l`` to the return line; piston
@@ -36,6 +36,27 @@ servo
 oven
     Heater ``P`` into ``C_1`` - ``R_12`` - ``C_2`` - ``R_out`` - ambient; temperatures ``T_1``,
     ``T_2`` and the power are deviations from the working point.
+
+Two with accelerometers and force cells came with trial 2 and are drawn in development too:
+
+frame
+    Force ``F`` on ``m_1``; load cell ``f_1`` at the wall - ``k_1 || b_1`` - ``m_1`` -
+    ``k_2 || b_2`` - ``m_2``; ``a_1``, ``a_2`` are accelerations.
+press
+    As the frame, but the spring ``k_1`` is known to harden: ``k_1 q + a_3_k_1 (q / 1 mm)^3``;
+    sensors are the displacement ``x_1``, the acceleration ``a_2`` and the force ``f_2`` in
+    ``k_2 || b_2``.
+
+Two more are drawn by sealed trials only; no development seed may use them:
+
+table
+    Voltage ``u``, winding ``R_w``, ``L_w``, linear motor ``K_f`` on the carriage ``m_1``, ``b_1``;
+    coupling ``k_c || b_c``; payload ``m_2``, ``b_2``. The position ``x_1`` integrates; ``a_2`` is
+    the acceleration of the payload.
+speaker
+    Voltage ``u``, coil ``R_e``, ``L_e``, force factor ``Bl`` on the cone ``m``, ``b``, whose
+    suspension is known to harden: ``k q + a_3_k (q / 1 mm)^3``; area ``S_d`` into the closed box
+    ``C_b`` with its leak ``R_b``. ``a`` is the acceleration of the cone, ``p`` the pressure.
 """
 
 from __future__ import annotations
@@ -198,5 +219,73 @@ EXAM_PLANTS: Mapping[str, Plant] = {
 }
 """Plants that only the development exam draws, by name."""
 
-ALL_PLANTS: Mapping[str, Plant] = {**PLANTS, **EXAM_PLANTS}
+SHAKEN_PLANTS: Mapping[str, Plant] = {
+    "frame": Plant(
+        ("F", "N"),
+        {"a_1": "m/s^2", "a_2": "m/s^2", "f_1": "N"},
+        {
+            "m_1": (2.0, "kg"),
+            "k_1": (3.0e4, "N/m"),
+            "b_1": (25.0, "N s/m"),
+            "m_2": (1.0, "kg"),
+            "k_2": (1.2e4, "N/m"),
+            "b_2": (8.0, "N s/m"),
+        },
+        1.0 / 400.0,
+    ),
+    "press": Plant(
+        ("F", "N"),
+        {"x_1": "m", "a_2": "m/s^2", "f_2": "N"},
+        {
+            "m_1": (5.0, "kg"),
+            "k_1": (8.0e4, "N/m"),
+            "a_3_k_1": (0.2, "N"),
+            "b_1": (60.0, "N s/m"),
+            "m_2": (2.0, "kg"),
+            "k_2": (5.0e4, "N/m"),
+            "b_2": (30.0, "N s/m"),
+        },
+        1.0 / 500.0,
+    ),
+}
+"""Plants with accelerometers and force cells, of trial 2 and its development, by name."""
+
+WITHHELD_PLANTS: Mapping[str, Plant] = {
+    "table": Plant(
+        ("u", "V"),
+        {"i": "A", "x_1": "m", "a_2": "m/s^2"},
+        {
+            "R_w": (3.0, "ohm"),
+            "L_w": (3.0e-3, "H"),
+            "K_f": (12.0, "N/A"),
+            "m_1": (2.5, "kg"),
+            "b_1": (20.0, "N s/m"),
+            "k_c": (4.0e4, "N/m"),
+            "b_c": (15.0, "N s/m"),
+            "m_2": (1.2, "kg"),
+            "b_2": (5.0, "N s/m"),
+        },
+        1.0 / 1000.0,
+    ),
+    "speaker": Plant(
+        ("u", "V"),
+        {"i": "A", "a": "m/s^2", "p": "Pa"},
+        {
+            "R_e": (6.0, "ohm"),
+            "L_e": (1.0e-3, "H"),
+            "Bl": (7.0, "N/A"),
+            "m": (0.02, "kg"),
+            "k": (2.5e3, "N/m"),
+            "a_3_k": (0.1, "N"),
+            "b": (1.2, "N s/m"),
+            "S_d": (0.02, "m^2"),
+            "C_b": (1.4e-7, "m^3/Pa"),
+            "R_b": (3.0e5, "Pa s/m^3"),
+        },
+        1.0 / 4000.0,
+    ),
+}
+"""Plants that no development seed uses, by name."""
+
+ALL_PLANTS: Mapping[str, Plant] = {**PLANTS, **EXAM_PLANTS, **SHAKEN_PLANTS, **WITHHELD_PLANTS}
 """Every plant that the C code knows, in its order."""

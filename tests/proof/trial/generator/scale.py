@@ -22,6 +22,10 @@ _MASSES: Mapping[str, Mapping[str, tuple[str, float]]] = {
     "cylinder": {"b": ("m", 1)},
     "servo": {"b_1": ("J_1", 1), "b_c": ("J_1", 0.5), "b_2": ("J_2", 1)},
     "oven": {},
+    "frame": {"b_1": ("m_1", 1), "b_2": ("m_2", 0.7)},
+    "press": {"b_1": ("m_1", 1), "b_2": ("m_2", 0.7)},
+    "table": {"b_1": ("m_1", 1), "b_c": ("m_2", 0.7), "b_2": ("m_2", 1)},
+    "speaker": {"b": ("m", 1)},
 }
 
 
@@ -33,6 +37,9 @@ BESIDE: Mapping[tuple[str, str], str] = {
     ("corner", "k_s"): "b_s",
     ("probe", "k"): "b",
     ("servo", "k_c"): "b_c",
+    **{(plant, f"k_{i}"): f"b_{i}" for plant in ("frame", "press") for i in (1, 2)},
+    ("table", "k_c"): "b_c",
+    ("speaker", "k"): "b",
 }
 """Damper beside each spring, between the same two ends."""
 
@@ -91,6 +98,10 @@ def _force(plant: str, place: str, values: Mapping[str, float], run: Run) -> flo
             return values["k_s"] * float(seen[3, 0])
         case "cylinder":
             return values["A"] * float(seen[0, 0]) / values["C_h"]
+        case "table":
+            return values["K_f"] * float(seen[0, 2])
+        case "speaker":
+            return values["Bl"] * float(seen[0, 2])
         case _:
             return ur
 

@@ -44,10 +44,19 @@ _NUMBERS: Mapping[str, Callable[[float, float, float, Sequence[float]], Mapping[
         "phase": 6 * d[1],
     },
     "rounding": lambda s, a, h, d: {"unit": s * a},
+    "wrong_gain": lambda s, a, h, d: {"gain": 1 + (0.4 if d[0] < 0.5 else -0.3) * s},
+    "wrong_sign": lambda s, a, h, d: {},
+    "swapped": lambda s, a, h, d: {},
+    "wrong_unit": lambda s, a, h, d: {
+        "factor": (1e3, 1e-3, 9.80665, 180 / np.pi, 100.0)[int(5 * d[0])]
+    },
 }
 
 SENSOR_LAWS = tuple(_NUMBERS)
 """Laws of sensors and of their clock."""
+
+MISREAD = ("wrong_gain", "wrong_sign", "wrong_unit", "swapped")
+"""Laws that change a channel with its noise."""
 
 _FINE = ("sensor_first_order", "sensor_two_lags", "sensor_dead_time", "skew")
 
@@ -125,6 +134,12 @@ def sense(law: str, p: Mapping[str, float], fine: Array, over: int, step: float)
         case "two_harmonics":
             angle = 2 * np.pi * y / p["pitch"] + p["phase"]
             return np.asarray(y + p["size"] * (np.sin(angle) + 0.7 * np.sin(2 * angle + 1)))
+        case "wrong_gain":
+            return np.asarray(p["gain"] * y)
+        case "wrong_sign":
+            return np.asarray(-y)
+        case "wrong_unit":
+            return np.asarray(p["factor"] * y)
         case "rounding":
             return np.asarray(p["unit"] * np.round(y / p["unit"]))
         case _:

@@ -107,6 +107,11 @@ class Bench:
                 if e.hidden.law in SENSOR_LAWS and e.hidden.place in (sensor, "clock"):
                     fine, rate = sense(e.hidden.law, e.numbers, fine, rate, plant.step), 1
             columns.append(fine[::rate][: self.case.samples])
+        for e in effects:
+            if e.hidden.law == "swapped":
+                k = list(plant.sensors).index(e.hidden.place)
+                other = following(self.case.plant, e.hidden.place)
+                columns[k], columns[other] = columns[other], columns[k]
         return made, np.stack(columns, axis=1)
 
     def _run(self, rows: Sequence[Row], sub: int, over: int) -> Run | None:
@@ -127,6 +132,12 @@ class Bench:
             loop=loop,
             noise=noise,
         )
+
+
+def following(plant: str, sensor: str) -> int:
+    """Return the number of the sensor after this one; after the last comes the first."""
+    names = list(ALL_PLANTS[plant].sensors)
+    return (names.index(sensor) + 1) % len(names)
 
 
 def unit_noise(kind: str, n: int, columns: int, rng: np.random.Generator) -> Array:

@@ -16,11 +16,15 @@ from bondgraph.support.errors import unknown_name
 from tests.proof.trial.models.chain import chain
 from tests.proof.trial.models.corner import corner
 from tests.proof.trial.models.cylinder import cylinder
+from tests.proof.trial.models.frame import frame
 from tests.proof.trial.models.motor import motor
 from tests.proof.trial.models.oven import oven
+from tests.proof.trial.models.press import press
 from tests.proof.trial.models.probe import probe
 from tests.proof.trial.models.servo import servo
+from tests.proof.trial.models.speaker import speaker
 from tests.proof.trial.models.stack import stack
+from tests.proof.trial.models.table import table
 from tests.proof.trial.models.tanks import tanks
 
 Models = MappingProxyType[str, Callable[[Sequence[str] | None], BondGraph]]
@@ -38,7 +42,12 @@ MODELS: Models = MappingProxyType(
 """Factories by the name of the plant; each takes the sensors that were recorded."""
 
 EXAM_MODELS: Models = MappingProxyType({"cylinder": cylinder, "servo": servo, "oven": oven})
-"""Factories of the plants that only the development exam has."""
+"""Factories of the plants that came with the development exam."""
+
+LATER_MODELS: Models = MappingProxyType(
+    {"frame": frame, "press": press, "table": table, "speaker": speaker}
+)
+"""Factories of the plants that came with trial 2; the last two are drawn by sealed trials only."""
 
 
 def blind_model(plant: str, sensors: Sequence[str] | None = None, delay: float = 0.0) -> BondGraph:
@@ -47,7 +56,7 @@ def blind_model(plant: str, sensors: Sequence[str] | None = None, delay: float =
     Parameters
     ----------
     plant : str
-        Name in `MODELS` or `EXAM_MODELS`.
+        Name in `MODELS`, `EXAM_MODELS` or `LATER_MODELS`.
     sensors : sequence of str, optional
         Sensors that were recorded; all of them if not given.
     delay : float
@@ -59,7 +68,7 @@ def blind_model(plant: str, sensors: Sequence[str] | None = None, delay: float =
     UnknownName
         If there is no such plant or sensor.
     """
-    known = {**MODELS, **EXAM_MODELS}
+    known = {**MODELS, **EXAM_MODELS, **LATER_MODELS}
     if plant not in known:
         raise unknown_name("plant", plant, "the sealed trial", known)
     graph = known[plant](sensors)

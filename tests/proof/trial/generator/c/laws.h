@@ -146,6 +146,22 @@ static double storage(Sim *s, int slot, double k, double q, double v, double oth
       f += p[0] * (y - relays(e->mem, y, s->commit));
       break;
     }
+    case 29: { /* magnet at the distance p[1]; p[2]: another one on the other side */
+      double r = clip(q / p[1], -0.95, 0.95);
+      f += p[0] * (1 / (1 - r) / (1 - r) - 1 - p[2] * (1 / (1 + r) / (1 + r) - 1));
+      break;
+    }
+    case 36: { /* Hunt and Crossley's contact: the damping grows with the depth */
+      double a = fmax(q - p[1], 0), b = fmax(-q - p[2], 0);
+      f += p[0] * (a * sqrt(a) * fmax(1 + p[3] * v, 0) - b * sqrt(b) * fmax(1 - p[3] * v, 0));
+      break;
+    }
+    case 37: { /* Coleman and Hodgdon's loop: slopes p[0] at turns, p[2] far away, length p[1] */
+      double z = s->x[e->z];
+      s->dx[e->z] = fabs(v) / p[1] * (p[2] * q - z) + p[0] * v;
+      f += z;
+      break;
+    }
     case 50: f += k * q * p[0] * other * other; break;
     }
   }
@@ -245,6 +261,12 @@ static double dissipate(Sim *s, int slot, double b, double v, double q, double o
         if (s->commit) e->mem[j] = slid;
       }
       break;
+    case 68: f += (p[0] + p[1] * exp(-fabs(v) / p[2])) * tanh(v / p[9]); break;
+    case 69: { /* film that is squeezed: Stefan's damping by the third power of the gap p[1] */
+      double gap = 1 - clip(q / p[1], -2, 0.8);
+      f += p[0] * v * (1 / (gap * gap * gap) - 1);
+      break;
+    }
     case 65: { /* seal that sticks at random: coefficient jumps at random moments */
       double d = dice((long)floor(s->t / p[1]), p[2]);
       f += d > 0.7 ? p[0] * v : 0;

@@ -33,7 +33,8 @@ static double added(Sim *s, int slot, double x, double v) {
   return f;
 }
 
-/* acceleration; kind 74: mass m (1 + a x^2), Lagrange's equation of a point on a bent path */
+/* acceleration; kind 74: mass m (1 + a x^2), Lagrange's equation of a point on a bent path; kind 78:
+ * a pendulum of mass p[0], length p[1], rate p[2] and damping p[3] hangs on it, by Lagrange too */
 static double accelerate(Sim *s, int slot, double m, double x, double v, double force) {
   s->seen[slot][0] = x; s->seen[slot][1] = v;
   force += added(s, slot, x, v);
@@ -44,6 +45,17 @@ static double accelerate(Sim *s, int slot, double m, double x, double v, double 
     double a = e->p[0];
     force -= m * a * x * v * v;
     m *= 1 + a * x * x;
+  }
+  for (int i = 0; i < s->ne; i++) {
+    Effect *e = &s->e[i];
+    if (e->slot != slot || e->kind != 78) continue;
+    const double *p = e->p;
+    double angle = s->x[e->z], rate = s->x[e->z + 1], sn = sin(angle), cs = cos(angle);
+    double pull = p[1] * (p[2] * p[2] * sn + p[3] * rate);
+    double a = (force + p[0] * (cs * pull + p[1] * rate * rate * sn)) / (m + p[0] * sn * sn);
+    s->dx[e->z] = rate;
+    s->dx[e->z + 1] = -(pull + a * cs) / p[1];
+    return a;
   }
   return force / m;
 }
@@ -177,9 +189,62 @@ static void oven(Sim *s, const double *c, double u) {
   s->seen[10][0] = t1; s->seen[11][0] = t2;
 }
 
+/* declared hardening of a spring: a newtons at a millimetre, by the third power */
+static double hardening(double a, double q) { return a * 1e9 * q * q * q; }
+
+static void frame(Sim *s, const double *c, double u) {
+  const double *x = s->x; double *d = s->dx; /* displacements, speeds */
+  double a = x[1] - x[0], va = x[3] - x[2];
+  double f1 = storage(s, 1, c[1], x[0], x[2], x[1]) + dissipate(s, 2, c[2], x[2], x[0], x[3]);
+  double f2 = storage(s, 4, c[4], a, va, x[0]) + dissipate(s, 5, c[5], va, a, x[2]);
+  d[0] = x[2]; d[1] = x[3];
+  d[2] = accelerate(s, 0, c[0], x[0], x[2], u - f1 + f2);
+  d[3] = accelerate(s, 3, c[3], x[1], x[3], -f2);
+  s->seen[11][0] = f1;
+}
+
+static void press(Sim *s, const double *c, double u) {
+  const double *x = s->x; double *d = s->dx; /* displacements, speeds */
+  double a = x[1] - x[0], va = x[3] - x[2];
+  double f1 = storage(s, 1, c[1], x[0], x[2], x[1]) + dissipate(s, 3, c[3], x[2], x[0], x[3]);
+  double f2 = storage(s, 5, c[5], a, va, x[0]) + dissipate(s, 6, c[6], va, a, x[2]);
+  f1 += hardening(c[2], x[0]);
+  d[0] = x[2]; d[1] = x[3];
+  d[2] = accelerate(s, 0, c[0], x[0], x[2], u - f1 + f2);
+  d[3] = accelerate(s, 4, c[4], x[1], x[3], -f2);
+  s->seen[11][0] = f2;
+}
+
+static void table(Sim *s, const double *c, double u) {
+  const double *x = s->x; double *d = s->dx; /* current, displacements, speeds, charge passed */
+  double k = ratio(s, 2, c[2], x[0]), a = x[1] - x[2], va = x[3] - x[4];
+  double f = storage(s, 5, c[5], a, va, x[1]) + dissipate(s, 6, c[6], va, a, x[3]);
+  d[0] = (u - dissipate(s, 0, c[0], x[0], x[5], x[3]) - k * x[3]) / c[1];
+  d[1] = x[3]; d[2] = x[4]; d[5] = x[0];
+  d[3] = accelerate(s, 3, c[3], x[1], x[3], k * x[0] - f - dissipate(s, 4, c[4], x[3], x[1], x[0]));
+  d[4] = accelerate(s, 7, c[7], x[2], x[4], f - dissipate(s, 8, c[8], x[4], x[2], x[3]));
+}
+
+static void speaker(Sim *s, const double *c, double u) {
+  const double *x = s->x; double *d = s->dx; /* current, cone, speed, air pressed in, passed: q, V */
+  double k = ratio(s, 2, c[2], x[1]), area = ratio(s, 7, c[7], x[1]);
+  double p = storage(s, 8, 1 / c[8], x[3], area * x[2], x[1]);
+  double leak = conduct(s, 9, c[9], p, x[5], x[2]);
+  double f = storage(s, 4, c[4], x[1], x[2], x[3]) + dissipate(s, 6, c[6], x[2], x[1], x[0]);
+  f += hardening(c[5], x[1]);
+  d[0] = (u - dissipate(s, 0, c[0], x[0], x[4], x[2]) - k * x[2]) / c[1];
+  d[1] = x[2];
+  d[2] = accelerate(s, 3, c[3], x[1], x[2], k * x[0] - f - area * p);
+  d[3] = area * x[2] - leak - escape(s, 8, p);
+  d[4] = x[0]; d[5] = leak;
+  s->seen[11][0] = p;
+}
+
 typedef void (*Plant)(Sim *, const double *, double);
-static const Plant PLANT[9] = {chain, stack, motor, corner, tanks, probe, cylinder, servo, oven};
-static const int STATES[9] = {6, 3, 6, 6, 6, 3, 4, 4, 4}, SENSORS[9] = {3, 2, 3, 3, 3, 2, 2, 2, 2};
+static const Plant PLANT[13] = {chain, stack, motor, corner, tanks, probe, cylinder, servo, oven,
+                                frame, press, table, speaker};
+static const int STATES[13] = {6, 3, 6, 6, 6, 3, 4, 4, 4, 4, 4, 6, 6};
+static const int SENSORS[13] = {3, 2, 3, 3, 3, 2, 2, 2, 2, 3, 3, 3, 3};
 
 static void read_out(int plant, const Sim *s, const double *x, double *y) {
   switch (plant) {
@@ -192,5 +257,9 @@ static void read_out(int plant, const Sim *s, const double *x, double *y) {
   case 6: y[0] = s->seen[11][0]; y[1] = x[1]; break;
   case 7: y[0] = x[0]; y[1] = x[3]; break;
   case 8: y[0] = s->seen[10][0]; y[1] = s->seen[11][0]; break;
+  case 9: y[0] = s->dx[2]; y[1] = s->dx[3]; y[2] = s->seen[11][0]; break;
+  case 10: y[0] = x[0]; y[1] = s->dx[3]; y[2] = -s->seen[11][0]; break;
+  case 11: y[0] = x[0]; y[1] = x[1]; y[2] = s->dx[4]; break;
+  case 12: y[0] = x[0]; y[1] = s->dx[2]; y[2] = s->seen[11][0]; break;
   }
 }

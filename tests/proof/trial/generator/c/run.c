@@ -61,6 +61,7 @@ static double drive(Sim *s, const Input *in) {
       break;
     }
     case 102: u = u - p[0] * u / sqrt(1 + u * u / p[0] / p[0]); break;
+    case 106: u = p[0] * atan(u / p[0]); break;
     case 103: u *= vary(s, 100, 1); break;
     case 104: { /* gain error that depends on how fast the command moves */
       s->dx[e->z] = (u - s->x[e->z]) / p[1];
