@@ -23,6 +23,7 @@ from tests.proof.exam.vocabulary import (
     names_of,
     places_of,
 )
+from tests.proof.exam.world import EXAM
 from tests.proof.trial.generator.case import Case
 from tests.proof.trial.generator.laws import LAWS
 from tests.proof.trial.generator.parameters import ALL_PLANTS
@@ -43,7 +44,7 @@ def test_the_usual_exam_has_every_cell_and_a_quarter_of_controls(cases: list[Cas
     assert len({c.id for c in cases}) == len(cases) == 420
     assert counted["control"] >= 0.25 * len(cases)
     assert {c.control_kind for c in cases if c.cell == "control"} == set(CONTROLS)
-    assert {c.plant for c in cases} == set(ALL_PLANTS)
+    assert {c.plant for c in cases} == set(EXAM.plants)
     assert {e.law for c in cases if c.cell == "rewritten" for e in c.effects} == {
         law for _, law, _ in REWRITTEN
     }
