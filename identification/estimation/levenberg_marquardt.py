@@ -142,9 +142,42 @@ def _steps(stack: JointProblem, at: _Stand, tolerance: float) -> Trial[_Stand]:
             return Ended.STUCK
         # a step that must be shortened is likely to be shortened again
         made = _at(stack, point, derivatives=number == 0)
-        return made if number == 0 or not made.cost <= at.cost else _at(stack, point)
+        if made.cost <= at.cost:
+            return made if number == 0 else _at(stack, point)
+        if number < BENT and np.isfinite(made.cost):
+            point = stack.step(stack.normal(_bent(stack, at, made), at.point), at.point, damping)
+            bent = _at(stack, point, derivatives=False)
+            if bent.cost <= at.cost:
+                return _at(stack, point)
+        return made
 
     return trial
+
+
+BENT = 2
+"""Steps from one point that are bent along the valley before they are shortened."""
+
+
+def _bent(stack: JointProblem, at: _Stand, there: _Stand) -> tuple[ResidualEvaluation, ...]:
+    """Return the evaluations at a point with the residual bent as it was found a step away.
+
+    A valley of two parameters whose sum is known is straight in them, and bent in their logarithms:
+    a straight step leaves it at once. What the residual did beyond the derivatives is added, and
+    the step made anew follows (Transtrum and Sethna, arXiv 1201.5885, with a whole step for the
+    second derivative).
+    """
+    found = []
+    for r, (p, e, beyond) in enumerate(
+        zip(stack.problems, at.evaluations, there.evaluations, strict=True)
+    ):
+        old, new = stack.local(at.point, r), stack.local(there.point, r)
+        straight = e.jacobian @ (new.theta - old.theta)
+        if p.free_states.size:
+            moved = (new.states - old.states)[:, p.free_states]
+            for i, (rows, local) in zip(stack.scored(r), e.local, strict=True):
+                straight[rows] += local @ moved[i]
+        found.append(replace(e, residual=beyond.residual + straight))
+    return tuple(found)
 
 
 def _promised(stack: JointProblem, system: NormalEquations, point: JointPoint) -> float:

@@ -68,12 +68,12 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     law = _best_law(laws, t)
     if law is not None and _shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
         if not _matters(law, e, t):
-            return _slight(quiet, e, law)
+            return _slight(quiet, e, law, t)
         return _rest_of(_named(quiet, e, law, laws, t), e, best.score, t)
     if not kinds:
         return _nothing(quiet, e, t)
     if not _matters(kinds[0], e, t):
-        return _slight(quiet, e, kinds[0], kind_told(quiet, e, kinds, law, t).places)
+        return _slight(quiet, e, kinds[0], t, kind_told(quiet, e, kinds, law, t).places)
     sure = foretold(kinds, e, t)
     if sure is not None:
         kinds, e, law, reason = sure
@@ -94,11 +94,16 @@ def _in_every_pair(kinds: Sequence[KindScore], e: Evidence) -> list[KindScore]:
     return [k for k in same if together(k.element, held[0].element, e.classes)]
 
 
-def _slight(quiet: Decision, e: Evidence, h: Hypothesis, places: tuple[str, ...] = ()) -> Decision:
+def _slight(
+    quiet: Decision, e: Evidence, h: Hypothesis, t: Thresholds, places: tuple[str, ...] = ()
+) -> Decision:
     """Something improves the model surely, but leaves much of the misfit.
 
-    Where most of it goes with a form at one of `places`, they are told, and no kind.
+    Where most of it goes with a form at one of `places`, they are told, and no kind. Where the
+    misfit may be noise and hardly any of it goes, nothing is.
     """
+    if e.before.is_noise(t.noise) and e.plain.square - h.score.square < FAINT * e.plain.square:
+        return _nothing(quiet, e, t, h)
     said = h.label if isinstance(h, KindScore) else h.trial.label
     part = (e.plain.square - h.score.square) / max(e.plain.square - 1.0, 1e-300)
     if places and part > HALF:
@@ -107,6 +112,9 @@ def _slight(quiet: Decision, e: Evidence, h: Hypothesis, places: tuple[str, ...]
     reason = f"{said} explains little of the misfit: {e.before.words}"
     return replace(quiet, kind="unknown_physics", places=e.located, reasons=(reason,))
 
+
+FAINT = 0.1
+"""Part of a mean square that may be noise which nobody is alarmed for."""
 
 HALF = 0.5
 """Part of the misfit above the noise from which a form tells where it sits, if not of what kind."""

@@ -62,9 +62,8 @@ def nominal_fit(
     base = replace(base, source_offsets=runs_away or base.source_offsets, built=None)
     base = replace(base, built=base.engine)
     result = _fine(_integrating(base) if runs_away else _first_fit(base))
-    if hold and hold != data.hold:
-        return _held(result, hold)
     if hold:
+        result = to_its_end(result if hold == data.hold else _held(result, hold)[1])
         return result.problem, result
     fits = {data.hold: result}
     for h in possible(HOLDS, base.engine.input_rates):
@@ -78,7 +77,20 @@ def nominal_fit(
         finer = fit_from(problem, result.point, 25)
         if finer.cost < 0.98 * result.cost:
             result = finer
+    result = to_its_end(result)
     return result.problem, result
+
+
+def to_its_end(result: Fit) -> Fit:
+    """Go on with a fit that ran out of steps: what a step more would mend is not missing."""
+    if result.status is not FitStatus.ITERATIONS:
+        return result
+    again = fit_from(result.problem, result.point, LONG)
+    return again if again.cost <= result.cost else result
+
+
+LONG = 150
+"""Steps in which a descent along a valley ends; most fits take a tenth of it."""
 
 
 def seen_in_training(asked: Problem, nominal: Fit, hold: str | None, noise: float) -> Fit:
@@ -321,7 +333,7 @@ def held_to_residual(result: Fit, given: Collection[str] = ()) -> Fit:
             return result
         floor = np.where(floor > clearly * data.floor, data.floor, floor)
         problem = replace(result.problem, data=replace(data, floor=floor))
-        again = fit_from(problem, result.point, 25)
+        again = fit_from(problem, result.point, LONG)
         if again.status is FitStatus.BROKEN:
             return result
         result = again
