@@ -246,7 +246,7 @@ def test_a_bent_step_finds_the_way_from_an_unstable_start() -> None:
     assert estimate(made).rmse()["x"] < 1.2 * NOISE
 
 
-@pytest.mark.parametrize("slope", [-2000.0, -5000.0])
+@pytest.mark.parametrize("slope", [-1000.0, -2000.0])
 def test_unstable_start_is_said_and_multiple_shooting_finds_the_way(slope: float) -> None:
     """From these starts the mass would be gone in a tenth of a second; the record lasts four."""
     made = Study(falling(slope), caught(400), hold="hold", nuisances=NO_NUISANCES)
