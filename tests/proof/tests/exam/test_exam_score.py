@@ -18,7 +18,7 @@ from tests.proof.exam.__main__ import main
 from tests.proof.exam.answering import transplant
 from tests.proof.exam.counting import ExamScore, score_exam
 from tests.proof.exam.judging import ExamOutcome, judge_exam
-from tests.proof.exam.printing import bad_lines, rate_text, table_lines
+from tests.proof.exam.printing import bad_lines, table_lines
 from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.truths import truth_of
 from tests.proof.trial.rates import Rate
@@ -255,7 +255,7 @@ def test_two_sets_of_answers_stand_side_by_side() -> None:
     lines = table_lines(new, old)
     (line,) = [n for n in lines if n.startswith("sharp: right name")]
     assert line.index("0/1") < line.index("1/1")
-    assert rate_text(Rate(0, 149)) == "0/149  0.0 % (0.0-2.4)"
+    assert str(Rate(0, 149)) == "0/149  0.0 % (0.0-2.4)"
 
 
 def test_halves_that_contradict_the_whole() -> None:
