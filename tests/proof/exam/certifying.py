@@ -130,8 +130,7 @@ def certify_lines(
         lines.append(f"z {s.limits.z:g}, law {s.limits.law:g}   sharp {s.rates[SHARP]}")
         for gate, limit in GATES.items():
             lines.append(
-                f"   {gate:52s} {s.rates[gate]!s:28s} limit {100 * limit:g} %, "
-                f"p {s.p(gate):.3g}"
+                f"   {gate:52s} {s.rates[gate]!s:28s} limit {100 * limit:g} %, p {s.p(gate):.3g}"
             )
         walking = walking and s.certified
         best = s if walking else best

@@ -117,7 +117,8 @@ def claim_of(finding: Mapping[str, Any], ports: int) -> Claim:
     answer = _SPELLINGS.get(answer, answer)
     effect, family = str(finding.get("effect", "unknown")), str(finding.get("family", ""))
     if not answer:
-        answer = "exact" if effect != "unknown" else "unknown"
+        kin = "family" if family not in ("", "outside") else "unknown"
+        answer = "exact" if effect != "unknown" else kin
     rivals = finding.get("also_possible", ())
     also = frozenset(str(r["effect"]) for r in rivals) - {"unknown"}
     own = frozenset({effect}) - {"unknown"}

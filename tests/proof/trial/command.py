@@ -83,9 +83,7 @@ def _run(options: argparse.Namespace) -> int:
     public = read_public(layout.public)
     verify(layout)
     with _bar() as bar:
-        done = run_all(
-            layout, public, layout.answers, exam_answer, jobs=options.jobs, progress=bar
-        )
+        done = run_all(layout, public, layout.answers, exam_answer, jobs=options.jobs, progress=bar)
     print(f"{done} recordings diagnosed, {len(public) - done} were there: {layout.answers}")
     return 0
 

@@ -1,8 +1,9 @@
 """The seal of a trial: what is hashed before the run and checked after it.
 
 Committed are the hash of the salted truths, the hash of every data file, the commit of the tool,
-its sources, thresholds and options; and, apart from them, the proof's own sources and its design. The salt stays in the sealed folder until the answers are in; without it the hash
-says nothing about the truths, with it anybody can check that they were not changed.
+its sources, thresholds and options; and, apart from them, the proof's own sources and its design.
+The salt stays in the sealed folder until the answers are in; without it the hash says nothing about
+the truths, with it anybody can check that they were not changed.
 """
 
 from __future__ import annotations

@@ -57,7 +57,9 @@ def _names(axes: Any, score: TrialScore) -> None:
     axes.set_ylabel("concealed")
 
 
-def _curve(axes: Any, powers: tuple[Power, ...], what: str, shift: float = 1.0, **style: Any) -> None:
+def _curve(
+    axes: Any, powers: tuple[Power, ...], what: str, shift: float = 1.0, **style: Any
+) -> None:
     rates = [getattr(p, what) for p in powers]
     value, ends = np.array([r.value for r in rates]), np.array([r.exact for r in rates])
     # the geometric middle of the range, half a decade where one end is open

@@ -85,11 +85,18 @@ class Gate:
     @property
     def words(self) -> str:
         """The demand, its count and its bound in one line."""
-        sense, side = ("<=", "upper") if self.most else (">=", "lower")
+        side = "upper" if self.most else "lower"
         return (
             f"{self.state:13s} {self.name}: {self.counted}, {side} bound {100 * self.bound:.1f} %, "
-            f"asked {sense} {100 * self.limit:g} %, p {self.p:.2g}"
+            f"asked {self.asked}"
         )
+
+    @property
+    def asked(self) -> str:
+        """The limit in words."""
+        if self.most and not self.limit:
+            return "none"
+        return f"{'<=' if self.most else '>='} {100 * self.limit:g} %, p {self.p:.2g}"
 
 
 def gates(rates: Mapping[str, Rate]) -> tuple[Gate, ...]:

@@ -42,6 +42,8 @@ from tests.proof.trial.truths import Public
 STEPS = 20
 """Further steps of a fit that has begun, and as many to finish it."""
 
+KNOWN = frozenset(e.name for e in CATALOGUE)
+
 Reached = Mapping[str, float]
 """Held-out rms of each reading, SI; nothing where the truth could not be fitted."""
 
@@ -56,12 +58,11 @@ class _Oracle:
         """Fit the true law at the true place."""
         begin = time.process_time()
         content: dict[str, Any] = {"id": public.id, "error": None, "rms": {}}
-        main = self.truths[public.id].main
-        assert main is not None
+        effects = self.truths[public.id].effects
         try:
             with calm(), warnings.catch_warnings():
                 warnings.simplefilter("ignore", RuntimeWarning)
-                content["rms"] = told(layout, public, main)
+                content["rms"] = told(layout, public, effects)
         except BondsightError as error:
             content["error"] = " ".join(str(error).split())
         except Exception:  # listed, and left out of the ratio
@@ -69,8 +70,12 @@ class _Oracle:
         return content | {"cpu_seconds": round(time.process_time() - begin, 3)}
 
 
-def told(layout: Layout, public: Public, effect: ConcealedEffect) -> Reached:
-    """Return what the declared model with the true effect leaves, at the best of its places."""
+def told(layout: Layout, public: Public, effects: Sequence[ConcealedEffect]) -> Reached:
+    """Return what the declared model with the true effects leaves, each at the best of its places.
+
+    The strongest is fitted first; a further one that cannot be fitted is left out, as is one that
+    does not gain.
+    """
     asked = asked_of(graph_of(public), recording_of(layout, public), None, public.hold, {})
     material = material_of(asked)
     if material.reason:
@@ -84,25 +89,32 @@ def told(layout: Layout, public: Public, effect: ConcealedEffect) -> Reached:
     seen, unseen = kept_back(nominal.problem.data.split)
     nominal = judged_on(nominal, seen)
     source = next((s.name for s in drives(asked.graph)), "")
-    places = sorted({source if p == "clock" else p for p in effect.places})
-    fitted = [f for p in places if (f := _inserted(nominal, effect.effect, p)) is not None]
-    if not fitted:
-        return {}
-    best = judged_on(min(fitted, key=lambda f: f.chi2("test")), unseen)
+    last = nominal
+    for e in sorted(effects, key=lambda e: -e.moved):
+        places = sorted({source if p == "clock" else p for p in e.places})
+        fitted = [f for p in places if (f := _inserted(last, e.effect, p)) is not None]
+        if last is not nominal:
+            fitted.append(last)
+        elif not fitted:
+            return {}
+        last = min(fitted, key=lambda f: f.chi2("test"))
+    best = judged_on(last, unseen)
     left = {name: float(v) for name, v in best.rmse("test").items()}
     return left if all(map(math.isfinite, left.values())) else {}
 
 
-def _inserted(nominal: Fit, effect: str, element: str) -> Fit | None:
+def _inserted(last: Fit, effect: str, element: str) -> Fit | None:
     """Fit the effect at the element, begun where the screening points; None if it cannot be."""
-    seen, kind = scene(nominal), by_name(effect)
-    ranked = [s for s in screen(seen, probes(nominal), (kind,)) if s.element.name == element]
+    if effect not in KNOWN:
+        return None
+    seen, kind = scene(last), by_name(effect)
+    ranked = [s for s in screen(seen, probes(last), (kind,)) if s.element.name == element]
     hint: Hint | None = ranked[0].hint if ranked else None
     try:
-        made = kind.insert(seen, nominal.problem.graph[element], hint)
+        made = kind.insert(seen, last.problem.graph[element], hint)
     except (BondsightError, KeyError):
         return None
-    problem = replace(base_of(nominal).template, graph=made.graph)
+    problem = replace(base_of(last).template, graph=made.graph)
     _, trial = attempt(made, True, problem)
     if trial is None:
         return None
@@ -118,12 +130,8 @@ def ask_oracles(
     progress: Progress | None = None,
 ) -> int:
     """Fit the truth of every recording with one effect of the catalogue; resumes."""
-    known = {e.name for e in CATALOGUE}
-    asked = [
-        p
-        for p in public
-        if (t := truths[p.id]).single and t.main is not None and t.main.effect in known
-    ]
+    singles = {i for i, t in truths.items() if t.single and t.main and t.main.effect in KNOWN}
+    asked = [p for p in public if p.id in singles]
     return run_all(layout, asked, layout.oracle, _Oracle(truths), jobs=jobs, progress=progress)
 
 
@@ -137,12 +145,18 @@ def repair_ratio(o: ExamOutcome, best: Reached) -> float:
 
     Without a repair the error of the model as it is counts: abstention is no way round it.
     """
-    reached = o.answer.repaired or o.answer.nominal
-    logs = [
-        math.log(reached[n] / least)
-        for n, least in best.items()
-        if least > 0 and reached.get(n, 0.0) > 0
-    ]
+    return _over(o.answer.repaired or o.answer.nominal, best)
+
+
+def oracle_ratio(o: ExamOutcome, best: Reached) -> float:
+    """Held-out error of the oracle over the noise: how good the yardstick itself is."""
+    return _over(best, o.truth.noise)
+
+
+def _over(reached: Reached, best: Reached) -> float:
+    """Geometric mean of the ratios of the readings that both have; nan without any."""
+    both = [n for n in best if best[n] > 0 and reached.get(n, 0.0) > 0]
+    logs = [math.log(reached[n] / best[n]) for n in both]
     return math.exp(sum(logs) / len(logs)) if logs else math.nan
 
 

@@ -100,12 +100,9 @@ def gates_part(gates: Sequence[Gate]) -> Part:
         "Gates",
         "Certified: were the true rate the limit, so good a count would come with a probability "
         "below 5 %. The bound is one-sided, 95 %: the upper one of errors, else the lower one.",
-        ("", "gate", "count (95 % interval)", "bound, %", "limit, %", "p"),
+        ("", "gate", "count (95 % interval)", "bound, %", "asked"),
         [
-            (
-                g.state, g.name, str(g.counted), f"{100 * g.bound:.1f}",
-                f"{'<=' if g.most else '>='} {100 * g.limit:g}", f"{g.p:.2g}",
-            )
+            (g.state, g.name, str(g.counted), f"{100 * g.bound:.1f}", g.asked)
             for g in gates
         ],
     )  # fmt: skip

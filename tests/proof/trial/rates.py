@@ -61,7 +61,9 @@ class Rate:
         if not self.total:
             return "0/0"
         low, high = self.exact
-        return f"{self.hits}/{self.total}  {100 * self.value:.1f} % ({100 * low:.1f}-{100 * high:.1f})"
+        return (
+            f"{self.hits}/{self.total}  {100 * self.value:.1f} % ({100 * low:.1f}-{100 * high:.1f})"
+        )
 
 
 def rate(outcomes: Iterable[bool]) -> Rate:

@@ -14,7 +14,7 @@ from tests.proof.exam.said import ExamAnswer
 from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.calibration import log_score, plain_log_score
 from tests.proof.trial.gates import Gate, gates
-from tests.proof.trial.oracles import Reached, quantiles, repair_ratio
+from tests.proof.trial.oracles import Reached, oracle_ratio, quantiles, repair_ratio
 from tests.proof.trial.rates import Rate
 from tests.proof.trial.tables import Confusion, Power, name_confusion, place_confusion, power
 
@@ -34,6 +34,8 @@ class TrialScore:
         Of the stated probabilities, and of who states their overall frequency.
     ratios : mapping
         Held-out error after the repair over the oracle's, by recording.
+    yardsticks : mapping
+        Held-out error of the oracle over the noise, by recording.
     curves : mapping
         Baselines, by name.
     """
@@ -45,6 +47,7 @@ class TrialScore:
     power: Mapping[str, tuple[Power, ...]]
     log_scores: Mapping[str, float]
     ratios: Mapping[str, float]
+    yardsticks: Mapping[str, float]
     curves: Mapping[str, Points]
 
     @property
@@ -54,11 +57,12 @@ class TrialScore:
 
     @property
     def ratio_groups(self) -> dict[str, dict[str, float]]:
-        """Quantiles of the ratio: of all that have one, and where the effect was named rightly."""
+        """Quantiles of the ratios, of all and where the effect was named rightly."""
         named = [o.id for o in self.exam.outcomes if o.truth.main in o.found]
         return {
             "all single effects": quantiles([*self.ratios.values()]),
             "named rightly": quantiles([self.ratios[i] for i in named if i in self.ratios]),
+            "the oracle's error over the noise": quantiles([*self.yardsticks.values()]),
         }
 
 
@@ -78,9 +82,9 @@ def score_trial(
     missing = sorted(truths.keys() - answers.keys())
     if missing:
         raise UnusableInput(f"{len(missing)} recordings have no answer, first {missing[0]}")
-    exam = score_exam(truths, answers)
+    exam, oracles = score_exam(truths, answers), oracles or {}
     given = stated(exam.outcomes)
-    ratios = {o.id: repair_ratio(o, (oracles or {}).get(o.id, {})) for o in exam.outcomes}
+    told = [(o, oracles[o.id]) for o in exam.outcomes if o.id in oracles]
     return TrialScore(
         exam,
         gates(exam.rates),
@@ -88,7 +92,8 @@ def score_trial(
         place_confusion(exam.outcomes),
         power(exam.outcomes),
         {"stated": log_score(given), "the same for all": plain_log_score(given)},
-        {i: r for i, r in ratios.items() if math.isfinite(r)},
+        {o.id: r for o, best in told if math.isfinite(r := repair_ratio(o, best))},
+        {o.id: r for o, best in told if math.isfinite(r := oracle_ratio(o, best))},
         curves or {},
     )
 

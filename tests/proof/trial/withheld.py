@@ -88,9 +88,7 @@ class Withheld:
         return all(g.passed for g in self.gates)
 
 
-def score_withheld(
-    truths: Mapping[str, ExamTruth], answers: Mapping[str, ExamAnswer]
-) -> Withheld:
+def score_withheld(truths: Mapping[str, ExamTruth], answers: Mapping[str, ExamAnswer]) -> Withheld:
     """Score answers that were given without the true law; names the truth accepts are right."""
     outcomes = tuple(judge_exam(truths[i], answers[i]) for i in sorted(answers) if i in truths)
 
