@@ -14,6 +14,8 @@ from tests.proof.trial.scoring import TrialScore
 from tests.proof.trial.tables import Power
 
 Draw = Callable[[Any, TrialScore], None]
+ACROSS = 4
+"""Small pictures in a row."""
 
 
 def figures(score: TrialScore, paper: bool = True) -> dict[str, str]:
@@ -24,11 +26,11 @@ def figures(score: TrialScore, paper: bool = True) -> dict[str, str]:
     paper : bool
         On white, for a picture file; figures of a page let the page show through.
     """
-    c = score.names
+    c, rows = score.names, -(-(len(score.power) - 1) // ACROSS)
     table: dict[str, tuple[Draw, float, float, bool]] = {
         "names": (_names, 2.6 + 0.26 * len(c.columns), 2.0 + 0.24 * len(c.rows), bool(c.rows)),
         "power": (_power, 6.2, 3.6, "all" in score.power and bool(score.power["all"])),
-        "power_by_cell": (_by_cell, 6.2, 3.6, len(score.power) > 2),
+        "power_by_cell": (_by_cell, 8.4, 1.6 * rows + 0.3, len(score.power) > 2),
         "reliability": (_reliability, 4.4, 4.0, bool(score.exam.reliability)),
         "error_over_oracle": (_ratios, 6.2, 3.2, bool(score.ratios)),
         "baselines": (_baselines, 6.2, 3.6, bool(score.curves)),
@@ -37,7 +39,7 @@ def figures(score: TrialScore, paper: bool = True) -> dict[str, str]:
     for name, (draw, width, height, there) in table.items():
         if there:
             with drawing(name, height, width, paper=paper) as canvas:
-                draw(canvas.ax, score)
+                draw(canvas.figure if draw is _by_cell else canvas.ax, score)
             made[name] = canvas.svg + "\n"
     return made
 
@@ -92,11 +94,21 @@ def _power(axes: Any, score: TrialScore) -> None:
     _strengths(axes)
 
 
-def _by_cell(axes: Any, score: TrialScore) -> None:
+def _by_cell(figure: Any, score: TrialScore) -> None:
+    """Draw a small picture for each cell."""
     groups = [(cell, powers) for cell, powers in score.power.items() if cell != "all"]
-    for k, (cell, powers) in enumerate(groups):
-        _curve(axes, powers, "placed", 1 + 0.02 * (k - len(groups) / 2), label=spaced(cell))
-    _strengths(axes)
+    grid = figure.subplots(
+        -(-len(groups) // ACROSS), ACROSS, squeeze=False, sharex=True, sharey=True
+    )
+    for axes in grid.flat[len(groups) :]:
+        axes.set_axis_off()
+    for axes, (cell, powers) in zip(grid.flat, groups, strict=False):
+        _curve(axes, powers, "placed", color=GOOD)
+        _curve(axes, powers, "named", 1.04, color=AFTER)
+        axes.set_title(spaced(cell))
+        axes.set_xscale("log")
+        logarithmic(axes.xaxis)
+        axes.set_ylim(-0.05, 1.05)
 
 
 def _reliability(axes: Any, score: TrialScore) -> None:
@@ -110,8 +122,8 @@ def _reliability(axes: Any, score: TrialScore) -> None:
         )  # fmt: skip
     axes.set_xlabel("stated probability of the name")
     axes.set_ylabel("share that was right")
-    axes.set_xlim(0, 1.02)
-    axes.set_ylim(0, 1.02)
+    axes.set_xlim(min(0.75, *(r.low for r in score.exam.reliability)), 1.01)
+    axes.set_ylim(min(0.75, *(r.right.exact[0] for r in score.exam.reliability)), 1.01)
 
 
 def _ratios(axes: Any, score: TrialScore) -> None:

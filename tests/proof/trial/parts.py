@@ -26,19 +26,23 @@ class Part:
     figures: Sequence[str] = ()
 
 
-def headline(score: TrialScore, commitment: Mapping[str, Any]) -> str:
-    """Return how it went, and what was committed when."""
-    crashed = score.exam.rates["crashes"].hits
-    hours = sum(o.answer.seconds for o in score.exam.outcomes if o.answer.seconds > 0) / 3600
+def headline(score: TrialScore) -> str:
+    """Return how it went in a sentence."""
     missed = [g.name for g in score.gates if not g.passed]
-    end = "All gates are met." if not missed else f"Not met: {'; '.join(missed)}."
-    changed = " and ".join(changed_since(commitment))
-    return (
-        f"{end} {len(score.exam.outcomes)} recordings, {crashed} crashes, {hours:.2f} h of process "
-        f"time; committed {commitment.get('date', '?')} at {commitment.get('tool_commit', '?')}, "
-        f"truths {commitment.get('truths_sha256', '?')}."
-        + (f" Since then changed: {changed}." if changed else "")
-    )
+    return f"Not met: {'; '.join(missed)}." if missed else "All gates are met."
+
+
+def facts(score: TrialScore, commitment: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what was run, and what was committed when."""
+    hours = sum(o.answer.seconds for o in score.exam.outcomes if o.answer.seconds > 0) / 3600
+    return [
+        ("recordings", f"{len(score.exam.outcomes)}, {score.exam.rates['crashes'].hits} crashes"),
+        ("process time", f"{hours:.2f} h"),
+        ("kind", str(commitment.get("kind", "?"))),
+        ("committed", f"{commitment.get('date', '?')} at {commitment.get('tool_commit', '?')}"),
+        ("truths", str(commitment.get("truths_sha256", "?"))),
+        ("changed since", " and ".join(changed_since(commitment)) or "nothing"),
+    ]
 
 
 def parts(score: TrialScore) -> Iterator[Part]:
@@ -51,12 +55,14 @@ def parts(score: TrialScore) -> Iterator[Part]:
         "How every cell ended", "", ("cell", "recordings", "ended"),
         [(c, str(n.total()), ", ".join(f"{k} {v}" for k, v in n.most_common())) for c, n in ends],
     )  # fmt: skip
-    yield _confusion("Names", score.names, ("names",))
-    for plant, c in score.places.items():
-        yield _confusion(f"Places: {plant}", c)
+    heads = ("concealed", "right", "answers")
+    yield Part("Names", "", heads, list(_confused(score.names)), ("names",))
+    places = [(plant, *row) for plant, c in score.places.items() for row in _confused(c)]
+    yield Part("Places", "", ("plant", *heads), places)
     yield Part(
         "Power against strength",
-        "Single effects by what they move the readings by, over their noise.",
+        "Single effects by what they move the readings by, over their noise. By cell: green right "
+        "place and name or kind, blue right name.",
         ("cell", "strength", "said to miss something", "right place, name or kind",
          "right name and place", "wrong name"),
         [
@@ -108,9 +114,7 @@ def gates_part(gates: Sequence[Gate]) -> Part:
     )  # fmt: skip
 
 
-def _confusion(title: str, c: Confusion, figures: Sequence[str] = ()) -> Part:
-    rows = []
+def _confused(c: Confusion) -> Iterator[tuple[str, str, str]]:
     for r in c.rows:
         said = sorted(c.counts[r].items(), key=lambda kv: (-kv[1], kv[0]))
-        rows.append((r, str(c.right[r]), ", ".join(f"{k} {v}" for k, v in said)))
-    return Part(title, "", ("concealed", "right", "answers"), rows, figures)
+        yield r, str(c.right[r]), ", ".join(f"{k} {v}" for k, v in said)

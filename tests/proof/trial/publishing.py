@@ -12,21 +12,24 @@ from identification.report import html
 from identification.report.style import BAD, GOOD
 from identification.report.tables import markdown
 from tests.proof.trial.figures import figures
-from tests.proof.trial.parts import Part, headline, parts
+from tests.proof.trial.parts import Part, facts, headline, parts
 from tests.proof.trial.scoring import TrialScore, plain
 
 
 def publish(score: TrialScore, commitment: Mapping[str, Any], folder: Path) -> Path:
     """Write everything into `folder`; returns the path of ``RESULTS.md``."""
-    said, pieces = headline(score, commitment), list(parts(score))
+    said, known, pieces = headline(score), facts(score, commitment), list(parts(score))
     drawn = figures(score)
     for name, svg in drawn.items():
         write_atomically(folder / f"{name}.svg", svg)
     content = json.dumps(plain(score), indent=1, allow_nan=False)
     write_atomically(folder / "score.json", content + "\n")
-    page = _page(said, pieces, figures(score, paper=False), score.passed)
+    badge = ("gates met", GOOD) if score.passed else ("not all gates met", BAD)
+    top = html.head("Sealed trial", badge, said, known)
+    page = _page(top, pieces, figures(score, paper=False))
     write_atomically(folder / "report.html", page)
     target = folder / "RESULTS.md"
+    said = f"**{said}**\n\n" + "\n".join(f"- {k}: {v}" for k, v in known)
     write_atomically(target, markdown_of("Sealed trial", said, pieces, drawn))
     return target
 
@@ -41,8 +44,7 @@ def markdown_of(title: str, said: str, pieces: Sequence[Part], drawn: Mapping[st
     return "\n\n".join(x for x in lines if x) + "\n"
 
 
-def _page(said: str, pieces: Sequence[Part], drawn: Mapping[str, str], passed: bool) -> str:
-    badge = ("gates met", GOOD) if passed else ("not all gates met", BAD)
+def _page(top: str, pieces: Sequence[Part], drawn: Mapping[str, str]) -> str:
     sections = [
         html.section(
             p.title,
@@ -52,5 +54,4 @@ def _page(said: str, pieces: Sequence[Part], drawn: Mapping[str, str], passed: b
         )
         for p in pieces
     ]
-    top = html.head("Sealed trial", badge, said, ())
     return html.page("trial", "Sealed trial", [top, *sections], source="score.json")
