@@ -123,7 +123,9 @@ def plain(s: TrialScore) -> dict[str, Any]:
         ],
         "log_scores": {k: _number(v) for k, v in s.log_scores.items()},
         "error_over_oracle": s.ratio_groups,
-        "baselines": {name: [list(p) for p in points] for name, points in s.curves.items()},
+        "baselines": {
+            name: [[*map(_number, p)] for p in points] for name, points in s.curves.items()
+        },
         "seconds": {k: _number(v) for k, v in s.exam.seconds.items()},
         "each": [_row(o, s.ratios.get(o.id)) for o in s.exam.outcomes],
     }
