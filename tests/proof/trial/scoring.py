@@ -127,7 +127,14 @@ def plain(s: TrialScore) -> dict[str, Any]:
             name: [[*map(_number, p)] for p in points] for name, points in s.curves.items()
         },
         "seconds": {k: _number(v) for k, v in s.exam.seconds.items()},
-        "each": [_row(o, s.ratios.get(o.id)) for o in s.exam.outcomes],
+        "each": [
+            _row(o)
+            | {
+                "error_over_oracle": s.ratios.get(o.id),
+                "oracle_over_noise": s.yardsticks.get(o.id),
+            }
+            for o in s.exam.outcomes
+        ],
     }
 
 
@@ -163,7 +170,7 @@ def _confusion_row(c: Confusion) -> dict[str, Any]:
     }
 
 
-def _row(o: ExamOutcome, ratio: float | None) -> dict[str, Any]:
+def _row(o: ExamOutcome) -> dict[str, Any]:
     """Every recording is reported."""
     return {
         "id": o.id,
@@ -175,7 +182,6 @@ def _row(o: ExamOutcome, ratio: float | None) -> dict[str, Any]:
         "outcome": o.outcome,
         "wrong": list(o.wrong),
         "left_over_noise": _number(o.left),
-        "error_over_oracle": ratio,
         "seconds": _number(o.answer.seconds),
     }
 
