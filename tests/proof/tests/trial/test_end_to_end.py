@@ -25,12 +25,9 @@ from tests.proof.trial.truths import read_public
 
 
 def three(kind: str = "", salt: str = "") -> list[Case]:
-    """Return two short controls and the strongest single effect that is short."""
-    drawn = sorted(draw_exam(11, 60), key=lambda c: c.samples)
-    single = max(
-        (c for c in drawn if c.cell == "single" and c.samples < 5000),
-        key=lambda c: c.effects[0].strength_db,
-    )
+    """Return the shortest controls and the shortest single effect that has few readings."""
+    drawn = sorted(draw_exam(11, 120), key=lambda c: c.samples)
+    single = next(c for c in drawn if c.cell == "form" and len(c.sensors) == 1)
     return [*[c for c in drawn if c.cell == "control"][:2], single]
 
 
@@ -65,7 +62,7 @@ def test_opened_and_scored(layout: Layout, capsys: pytest.CaptureFixture[str]) -
         assert reached["error"] is None
         assert reached["rms"]
     # told the truth, a fit leaves the noise
-    (single,) = (r for r in data["each"] if r["cell"] == "single")
+    (single,) = (r for r in data["each"] if r["cell"] == "form")
     assert single["oracle_over_noise"] == pytest.approx(1.0, abs=0.3)
     assert single["error_over_oracle"] == pytest.approx(1.0, abs=0.1)
     assert (layout.score / "report.html").is_file()
@@ -74,11 +71,15 @@ def test_opened_and_scored(layout: Layout, capsys: pytest.CaptureFixture[str]) -
     assert "0 recordings diagnosed, 3 were there" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_without_the_true_law(layout: Layout, capsys: pytest.CaptureFixture[str]) -> None:
+    # one recording certifies nothing, whatever was said of it
     assert main(["blind", "withheld", "--folder", str(layout.folder), "--jobs", "1"]) == 1
-    assert "another name than the true one, of the withheld laws: 0/" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "another name than the true one, of the withheld laws: " in said
     answers = [json.loads(p.read_text(encoding="utf-8")) for p in layout.withheld.iterdir()]
-    assert answers
+    assert len(answers) == 1
+    assert f"/{len(answers)}  " in said
     for answer in answers:
         named = {f["effect"] for f in answer["verdict"]["findings"]}
         assert answer["without"]
@@ -97,7 +98,7 @@ def test_a_quick_trial_in_one_command(
     assert (folder / "revealed.json").is_file()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
 def test_dask_gives_the_same_answers(layout: Layout, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")

@@ -20,10 +20,18 @@ from tests.proof.tests.exam.made_up import (
     said,
     truth,
 )
+from tests.proof.trial import withheld
 from tests.proof.trial.gates import MISNAMED
+from tests.proof.trial.layout import Layout
 from tests.proof.trial.nesting import containing
 from tests.proof.trial.rates import Rate
-from tests.proof.trial.withheld import publish_withheld, score_withheld, to_withhold
+from tests.proof.trial.truths import Public
+from tests.proof.trial.withheld import (
+    publish_withheld,
+    run_withheld,
+    score_withheld,
+    to_withhold,
+)
 
 RIGHT = said(MISSING, finding("exact", "backlash"))
 
@@ -51,6 +59,26 @@ def test_of_too_many_a_drawn_part_is_asked() -> None:
     assert some != tuple(sorted(many))[:10]
     # the same ones whatever the order, and more of them with a larger part
     assert to_withhold(dict(reversed(many.items())), given, 20)[:10] == some
+
+
+def test_the_true_law_is_withheld_from_those_that_are_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def pretend(_: Layout, public: Public, seed: int, names: tuple[str, ...]) -> dict[str, Any]:
+        return {**said(UNKNOWN, finding("unknown")), "id": public.id, "seen": [seed, *names]}
+
+    monkeypatch.setattr(withheld, "exam_answer", pretend)
+    layout = Layout(tmp_path / "trial")
+    layout.recordings.mkdir(parents=True)
+    public = [Public(f"e{i}", "chain", ("x_1",)) for i in range(3)]
+    for p in public:
+        (layout.recordings / f"{p.id}.npz").touch()
+    rows = truths(*[truth("single", effect("coulomb_friction", "b_1"))] * 3)
+    assert run_withheld(layout, public, rows, ("e0", "e2"), jobs=1) == 2
+    assert sorted(p.name for p in layout.withheld.iterdir()) == ["e0.json", "e2.json"]
+    kept = json.loads((layout.withheld / "e2.json").read_text(encoding="utf-8"))
+    assert kept["seen"] == [0, *containing("coulomb_friction")]
+    assert kept["without"] == list(containing("coulomb_friction"))
 
 
 @pytest.mark.parametrize(
